@@ -7,7 +7,8 @@ second: speed, the largest of qvel in its last tenth; creep, how far the furthes
 it (m or rad); depth, of the deepest overlap at the end; law, the largest violation of Signorini's and
 Coulomb's law by a contact, a velocity: t |r - P_K(r - (u + mu |u_t| e_n) / t)| with t the trace of the
 contact's block of J M^-1 J', recomputed here for both; time, the median of a step in us, the engines
-taking turns; failed, steps of perp's that were not solved.
+taking turns; half, the same over the first half of the run, when what falls moves; failed, steps of
+perp's that were not solved.
 
 slope      a box on a slope of 0.5, friction 0.6
 gripper    a box of 0.2 kg between a wall and a finger of 5 N, friction 1
@@ -169,7 +170,9 @@ class Track:
     def numbers(self, steps):
         depth = max(-self.data.contact.dist.min(), 0.0) if self.data.ncon else 0.0
         creep = np.abs(self.data.qpos - self.before).max()
-        return self.speed, creep, depth, self.law, 1e6 * np.median(self.times[-steps:])
+        half = self.times[: len(self.times) // 2]
+        times = 1e6 * np.median(self.times[-steps:]), 1e6 * np.median(half)
+        return self.speed, creep, depth, self.law, *times
 
 
 def run(build, seconds, prepare):
@@ -209,14 +212,14 @@ def main():
     ]
     lines += ["", os.environ.get("MACHINE", ""), f"mujoco {mujoco.__version__}", ""]
     head = f"{'scene':10} {'nv':>3} {'engine':7} {'speed':>8} {'creep':>8} {'depth':>8} {'law':>8}"
-    lines.append(f"{head} {'time':>6} {'ratio':>6} {'failed':>6}")
+    lines.append(f"{head} {'time':>6} {'ratio':>6} {'half':>6} {'ratio':>6} {'failed':>6}")
     for name, scene in SCENES.items():
         (theirs, ours), n, failed = run(*scene)
         for engine, numbers in (("MuJoCo", theirs), ("perp", ours)):
             row = f"{name:10} {n:3d} {engine:7} " + " ".join(f"{x:8.1e}" for x in numbers[:4])
-            row += f" {numbers[4]:6.0f}"
-            if engine == "perp":
-                row += f" {numbers[4] / theirs[4]:6.1f} {failed:6d}"
+            for time, other in zip(numbers[4:], theirs[4:]):
+                row += f" {time:6.0f} " + (f"{time / other:6.1f}" if engine == "perp" else 6 * " ")
+            row = row.rstrip() + (f" {failed:6d}" if engine == "perp" else "")
             lines.append(row)
             print(row, file=sys.stderr)
     with open(os.path.join(sys.argv[1], "mujoco_models.txt"), "w") as file:

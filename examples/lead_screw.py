@@ -85,6 +85,16 @@ def jam_times(mu, torque, stiffnesses):
     return np.array(times)
 
 
+def drive(mu, torques, span, stiffness=1e9, damping=1e5):
+    """One torque after the other, each for this time, from th' = 10 rad/s on: the runs."""
+    runs, (x, v) = [], start(1.0, stiffness)
+    for torque in torques:
+        run = compliant(mu, torque, stiffness, damping).run(x, v, span, through=True, samples=400)
+        runs.append(run)
+        x, v = run.x, run.v
+    return runs
+
+
 def report(mu=0.2):
     print(f"critical friction {critical_friction():.12f}")
     lower, raise_ = holding_torques(mu)
@@ -107,12 +117,19 @@ def report(mu=0.2):
               f"with N = {run.normal_force[0]:.3f} N")
         runs.append(run)
 
+    driven = list(zip((-0.5, 0.0, 0.4), drive(mu, (-0.5, 0.0, 0.4), 0.02)))
+    for torque, run in driven:
+        rigid_ones = perp.load_friction(*rigid(mu), float(np.sign(torque)), torque)
+        print(f"then T = {torque:g} for 20 ms: {run.stops} stops, {run.starts} starts, "
+              f"th' = {run.v[0]:.6f} rad/s, {run.modes[0]}, N = {run.normal_force[0]:.4f} N",
+              *(f"(rigid: {s.acceleration[0]:.3f} rad/s2)" for s in rigid_ones if s.stable))
+
     stiffnesses = 10.0 ** np.arange(8, 17)
     times = jam_times(mu, -0.1, stiffnesses)
     rates = np.diff(np.log10(times))
     print("jams at T = -0.1 in", ", ".join(f"{1e3 * t:.4g}" for t in times), "ms")
     print(f"rate of the jam time: stiffness^{rates[-1]:.4f}")
-    return divide, runs, stiffnesses, times
+    return divide, runs, driven, stiffnesses, times
 
 
 def main():

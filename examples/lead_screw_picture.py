@@ -1,4 +1,5 @@
-"""The picture of lead_screw.py: torque over acceleration, compliant runs, jam times."""
+"""The picture of lead_screw.py: torque over acceleration, compliant runs, a screw that is driven,
+jam times."""
 
 import numpy as np
 from pictures import BLUE, INK, QUIET, RED, paint, subtitle
@@ -53,6 +54,26 @@ def draw_runs(axes, divide, runs):
     axes.set(xlabel="time (ms)", ylabel="normal force (N)", ylim=(-430, 190))
 
 
+def draw_driven(axes, rigid, driven):
+    """One torque after the other; the rigid screw jams at once where it has no acceleration."""
+    axes.set_title("Reverses, stops, starts")
+    subtitle(axes, "compliant thread, one torque after the other")
+    start = 0.0
+    for torque, run in driven:
+        t = 1e3 * run.samples[:, 0]
+        axes.plot(start + t, run.samples[:, 3], color=BLUE, lw=2.4)
+        found = perp.load_friction(*rigid, 0.0, torque)
+        speed = 1e-3 * t * next(s.acceleration[0] for s in found if s.stable)
+        axes.plot(start + t, speed, color=INK, lw=1, ls=(0, (4, 3)))
+        axes.text(start + 1, -128, f"T = {torque:g}", color=INK)
+        start += t[-1]
+        axes.axvline(start, ymax=0.1, color=QUIET, lw=0.9)
+    axes.plot([], [], color=BLUE, lw=2.4, label="compliant")
+    axes.plot([], [], color=INK, lw=1, ls=(0, (4, 3)), label="rigid, from rest")
+    axes.set(xlabel="time (ms)", ylabel="angular velocity (rad/s)", ylim=(-135, 75))
+    axes.legend(frameon=False, loc="upper right")
+
+
 def draw_times(axes, stiffnesses, times):
     axes.set_title("No acceleration: the jam")
     subtitle(axes, "T = -0.1; time to rest from 10 rad/s")
@@ -63,12 +84,13 @@ def draw_times(axes, stiffnesses, times):
     axes.legend(frameon=False)
 
 
-def draw(folder, rigid, divide, runs, stiffnesses, times):
+def draw(folder, rigid, divide, runs, driven, stiffnesses, times):
     """Writes lead_screw.png, lead_screw.svg and lead_screw.json; returns their paths."""
 
     def panels(axes):
         draw_half_lines(axes[0], rigid)
         draw_runs(axes[1], divide, runs)
-        draw_times(axes[2], stiffnesses, times)
+        draw_driven(axes[2], rigid, driven)
+        draw_times(axes[3], stiffnesses, times)
 
-    return paint(folder, "lead_screw", panels, 3, (14.5, 4.6))
+    return paint(folder, "lead_screw", panels, 4, (19, 4.6))

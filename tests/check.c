@@ -258,6 +258,32 @@ static int is_moderate(int32_t n, const int32_t *exponents)
     return 1;
 }
 
+/* Whether an entry of 2^-10 and more of the largest of both its rows is 2^-30 or less of S. */
+static int loses(const check_item *list, size_t count, int32_t n, const int32_t *exponents)
+{
+    double *largest = check_allocate((size_t)n, sizeof *largest);
+    int any = 0;
+    size_t p;
+
+    for (p = 0; p < count; p++) {
+        const double size = fabs(list[p].value);
+
+        largest[list[p].row] = fmax(largest[list[p].row], size);
+        largest[list[p].column] = fmax(largest[list[p].column], size);
+    }
+    for (p = 0; p < count; p++) {
+        const int32_t r = list[p].row, c = list[p].column;
+        const double size = fabs(list[p].value), least = 0x1p10 * size;
+        int power;
+
+        frexp(size, &power);
+        any |= size > 0 && least >= largest[r] && least >= largest[c] &&
+               power + exponents[r] + exponents[c] - 1 <= -30;
+    }
+    free(largest);
+    return any;
+}
+
 int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t *exponents)
 {
     size_t count, p;
@@ -273,6 +299,7 @@ int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t 
     if (without) {
         any = drop_noise(list, count, M->rows, diagonal);
         check_exponents_but(M, scaling, 0, exponents);
+        any |= is_moderate(M->rows, exponents) && loses(list, count, M->rows, exponents);
         scaling = scaling && !is_moderate(M->rows, exponents);
     }
     for (i = 0; i < M->rows; i++)

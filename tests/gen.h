@@ -15,6 +15,9 @@ uint64_t gen_bits(gen_random *random);
 double gen_uniform(gen_random *random, double low, double high);
 /* Roughly normal, variance 1 (a sum of uniforms: no library function that differs elsewhere). */
 double gen_normal(gen_random *random);
+/* A random rotation: a unit quaternion's, about z only in the plane. And x := R x. */
+void gen_rotation(gen_random *random, int32_t planar, double R[3][3]);
+void gen_turn(double R[3][3], double x[3]);
 /* 0 .. count - 1 */
 int32_t gen_integer(gen_random *random, int32_t count);
 /* A multiple of 1/16 in [-limit, limit]: products of two and sums of thousands are exact. */

@@ -2,6 +2,7 @@
  * Free of the test framework, so that benchmarks can generate too. */
 #include "gen.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,4 +90,36 @@ void gen_begin_dense(gen_lcp *problem, int32_t n)
         perp_matrix_dense(&problem->view, PERP_STORAGE_ROW_MAJOR, n, n, problem->M,
                           n > 0 ? n : 1) != PERP_OK)
         abort();
+}
+
+void gen_rotation(gen_random *random, int32_t planar, double R[3][3])
+{
+    double a[4], length = 0.0;
+    int k;
+
+    for (k = 0; k < 4; k++) {
+        a[k] = planar && (k == 1 || k == 2) ? 0.0 : gen_normal(random);
+        length += a[k] * a[k];
+    }
+    for (k = 0; k < 4; k++)
+        a[k] /= sqrt(length);
+    R[0][0] = 1 - 2 * (a[2] * a[2] + a[3] * a[3]);
+    R[0][1] = 2 * (a[1] * a[2] - a[0] * a[3]);
+    R[0][2] = 2 * (a[1] * a[3] + a[0] * a[2]);
+    R[1][0] = 2 * (a[1] * a[2] + a[0] * a[3]);
+    R[1][1] = 1 - 2 * (a[1] * a[1] + a[3] * a[3]);
+    R[1][2] = 2 * (a[2] * a[3] - a[0] * a[1]);
+    R[2][0] = 2 * (a[1] * a[3] - a[0] * a[2]);
+    R[2][1] = 2 * (a[2] * a[3] + a[0] * a[1]);
+    R[2][2] = 1 - 2 * (a[1] * a[1] + a[2] * a[2]);
+}
+
+void gen_turn(double R[3][3], double x[3])
+{
+    double y[3];
+    int k;
+
+    for (k = 0; k < 3; k++)
+        y[k] = R[k][0] * x[0] + R[k][1] * x[1] + R[k][2] * x[2];
+    memcpy(x, y, sizeof y);
 }

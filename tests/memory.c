@@ -44,3 +44,21 @@ perp_context_settings memory_settings(memory *m)
     settings.allocator_user = m;
     return settings;
 }
+
+void memory_fails_anywhere(perp_status (*work)(const perp_context_settings *settings), int least)
+{
+    memory m = {0, 0, 0};
+    const perp_context_settings settings = memory_settings(&m);
+    int calls;
+
+    assert_int_equal(work(&settings), PERP_OK);
+    assert_int_equal(m.live, 0);
+    calls = m.calls;
+    assert_true(calls > least);
+    for (int k = 1; k <= calls; k++) {
+        m.calls = 0;
+        m.fails_at = k;
+        assert_int_equal(work(&settings), PERP_ERROR_MEMORY);
+        assert_int_equal(m.live, 0);
+    }
+}

@@ -12,4 +12,8 @@ typedef struct memory {
 /* Settings of a context that takes its memory from *m. */
 perp_context_settings memory_settings(memory *m);
 
+/* `work`, which makes and destroys a context, takes its memory in more than `least` pieces; where
+ * any of them fails it returns PERP_ERROR_MEMORY, and nothing stays. */
+void memory_fails_anywhere(perp_status (*work)(const perp_context_settings *settings), int least);
+
 #endif

@@ -139,39 +139,6 @@ static void set_contacts(piles_scene *s, gen_random *random, const piles_options
     }
 }
 
-/* The rotation of a random unit quaternion. */
-static void draw_rotation(gen_random *random, double R[3][3])
-{
-    double a[4], length = 0.0;
-    int k;
-
-    for (k = 0; k < 4; k++) {
-        a[k] = gen_normal(random);
-        length += a[k] * a[k];
-    }
-    for (k = 0; k < 4; k++)
-        a[k] /= sqrt(length);
-    R[0][0] = 1 - 2 * (a[2] * a[2] + a[3] * a[3]);
-    R[0][1] = 2 * (a[1] * a[2] - a[0] * a[3]);
-    R[0][2] = 2 * (a[1] * a[3] + a[0] * a[2]);
-    R[1][0] = 2 * (a[1] * a[2] + a[0] * a[3]);
-    R[1][1] = 1 - 2 * (a[1] * a[1] + a[3] * a[3]);
-    R[1][2] = 2 * (a[2] * a[3] - a[0] * a[1]);
-    R[2][0] = 2 * (a[1] * a[3] - a[0] * a[2]);
-    R[2][1] = 2 * (a[2] * a[3] + a[0] * a[1]);
-    R[2][2] = 1 - 2 * (a[1] * a[1] + a[2] * a[2]);
-}
-
-static void turn(double R[3][3], double x[3])
-{
-    double y[3];
-    int k;
-
-    for (k = 0; k < 3; k++)
-        y[k] = R[k][0] * x[0] + R[k][1] * x[1] + R[k][2] * x[2];
-    memcpy(x, y, sizeof y);
-}
-
 /* R I R' */
 static void turn_inertia(double R[3][3], double inertia[3][3])
 {
@@ -197,22 +164,22 @@ static void move(piles_scene *s, gen_random *random)
     double R[3][3], shift[3];
     int32_t i, k;
 
-    draw_rotation(random, R);
+    gen_rotation(random, 0, R);
     for (k = 0; k < 3; k++)
         shift[k] = gen_uniform(random, -10, 10);
-    turn(R, s->down);
+    gen_turn(R, s->down);
     for (i = 0; i < s->bodies; i++) {
-        turn(R, s->body[i].position);
-        turn(R, s->body[i].velocity);
-        turn(R, s->body[i].velocity + 3);
+        gen_turn(R, s->body[i].position);
+        gen_turn(R, s->body[i].velocity);
+        gen_turn(R, s->body[i].velocity + 3);
         turn_inertia(R, s->body[i].inertia);
         for (k = 0; k < 3; k++)
             s->body[i].position[k] += shift[k];
     }
     for (i = 0; i < s->contacts; i++) {
-        turn(R, s->contact[i].point);
-        turn(R, s->contact[i].normal);
-        turn(R, s->contact[i].tangent);
+        gen_turn(R, s->contact[i].point);
+        gen_turn(R, s->contact[i].normal);
+        gen_turn(R, s->contact[i].tangent);
         for (k = 0; k < 3; k++)
             s->contact[i].point[k] += shift[k];
     }

@@ -100,9 +100,9 @@ perp_status proximal_run(const perp__contact_problem *given, proximal_scene *s)
     perp__contact_omegas(p, NULL, 1, &drive, omega);
     whole.omega = omega;
     work->problem = p;
-    perp__arena_init(&arena, p->context);
+    memset(&arena, 0, sizeof arena);
     if (status == PERP_OK)
-        status = perp__arena_fit(&arena, layout, work);
+        status = perp__arena_fit(&arena, p->context, layout, work);
     if (status == PERP_OK)
         status = make_attempts(p, work, s);
     perp__contact_proximal.release(work);

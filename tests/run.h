@@ -14,6 +14,12 @@ typedef struct run {
 /* Fresh default settings with this method. */
 perp_lcp_settings run_settings(int32_t method);
 
+/* The same to tol, by itself: what the method reaches, not what the polish makes of it. */
+perp_lcp_settings run_alone(int32_t method, double tol);
+
+/* A view of n by n numbers, row after row. */
+perp_matrix run_dense(const double *values, int32_t n);
+
 /* Solves through perp_lcp_solve, requires PERP_OK and a result that check_lcp_result accepts; fails
  * the test with `where` otherwise. settings may be NULL, z0 too. */
 void run_lcp(run *r, perp_context *context, const gen_lcp *problem,

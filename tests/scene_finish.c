@@ -112,64 +112,31 @@ static void repeat(scene *s, gen_random *random, int32_t count)
     }
 }
 
-/* A random rotation: a unit quaternion's, about z only in the plane. */
-static void draw_rotation(gen_random *random, int32_t planar, double R[3][3])
-{
-    double a[4], length = 0.0;
-    int k;
-
-    for (k = 0; k < 4; k++) {
-        a[k] = planar && (k == 1 || k == 2) ? 0.0 : gen_normal(random);
-        length += a[k] * a[k];
-    }
-    for (k = 0; k < 4; k++)
-        a[k] /= sqrt(length);
-    R[0][0] = 1 - 2 * (a[2] * a[2] + a[3] * a[3]);
-    R[0][1] = 2 * (a[1] * a[2] - a[0] * a[3]);
-    R[0][2] = 2 * (a[1] * a[3] + a[0] * a[2]);
-    R[1][0] = 2 * (a[1] * a[2] + a[0] * a[3]);
-    R[1][1] = 1 - 2 * (a[1] * a[1] + a[3] * a[3]);
-    R[1][2] = 2 * (a[2] * a[3] - a[0] * a[1]);
-    R[2][0] = 2 * (a[1] * a[3] - a[0] * a[2]);
-    R[2][1] = 2 * (a[2] * a[3] + a[0] * a[1]);
-    R[2][2] = 1 - 2 * (a[1] * a[1] + a[2] * a[2]);
-}
-
-static void turn(double R[3][3], double x[3])
-{
-    double y[3];
-    int k;
-
-    for (k = 0; k < 3; k++)
-        y[k] = R[k][0] * x[0] + R[k][1] * x[1] + R[k][2] * x[2];
-    memcpy(x, y, sizeof y);
-}
-
 static void move(scene *s, gen_random *random)
 {
     double R[3][3], shift[3];
     int32_t i, k;
 
-    draw_rotation(random, s->planar, R);
+    gen_rotation(random, s->planar, R);
     for (k = 0; k < 3; k++)
         shift[k] = s->planar && k == 2 ? 0.0 : gen_uniform(random, -10, 10);
     for (i = 0; i < s->bodies; i++) {
         scene_body *b = &s->body[i];
 
-        turn(R, b->position);
-        turn(R, b->velocity);
-        turn(R, b->velocity + 3);
+        gen_turn(R, b->position);
+        gen_turn(R, b->velocity);
+        gen_turn(R, b->velocity + 3);
         for (k = 0; k < 3; k++) {
-            turn(R, b->rotation[k]);
+            gen_turn(R, b->rotation[k]);
             b->position[k] += shift[k];
         }
     }
     for (i = 0; i < s->contacts; i++) {
         scene_contact *c = &s->contact[i];
 
-        turn(R, c->point);
-        turn(R, c->normal);
-        turn(R, c->tangent);
+        gen_turn(R, c->point);
+        gen_turn(R, c->normal);
+        gen_turn(R, c->tangent);
         for (k = 0; k < 3; k++)
             c->point[k] += shift[k];
     }

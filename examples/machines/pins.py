@@ -102,7 +102,7 @@ def draw_drawer(axes, critical):
         axes.plot(*zip(*points), "o", ms=3.5, color=colour)
     axes.axvline(critical, color=QUIET, lw=0.9)
     axes.text(0.59, 0.75, "stable", ha="right", color=BLUE)
-    axes.text(0.59, -2.9, "unstable, from μ = L / 2h on", ha="right", color=RED)
+    axes.text(0.605, -4.8, "unstable, from μ = L / 2h on", ha="right", color=RED)
     axes.text(critical - 0.01, -4.6, f"{critical:.4f}", ha="right", color=INK)
     axes.set(xlabel="coefficient of friction", ylabel="acceleration (m/s²)", ylim=(-5, 2))
 
@@ -132,7 +132,7 @@ def draw_losses(axes, swing):
     rests = t[np.abs(swing.v).max(axis=1) > 0][-1]
     axes.axvline(rests, color=QUIET, lw=0.9)
     axes.set(xlabel="time (s)", ylabel="energy (J)")
-    axes.legend(frameon=False, loc="center right")
+    axes.legend(frameon=False, loc="center right", bbox_to_anchor=(0.9, 0.5))
 
 
 def draw(axes, data):

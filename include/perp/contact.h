@@ -298,6 +298,83 @@ PERP_API perp_status perp_contact_solve_delassus(perp_context *context, double *
                                                  const perp_matrix *W, const double *q,
                                                  const double *r0) PERP_WARN_UNUSED;
 
+/* ---- a step of a simulator that keeps M and J in an order of its own --------------------------
+ */
+
+/* Numbers that stay as long as the same things touch: `bytes` of each of `count` elements, the
+ * first one `offset` bytes behind what *at points to and the others `stride` apart; and how they
+ * were. */
+typedef struct perp_contact_watch {
+    const void *const *at;
+    const void *seen; /* count times bytes, without gaps */
+    int32_t count, offset, stride, bytes;
+} perp_contact_watch;
+
+/* M, H and G are made of numbers of the simulator's, in places that stay as long as the same bodies
+ * touch:
+ *
+ *   M = mass[mass_sources] + h damping on the diagonal,   H = J[H_sources] H_scale,
+ *   G = J[G_sources],   f = M velocity + h force,
+ *   w = max(gaps[gap_sources], 0) / h in the rows gap_rows,   b = (correction / h) gaps[G_rows].
+ *
+ * Arrays are the caller's. M, H and G are those that dynamics shows, any storage; a source < 0
+ * leaves an entry of M as it is. Other rows of w are the caller's as well. */
+typedef struct perp_contact_step {
+    size_t struct_size;
+    int32_t n, contacts, rows, bilateral; /* velocities; contacts; rows of H; of G */
+    int32_t M_entries, H_entries, G_entries, gap_count, J_rows;
+    int32_t warm;  /* 1: from `start` */
+    int32_t rests; /* in and out: with `start` and the numbers of M, H, G, f, w and b as they are,
+                      nothing moves; a step that finds them the same to the last bit is not solved
+                      again, and has the same answer. Set it 0 where anything else changes */
+    double h;
+    double correction;
+    const double *mass, *damping;   /* damping: n, or NULL */
+    const double *velocity, *force; /* n */
+    const double *const *J;         /* *J: entries; it may move from step to step, and so may */
+    const double *const *gaps;      /* *gaps: J_rows, of all rows of J; and */
+    double *const *row_force; /* out: *row_force: J_rows: r / h, 0 in those of neither H nor G;
+                                 NULL: not needed */
+    const int32_t *mass_sources, *mass_diagonal; /* M_entries; n: places in M, rising */
+    const int32_t *H_sources, *G_sources;        /* H_entries, G_entries */
+    const double *H_scale;                       /* H_entries, or NULL: 1 */
+    const int32_t *gap_rows, *gap_sources;       /* gap_count */
+    const int32_t *H_rows, *G_rows; /* rows, bilateral: where they stand among the rows of J */
+    const double *row_scale;        /* rows: what H_scale is there, or NULL: 1 */
+    double *M, *H, *G, *f, *w, *b; /* compared with what is gathered: zeros before the first step */
+    double *v, *r, *u, *start;     /* as for perp_contact_solver_solve_dynamics; start becomes r */
+    int32_t *modes;
+    const perp_contact_watch *watches; /* watch_count; or NULL */
+    int32_t watch_count;
+    int32_t is_other;     /* out: 1: something watched is not what was seen, and nothing was done */
+    double *acceleration; /* out: n: (v - velocity) / h */
+    double *force_of_rows; /* out: n: (H'r + G's) / h */
+    double least_gap;      /* out: 0 where there is none */
+    double fastest;        /* out: the largest |v| */
+    int32_t slips;         /* out: contacts that slip */
+    int32_t was_known;     /* out: 1: it was not solved again */
+} perp_contact_step;
+
+PERP_API perp_status perp_contact_step_init(perp_contact_step *step, size_t size);
+
+/* Gathers the numbers, sets the solver up and solves, and hands back what came of it; but where
+ * something watched has changed says so and does no more.
+ *
+ * Returns: as perp_contact_solver_setup_dynamics and _solve_dynamics, and _ARGUMENT for an array
+ *          that is missing, a place that cannot be, a size that is not that of laws and dynamics,
+ *          or a mass that is a callback. After a refusal the arrays of the answer are as they were;
+ *          numbers may have been gathered, and then nothing rests.
+ * Out:     step: see there. result: of the last solve.
+ * In:      laws, dynamics: as for the setup; the arrays of M, H and G are those of `step`. */
+PERP_API perp_status perp_contact_solver_step(
+    perp_contact_solver *solver, perp_contact_step *step, perp_contact_result *result,
+    const perp_contact_laws *laws, const perp_contact_dynamics *dynamics) PERP_WARN_UNUSED;
+
+/* Hands back again, where the caller has put another v, r and modes into the step's arrays. Returns
+ * PERP_OK, _ARGUMENT, _NOT_FINITE, _ABI, _HANDLE or _BUSY. */
+PERP_API perp_status perp_contact_solver_hand_back(perp_contact_solver *solver,
+                                                   perp_contact_step *step) PERP_WARN_UNUSED;
+
 /* ---- derivatives of a solution -------------------------------------------------------------- */
 
 typedef struct perp_contact_sensitivity perp_contact_sensitivity;

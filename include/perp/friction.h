@@ -155,12 +155,13 @@ typedef struct perp_load_step {
     int32_t reserved;      /* 0 */
 } perp_load_step;
 
-/* Sliding contacts that give: with x the displacements of n coordinates, x = 0 where all contacts
- * just touch, and constant matrices,
+/* Contacts that give: with x the displacements of n coordinates, x = 0 where all contacts just
+ * touch, and constant matrices,
  *
- *   mass x'' + normal' N + tangent' diag(mu sgn(tangent x')) |N| = force,
+ *   mass x'' + normal' N + tangent' F = force,   F = mu sgn(tangent x') |N| where it slides,
+ *   |F| <= mu_static |N| and tangent x' = 0 where it sticks,
  *   N = stiffness delta + damping delta',   delta = normal x  (penetration; N < 0: the other
- * flank).
+ * flank); of a one-sided contact, where delta > 0 and that is positive, else N = 0.
  */
 typedef struct perp_compliant_system {
     size_t struct_size;
@@ -173,14 +174,18 @@ typedef struct perp_compliant_system {
     const double *mu;           /* p, >= 0 */
     double stiffness;           /* > 0 */
     double damping;             /* >= 0 */
+    const double *mu_static;    /* p, >= mu; NULL: mu */
+    const int32_t *one_sided;   /* p: 1 where N < 0 is not possible; NULL: 0 */
 } perp_compliant_system;
 
 /* How a compliant run ended. Values never change. */
 enum perp_compliant_end_value {
-    PERP_COMPLIANT_TIME = 0,    /* at t_end */
-    PERP_COMPLIANT_STOPPED = 1, /* a contact stopped sliding */
-    PERP_COMPLIANT_STEPS = 2,   /* most_steps taken */
-    PERP_COMPLIANT_FAILED = 3   /* steps became too short: no digits left */
+    PERP_COMPLIANT_TIME = 0,     /* at t_end */
+    PERP_COMPLIANT_STOPPED = 1,  /* a contact stopped sliding */
+    PERP_COMPLIANT_STEPS = 2,    /* most_steps taken */
+    PERP_COMPLIANT_FAILED = 3,   /* steps became too short: no digits left */
+    PERP_COMPLIANT_RELEASED = 4, /* a one-sided contact separated */
+    PERP_COMPLIANT_TOUCHED = 5   /* a one-sided contact began to press */
 };
 
 typedef struct perp_compliant_settings {
@@ -188,6 +193,10 @@ typedef struct perp_compliant_settings {
     double tol;         /* error of a step, beside the largest value so far; default 1e-9 */
     double first_step;  /* default 0: chosen */
     int64_t most_steps; /* default 10^6 */
+    int32_t through;    /* 1: starts at rest, too, and goes on where contacts stop, stick, reverse,
+                           separate and touch; 0 (default): ends where one does */
+    int32_t resume;     /* 1: the largest values of this handle's last run count as values so far:
+                           a run in pieces, as long as one; 0 (default) */
 } perp_compliant_settings;
 
 typedef struct perp_compliant_result {
@@ -200,6 +209,13 @@ typedef struct perp_compliant_result {
     double largest_normal;
     int64_t steps;
     int64_t rejected;
+    int32_t stops;     /* of slip that ended in stick */
+    int32_t reversals; /* of slip that ended in slip the other way */
+    int32_t starts;    /* of stick that ended in slip */
+    int32_t releases;  /* of one-sided contacts */
+    /* at the end; the handle's, valid until its next call */
+    const double *friction; /* p: F */
+    const int32_t *modes;   /* p: PERP_CONTACT_SEPARATE, _STICK or _SLIP (contact.h) */
 } perp_compliant_result;
 
 typedef struct perp_compliant_stability {
@@ -355,10 +371,14 @@ PERP_API perp_status perp_compliant_linearise(perp_compliant *compliant,
                                               const int32_t *load) PERP_WARN_UNUSED;
 
 /* Integrates from t = 0 until t_end, or until a contact stops sliding: there |tangent x'| is 0 to
- * the last digits of t. (Which contacts stick afterwards is for the rigid model to say.)
+ * the last digits of t; or separates or touches. With settings.through it starts at rest, too, and
+ * goes on: what rests sticks or slides by the friction that the normal forces allow, stick ends
+ * where it is used up, and slip where it comes to rest. A velocity that stuck contacts determine
+ * along an axis is 0.0.
  *
- * Returns: PERP_OK; PERP_ERROR_ARGUMENT (also where a contact with mu > 0 doesn't slide at first),
- *          _NOT_FINITE, _ABI, _HANDLE or _BUSY.
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (also where a contact with friction doesn't slide at first,
+ *          without `through`), _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY (the first run in which
+ *          something rests takes some).
  * Out:     x, v: n each; N: p normal forces, or NULL; x may be x0, v may be v0.
  *          result: initialised by perp_compliant_result_init.
  * In:      settings: NULL for the defaults.

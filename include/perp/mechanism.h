@@ -116,7 +116,8 @@ typedef struct perp_mechanism_model {
     int32_t dry_dim;            /* rows of each: 1 (default), or 2: a disc */
     int32_t reserved;           /* 0 */
     const double *mu;           /* contacts, >= 0: of sliding, 0 without tangents; NULL: 0 */
-    const double *mu_static;    /* contacts, >= mu: where the contact did not slide; NULL: mu */
+    const double *mu_static;    /* contacts, >= mu: what holds where the contact did not slide; what
+                                   leaves that slips with mu; NULL: mu */
     const double *stribeck;     /* contacts, a speed > 0: mu + (mu_static - mu) exp(-(|u_t|/s)^2);
                                    NULL, or 0 at a contact: mu_static only where it did not slide */
     const double *restitution;  /* contacts, in [0, 1]; NULL: 0 */
@@ -357,7 +358,7 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * (q' = N v) and the time, extrapolated from two steps (Richardson), which tell their own error: an
  * entry is wrong if it is further from the difference than 8 times that and 1e-5 of its row's
  * largest. At a kink nothing is wrong. A tangent is no gradient, but wrong where it is a multiple
- * of a normal of its contact, and both move several velocities.
+ * of a normal of its contact, and both move several velocities, or where it is that normal itself.
  *
  * Returns: PERP_OK with the verdict in result; PERP_ERROR_ARGUMENT (also: q is outside of what the
  *          mechanism is defined for), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK, and

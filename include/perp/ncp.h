@@ -63,17 +63,16 @@ typedef struct perp_ncp_progress {
     double residual;     /* natural residual in the method's scaled units */
 } perp_ncp_progress;
 
-/* Called once an iteration, those of the polish included. Returns 0 to go on, a positive number to
- * stop (outcome 'stopped', best iterate returned), a negative one to abort the call with
- * PERP_ERROR_CALLBACK. Must not call into the same context. */
+/* Called once an iteration. Returns 0 to go on, a positive number to stop (outcome 'stopped', best
+ * iterate returned), a negative one to abort the call with PERP_ERROR_CALLBACK. Must not call into
+ * the same context. */
 typedef int32_t (*perp_ncp_monitor)(const perp_ncp_progress *progress, void *user);
 
 typedef struct perp_ncp_settings {
     size_t struct_size;
     int32_t method;           /* PERP_NCP_...; default PERP_NCP_AUTO */
-    int32_t max_iterations;   /* Newton steps of the call, all runs together, the polish (20 a run
-                                 at most) left out, half of it for fischer under auto; 0
-                                 (default): 200 a run, but 100 for fischer
+    int32_t max_iterations;   /* Newton steps of the call, all runs together, half of them for
+                                 fischer under auto; 0 (default): 200 a run, but 100 for fischer
                                  under auto, and no limit for all together */
     double tol;               /* tested residual that counts as solved; default 1e-10; > 0 */
     double time_limit;        /* seconds of the call; 0 (default): none, and no decision reads the
@@ -92,7 +91,7 @@ typedef struct perp_ncp_result {
     size_t struct_size;
     int32_t outcome;              /* PERP_OUTCOME_... */
     int32_t method;               /* the method that gave the answer, PERP_NCP_... */
-    int64_t iterations;           /* Newton steps of all runs of the call, without the polish */
+    int64_t iterations;           /* Newton steps of all runs of the call */
     double residual;              /* tested residual of z, dimensionless: compared with tol */
     double natural_residual;      /* max |mid(z - l, z - u, w)| in the caller's units */
     double backward_error;        /* row-wise, of the linearisation at z; 2^-52 is one unit */
@@ -162,7 +161,7 @@ PERP_API perp_status perp_ncp_solver_setup(perp_ncp_solver *solver,
  *          PERP_ERROR_NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative
  *          status nothing was written.
  * Out:     z: n entries, within the bounds; the best iterate found, whatever the outcome. With
- *             polish = 1, variables off the final index set are exactly their bound.
+ *             polish = 1, variables that an answer has at a bound are exactly that bound.
  *          w: n entries, F(z); or NULL.
  *          result: initialised by perp_ncp_result_init.
  * In:      z0: n entries, the start; projected onto the bounds; NULL for the point nearest to 0.

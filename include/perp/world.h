@@ -72,7 +72,7 @@ typedef struct perp_world_settings {
                                even, 4 .. 64: the polyhedron of Stewart & Trinkle with k
                                edges, solved by pivoting at every accuracy */
     int32_t method;         /* PERP_CONTACT_METHOD_... of what is solved to tol; default auto */
-    int32_t substeps;       /* of what is not; 0 (default): those of the accuracy */
+    int32_t substeps;       /* of what is not, of four sweeps each; 0 (default): the accuracy's */
     int32_t max_iterations; /* of a whole step; 0 (default): the methods' own limits */
     int32_t strict;         /* 1: a step that is not solved leaves the state untouched;
                                0 (default): on a limit it advances with the best iterate */

@@ -6,12 +6,6 @@
 
 #define PERP__ALIGNMENT ((size_t)64)
 
-void perp__arena_init(perp__arena *arena, perp_context *context)
-{
-    memset(arena, 0, sizeof *arena);
-    arena->context = context;
-}
-
 /* Numbers below have a product that fits twice over. */
 #define SMALL ((size_t)1 << (4 * sizeof(size_t) - 1))
 
@@ -80,21 +74,23 @@ static int lay_out(perp__arena *arena, perp__layout layout, void *object, void *
     return block && arena->used <= arena->capacity;
 }
 
-perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object)
+perp_status perp__arena_fit(perp__arena *arena, perp_context *context, perp__layout layout,
+                            void *object)
 {
     perp_status status;
 
     if (arena->block && lay_out(arena, layout, object, arena->block)) /* most often enough */
         return PERP_OK;
     lay_out(arena, layout, object, NULL);
+    arena->context = context;
     status = grow(arena, arena->used);
     if (status == PERP_OK)
         lay_out(arena, layout, object, arena->block);
     return status;
 }
 
-perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void *object,
-                                  size_t *fitted, const size_t *sizes, size_t count)
+perp_status perp__arena_fit_sizes(perp__arena *arena, perp_context *context, perp__layout layout,
+                                  void *object, size_t *fitted, const size_t *sizes, size_t count)
 {
     perp_status status;
     size_t i, enough = 0;
@@ -104,7 +100,7 @@ perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void 
     if (enough == count)
         return PERP_OK;
     memset(fitted, 0, count * sizeof *fitted);
-    status = perp__arena_fit(arena, layout, object);
+    status = perp__arena_fit(arena, context, layout, object);
     for (i = 0; status == PERP_OK && i < count; i++)
         fitted[i] = sizes[i];
     return status;
@@ -113,5 +109,34 @@ perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void 
 void perp__arena_release(perp__arena *arena)
 {
     perp__release(arena->context, arena->block);
-    perp__arena_init(arena, arena->context);
+    memset(arena, 0, sizeof *arena);
+}
+
+perp_status perp__workspace_fit(perp__workspace *space, perp_context *context, size_t size,
+                                perp__layout layout, const void *problem, int64_t setup)
+{
+    perp_status status;
+
+    if (!space->work) {
+        space->work = perp__allocate(context, 1, size);
+        if (!space->work)
+            return perp__fail_memory(context, "a method's workspace");
+        memset(space->work, 0, size);
+    }
+    memcpy(space->work, &problem, sizeof problem);
+    if (space->fitted == setup)
+        return PERP_OK;
+    space->fitted = 0;
+    status = perp__arena_fit(&space->arena, context, layout, space->work);
+    if (status == PERP_OK)
+        space->fitted = setup;
+    return status;
+}
+
+void perp__workspace_release(perp__workspace *space, void (*release)(void *work))
+{
+    if (space->work && release)
+        release(space->work);
+    perp__release(space->arena.context, space->work);
+    perp__arena_release(&space->arena);
 }

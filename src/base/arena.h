@@ -1,6 +1,6 @@
 /* One block of memory that several arrays share. A layout function takes the arrays one after the
  * other, to measure or, with a block in place, to hand out pointers; it may run up to three times.
- */
+ * All 0 at first. */
 #ifndef PERP_BASE_ARENA_H
 #define PERP_BASE_ARENA_H
 
@@ -33,13 +33,14 @@ void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arr
 /* Makes room for what `layout` takes and runs it on `object`. Grows, never shrinks; what the block
  * held is lost when it grows. On failure the block is as it was, but the pointers that `layout`
  * writes into `object` are NULL: lay out a copy where the old ones matter. */
-perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object);
+perp_status perp__arena_fit(perp__arena *arena, perp_context *context, perp__layout layout,
+                            void *object);
 
 /* The same for a layout of arrays that are no longer for smaller `sizes`: where none of these is
  * larger than in the last fit, all stays as it is. `fitted`: as many, kept by the caller, 0 at
  * first and after a release. */
-perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void *object,
-                                  size_t *fitted, const size_t *sizes, size_t count);
+perp_status perp__arena_fit_sizes(perp__arena *arena, perp_context *context, perp__layout layout,
+                                  void *object, size_t *fitted, const size_t *sizes, size_t count);
 
 /* *room := count where that is more. */
 static inline void perp__raise_room(int32_t *room, int32_t count)
@@ -48,7 +49,20 @@ static inline void perp__raise_room(int32_t *room, int32_t count)
         *room = count;
 }
 
-void perp__arena_init(perp__arena *arena, perp_context *context);
+/* What a method works in: a struct of its own, whose first member points to its problem, and that
+ * struct's arrays, laid out once for each set-up. All 0 at first. */
+typedef struct perp__workspace {
+    void *work;
+    perp__arena arena;
+    int64_t fitted; /* the set-up it was laid out for; 0: none */
+} perp__workspace;
+
+/* Makes the struct, `size` bytes, 0 at first, and its arrays for set-up number `setup`, 1 or more.
+ * PERP_OK or _MEMORY. And its end, after `release`, which may be NULL, of what is not in them. */
+perp_status perp__workspace_fit(perp__workspace *space, perp_context *context, size_t size,
+                                perp__layout layout, const void *problem, int64_t setup);
+void perp__workspace_release(perp__workspace *space, void (*release)(void *work));
+
 void perp__arena_release(perp__arena *arena);
 
 #endif

@@ -137,7 +137,7 @@ perp_status perp__check_pointer(perp_context *context, const char *name, const v
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count)
 {
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; x && i < count; i++)
         if (!isfinite(x[i]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s[%zu] is %g", name, i, x[i]);
     return PERP_OK;

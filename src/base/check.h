@@ -10,15 +10,16 @@
 #define PERP__LAST_perp_body_settings angular_velocity
 #define PERP__LAST_perp_body_state torque
 #define PERP__LAST_perp_bristle damping
-#define PERP__LAST_perp_compliant_result rejected
-#define PERP__LAST_perp_compliant_settings most_steps
+#define PERP__LAST_perp_compliant_result modes
+#define PERP__LAST_perp_compliant_settings resume
 #define PERP__LAST_perp_compliant_stability growth
-#define PERP__LAST_perp_compliant_system damping
+#define PERP__LAST_perp_compliant_system one_sided
 #define PERP__LAST_perp_contact_dynamics G
 #define PERP__LAST_perp_contact_laws bounded
 #define PERP__LAST_perp_contact_result has_ray
 #define PERP__LAST_perp_contact_sensitivity_info condition
 #define PERP__LAST_perp_contact_settings monitor_user
+#define PERP__LAST_perp_contact_step was_known
 #define PERP__LAST_perp_context_settings log_user
 #define PERP__LAST_perp_joint_settings friction
 #define PERP__LAST_perp_joint_state friction
@@ -81,6 +82,18 @@ void perp__struct_write(void *caller, const void *own, size_t own_size);
         return perp__struct_init(object, size, PERP__FIRST(T)); \
     }
 
+/* The same with defaults: PERP__INIT_WITH(T, .tol = 1e-10). */
+#define PERP__INIT_WITH(T, ...)                                                     \
+    perp_status T##_init(T *object, size_t size)                                    \
+    {                                                                               \
+        static const T defaults = {__VA_ARGS__};                                    \
+        const perp_status status = perp__struct_init(object, size, PERP__FIRST(T)); \
+                                                                                    \
+        if (status == PERP_OK)                                                      \
+            perp__struct_write(object, &defaults, sizeof defaults);                 \
+        return status;                                                              \
+    }
+
 /* perp__struct_check of an output, perp__struct_read of an input into *own; messages call it by the
  * name that `caller` has here. */
 #define PERP__CHECK(T, context, caller) \
@@ -113,7 +126,28 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
 #define PERP__CHECK_FIELDS(context, name, object, fields) \
     perp__check_fields(context, name, object, fields, sizeof fields / sizeof *fields)
 
+/* Defines the reader of settings of type T: own := the caller's over the defaults, or these for
+ * NULL, where all of `fields` are in their intervals and `agree`, an expression in context and
+ * read, is PERP_OK; else own is untouched. */
+#define PERP__SETTINGS_READER(name, T, fields, agree)                        \
+    perp_status name(perp_context *context, T *own, const T *settings)       \
+    {                                                                        \
+        T read;                                                              \
+        perp_status status = T##_init(&read, sizeof read);                   \
+                                                                             \
+        if (status == PERP_OK)                                               \
+            status = PERP__READ(T, context, &read, settings);                \
+        if (status == PERP_OK)                                               \
+            status = (agree);                                                \
+        if (status == PERP_OK)                                               \
+            status = PERP__CHECK_FIELDS(context, "settings", &read, fields); \
+        if (status == PERP_OK)                                               \
+            *own = read;                                                     \
+        return status;                                                       \
+    }
+
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
+/* x NULL: an argument that is optional. */
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count);
 /* Both of a vector that is not optional; of none where count is 0. */

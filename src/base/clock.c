@@ -11,3 +11,10 @@ double perp__now(void)
         return 0.0;
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
+
+double perp__time_left(double deadline)
+{
+    const double left = deadline - perp__now();
+
+    return left > 1e-9 ? left : 1e-9;
+}

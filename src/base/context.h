@@ -41,6 +41,9 @@ perp_status perp__open(perp_context *context);
 #define PERP__CALL(opens, context, works) \
     ((opens) == PERP_OK ? perp__leave((context), (works)) : (opens))
 
+/* One step of many: status := what it comes to, where all went well before. */
+#define PERP__THEN(status, step) ((void)((status) == PERP_OK && ((status) = (step))))
+
 /* Writes the message (and logs it) and returns `status`. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))

@@ -21,6 +21,14 @@ typedef struct perp__evidence {
  * rounds once, and refinement with doubled residuals ends within a few units of that. */
 #define PERP__ROUNDING_LIMIT (16.0 * DBL_EPSILON)
 
+/* What a row may always miss of the largest terms around it, in units of tol: below 1e-5 the far
+ * tail of a solution that fades out would fail at loose tolerances, below the other all would that
+ * consists of rounding. */
+static inline double perp__floor_of(double tol)
+{
+    return fmax(1e-5, PERP__ROUNDING_LIMIT / tol);
+}
+
 /* Whether the outcome counts as an answer: solved or rounding_limit. */
 static inline int32_t perp__is_good(perp_outcome outcome)
 {

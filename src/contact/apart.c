@@ -1,16 +1,11 @@
 /* Parts that the methods did not solve together are solved one by one, each a problem of its own
  * with its block of W: what a part is worth is not to depend on what else there is. */
-#include <math.h>
 #include <string.h>
 
 #include <perp/contact.h>
 
 #include "base/clock.h"
-#include "contact/law.h"
 #include "contact/solver.h"
-
-/* A time limit that is over. */
-#define SOON 1e-9
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -18,6 +13,7 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t n = (size_t)own->room;
 
     own->W = perp__arena_take(arena, n, n * sizeof(double));
+    own->position = perp__arena_take(arena, (size_t)own->size, sizeof(int32_t));
     PERP__DOUBLES(arena, n, &own->mu, &own->rolling, &own->spinning, &own->q, &own->r0, &own->r,
                   &own->u, &own->ray);
     PERP__INTEGERS(arena, n, &own->rows, &own->units, &own->dims, &own->two_sided, &own->modes);
@@ -41,9 +37,11 @@ static int32_t count_rows(const perp_contact_solver *solver, int32_t part)
 static void list(const perp_contact_solver *solver, perp__contact_apart *own, int32_t part)
 {
     own->size = own->contacts = 0;
-    for (int32_t i = 0; i < solver->size; i++)
-        if (solver->part[solver->unit_of[i]] == part)
+    for (int32_t i = 0; i < solver->size; i++) {
+        own->position[i] = solver->part[solver->unit_of[i]] == part ? own->size : -1;
+        if (own->position[i] >= 0)
             own->rows[own->size++] = i;
+    }
     for (int32_t k = 0; k < solver->contacts; k++)
         if (solver->part[k] == part) {
             own->units[own->contacts] = k;
@@ -59,34 +57,14 @@ static void list(const perp_contact_solver *solver, perp__contact_apart *own, in
 }
 
 /* W, column by column, and q of the part's rows. */
-static void copy(perp_contact_solver *solver, perp__contact_apart *own)
+static void copy(const perp_contact_solver *solver, perp__contact_apart *own)
 {
-    const perp__matrix *W = &solver->W;
-    const size_t n = (size_t)own->size;
-    int32_t *place = solver->number; /* of a unit's first row in the part */
+    const perp__index_set set = {own->size, own->rows, own->position};
 
-    for (size_t i = n; i-- > 0;)
-        place[solver->unit_of[own->rows[i]]] = (int32_t)i;
-    for (size_t j = 0; j < n; j++) {
-        const int32_t from = own->rows[j];
-        double *column = own->W + j * n;
-
-        own->q[j] = solver->q[from];
-        own->r0[j] = solver->best.r[from];
-        if (!W->column_starts) {
-            for (size_t i = 0; i < n; i++)
-                column[i] = W->values[(size_t)own->rows[i] * W->row_stride +
-                                      (size_t)from * W->column_stride];
-            continue;
-        }
-        memset(column, 0, n * sizeof *column);
-        for (int32_t k = W->column_starts[from]; k < W->column_starts[from + 1]; k++) {
-            const int32_t row = W->row_indices[k], unit = solver->unit_of[row];
-
-            if (solver->part[unit] == solver->part[solver->unit_of[from]])
-                column[place[unit] + row - (unit < solver->contacts ? solver->starts[unit] : row)] =
-                    W->values[k];
-        }
+    perp__principal_dense(&solver->W, &set, own->W, 1, (size_t)own->size);
+    for (int32_t i = 0; i < own->size; i++) {
+        own->q[i] = solver->q[own->rows[i]];
+        own->r0[i] = solver->best.r[own->rows[i]];
     }
 }
 
@@ -153,12 +131,11 @@ static perp_status solve_part(perp_contact_solver *solver, int32_t part)
 
     list(solver, own, part);
     copy(solver, own);
-    if (status == PERP_OK)
-        status = set_up(solver, own);
+    PERP__THEN(status, set_up(solver, own));
     own->least = solver->best.evidence[part].tested;
     for (int32_t attempt = 0; attempt < 2 && status == PERP_OK; attempt++) {
         if (solver->deadline > 0.0)
-            own->solver->settings.time_limit = fmax(SOON, solver->deadline - perp__now());
+            own->solver->settings.time_limit = perp__time_left(solver->deadline);
         status = perp__contact_solve(own->solver, &call);
         if (status == PERP_OK)
             hand_back(solver, own, &result);
@@ -189,8 +166,9 @@ perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some
     if (own->room == 0)
         return PERP_OK;
     status = perp__contact_delassus(solver, &made);
+    own->size = solver->size;
     if (status == PERP_OK && made)
-        status = perp__arena_fit(&own->arena, lay_out, own);
+        status = perp__arena_fit(&own->arena, solver->context, lay_out, own);
     if (status != PERP_OK || !made)
         return status;
     *some = 1;

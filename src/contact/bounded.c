@@ -309,8 +309,7 @@ perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context 
     own->n = own->H.columns;
     own->lines[0].room = entries_of(&own->H) + own->boxes;
     own->lines[1].room = dynamics ? entries_of(&own->G) + own->lines[0].room : own_size(own);
-    own->arena.context = context;
-    status = perp__arena_fit(&own->arena, lay_out, own);
+    status = perp__arena_fit(&own->arena, context, lay_out, own);
     if (status != PERP_OK)
         return status;
     place_rows(own, laws);

@@ -5,7 +5,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "contact/settings.h"
 #include "contact/solver.h"
 
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
@@ -124,15 +123,10 @@ static void write_translated(const perp_contact_solver *solver, const perp__cont
 
 static void write_rows(const perp_contact_solver *solver, const perp__contact_call *call)
 {
-    const size_t bytes = (size_t)solver->size * sizeof(double);
-
-    if (bytes > 0) {
-        memcpy(call->r, solver->best.r, bytes);
-        if (call->u)
-            memcpy(call->u, solver->best.u, bytes);
-        if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
-            memcpy(call->ray, solver->ray, bytes);
-    }
+    perp__copy(call->r, solver->best.r, solver->size);
+    perp__copy(call->u, solver->best.u, solver->size);
+    if (solver->best.outcome == PERP_OUTCOME_RAY)
+        perp__copy(call->ray, solver->ray, solver->size);
     for (int32_t k = 0; call->modes && k < solver->contacts; k++)
         call->modes[k] = solver->best.modes[k];
 }
@@ -140,8 +134,7 @@ static void write_rows(const perp_contact_solver *solver, const perp__contact_ca
 void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_call *call,
                              double started)
 {
-    if (call->v && solver->n > 0)
-        memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
+    perp__copy(call->v, solver->best_v, solver->n);
     if (solver->bounded.count > 0)
         write_translated(solver, call);
     else

@@ -6,18 +6,14 @@
 static void keep(perp_contact_solver *solver)
 {
     perp__contact_candidate *best = &solver->best;
-    const size_t size = (size_t)solver->size;
 
     if (solver->parts > 0)
         memcpy(best->evidence, solver->evidence, (size_t)solver->parts * sizeof *best->evidence);
-    if (size > 0) {
-        memcpy(best->r, solver->r, size * sizeof(double));
-        memcpy(best->u, solver->u, size * sizeof(double));
-    }
+    perp__copy(best->r, solver->r, solver->size);
+    perp__copy(best->u, solver->u, solver->size);
     if (solver->contacts > 0)
         memcpy(best->modes, solver->modes, (size_t)solver->contacts);
-    if (solver->n > 0)
-        memcpy(solver->best_v, solver->v, (size_t)solver->n * sizeof(double));
+    perp__copy(solver->best_v, solver->v, solver->n);
 }
 
 /* Whether the point under evaluation takes the place of the best. */

@@ -33,12 +33,11 @@ typedef struct plan_step {
     int32_t count;   /* of attempts at most; 0: all that the method has */
 } plan_step;
 
-enum { PLAN_MOST = 15 };
+enum { POLYHEDRA = 6, PLAN_MOST = 2 * POLYHEDRA + 3 };
 
-/* Sweeps before proximal takes over: many where a rough answer is asked for, which they may give,
- * few where they are to lead to its way. Rows of contacts up to which pivoting is a fall-back. */
-#define ROUGH 1e-5
-enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 200, LEMKE_MOST = 600 };
+/* Sweeps before proximal takes over: what that costs on piles of boxes, 200 to 2000 of them, but
+ * for large ones of balls. Rows of contacts up to which pivoting is a fall-back. */
+enum { FIRST_SWEEPS = 400, LEMKE_MOST = 600 };
 
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
@@ -51,7 +50,7 @@ static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 /* Whether what was laid out for an earlier set-up of rigid bodies serves this one. */
 static int32_t fits_still(const perp_contact_solver *solver, const perp__contact_slot *slot)
 {
-    return slot->fitted > 0 && slot->method->lays_out_by_size &&
+    return slot->space.fitted > 0 && slot->method->lays_out_by_size &&
            solver->entrance == PERP__ENTRANCE_RIGID &&
            memcmp(slot->sizes, solver->sizes, sizeof slot->sizes) == 0;
 }
@@ -59,27 +58,11 @@ static int32_t fits_still(const perp_contact_solver *solver, const perp__contact
 /* Lays out the method's workspace for this set-up, once. */
 static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
 {
-    perp_status status;
-
-    if (!slot->work) {
-        slot->work = perp__allocate(solver->context, 1, slot->method->work_size);
-        if (!slot->work)
-            return perp__fail_memory(solver->context, "a method's workspace");
-        memset(slot->work, 0, slot->method->work_size);
-        slot->fitted = 0;
-    }
-    ((perp__contact_work *)slot->work)->problem = &solver->problem;
-    if (slot->fitted == solver->setups || fits_still(solver, slot)) {
-        slot->fitted = solver->setups;
-        return PERP_OK;
-    }
-    slot->fitted = 0;
-    status = perp__arena_fit(&slot->arena, slot->method->layout, slot->work);
-    if (status != PERP_OK)
-        return status;
-    slot->fitted = solver->setups;
+    if (fits_still(solver, slot))
+        slot->space.fitted = solver->setups;
     memcpy(slot->sizes, solver->sizes, sizeof slot->sizes);
-    return PERP_OK;
+    return perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
+                               slot->method->layout, &solver->problem, solver->setups);
 }
 
 /* Contacts and bilateral rows up to which a proof of infeasibility is looked for early. */
@@ -136,27 +119,24 @@ static perp_status check_abort(perp_contact_solver *solver)
 static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slot,
                             enum origin origin, int32_t attempt, perp__contact_worth *worth)
 {
-    const size_t bytes = (size_t)solver->size * sizeof(double);
     perp__contact_iterate iterate;
     perp_status status;
 
-    if (origin == FROM_BEST && bytes > 0)
-        memcpy(solver->r, solver->best.r, bytes);
+    if (origin == FROM_BEST)
+        perp__copy(solver->r, solver->best.r, solver->size);
     begin(solver, slot, &iterate);
     iterate.attempt = attempt;
-    status = slot->method->solve(slot->work, &iterate);
+    status = slot->method->solve(slot->space.work, &iterate);
     solver->iterations += iterate.iterations;
     slot->spent += iterate.iterations;
-    if (status == PERP_OK)
-        status = check_abort(solver);
+    PERP__THEN(status, check_abort(solver));
     if (status != PERP_OK)
         return status;
     if (iterate.outcome == PERP_OUTCOME_RAY)
         perp__contact_keep_ray(solver, iterate.ray);
     solver->said = iterate.outcome;
     if (!perp__all_finite(solver->r, (size_t)solver->size)) { /* overflowed: no point to offer */
-        if (bytes > 0)
-            memcpy(solver->r, solver->best.r, bytes);
+        perp__copy(solver->r, solver->best.r, solver->size);
         iterate.has_modes = 0;
         solver->said = PERP_OUTCOME_STALLED;
     }
@@ -263,50 +243,32 @@ static int32_t is_polyhedral(const perp_contact_solver *solver)
 
 static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
-    /* the last resort: pivoting on polyhedra that fit ever closer, refined after each */
-    static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 2, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 3, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 4, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 5, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
-    static const plan_step polyhedral[] = {
-        {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
-        {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1},
-        {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
-        {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 1, 1},
-        {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
-    const int32_t chosen = solver->settings.method;
+    const int32_t chosen =
+        solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : solver->settings.method;
+    const int32_t all = chosen == PERP_CONTACT_METHOD_AUTO;
+    const int32_t once = all && is_polyhedral(solver);
+    const int32_t too_large = all && !once && solver->rows > LEMKE_MOST;
+    const int32_t polyhedra = once ? 1 : too_large ? 0 : POLYHEDRA;
+    int32_t count = 0;
 
-    if (solver->settings.cone > 0 ||
-        (chosen != PERP_CONTACT_METHOD_AUTO && chosen != PERP_CONTACT_METHOD_LEMKE)) {
-        steps[0].method = solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : chosen;
-        steps[0].origin = FROM_BEST;
-        steps[0].limit = 0;
-        steps[0].attempt = steps[0].count = 0;
+    if (solver->settings.cone > 0 || (!all && chosen != PERP_CONTACT_METHOD_LEMKE)) {
+        steps[0] = (plan_step){chosen, FROM_BEST, 0, 0, 0};
         return 1;
     }
-    if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
-        memcpy(steps, conic + 2, 12 * sizeof *steps);
-        return 12;
+    if (all) {
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, once ? 1 : 2};
     }
-    if (is_polyhedral(solver)) {
-        memcpy(steps, polyhedral, sizeof polyhedral);
-        return (int32_t)(sizeof polyhedral / sizeof *polyhedral);
+    /* The last resort: pivoting on polyhedra that fit ever closer, refined after each. Where there
+       are too many rows for that, what refines its answers has none to start from. */
+    for (int32_t k = 0; k < polyhedra; k++) {
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, k, 1};
+        steps[count++] =
+            (plan_step){PERP_CONTACT_METHOD_PROXIMAL, once ? FROM_BEST : FROM_LAST, 0, 1, 1};
     }
-    memcpy(steps, conic, sizeof conic);
-    if (solver->settings.tol >= ROUGH)
-        steps[0].limit = ROUGH_SWEEPS;
-    return (int32_t)(sizeof conic / sizeof *conic);
+    if (all)
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1};
+    return count;
 }
 
 /* The caller's start, or no impulses at all. */
@@ -316,7 +278,7 @@ static void read_start(perp_contact_solver *solver)
         solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
 }
 
-/* A few sweeps, as far as the modes of a small problem show. */
+/* A few sweeps from the start, as far as the modes of a small problem show. */
 static perp_status sweep_roughly(perp_contact_solver *solver)
 {
     perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);
@@ -325,15 +287,23 @@ static perp_status sweep_roughly(perp_contact_solver *solver)
 
     if (status != PERP_OK)
         return status;
+    read_start(solver);
     begin(solver, slot, &iterate);
-    iterate.warm = 0;
+    iterate.warm = iterate.given;
     solver->running = PERP_CONTACT_METHOD_SWEEP;
     solver->problem.tol = ROUGH_TOL;
     solver->problem.iteration_limit = ROUGH_START;
-    status = slot->method->solve(slot->work, &iterate);
+    status = slot->method->solve(slot->space.work, &iterate);
     solver->problem.tol = solver->settings.tol;
     solver->iterations += iterate.iterations;
     return status;
+}
+
+/* Whether auto begins with the sets of small problems. */
+static int32_t tries_sets(const perp_contact_solver *solver)
+{
+    return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
+           solver->settings.max_iterations == 0;
 }
 
 /* Small problems: straight to the active set that the start, or a few sweeps, show. Where contacts
@@ -343,17 +313,20 @@ static perp_status try_set(perp_contact_solver *solver)
     perp_status status = PERP_OK;
     int32_t made;
 
-    if (solver->settings.method != PERP_CONTACT_METHOD_AUTO || solver->settings.max_iterations != 0)
+    if (!tries_sets(solver))
         return PERP_OK;
     if (solver->holds_both && solver->call->r0 && solver->size <= PERP__POLISH_START_MOST)
         status = perp__contact_delassus(solver, &made);
     if (status != PERP_OK || !perp__contact_polish_suits(solver) || perp__contact_is_near(solver))
         return status;
-    if (!solver->call->r0)
-        status = sweep_roughly(solver);
-    solver->running = PERP_CONTACT_METHOD_PROXIMAL;
-    if (status == PERP_OK)
-        status = perp__contact_polish_start(solver);
+    for (int32_t round = solver->call->r0 ? 0 : 1; round < 2 && status == PERP_OK; round++) {
+        if (round > 0)
+            status = sweep_roughly(solver);
+        solver->running = PERP_CONTACT_METHOD_PROXIMAL;
+        PERP__THEN(status, perp__contact_polish_start(solver));
+        if (perp__is_good(solver->best.outcome) || solver->ended >= 0)
+            break;
+    }
     return status == PERP_OK ? check_abort(solver) : status;
 }
 
@@ -438,10 +411,13 @@ static perp_status search(perp_contact_solver *solver)
         count = BRIEF;
     forget(solver);
     status = perp__contact_load(solver);
-    if (status == PERP_OK)
-        status = try_start(solver);
+    PERP__THEN(status, try_start(solver));
     for (k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
-        status = run(solver, &steps[k]);
+        /* where sets were followed in vain from a start and from a few sweeps, more sweeps than
+           those seldom come to an end, and take longer than what is next */
+        if (k > 0 || !solver->call->r0 || !tries_sets(solver) ||
+            !perp__contact_polish_suits(solver))
+            status = run(solver, &steps[k]);
         if (status == PERP_OK && k == (late ? count - 1 : 0) && may_prove(solver))
             status = perp__contact_find_ray(solver);
         if (status == PERP_OK && k == apart && !ends_the_search(solver))
@@ -461,14 +437,6 @@ static perp_outcome last_word(const perp_contact_solver *solver)
     return solver->said == PERP_OUTCOME_RAY ? PERP_OUTCOME_STALLED : solver->said; /* it was none */
 }
 
-static int32_t is_zero(const double *x, int32_t count)
-{
-    for (int32_t i = 0; i < count; i++)
-        if (x[i] != 0.0)
-            return 0;
-    return 1;
-}
-
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call)
 {
     const double started = perp__now();
@@ -478,7 +446,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     if (status != PERP_OK)
         return status;
     if (given.r0 &&
-        is_zero(given.r0, solver->bounded.count > 0 ? solver->bounded.size : solver->size))
+        perp__is_zero(given.r0, solver->bounded.count > 0 ? solver->bounded.size : solver->size))
         given.r0 = NULL; /* a start that knows nothing is none */
     own = given;
     if (solver->bounded.count > 0)

@@ -43,6 +43,10 @@ void perp__contact_destroy(perp_contact_solver *solver);
 perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W);
 
+/* Whether the contacts, of `name`, have normals and tangents as a contact may: problem.c. */
+perp_status perp__contact_check_dims(perp_context *context, const char *name,
+                                     const perp_contact_laws *laws);
+
 /* The whole solve: contact.c. */
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
 

@@ -1,133 +1,94 @@
 #include "contact/delassus.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/context.h"
 
-static double *entry_place(const perp__matrix *W, double *values, size_t i, size_t j)
-{
-    return values + i * W->row_stride + j * W->column_stride;
-}
-
 void perp__delassus_diagonal(const perp__matrix *W, double *diagonal)
 {
-    for (int32_t j = 0; j < W->columns; j++) {
-        diagonal[j] = 0.0;
-        if (!W->column_starts) {
-            diagonal[j] = W->values[(size_t)j * (W->row_stride + W->column_stride)];
-            continue;
-        }
-        for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-            if (W->row_indices[k] == j)
-                diagonal[j] = W->values[k];
-    }
+    for (int32_t j = 0; j < W->columns; j++)
+        diagonal[j] = W->column_starts ? perp__entry(W, j, j)
+                                       : W->values[(size_t)j * (W->row_stride + W->column_stride)];
 }
 
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__delassus *own = object;
-    const perp__matrix *W = &own->given;
-    const size_t n = (size_t)W->rows;
 
-    if (!W->column_starts) {
-        own->values = perp__arena_take(arena, n, n * sizeof(double));
+    own->values = perp__arena_take(arena, (size_t)own->entries, sizeof(double));
+    own->rows = own->starts = NULL;
+    if (!own->sparse)
         return;
-    }
-    own->values =
-        perp__arena_take(arena, (size_t)W->column_starts[n] + (size_t)own->missing, sizeof(double));
-    own->rows = perp__arena_take(arena, (size_t)W->column_starts[n] + (size_t)own->missing,
-                                 sizeof(int32_t));
-    own->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    own->rows = perp__arena_take(arena, (size_t)own->entries, sizeof(int32_t));
+    own->starts = perp__arena_take(arena, (size_t)own->size + 1, sizeof(int32_t));
 }
 
-static void copy_dense(perp__delassus *own, const double *compliance)
+/* Room for a matrix of so many entries; and its view, which is to be filled. */
+static perp_status fit(perp__delassus *own, perp_context *context, perp__matrix *W, int32_t size,
+                       int64_t entries)
 {
-    const perp__matrix *W = &own->given;
-    const size_t n = (size_t)W->rows;
-    perp__matrix copy = *W;
+    perp_status status;
 
-    copy.row_stride = W->row_stride == 1 ? 1 : n;
-    copy.column_stride = W->row_stride == 1 ? n : 1;
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++)
-            *entry_place(&copy, own->values, i, j) =
-                W->values[i * W->row_stride + j * W->column_stride] +
-                (i == j ? compliance[i] : 0.0);
+    own->size = size;
+    own->entries = entries;
+    status = perp__arena_fit(&own->arena, context, lay_out, own);
+    if (status == PERP_OK)
+        *W = (perp__matrix){size,        size,        1,        own->sparse ? 1 : (size_t)size,
+                            own->values, own->starts, own->rows};
+    return status;
 }
 
-static void copy_sparse(perp__delassus *own, const double *compliance)
+/* With all of the diagonal. */
+static void copy_sparse(perp__delassus *own, const perp__matrix *W, const double *compliance)
 {
-    const perp__matrix *W = &own->given;
-    int32_t j, k, to = 0;
+    int32_t to = 0;
 
-    for (j = 0; j < W->columns; j++) {
-        int32_t placed = 0;
+    for (int32_t j = 0; j < W->columns; j++) {
+        const perp__line column = perp__line_of(W, j);
+        int32_t k = 0;
 
         own->starts[j] = to;
-        for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++) {
-            if (!placed && W->row_indices[k] >= j) {
-                const int32_t present = W->row_indices[k] == j;
-
-                placed = 1;
-                own->rows[to] = j;
-                own->values[to++] = (present ? W->values[k] : 0.0) + compliance[j];
-                if (present)
-                    continue;
-            }
-            own->rows[to] = W->row_indices[k];
-            own->values[to++] = W->values[k];
+        for (; k < column.count && column.indices[k] < j; k++) {
+            own->rows[to] = column.indices[k];
+            own->values[to++] = column.values[k];
         }
-        if (!placed) {
-            own->rows[to] = j;
-            own->values[to++] = compliance[j];
+        own->rows[to] = j;
+        own->values[to] = compliance[j];
+        if (k < column.count && column.indices[k] == j)
+            own->values[to] += column.values[k++];
+        for (to++; k < column.count; k++) {
+            own->rows[to] = column.indices[k];
+            own->values[to++] = column.values[k];
         }
     }
     own->starts[W->columns] = to;
 }
 
-static int32_t count_missing(const perp__matrix *W)
-{
-    int32_t j, k, missing = 0;
-
-    for (j = 0; W->column_starts && j < W->columns; j++) {
-        for (k = W->column_starts[j]; k < W->column_starts[j + 1] && W->row_indices[k] != j; k++)
-            ;
-        missing += k == W->column_starts[j + 1];
-    }
-    return missing;
-}
-
 perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp__matrix *W,
                                const double *compliance)
 {
+    const perp__matrix given = *W;
+    const int64_t n = given.rows;
     perp_status status;
 
-    own->given = *W;
-    own->missing = count_missing(W);
-    if (W->column_starts && W->column_starts[W->columns] > INT32_MAX - own->missing)
+    own->sparse = given.column_starts != NULL;
+    if (own->sparse && given.column_starts[n] > INT32_MAX - n)
         return perp__fail_memory(context, "W with compliance");
-    own->arena.context = context;
-    status = perp__arena_fit(&own->arena, lay_out, own);
-    if (status != PERP_OK)
+    status = fit(own, context, W, given.rows, own->sparse ? given.column_starts[n] + n : n * n);
+    if (status == PERP_OK && own->sparse)
+        copy_sparse(own, &given, compliance);
+    if (status != PERP_OK || own->sparse)
         return status;
-    W->values = own->values;
-    if (W->column_starts) {
-        copy_sparse(own, compliance);
-        W->column_starts = own->starts;
-        W->row_indices = own->rows;
-    } else {
-        copy_dense(own, compliance);
-        W->row_stride = W->row_stride == 1 ? 1 : (size_t)W->rows;
-        W->column_stride = W->row_stride == 1 ? (size_t)W->rows : 1;
-    }
+    perp__matrix_spread(&given, own->values, 1, (size_t)n);
+    for (int64_t i = 0; i < n; i++)
+        own->values[i * (n + 1)] += compliance[i];
     return PERP_OK;
 }
 
 void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out)
 {
     for (int32_t i = 0; i < W->rows; i++)
-        out[i] = fabs(add[i]);
+        out[i] = add ? fabs(add[i]) : 0.0;
     if (!W->column_starts && W->row_stride != 1) {
         for (int32_t i = 0; i < W->rows; i++)
             for (int32_t j = 0; j < W->columns; j++)
@@ -186,35 +147,18 @@ void perp__transposed_doubled(const perp__matrix *A, const double *x, const doub
     perp__multiply_doubled(&transposed, x, add, high, low);
 }
 
-static void lay_out_bodies(perp__arena *arena, void *object)
-{
-    perp__delassus *own = object;
-
-    own->values = perp__arena_take(arena, (size_t)own->entries, sizeof(double));
-    own->rows = perp__arena_take(arena, (size_t)own->entries, sizeof(int32_t));
-    own->starts = perp__arena_take(arena, (size_t)own->given.rows + 1, sizeof(int32_t));
-}
-
 perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
                                      const perp__bodies *bodies, perp__matrix *W, int32_t *made)
 {
+    const int64_t entries = perp__bodies_delassus_entries(bodies);
     perp_status status;
 
-    own->entries = perp__bodies_delassus_entries(bodies);
-    *made = own->entries >= 0;
+    *made = entries >= 0;
     if (!*made)
         return PERP_OK;
-    memset(&own->given, 0, sizeof own->given);
-    own->given.rows = own->given.columns = bodies->size;
-    own->given.row_stride = own->given.column_stride = 1;
-    own->arena.context = context;
-    status = perp__arena_fit(&own->arena, lay_out_bodies, own);
-    if (status != PERP_OK)
-        return status;
-    perp__bodies_delassus(bodies, own->starts, own->rows, own->values);
-    *W = own->given;
-    W->values = own->values;
-    W->column_starts = own->starts;
-    W->row_indices = own->rows;
-    return PERP_OK;
+    own->sparse = 1;
+    status = fit(own, context, W, bodies->size, entries);
+    if (status == PERP_OK)
+        perp__bodies_delassus(bodies, own->starts, own->rows, own->values);
+    return status;
 }

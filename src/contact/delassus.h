@@ -6,12 +6,11 @@
 #include "contact/bodies/bodies.h"
 #include "linalg/matrix.h"
 
-/* A copy of W with compliance on its diagonal; all zero at first. */
+/* The memory of W with compliance on its diagonal, or of W of bodies; all zero at first. */
 typedef struct perp__delassus {
     perp__arena arena;
-    perp__matrix given;
-    int32_t missing; /* diagonal entries that a sparse W lacks */
-    int64_t entries; /* of W of the bodies */
+    int32_t size, sparse;
+    int64_t entries;
     double *values;
     int32_t *starts, *rows;
 } perp__delassus;
@@ -23,7 +22,7 @@ perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp_
 /* Diagonal of W. */
 void perp__delassus_diagonal(const perp__matrix *W, double *diagonal);
 
-/* out := |W| |x| + |add| */
+/* out := |W| |x| + |add|; add may be NULL */
 void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out);
 
 /* W of the bodies, compressed columns in own's memory. *made is 0 if it has too many entries.

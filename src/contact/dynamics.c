@@ -17,19 +17,6 @@ static int32_t is_halved(const perp__dynamics *own)
     return own->forms_W && own->has_M && own->n <= DENSE_MOST;
 }
 
-static void lay_out_lines(perp__arena *arena, perp__dynamics *own, int32_t which)
-{
-    const perp__matrix *A = which ? &own->G : &own->H;
-    const size_t entries = A->column_starts ? (size_t)A->column_starts[A->columns] : 0;
-
-    own->line_starts[which] = NULL;
-    if (!A->column_starts || !own->forms_W || is_halved(own))
-        return;
-    own->line_starts[which] = perp__arena_take(arena, (size_t)A->rows + 2, sizeof(int32_t));
-    own->line_columns[which] = perp__arena_take(arena, entries, sizeof(int32_t));
-    own->line_values[which] = perp__arena_take(arena, entries, sizeof(double));
-}
-
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__dynamics *own = object;
@@ -41,8 +28,6 @@ static void lay_out(perp__arena *arena, void *object)
                       : NULL;
     own->ones = perp__arena_take(arena, n, sizeof(double));
     own->all = perp__arena_take(arena, n, sizeof(int32_t));
-    lay_out_lines(arena, own, 0);
-    lay_out_lines(arena, own, 1);
     own->W = own->block = NULL;
     if (own->forms_W) {
         own->W = perp__arena_take(arena, size, size * sizeof(double));
@@ -53,43 +38,16 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, larger, &own->high, &own->low, &own->more_high, &own->more_low);
 }
 
-/* The rows of a sparse A, one after the other. */
-static void read_lines(perp__dynamics *own, int32_t which)
+/* Rows begin .. begin + count - 1, dense, into the columns of block; those of A are number `above`
+ * and on. */
+static void spread_rows(perp__dynamics *own, const perp__matrix *A, int32_t above, int32_t begin,
+                        int32_t count)
 {
-    const perp__matrix *A = which ? &own->G : &own->H;
-    int32_t *starts = own->line_starts[which];
+    perp__cursor c = perp__first(A);
 
-    if (!A->column_starts)
-        return;
-    memset(starts, 0, ((size_t)A->rows + 2) * sizeof *starts);
-    for (int32_t k = 0; k < A->column_starts[A->columns]; k++)
-        starts[A->row_indices[k] + 2]++;
-    for (int32_t i = 0; i < A->rows; i++)
-        starts[i + 2] += starts[i + 1];
-    for (int32_t j = 0; j < A->columns; j++)
-        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
-            const int32_t to = starts[A->row_indices[k] + 1]++;
-
-            own->line_columns[which][to] = j;
-            own->line_values[which][to] = A->values[k];
-        }
-}
-
-/* x := row i of (H, G), dense. */
-static void spread_row(const perp__dynamics *own, int32_t i, double *x)
-{
-    const int32_t which = i >= own->H.rows;
-    const perp__matrix *A = which ? &own->G : &own->H;
-    const int32_t row = which ? i - own->H.rows : i;
-
-    if (A->column_starts) {
-        memset(x, 0, (size_t)own->n * sizeof *x);
-        for (int32_t k = own->line_starts[which][row]; k < own->line_starts[which][row + 1]; k++)
-            x[own->line_columns[which][k]] = own->line_values[which][k];
-    } else {
-        for (int32_t j = 0; j < own->n; j++)
-            x[j] = A->values[(size_t)row * A->row_stride + (size_t)j * A->column_stride];
-    }
+    while (A->rows > 0 && perp__advance(&c))
+        if (c.i + above >= begin && c.i + above < begin + count)
+            own->block[(size_t)(c.i + above - begin) * (size_t)own->n + (size_t)c.j] = c.value;
 }
 
 static perp_status not_definite(perp_context *context, int32_t pivot)
@@ -172,8 +130,9 @@ static perp_status form_delassus(perp__dynamics *own)
     for (int32_t begin = 0; begin < own->size && status == PERP_OK; begin += BLOCK) {
         const int32_t columns = own->size - begin < BLOCK ? own->size - begin : BLOCK;
 
-        for (int32_t c = 0; c < columns; c++)
-            spread_row(own, begin + c, own->block + (size_t)c * n);
+        memset(own->block, 0, (size_t)columns * n * sizeof *own->block);
+        spread_rows(own, &own->H, 0, begin, columns);
+        spread_rows(own, &own->G, own->H.rows, begin, columns);
         status = solve_mass(own, own->block, columns);
         for (int32_t c = 0; c < columns && status == PERP_OK; c++)
             relative(own, own->block + (size_t)c * n, own->W + (size_t)(begin + c) * size);
@@ -227,8 +186,7 @@ perp_status perp__dynamics_setup(perp__dynamics *own)
 {
     perp_status status;
 
-    own->arena.context = own->context;
-    status = perp__arena_fit(&own->arena, lay_out, own);
+    status = perp__arena_fit(&own->arena, own->context, lay_out, own);
     if (status != PERP_OK)
         return status;
     status = factor_mass(own);
@@ -236,19 +194,11 @@ perp_status perp__dynamics_setup(perp__dynamics *own)
         return status;
     if (is_halved(own))
         return form_halved(own);
-    read_lines(own, 0);
-    read_lines(own, 1);
     return form_delassus(own);
 }
 
-/* high + low := f + H'r + G's */
-static void right_hand_side(perp__dynamics *own, const double *f, const double *r)
+void perp__dynamics_push(perp__dynamics *own, const double *f, const double *r)
 {
-    if (!r) {
-        memcpy(own->high, f, (size_t)own->n * sizeof *f);
-        memset(own->low, 0, (size_t)own->n * sizeof *f);
-        return;
-    }
     perp__transposed_doubled(&own->H, r, f, own->high, own->low);
     if (own->G.rows == 0)
         return;
@@ -265,7 +215,12 @@ perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, cons
     const size_t n = (size_t)own->n;
     perp_status status;
 
-    right_hand_side(own, f, r);
+    if (r) {
+        perp__dynamics_push(own, f, r);
+    } else {
+        memcpy(own->high, f, n * sizeof *f);
+        memset(own->low, 0, n * sizeof *f);
+    }
     for (size_t i = 0; i < n; i++) {
         v[i] = own->high[i] + own->low[i];
         v_low[i] = 0.0;
@@ -304,6 +259,14 @@ void perp__dynamics_relative(perp__dynamics *own, const double *v, const double 
     relative_doubled(own, &own->H, v, v_low, w, u);
     if (own->G.rows > 0)
         relative_doubled(own, &own->G, v, v_low, b, u + own->H.rows);
+}
+
+void perp__dynamics_sizes(const perp__dynamics *own, const double *v, const double *w,
+                          const double *b, double *out)
+{
+    perp__absolute_product(&own->H, v, w, out);
+    if (own->G.rows > 0)
+        perp__absolute_product(&own->G, v, b, out + own->H.rows);
 }
 
 void perp__dynamics_release(perp__dynamics *own)

@@ -18,13 +18,10 @@ typedef struct perp__dynamics {
     perp_contact_mass_solve solve;
     void *user;
     perp__arena arena;
-    perp__sparse_cholesky cholesky; /* sparse M */
-    double *factor;                 /* n by n: dense M, or one that half.h works on */
-    double *ones;                   /* n */
-    int32_t *all;                   /* n: 0, 1, 2, ... */
-    int32_t *line_starts[2];        /* rows of H and G, where those are sparse, else NULL */
-    int32_t *line_columns[2];
-    double *line_values[2];
+    perp__sparse_cholesky cholesky;            /* sparse M */
+    double *factor;                            /* n by n: dense M, or one that half.h works on */
+    double *ones;                              /* n */
+    int32_t *all;                              /* n: 0, 1, 2, ... */
     double *W;                                 /* size by size */
     double *block;                             /* n by BLOCK; or Y of half.h */
     int32_t *firsts;                           /* its tiles */
@@ -40,6 +37,9 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
  * definite), _NOT_FINITE, _MEMORY or _CALLBACK. */
 perp_status perp__dynamics_setup(perp__dynamics *own);
 
+/* high + low := f + H'r + G's in doubled precision; f NULL: 0. */
+void perp__dynamics_push(perp__dynamics *own, const double *f, const double *r);
+
 /* v + v_low := M^-1 (f + H'r + G's), refined once in doubled precision where M is known; (r, s)
  * NULL: 0. PERP_OK, _CALLBACK or _NOT_FINITE. */
 perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, const double *r,
@@ -48,6 +48,10 @@ perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, cons
 /* u := (H v + w, G v + b), rounded once; b may be NULL. */
 void perp__dynamics_relative(perp__dynamics *own, const double *v, const double *v_low,
                              const double *w, const double *b, double *u);
+
+/* out := (|H| |v| + |w|, |G| |v| + |b|) */
+void perp__dynamics_sizes(const perp__dynamics *own, const double *v, const double *w,
+                          const double *b, double *out);
 
 void perp__dynamics_release(perp__dynamics *own);
 

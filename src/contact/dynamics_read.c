@@ -2,9 +2,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/check.h"
 #include "base/context.h"
 #include "contact/dynamics.h"
-#include "contact/settings.h"
 
 /* Of sqrt(M_ii M_jj): mass matrices from the field are symmetric to rounding. */
 #define SYMMETRIC 1e-8
@@ -87,10 +87,7 @@ static perp_status read_mass(perp_context *context, perp__dynamics *own,
     own->user = dynamics->user;
     if (!own->has_M)
         return PERP_OK;
-    status = perp__matrix_read(context, "M", &own->M, dynamics->M);
-    if (status == PERP_OK && (own->M.rows != own->n || own->M.columns != own->n))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected %d by %d",
-                            (int)own->M.rows, (int)own->M.columns, (int)own->n, (int)own->n);
+    status = perp__matrix_read_sized(context, "M", &own->M, dynamics->M, own->n, own->n);
     return status == PERP_OK ? check_mass(context, &own->M) : status;
 }
 
@@ -117,8 +114,7 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
     perp_status status = perp__check_pointer(context, "dynamics", dynamics);
 
     memset(&read, 0, sizeof read);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_contact_dynamics, context, &read, dynamics);
+    PERP__THEN(status, PERP__READ(perp_contact_dynamics, context, &read, dynamics));
     if (status != PERP_OK)
         return status;
     if (read.n < 0 || read.reserved != 0)
@@ -128,8 +124,7 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
     own->context = context;
     own->n = read.n;
     status = read_mass(context, own, &read);
-    if (status == PERP_OK)
-        status = read_rows(context, "H", &own->H, read.H, rows, read.n);
+    PERP__THEN(status, read_rows(context, "H", &own->H, read.H, rows, read.n));
     memset(&own->G, 0, sizeof own->G);
     own->G.columns = read.n;
     own->G.row_stride = own->G.column_stride = 1;

@@ -1,8 +1,8 @@
 /* What impulses are worth, from the caller's data. */
 #include <math.h>
-#include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "contact/law.h"
 #include "contact/rigid/rigid.h"
 #include "contact/solver.h"
@@ -35,14 +35,55 @@ static perp_status check_load(perp_contact_solver *solver)
     return PERP_OK;
 }
 
+/* load := |q| of a unit's rows, or where that is more, share of it. Returns the most of those. */
+static double grant(const perp_contact_solver *solver, int32_t begin, int32_t end, double share)
+{
+    double most = 0.0;
+
+    for (int32_t i = begin; i < end; i++) {
+        const double size = fabs(solver->q[i]), least = share * solver->load[i];
+        const int32_t is_granted = least > size && least < INFINITY;
+
+        solver->load[i] = is_granted ? least : size;
+        most = is_granted && least > most ? least : most;
+    }
+    return most;
+}
+
+/* load := |q|, or where that is more, 16 eps / tol of the terms that it is made of: they have
+ * roundings, and of rows that depend on each other no impulses remove those. omega is no less. */
+static void grant_rounding(perp_contact_solver *solver)
+{
+    const double share = fmin(1.0, PERP__ROUNDING_LIMIT / solver->settings.tol);
+    int32_t raised = 0;
+
+    for (int32_t k = 0; k < solver->units; k++) {
+        const int32_t row = solver->rows + k - solver->contacts;
+        const double most = k < solver->contacts
+                                ? grant(solver, solver->starts[k], solver->starts[k + 1], share)
+                                : grant(solver, row, row + 1, share);
+        double *drive = &solver->drive[solver->part[k]];
+
+        if (most > solver->root[k] * *drive && *drive > 0.0 && most / solver->root[k] < INFINITY) {
+            perp__raise_to(drive, most / solver->root[k]);
+            raised = 1;
+        }
+    }
+    for (int32_t k = 0; raised && k < solver->units; k++)
+        if (solver->drive[solver->part[k]] > 0.0)
+            solver->omega[k] = solver->drive[solver->part[k]];
+}
+
 perp_status perp__contact_load(perp_contact_solver *solver)
 {
     const perp__contact_call *call = solver->call;
     perp_status status = PERP_OK;
 
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
-        if (solver->size > 0)
-            memcpy(solver->q, call->q, (size_t)solver->size * sizeof(double));
+        for (int32_t i = 0; i < solver->size; i++) {
+            solver->q[i] = call->q[i];
+            solver->load[i] = 0.0; /* the caller's word: nothing is granted */
+        }
     } else if (solver->entrance == PERP__ENTRANCE_RIGID) {
         perp__rigid_load(solver);
     } else {
@@ -51,6 +92,7 @@ perp_status perp__contact_load(perp_contact_solver *solver)
         if (status == PERP_OK)
             perp__dynamics_relative(&solver->dynamics, solver->v, solver->v_low, call->w, call->b,
                                     solver->q);
+        perp__dynamics_sizes(&solver->dynamics, solver->v, call->w, call->b, solver->load);
         if (solver->has_bodies)
             perp__bodies_force(&solver->bodies, call->f);
     }
@@ -59,18 +101,11 @@ perp_status perp__contact_load(perp_contact_solver *solver)
         return status;
     perp__contact_omegas(&solver->problem, solver->part, solver->parts, solver->drive,
                          solver->omega);
+    grant_rounding(solver);
     solver->rests = 0;
     for (int32_t p = 0; p < solver->parts; p++)
         solver->rests |= solver->drive[p] == 0.0;
     return check_load(solver);
-}
-
-static int32_t is_zero(const double *x, int32_t count)
-{
-    for (int32_t i = 0; i < count; i++)
-        if (x[i] != 0.0)
-            return 0;
-    return 1;
 }
 
 /* u = W r + q, or with dynamics H v + w, v = M^-1 (f + H'r + G's). */
@@ -79,9 +114,8 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     const perp__contact_call *call = solver->call;
     perp_status status;
 
-    if (solver->is_free && is_zero(solver->r, solver->size)) {
-        if (solver->size > 0)
-            memcpy(solver->u, solver->q, (size_t)solver->size * sizeof(double));
+    if (solver->is_free && perp__is_zero(solver->r, solver->size)) {
+        perp__copy(solver->u, solver->q, solver->size);
         for (int32_t i = 0; solver->is_lean && i < solver->size; i++)
             solver->scale[i] = fabs(solver->q[i]);
         return PERP_OK;

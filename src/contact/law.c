@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include <perp/contact.h>
 
@@ -12,6 +13,10 @@
 /* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
  * the quotient of two such. */
 #define SMALL 1e-150
+
+/* Friction from which a contact is judged normal and tangents apart, as those with discs are: the
+ * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */
+#define STEEP 1e3
 
 /* Of the radius: r nearer to the edge of its disc than this is on it. */
 #define EDGE (8.0 * DBL_EPSILON)
@@ -62,12 +67,14 @@ void perp__contact_direction(int32_t edges, int32_t j, double d[2])
     }
 }
 
-/* excess := x - P(x) for the polygon of `radius`. Returns 0 inside, 1 on an edge, 2 at a vertex. */
-static int32_t polygon_excess(int32_t edges, double radius, const double x[2], double excess[2])
+/* Whether x is outside of the polygon of `radius`. nearest := P(x), excess := x - P(x): each in a
+ * form that does not cancel, far from the polygon the one and next to it the other. */
+static int32_t polygon_excess(int32_t edges, double radius, const double x[2], double nearest[2],
+                              double excess[2])
 {
     const double pi = 3.14159265358979323846;
     double angle = atan2(x[1], x[0]), a[2], b[2], normal[2], length, out, along, span;
-    int32_t j = (int32_t)floor(angle * edges / (2.0 * pi));
+    int32_t j = isnan(angle) ? 0 : (int32_t)floor(angle * edges / (2.0 * pi));
 
     j = (j % edges + edges) % edges;
     perp__contact_direction(edges, j, a);
@@ -85,13 +92,17 @@ static int32_t polygon_excess(int32_t edges, double radius, const double x[2], d
     along = normal[0] * x[1] - normal[1] * x[0];
     span = radius * sin(pi / edges);
     if (fabs(along) <= span) {
+        nearest[0] = radius * (0.5 * length) * normal[0] - along * normal[1];
+        nearest[1] = radius * (0.5 * length) * normal[1] + along * normal[0];
         excess[0] = out * normal[0];
         excess[1] = out * normal[1];
         return 1;
     }
-    excess[0] = x[0] - radius * (along > 0.0 ? b[0] : a[0]);
-    excess[1] = x[1] - radius * (along > 0.0 ? b[1] : a[1]);
-    return 2;
+    for (int32_t i = 0; i < 2; i++) {
+        nearest[i] = radius * (along > 0.0 ? b[i] : a[i]);
+        excess[i] = x[i] - nearest[i];
+    }
+    return 1;
 }
 
 /* hypot, by the square root where no square leaves the range of doubles. */
@@ -122,7 +133,7 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
         r[normal] = 0.0;
     pressure = perp__contact_pressure(problem, k, r);
     for (int32_t p = 0; p < count; p++) {
-        double *x = r + parts[p].row, excess[2];
+        double *x = r + parts[p].row, nearest[2], excess[2];
         const double radius = parts[p].coefficient * pressure;
         const double length = norm(x, parts[p].size);
 
@@ -130,9 +141,8 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
             for (int32_t i = 0; i < parts[p].size; i++)
                 x[i] = 0.0;
         } else if (parts[p].size == 2 && problem->cone > 0) {
-            if (polygon_excess(problem->cone, radius, x, excess))
-                for (int32_t i = 0; i < 2; i++)
-                    x[i] -= excess[i];
+            if (polygon_excess(problem->cone, radius, x, nearest, excess))
+                memcpy(x, nearest, sizeof nearest);
         } else if (length > radius) {
             for (int32_t i = 0; i < parts[p].size; i++)
                 x[i] *= radius / length;
@@ -144,7 +154,7 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
 static int32_t part_map(const perp__contact_problem *problem, const perp__contact_part *part,
                         double radius, const double *r, const double *d, double *out)
 {
-    double x[2] = {0.0, 0.0}, excess[2], length, over;
+    double x[2] = {0.0, 0.0}, nearest[2], excess[2], length, over;
 
     for (int32_t i = 0; i < part->size; i++) {
         x[i] = r[i] - d[i];
@@ -156,7 +166,7 @@ static int32_t part_map(const perp__contact_problem *problem, const perp__contac
         return norm(d, part->size) > 0.0;
     }
     if (part->size == 2 && problem->cone > 0) {
-        if (!polygon_excess(problem->cone, radius, x, excess))
+        if (!polygon_excess(problem->cone, radius, x, nearest, excess))
             return 0;
         out[0] += excess[0];
         out[1] += excess[1];
@@ -321,7 +331,7 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     law->cone = law->dissipation = law->bilateral = 0.0;
     law->change = s.r_n > 0.0 ? fabs(s.u_n) : fmax(0.0, 0.0 - s.u_n);
     judge_parts(problem, parts, count, &s, law);
-    if (count != 1 || problem->cone > 0 || given)
+    if (count != 1 || problem->cone > 0 || given || problem->mu[k] > STEEP)
         return;
     for (int32_t i = 0; i < parts[0].size; i++)
         d[i] = u[parts[0].row + i] / s.t;
@@ -339,7 +349,7 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
     double d[2] = {0.0, 0.0};
 
     if (problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
-        tangents == 0) {
+        tangents == 0 || problem->mu[k] > STEEP) {
         perp__contact_law law;
 
         perp__contact_judge(problem, k, r, u, &law);

@@ -1,7 +1,8 @@
 /* The parts that a problem falls into: contacts and bilateral rows that no significant coupling
- * connects. Each part is judged by itself, in its own units. */
+ * connects. Each part is judged by itself, in its own units; and what a unit may miss of the
+ * largest terms around it (verdict.c) ends where couplings are below sqrt(tol), as that of an LCP's
+ * row does (linalg/witness.c). */
 #include <math.h>
-#include <string.h>
 
 #include "base/groups.h"
 #include "contact/solver.h"
@@ -11,48 +12,51 @@
  * the smaller one is not to be judged. */
 #define NOISE 0x1p-30
 
-/* Of every pair of units that W couples, by so much of sqrt(t_k t_j): joins their parts, and notes
- * whether there is noise; or, once the parts are numbered, whether there is any between them. */
-static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t a, int32_t b,
-                         double coupling)
+/* A forest that pairs of units join, and what couples less than `least` of sqrt(t_k t_j). */
+typedef struct look {
+    int32_t *part;
+    double least; /* INFINITY: the parts are numbered, nothing joins them any more */
+    int32_t parts;
+    int32_t leaks; /* something is coupled that is in two parts */
+} look;
+
+static inline void visit(look *l, int32_t a, int32_t b, double coupling)
 {
-    if (a == b || coupling == 0.0)
+    if (a == b || coupling == 0.0 || l->part[a] == l->part[b])
         return;
-    if (numbered)
-        solver->leaks |= solver->part[a] != solver->part[b];
-    else if (coupling > NOISE)
-        solver->parts -= perp__join(solver->part, a, b);
+    if (coupling > l->least)
+        l->parts -= perp__join(l->part, a, b);
     else
-        solver->leaks = 1;
+        l->leaks = 1;
 }
 
-static void visit_entry(perp_contact_solver *solver, int32_t numbered, int32_t i, int32_t j,
+static void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
                         double value)
 {
     const int32_t a = solver->unit_of[i], b = solver->unit_of[j];
 
-    visit(solver, numbered, a, b, fabs(value) / solver->root[a] / solver->root[b]);
+    visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
 }
 
-static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
+static void visit_matrix(const perp_contact_solver *solver, look *l)
 {
     const perp__matrix *W = &solver->W;
 
     /* one part, and there is nothing left to ask */
-    for (int32_t j = 0; j < solver->size && solver->parts > 1; j++)
+    for (int32_t j = 0; j < solver->size && l->parts > 1; j++)
         if (W->column_starts)
             for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                visit_entry(solver, numbered, W->row_indices[k], j, W->values[k]);
+                visit_entry(solver, l, W->row_indices[k], j, W->values[k]);
         else
             for (int32_t i = 0; i < solver->size; i++)
-                visit_entry(solver, numbered, i, j,
+                visit_entry(solver, l, i, j,
                             W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the
  * one with the largest share |P_k|^2 / t_k is coupled with all others, and that finds all that are.
  */
-static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
+static void visit_bodies(const perp_contact_solver *solver, look *l)
 {
     const perp__bodies *b = &solver->bodies;
     double *shares = solver->terms;
@@ -71,35 +75,96 @@ static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
             }
         }
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            visit(solver, numbered, first, b->block_units[at],
-                  sqrt(most * shares[b->block_units[at]]));
+            visit(l, first, b->block_units[at], sqrt(most * shares[b->block_units[at]]));
     }
 }
 
-static void visit_couplings(perp_contact_solver *solver, int32_t numbered)
+/* What a piece has of coordinate i, the largest of its rows. */
+static double share_of(const perp__bodies *b, int64_t at, int32_t i)
 {
-    solver->leaks = 0;
-    if (solver->has_bodies)
-        visit_bodies(solver, numbered);
-    else
-        visit_matrix(solver, numbered);
+    const int32_t unit = b->block_units[at];
+    const double *P = b->values + b->piece_values[b->block_pieces[at]] + i;
+    double most = 0.0;
+
+    for (int32_t row = b->rows[unit]; row < b->rows[unit + 1]; row++, P += b->width)
+        most = fabs(*P) > most ? fabs(*P) : most;
+    return most;
+}
+
+/* The same in one coordinate of a block: units that act on others of its coordinates have nothing
+ * of each other, however much of the block is theirs. */
+static void visit_coordinate(const perp_contact_solver *solver, look *l, int32_t block, int32_t i)
+{
+    const perp__bodies *b = &solver->bodies;
+    double *shares = solver->wide, most = 0.0;
+    int32_t first = -1;
+
+    for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
+        const int32_t unit = b->block_units[at];
+
+        shares[unit] = share_of(b, at, i) / solver->root[unit];
+        if (shares[unit] > most) {
+            most = shares[unit];
+            first = unit;
+        }
+    }
+    for (int64_t at = b->block_starts[block]; first >= 0 && at < b->block_starts[block + 1]; at++)
+        visit(l, first, b->block_units[at], most * shares[b->block_units[at]]);
+}
+
+/* A pile hangs together by the first coordinates: the others are not looked at. */
+static void visit_coordinates(const perp_contact_solver *solver, look *l)
+{
+    for (int32_t i = 0; i < solver->bodies.width && l->parts > 1; i++)
+        for (int32_t block = 0; block < solver->bodies.blocks; block++)
+            visit_coordinate(solver, l, block, i);
+}
+
+static look begin(const perp_contact_solver *solver, int32_t *part, double least)
+{
+    const look l = {part, least, solver->units, 0};
+
+    for (int32_t k = 0; k < solver->units; k++)
+        part[k] = k;
+    return l;
 }
 
 void perp__contact_find_parts(perp_contact_solver *solver)
 {
-    for (int32_t k = 0; k < solver->units; k++) {
-        solver->part[k] = k;
+    void (*const visit_couplings)(const perp_contact_solver *, look *) =
+        solver->has_bodies ? visit_bodies : visit_matrix;
+    look l = begin(solver, solver->part, NOISE);
+
+    for (int32_t k = 0; k < solver->units; k++)
         solver->root[k] = sqrt(solver->trace[k]);
-    }
     for (int32_t k = 0; k < solver->contacts; k++)
         for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++)
             solver->unit_of[i] = k;
     for (int32_t i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
-    solver->parts = solver->units;
-    visit_couplings(solver, 0);
-    solver->leaks &= solver->parts > 1;
+    visit_couplings(solver, &l);
+    solver->leaks = l.leaks && l.parts > 1;
     solver->parts = perp__number_parts(solver->part, solver->units);
-    if (solver->leaks)
-        visit_couplings(solver, 1);
+    if (solver->leaks) {
+        l = (look){solver->part, INFINITY, solver->parts, 0};
+        visit_couplings(solver, &l);
+        solver->leaks = l.leaks;
+    }
+    solver->near_tol = 0.0;
+}
+
+void perp__contact_find_near(perp_contact_solver *solver)
+{
+    const double tol = solver->settings.tol;
+    look l;
+
+    if (solver->near_tol == tol)
+        return;
+    l = begin(solver, solver->near, sqrt(tol));
+    if (solver->has_bodies)
+        visit_coordinates(solver, &l);
+    else
+        visit_matrix(solver, &l);
+    (void)perp__number_parts(solver->near, solver->units);
+    solver->near_tol = tol;
 }

@@ -14,7 +14,6 @@
  * converges. */
 #include "contact/polish.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -31,7 +30,15 @@
 /* Of tol: what in plain doubles is enough before the verdict. */
 #define ENOUGH 1e-3
 
-enum { START_STEPS = 16, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
+/* In plain doubles, and in units in which traces and omegas are 1: a step of more than FAR comes
+ * from a set that contradicts itself, nearly singular, and would turn every sign. A proximal step
+ * by K + SOFT goes the same way and not so far. A robot that falls, with dry friction in its
+ * joints, comes to an end so in two of three steps where FAR is infinite, and SOFT = 1e-4 or 1e-3,
+ * in five of six. */
+#define FAR 100.0
+#define SOFT 3e-4
+
+enum { START_STEPS = 30, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
 
 /* The search: sets that are drawn, and the steps from each. */
 enum { DRAWS = 3000, DRAWN_STEPS = 16 };
@@ -57,6 +64,12 @@ static double length_of(const double *x, int32_t size)
     return size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
 }
 
+/* Whether the normal moves nothing: it presses as it does, and is no row of the system. */
+static int32_t is_bound(const perp__contact_problem *problem, int32_t k)
+{
+    return problem->bound && problem->bound[k] > 0.0;
+}
+
 /* The side of the kink on which each contact and each part lies. */
 static void read_set(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
                      const double *u)
@@ -68,8 +81,8 @@ static void read_set(perp__contact_polish *p, const perp__contact_problem *probl
 
         const double pressure = perp__contact_pressure(problem, k, r);
 
-        p->presses[k] =
-            perp__contact_two_sided(problem, k) > 0 || r[normal] > u[normal] / problem->trace[k];
+        p->presses[k] = perp__contact_two_sided(problem, k) > 0 || is_bound(problem, k) ||
+                        r[normal] > u[normal] / problem->trace[k];
         for (int32_t c = 0; c < count; c++) {
             const int32_t row = parts[c].row;
             double x[2] = {0.0, 0.0};
@@ -100,7 +113,8 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (int32_t i = 0; p->presses[k] && i < perp__contact_normals(problem, k); i++)
+        for (int32_t i = is_bound(problem, k);
+             p->presses[k] && i < perp__contact_normals(problem, k); i++)
             add_row(p, problem->starts[k] + i);
         for (int32_t c = 0; c < count; c++)
             for (int32_t i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
@@ -111,6 +125,9 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
     for (int32_t i = 0; i < problem->size; i++)
         if (p->place[i] < 0)
             r[i] = 0.0;
+    for (int32_t k = 0; problem->bound && k < problem->contacts; k++)
+        if (is_bound(problem, k))
+            r[problem->starts[k]] = problem->bound[k];
 }
 
 /* K = W of the active rows, column by column. */
@@ -145,7 +162,7 @@ static void write_length(perp__contact_polish *p, const perp__contact_problem *p
 
     for (int32_t i = 0; i < part->size; i++)
         p->K[a + (a + (size_t)i) * n] = t * (r[part->row + i] / length);
-    if (both == 0)
+    if (both == 0 && p->place[normal] >= 0)
         p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
     for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
         p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
@@ -222,14 +239,14 @@ static void set_up(perp__contact_polish *p, const perp__contact_problem *problem
     scale(p, problem);
 }
 
-/* The factors of the regularised K. Returns 0 where that is singular. */
-static int32_t factor(perp__contact_polish *p)
+/* The factors of K, so regularised. Returns 0 where that is singular. */
+static int32_t factor(perp__contact_polish *p, double regular)
 {
     const size_t n = (size_t)p->n;
 
     memcpy(p->factors, p->K, n * n * sizeof *p->K);
     for (size_t i = 0; i < n; i++)
-        p->factors[i * (n + 1)] += p->regular;
+        p->factors[i * (n + 1)] += regular;
     return perp__lu_factor(p->n, p->factors, p->n, p->pivots) == 0;
 }
 
@@ -265,6 +282,16 @@ static void solve_step(perp__contact_polish *p)
     }
 }
 
+/* The same of a set that contradicts itself. Returns 0 where there is none. */
+static int32_t soften_step(perp__contact_polish *p)
+{
+    if (!factor(p, SOFT))
+        return 0;
+    memcpy(p->step, p->rhs, (size_t)p->n * sizeof(double));
+    perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->step, 0);
+    return isfinite(largest(p->step, p->n));
+}
+
 static void velocities(perp_contact_solver *solver)
 {
     if (solver->polish.enough > 0.0) {
@@ -285,8 +312,9 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
     const perp__contact_problem *problem = &solver->problem;
     double least = INFINITY;
 
+    p->is_soft = 0;
     velocities(solver);
-    for (int32_t step = 0; step < STEPS; step++) {
+    for (int32_t step = 0; step < STEPS && !p->is_soft; step++) {
         double size;
 
         set_up(p, problem, solver->r, solver->u);
@@ -299,10 +327,11 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return 0;
         if (!perp__contact_polish_step(solver))
             return step > 0;
-        if (!factor(p))
+        if (!factor(p, p->regular))
             return 0;
         solve_step(p);
-        if (!isfinite(largest(p->step, p->n)))
+        p->is_soft = p->enough > 0.0 && !(largest(p->step, p->n) <= FAR);
+        if (p->is_soft ? !soften_step(p) : !isfinite(largest(p->step, p->n)))
             return 0;
         for (int32_t i = 0; i < p->n; i++)
             solver->r[p->rows[i]] += p->step[i] * p->units[i];
@@ -324,7 +353,7 @@ static int32_t change_some(perp__contact_polish *p, const perp__contact_problem 
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
         const int32_t presses =
-            perp__contact_two_sided(problem, k) > 0 ||
+            perp__contact_two_sided(problem, k) > 0 || is_bound(problem, k) ||
             (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0 && p->turns[k] < TURNS);
         const double pressure = perp__contact_pressure(problem, k, r);
         const int32_t flips = presses != p->presses[k];
@@ -357,7 +386,8 @@ static int32_t change_some(perp__contact_polish *p, const perp__contact_problem 
                 changes++;
             }
         }
-        if (p->turns[k] == TURNS && perp__contact_two_sided(problem, k) == 0) {
+        if (p->turns[k] == TURNS && perp__contact_two_sided(problem, k) == 0 &&
+            !is_bound(problem, k)) {
             p->presses[k] = 0;
             memset(&p->parts[3 * k], PERP__PART_NONE, 3);
         }
@@ -377,6 +407,19 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
     return change_some(p, problem, r, u);
 }
 
+/* From set to set. Returns whether that ended, within so many, with one that stays. */
+static int32_t settle(perp_contact_solver *solver, perp__contact_polish *p, int32_t most)
+{
+    for (int32_t sets = 0; sets < most; sets++) { /* two may take turns without any step */
+        number_rows(p, &solver->problem, solver->r);
+        if (!follow(solver, p))
+            return 0;
+        if (change_set(p, &solver->problem, solver->r, solver->u) == 0)
+            return !p->is_soft;
+    }
+    return 0;
+}
+
 static perp_status fit(perp_contact_solver *solver, perp__contact_polish *p)
 {
     perp_status status;
@@ -385,7 +428,7 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_polish *p)
         return PERP_OK;
     p->fitted = 0;
     p->room = solver->size;
-    status = perp__arena_fit(&p->arena, layout, p);
+    status = perp__arena_fit(&p->arena, solver->context, layout, p);
     if (status == PERP_OK)
         p->fitted = solver->setups;
     return status;
@@ -490,8 +533,6 @@ int32_t perp__contact_is_near(perp_contact_solver *solver)
 perp_status perp__contact_polish_start(perp_contact_solver *solver)
 {
     perp__contact_polish *p = &solver->polish;
-    const perp__contact_problem *problem = &solver->problem;
-    int32_t changes = 1;
     perp__contact_worth worth;
     perp_status status = fit(solver, p);
 
@@ -500,13 +541,9 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     p->enough = ENOUGH * solver->settings.tol;
     velocities(solver);
     begin(solver, p, p->enough, START_STEPS);
-    for (int32_t sets = 0; changes > 0; sets++) { /* two sets may take turns without any step */
-        number_rows(p, problem, solver->r);
-        if (sets > START_STEPS || !follow(solver, p))
-            return PERP_OK;
-        changes = change_set(p, problem, solver->r, solver->u);
-    }
-    write_modes(p, problem, solver->modes);
+    if (!settle(solver, p, START_STEPS + 1))
+        return PERP_OK;
+    write_modes(p, &solver->problem, solver->modes);
     status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
     return status == PERP_OK && !perp__is_good(solver->best.outcome)
                ? perp__contact_polish_run(solver)
@@ -552,17 +589,9 @@ perp_status perp__contact_polish_search(perp_contact_solver *solver)
     perp_status status = fit(solver, p);
 
     for (int32_t k = 0; k < DRAWS && status == PERP_OK && solver->ended < 0; k++) {
-        int32_t changes = 1;
-
         begin(solver, p, ENOUGH * solver->settings.tol, DRAWN_STEPS);
         draw_set(solver, p, &seed);
-        for (int32_t round = 0; round < ROUNDS && changes > 0; round++) {
-            number_rows(p, &solver->problem, solver->r);
-            if (!follow(solver, p))
-                break;
-            changes = change_set(p, &solver->problem, solver->r, solver->u);
-        }
-        if (changes > 0)
+        if (!settle(solver, p, ROUNDS))
             continue;
         write_modes(p, &solver->problem, solver->modes);
         status = perp__contact_consider(solver, solver->running, solver->modes, &worth);

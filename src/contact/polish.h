@@ -15,6 +15,7 @@ typedef struct perp__contact_polish {
     double enough;   /* > 0: in plain doubles, and to no more than this tested residual */
     int64_t last;    /* of the steps in plain doubles */
     double regular;  /* added to the diagonal of K before it is factored */
+    int32_t is_soft; /* the last step was a proximal one: no equations hold */
     int32_t n;       /* rows of the active set */
     int32_t *place;  /* of a row in the system, -1: r is 0 there */
     int32_t *rows;   /* the other way round */

@@ -2,8 +2,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/check.h"
 #include "base/context.h"
-#include "contact/settings.h"
+#include "contact/contact.h"
 #include "contact/solver.h"
 
 static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
@@ -44,52 +45,43 @@ static perp_status check_coefficients(perp_context *context, const char *name, c
     return PERP_OK;
 }
 
-static perp_status check_two_sided(perp_context *context, const perp_contact_laws *laws, int32_t k)
+perp_status perp__contact_check_dims(perp_context *context, const char *name,
+                                     const perp_contact_laws *laws)
 {
-    const int32_t both = both_of(laws, k), dim = dim_of(laws, k);
+    for (int32_t k = 0; k < laws->contacts; k++) {
+        const int32_t both = both_of(laws, k), dim = dim_of(laws, k);
 
-    if (both < 0 || both > 3)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "laws.two_sided[%d] is %d, expected 0, 1, 2 or 3", (int)k, (int)both);
-    if (both > 0 && (dim < both + 1 || dim > both + 2))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "laws.dims[%d] is %d, expected %d or %d: %d normals that hold both ways "
-                          "and 1 or 2 tangents",
-                          (int)k, (int)dim, (int)both + 1, (int)both + 2, (int)both);
-    if (both > 0 && (is_positive(laws->rolling, k) || is_positive(laws->spinning, k)))
-        return perp__fail(
-            context, PERP_ERROR_ARGUMENT, "laws.%s[%d] is %g, but contact %d holds both ways",
-            is_positive(laws->rolling, k) ? "rolling" : "spinning", (int)k,
-            is_positive(laws->rolling, k) ? laws->rolling[k] : laws->spinning[k], (int)k);
+        if (both < 0 || both > 3)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.two_sided[%d] is %d, expected 0, 1, 2 or 3", name, (int)k,
+                              (int)both);
+        if (both > 0 && (dim < both + 1 || dim > both + 2))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.dims[%d] is %d, expected %d or %d: %d normals that hold both "
+                              "ways and 1 or 2 tangents",
+                              name, (int)k, (int)dim, (int)both + 1, (int)both + 2, (int)both);
+        if (both == 0 && (dim < 1 || dim > 3))
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.dims[%d] is %d, expected 1, 2 or 3",
+                              name, (int)k, (int)dim);
+    }
     return PERP_OK;
 }
 
-static perp_status check_dims(perp_context *context, const perp_contact_laws *laws)
+/* Rolling and spinning, of contacts that may have them. */
+static perp_status check_turns(perp_context *context, const perp_contact_laws *laws)
 {
-    perp_status status;
-
-    if (!laws->dims && (laws->dim < 1 || laws->dim > 3))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.dim is %d, expected 1, 2 or 3",
-                          (int)laws->dim);
     for (int32_t k = 0; k < laws->contacts; k++) {
-        const int32_t dim = dim_of(laws, k);
+        const int32_t both = both_of(laws, k) > 0, dim = dim_of(laws, k);
+        const int32_t rolls = is_positive(laws->rolling, k) && (both || dim < 2);
 
-        status = check_two_sided(context, laws, k);
-        if (status != PERP_OK)
-            return status;
-        if (both_of(laws, k) > 0)
+        if (!rolls && !(is_positive(laws->spinning, k) && (both || dim < 3)))
             continue;
-        if (dim < 1 || dim > 3)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "laws.dims[%d] is %d, expected 1, 2 or 3", (int)k, (int)dim);
-        if (dim < 2 && is_positive(laws->rolling, k))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "laws.rolling[%d] is %g, but contact %d has dimension 1", (int)k,
-                              laws->rolling[k], (int)k);
-        if (dim < 3 && is_positive(laws->spinning, k))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "laws.spinning[%d] is %g, but contact %d has dimension %d", (int)k,
-                              laws->spinning[k], (int)k, (int)dim);
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.%s[%d] is %g, but contact %d %s",
+                          rolls ? "rolling" : "spinning", (int)k,
+                          rolls ? laws->rolling[k] : laws->spinning[k], (int)k,
+                          both       ? "holds both ways"
+                          : dim == 1 ? "has dimension 1"
+                                     : "has dimension 2");
     }
     return PERP_OK;
 }
@@ -107,23 +99,21 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
     perp_status status = perp_contact_laws_init(own, sizeof *own);
     int64_t sum = 0;
 
-    if (status == PERP_OK)
-        status = perp__check_pointer(context, "laws", laws);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_contact_laws, context, own, laws);
+    PERP__THEN(status, perp__check_pointer(context, "laws", laws));
+    PERP__THEN(status, PERP__READ(perp_contact_laws, context, own, laws));
     if (status != PERP_OK)
         return status;
     status = PERP__CHECK_FIELDS(context, "laws", own, counts);
     if (status == PERP_OK && own->bounded > 0)
         status = perp__check_bounds(context, own->lower, own->upper, (size_t)own->bounded);
-    if (status == PERP_OK)
-        status = check_coefficients(context, "laws.mu", own->mu, own->contacts);
-    if (status == PERP_OK)
-        status = check_coefficients(context, "laws.rolling", own->rolling, own->contacts);
-    if (status == PERP_OK)
-        status = check_coefficients(context, "laws.spinning", own->spinning, own->contacts);
-    if (status == PERP_OK)
-        status = check_dims(context, own);
+    PERP__THEN(status, check_coefficients(context, "laws.mu", own->mu, own->contacts));
+    PERP__THEN(status, check_coefficients(context, "laws.rolling", own->rolling, own->contacts));
+    PERP__THEN(status, check_coefficients(context, "laws.spinning", own->spinning, own->contacts));
+    if (status == PERP_OK && !own->dims && (own->dim < 1 || own->dim > 3))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "laws.dim is %d, expected 1, 2 or 3",
+                            (int)own->dim);
+    PERP__THEN(status, perp__contact_check_dims(context, "laws", own));
+    PERP__THEN(status, check_turns(context, own));
     for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++)
         sum += rows_of(own, k);
     if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral - 2 * own->bounded)
@@ -142,7 +132,7 @@ static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
     double *all = perp__arena_take(arena, units, count * sizeof(double));
 
     s->unit_of = perp__arena_take(arena, size, sizeof(int32_t));
-    PERP__INTEGERS(arena, units, &s->part, &s->number);
+    PERP__INTEGERS(arena, units, &s->part, &s->near, &s->number);
     s->evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
     s->best.evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
     for (size_t k = 0; k < count; k++)
@@ -161,8 +151,8 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
     lay_out_parts(arena, s);
-    PERP__DOUBLES(arena, size, &s->q, &s->scale, &s->high, &s->low, &s->r, &s->u, &s->start,
-                  &s->ray, &s->best.r, &s->best.u);
+    PERP__DOUBLES(arena, size, &s->q, &s->load, &s->scale, &s->high, &s->low, &s->r, &s->u,
+                  &s->start, &s->ray, &s->best.r, &s->best.u);
     PERP__DOUBLES(arena, n, &s->push, &s->push_low, &s->v, &s->v_low, &s->best_v);
     s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
     s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));
@@ -326,11 +316,11 @@ static perp_status make_matrices(perp_contact_solver *solver)
     status = perp__dynamics_setup(&solver->dynamics);
     if (status != PERP_OK || solver->has_bodies)
         return status;
-    memset(&solver->W, 0, sizeof solver->W);
-    solver->W.rows = solver->W.columns = solver->size;
-    solver->W.row_stride = 1;
-    solver->W.column_stride = size;
-    solver->W.values = solver->dynamics.W;
+    solver->W = (perp__matrix){.rows = solver->size,
+                               .columns = solver->size,
+                               .row_stride = 1,
+                               .column_stride = size,
+                               .values = solver->dynamics.W};
     if (solver->bounded.boxes > 0 && !solver->dynamics.has_M) {
         perp__contact_bounded_yield(&solver->bounded, solver->W.values, solver->compliance);
         solver->complies = 1;
@@ -401,8 +391,7 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     next.n = W ? 0 : next.dynamics.n;
     status = check_coefficients(solver->context, "laws.compliance", own.compliance,
                                 next.bounded.rows + own.bilateral);
-    if (status == PERP_OK)
-        status = perp__arena_fit(&next.arena, perp__contact_lay_out, &next);
+    PERP__THEN(status, perp__arena_fit(&next.arena, next.context, perp__contact_lay_out, &next));
     if (status != PERP_OK)
         return status;
     /* from here on the old problem is gone */
@@ -415,8 +404,7 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
         keep_laws(solver, own.bounded > 0 ? &solver->bounded.laws : &own);
         status = make_matrices(solver);
     }
-    if (status == PERP_OK)
-        status = perp__contact_finish_setup(solver);
+    PERP__THEN(status, perp__contact_finish_setup(solver));
     if (status != PERP_OK)
         solver->entrance = PERP__NO_PROBLEM;
     return status;

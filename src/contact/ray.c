@@ -27,57 +27,35 @@ static int32_t has_certificate_form(const perp_contact_solver *solver, const dou
     return 1;
 }
 
-/* True if A'y is 0 to rounding. high, low, absolute: columns of A. */
-static int32_t annihilates(const perp__matrix *A, const double *y, double *high, double *low,
-                           double *absolute)
+/* absolute += |A'| |y| */
+static void add_absolute(const perp__matrix *A, const double *y, double *absolute)
 {
-    perp__transposed_doubled(A, y, NULL, high, low);
-    for (int32_t j = 0; j < A->columns; j++) {
-        double sum = 0.0;
+    perp__cursor c = perp__first(A);
 
-        if (A->column_starts)
-            for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
-                sum += fabs(A->values[k] * y[A->row_indices[k]]);
-        else
-            for (int32_t k = 0; k < A->rows; k++)
-                sum += fabs(A->values[(size_t)k * A->row_stride + (size_t)j * A->column_stride] *
-                            y[k]);
-        absolute[j] += sum;
-        if (!(fabs(high[j]) <= NOTHING * absolute[j]))
-            return 0;
-    }
-    return 1;
+    while (A->rows > 0 && perp__advance(&c))
+        absolute[c.j] += fabs(c.value * y[c.i]);
 }
 
-/* H'y + G's = 0 in the caller's H and G, through the dynamics' own buffers. */
-static int32_t annihilates_dynamics(perp_contact_solver *solver, const double *y)
+/* W'y = 0, or H'y + G's = 0 in the caller's H and G, to rounding. */
+static int32_t annihilates(perp_contact_solver *solver, const double *y)
 {
     perp__dynamics *d = &solver->dynamics;
-    double *absolute = solver->v;
+    const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
+    const double *high = by_W ? solver->high : d->high, *low = by_W ? solver->low : d->low;
+    const int32_t n = by_W ? solver->size : d->n;
+    double *absolute = by_W ? solver->scale : solver->v;
 
-    perp__transposed_doubled(&d->H, y, NULL, d->high, d->low);
-    if (d->G.rows > 0) {
-        perp__transposed_doubled(&d->G, y + d->H.rows, d->high, d->more_high, d->more_low);
-        for (int32_t j = 0; j < d->n; j++)
-            d->high[j] = d->more_high[j] + (d->low[j] + d->more_low[j]);
+    memset(absolute, 0, (size_t)n * sizeof *absolute);
+    if (by_W) {
+        perp__transposed_doubled(&solver->W, y, NULL, solver->high, solver->low);
+        add_absolute(&solver->W, y, absolute);
+    } else {
+        perp__dynamics_push(d, NULL, y);
+        add_absolute(&d->H, y, absolute);
+        add_absolute(&d->G, y + d->H.rows, absolute);
     }
-    for (int32_t j = 0; j < d->n; j++)
-        absolute[j] = 0.0;
-    for (int32_t i = 0; i < 2; i++) {
-        const perp__matrix *A = i ? &d->G : &d->H;
-        const double *x = i ? y + d->H.rows : y;
-
-        for (int32_t j = 0; j < A->columns; j++)
-            if (A->column_starts)
-                for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
-                    absolute[j] += fabs(A->values[k] * x[A->row_indices[k]]);
-            else
-                for (int32_t k = 0; k < A->rows; k++)
-                    absolute[j] += fabs(
-                        A->values[(size_t)k * A->row_stride + (size_t)j * A->column_stride] * x[k]);
-    }
-    for (int32_t j = 0; j < d->n; j++)
-        if (!(fabs(d->high[j]) <= NOTHING * absolute[j]))
+    for (int32_t j = 0; j < n; j++)
+        if (!(fabs(high[j] + low[j]) <= NOTHING * absolute[j]))
             return 0;
     return 1;
 }
@@ -138,7 +116,8 @@ int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
     if (solver->entrance == PERP__ENTRANCE_RIGID)
         perp__rigid_bias(solver, solver->scale);
     for (int32_t k = 0; k < solver->contacts; k++)
-        for (int32_t i = 0; i < perp__contact_normals(&solver->problem, k); i++) {
+        for (int32_t i = perp__contact_first_row(&solver->problem, k) - solver->starts[k];
+             i < perp__contact_normals(&solver->problem, k); i++) { /* what yields is in no way */
             const double given = given_of(solver, solver->scale, solver->starts[k] + i);
 
             may |= given < 0.0 || (solver->two_sided[k] > 0 && given > 0.0);
@@ -168,14 +147,8 @@ void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction
         for (int32_t i = 0; i < solver->size; i++)
             if (solver->compliance[i] > 0.0 && solver->ray[i] != 0.0)
                 return;
-    if (solver->entrance == PERP__ENTRANCE_RIGID) {
-        proves = annihilates_bodies(solver, solver->ray);
-    } else if (solver->entrance == PERP__ENTRANCE_DYNAMICS) {
-        proves = annihilates_dynamics(solver, solver->ray);
-    } else {
-        memset(solver->scale, 0, (size_t)solver->size * sizeof(double));
-        proves = annihilates(&solver->W, solver->ray, solver->high, solver->low, solver->scale);
-    }
+    proves = solver->entrance == PERP__ENTRANCE_RIGID ? annihilates_bodies(solver, solver->ray)
+                                                      : annihilates(solver, solver->ray);
     if (proves)
         solver->certificate = PERP_CONTACT_CERTIFICATE_INFEASIBLE;
 }

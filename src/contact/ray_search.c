@@ -90,16 +90,13 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     if (solver->deadline > 0.0)
-        settings.time_limit = fmax(1e-9, solver->deadline - perp__now());
+        settings.time_limit = perp__time_left(solver->deadline);
     settings.max_iterations = solver->settings.max_iterations;
-    if (status == PERP_OK)
-        status = perp__lcp_set(own->lcp, &settings);
-    if (status == PERP_OK)
-        status = perp_lcp_result_init(result, sizeof *result);
-    if (status == PERP_OK)
-        status = perp__lcp_setup(own->lcp, &M, own->lower, NULL);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL);
+    PERP__THEN(status, perp__lcp_set(own->lcp, &settings));
+    PERP__THEN(status, perp_lcp_result_init(result, sizeof *result));
+    PERP__THEN(status, perp__lcp_setup(own->lcp, &M, own->lower, NULL));
+    PERP__THEN(status,
+               perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL));
     solver->iterations += result->iterations;
     return status;
 }
@@ -244,7 +241,7 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
     if (!own->lcp)
         status = perp__lcp_create(solver->context, &own->lcp, NULL);
     if (status == PERP_OK && own->fitted != solver->setups)
-        status = perp__arena_fit(&own->arena, lay_out, solver);
+        status = perp__arena_fit(&own->arena, solver->context, lay_out, solver);
     if (status != PERP_OK)
         return status;
     own->fitted = solver->setups;

@@ -9,13 +9,13 @@
  * the latter from r_p = -m |r_N| e, e = u_p / |u_p|, n = r_N / |r_N|: E du + F dr + B dm = 0 in
  * short, so that K dr = -(E d + B dm), K = E W + F. The adjoint solves K'y = -(A M^-1 g_v + g_r)
  * once; with z = E'y and x = M^-1 (g_v + A'z) gradients are x for f, z for w and B'y for m. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "base/check.h"
 #include "contact/law.h"
 #include "contact/solver.h"
+#include "lcp/lcp.h"
 #include "linalg/blas.h"
 
 PERP__INIT(perp_contact_sensitivity_info)
@@ -54,8 +54,8 @@ static perp_status solve_mass(perp_contact_sensitivity *s, double *x)
 {
     perp_status status = perp__dynamics_velocities(&s->solver->dynamics, x, NULL, s->free, s->low);
 
-    if (status == PERP_OK && s->n > 0)
-        memcpy(x, s->free, (size_t)s->n * sizeof *x);
+    if (status == PERP_OK)
+        perp__copy(x, s->free, s->n);
     return status;
 }
 
@@ -311,8 +311,7 @@ static perp_status take_problem(perp_contact_sensitivity *s, const perp_contact_
     const perp__contact_bounded *bounded = &s->solver->bounded;
     perp_status status = perp__check_pointer(s->context, "dynamics", dynamics);
 
-    if (status == PERP_OK)
-        status = perp__contact_setup(s->solver, laws, dynamics, NULL);
+    PERP__THEN(status, perp__contact_setup(s->solver, laws, dynamics, NULL));
     if (status != PERP_OK)
         return status;
     s->bounded = bounded->count;
@@ -322,24 +321,31 @@ static perp_status take_problem(perp_contact_sensitivity *s, const perp_contact_
     s->n = s->solver->n;
     s->rows = s->H.rows;
     s->size = s->rows + s->G.rows;
-    return perp__arena_fit(&s->arena, layout, s);
+    return perp__arena_fit(&s->arena, s->context, layout, s);
 }
+
+/* What a caller gives. */
+typedef struct claim {
+    const perp_contact_settings *settings;
+    const perp_contact_laws *laws;
+    const perp_contact_dynamics *dynamics;
+    const double *f, *w, *b, *r;
+} claim;
 
 /* The verdict of the front door on r, and with it v, u and modes. */
 static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info,
-                         const double *f, const double *w, const double *b, const double *r)
+                         const claim *given)
 {
     perp_contact_result result;
-    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result,
-                                     f,    w,    b,    NULL,     r,    0};
+    const perp__contact_call call = {s->v,     s->r,     s->u,     s->modes, NULL,     &result,
+                                     given->f, given->w, given->b, NULL,     given->r, 0};
     perp_status status = perp_contact_result_init(&result, sizeof result);
 
     if (status == PERP_OK && s->size > 0)
-        status = perp__check_pointer(s->context, "r", r);
+        status = perp__check_pointer(s->context, "r", given->r);
     s->solver->settings.max_iterations = -1; /* the start alone */
     s->solver->settings.time_limit = 0.0;
-    if (status == PERP_OK)
-        status = perp__contact_solve(s->solver, &call);
+    PERP__THEN(status, perp__contact_solve(s->solver, &call));
     if (status != PERP_OK)
         return status;
     info->margin = INFINITY;
@@ -347,14 +353,8 @@ static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_i
     read_set(s, info);
     info->active = s->count;
     status = factor(s, info);
-    if (!perp__is_good(result.outcome))
-        info->verdict = PERP_VERDICT_NOT_A_SOLUTION;
-    else if (!(info->condition * DBL_EPSILON < 1.0))
-        info->verdict = PERP_VERDICT_SINGULAR;
-    else if (!(info->margin > s->solver->settings.tol))
-        info->verdict = PERP_VERDICT_DEGENERATE;
-    else
-        info->verdict = PERP_VERDICT_REGULAR;
+    info->verdict = perp__lcp_verdict(perp__is_good(result.outcome), info->condition, info->margin,
+                                      s->solver->settings.tol);
     if (info->verdict != PERP_VERDICT_DEGENERATE)
         info->index = -1;
     s->verdict = info->verdict;
@@ -362,29 +362,21 @@ static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_i
 }
 
 static perp_status create(perp_context *context, perp_contact_sensitivity **sensitivity,
-                          perp_contact_sensitivity_info *info,
-                          const perp_contact_settings *settings, const perp_contact_laws *laws,
-                          const perp_contact_dynamics *dynamics, const double *f, const double *w,
-                          const double *b, const double *r)
+                          perp_contact_sensitivity_info *info, const claim *given)
 {
-    perp_contact_sensitivity_info own;
+    perp_contact_sensitivity_info own = {0};
     perp_contact_sensitivity *made;
     perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
 
-    if (status == PERP_OK)
-        status = PERP__CHECK(perp_contact_sensitivity_info, context, info);
+    PERP__THEN(status, PERP__CHECK(perp_contact_sensitivity_info, context, info));
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
     if (!made)
         return PERP_ERROR_MEMORY;
-    memset(&own, 0, sizeof own);
-    perp__arena_init(&made->arena, context);
-    status = perp__contact_create(context, &made->solver, settings);
-    if (status == PERP_OK)
-        status = take_problem(made, laws, dynamics);
-    if (status == PERP_OK)
-        status = judge(made, &own, f, w, b, r);
+    status = perp__contact_create(context, &made->solver, given->settings);
+    PERP__THEN(status, take_problem(made, given->laws, given->dynamics));
+    PERP__THEN(status, judge(made, &own, given));
     if (status != PERP_OK) {
         perp__handle_end(made);
         return status;
@@ -402,23 +394,14 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
                                             const perp_contact_dynamics *dynamics, const double *f,
                                             const double *w, const double *b, const double *r)
 {
-    perp_status status = perp__enter(context);
+    const claim given = {settings, laws, dynamics, f, w, b, r};
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context,
-                       create(context, sensitivity, info, settings, laws, dynamics, f, w, b, r));
+    return PERP__CALL(perp__enter(context), context, create(context, sensitivity, info, &given));
 }
 
 void perp_contact_sensitivity_destroy(perp_contact_sensitivity *sensitivity)
 {
     perp__handle_destroy(sensitivity, &kind);
-}
-
-static void copy(double *to, const double *from, int32_t count)
-{
-    if (to && count > 0)
-        memcpy(to, from, (size_t)count * sizeof *to);
 }
 
 perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *s, double *v, double *r,
@@ -428,9 +411,9 @@ perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *s, double *
 
     if (status != PERP_OK)
         return status;
-    copy(v, s->v, s->n);
-    copy(r, s->r, s->size);
-    copy(u, s->u, s->size);
+    perp__copy(v, s->v, s->n);
+    perp__copy(r, s->r, s->size);
+    perp__copy(u, s->u, s->size);
     for (int32_t k = 0; modes && k < s->contacts + s->bounded; k++)
         modes[k] = s->modes[k];
     return perp__leave(s->context, PERP_OK);
@@ -447,31 +430,23 @@ typedef struct change {
 
 static perp_status check_verdict(const perp_contact_sensitivity *s)
 {
-    if (s->verdict == PERP_VERDICT_REGULAR || s->verdict == PERP_VERDICT_DEGENERATE)
-        return PERP_OK;
-    return perp__fail(s->context, PERP_ERROR_ARGUMENT, "r has no derivatives: it is %s%s",
-                      s->verdict == PERP_VERDICT_SINGULAR ? "a solution whose active set is " : "",
-                      perp_lcp_verdict_text(s->verdict));
+    return perp__lcp_check_verdict(s->context, "r", "active set", s->verdict);
 }
 
 /* NULL is allowed, for 0. */
 static perp_status check_vector(const perp_contact_sensitivity *s, perp_status status,
                                 const char *name, const double *x, int32_t count)
 {
-    return status == PERP_OK && x ? perp__check_finite(s->context, name, x, (size_t)count) : status;
+    return status == PERP_OK ? perp__check_finite(s->context, name, x, (size_t)count) : status;
 }
 
 static perp_status read_matrix(const perp_contact_sensitivity *s, perp_status status,
                                const char *name, perp__matrix *own, const perp_matrix *given,
                                int32_t rows)
 {
-    if (status != PERP_OK || !given)
-        return status;
-    status = perp__matrix_read(s->context, name, own, given);
-    if (status == PERP_OK && (own->rows != rows || own->columns != s->n))
-        status = perp__fail(s->context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d",
-                            name, (int)own->rows, (int)own->columns, (int)rows, (int)s->n);
-    return status;
+    return status == PERP_OK && given
+               ? perp__matrix_read_sized(s->context, name, own, given, rows, s->n)
+               : status;
 }
 
 static perp_status read_change(const perp_contact_sensitivity *s, change *c)
@@ -522,8 +497,7 @@ static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, 
 {
     perp_status status = read_change(s, c);
 
-    if (status == PERP_OK)
-        status = find_free(s, c);
+    PERP__THEN(status, find_free(s, c));
     if (status != PERP_OK)
         return status;
     apply_E(s, s->d);
@@ -543,8 +517,8 @@ static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, 
     status = check_vector(s, status, "dr", s->d, s->size);
     if (status != PERP_OK)
         return status;
-    copy(dv, s->dv, s->n);
-    copy(dr, s->d, s->size);
+    perp__copy(dv, s->dv, s->n);
+    perp__copy(dr, s->d, s->size);
     return PERP_OK;
 }
 
@@ -554,12 +528,10 @@ perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivi
                                              const perp_matrix *dM, const perp_matrix *dH,
                                              const perp_matrix *dG)
 {
-    perp_status status = perp__handle_enter(sensitivity, &kind);
     change c = {df, dw, db, dmu, {dM, dH, dG}, {0}, {0}, {0}};
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(sensitivity->context, forward(sensitivity, dv, dr, &c));
+    return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
+                      forward(sensitivity, dv, dr, &c));
 }
 
 static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, double *z, double *mu,
@@ -595,10 +567,10 @@ static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, do
     status = check_vector(s, status, "mu", s->dmu, s->contacts);
     if (status != PERP_OK)
         return status;
-    copy(x, s->dv, s->n);
-    copy(y, s->y, s->rows);
-    copy(z, s->y + s->rows, s->size - s->rows);
-    copy(mu, s->dmu, s->contacts);
+    perp__copy(x, s->dv, s->n);
+    perp__copy(y, s->y, s->rows);
+    perp__copy(z, s->y + s->rows, s->size - s->rows);
+    perp__copy(mu, s->dmu, s->contacts);
     return PERP_OK;
 }
 
@@ -606,9 +578,6 @@ perp_status perp_contact_sensitivity_adjoint(perp_contact_sensitivity *sensitivi
                                              double *y, double *z, double *mu, const double *gv,
                                              const double *gr)
 {
-    perp_status status = perp__handle_enter(sensitivity, &kind);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(sensitivity->context, adjoint(sensitivity, x, y, z, mu, gv, gr));
+    return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
+                      adjoint(sensitivity, x, y, z, mu, gv, gr));
 }

@@ -5,25 +5,11 @@
 
 #include "base/context.h"
 
-perp_status perp_contact_laws_init(perp_contact_laws *laws, size_t size)
-{
-    perp_status status = perp__struct_init(laws, size, PERP__FIRST(perp_contact_laws));
-
-    if (status == PERP_OK)
-        laws->dim = 3;
-    return status;
-}
+PERP__INIT_WITH(perp_contact_laws, .dim = 3)
 
 PERP__INIT(perp_contact_dynamics)
 
-perp_status perp_contact_settings_init(perp_contact_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_contact_settings));
-
-    if (status == PERP_OK)
-        settings->tol = 1e-8;
-    return status;
-}
+PERP__INIT_WITH(perp_contact_settings, .tol = 1e-8)
 
 PERP__INIT(perp_contact_result)
 
@@ -74,21 +60,5 @@ static const perp__field fields[] = {
     PERP__REAL(perp_contact_settings, time_limit, "[]", 0, INFINITY),
 };
 
-perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *own,
-                                        const perp_contact_settings *settings)
-{
-    perp_contact_settings read;
-    perp_status status = perp_contact_settings_init(&read, sizeof read);
-
-    if (status == PERP_OK)
-        status = PERP__READ(perp_contact_settings, context, &read, settings);
-    if (status == PERP_OK)
-        status = check_method(context, &read);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
-    if (status == PERP_OK) {
-        read.method = perp__contact_method_named(read.method);
-        *own = read;
-    }
-    return status;
-}
+PERP__SETTINGS_READER(perp__contact_settings_read, perp_contact_settings, fields,
+                      check_method(context, &read))

@@ -1,8 +1,6 @@
 /* The life of a solver: create, set, setup, destroy, and the public entrances. */
 #include "contact/solver.h"
 
-#include <string.h>
-
 #include "contact/settings.h"
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
@@ -12,14 +10,8 @@ static void release(void *object)
 {
     perp_contact_solver *solver = object;
 
-    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++) {
-        perp__contact_slot *slot = &solver->slots[k];
-
-        if (slot->work && slot->method->release)
-            slot->method->release(slot->work);
-        perp__release(solver->context, slot->work);
-        perp__arena_release(&slot->arena);
-    }
+    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
+        perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
     perp__lcp_destroy(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
@@ -38,41 +30,30 @@ static const perp__kind kind = {"a contact solver", sizeof(perp_contact_solver),
 perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
                                  const perp_contact_settings *settings)
 {
-    perp_contact_settings own;
     perp_status status = perp__check_pointer(context, "solver", solver);
-    perp_contact_solver *made;
+    perp_contact_solver *made = status == PERP_OK ? perp__handle_create(context, &kind) : NULL;
 
-    if (status == PERP_OK)
-        status = perp__contact_settings_read(context, &own, settings);
-    if (status != PERP_OK)
-        return status;
-    made = perp__handle_create(context, &kind);
     if (!made)
-        return PERP_ERROR_MEMORY;
-    made->settings = own;
+        return status == PERP_OK ? PERP_ERROR_MEMORY : status;
     made->proves = 1;
-    perp__arena_init(&made->arena, context);
-    perp__arena_init(&made->delassus.arena, context);
-    perp__arena_init(&made->dynamics.arena, context);
-    perp__arena_init(&made->dynamics.cholesky.arena, context);
-    perp__arena_init(&made->dynamics.cholesky.factor_arena, context);
-    perp__arena_init(&made->feasibility.arena, context);
-    perp__arena_init(&made->polish.arena, context);
-    perp__arena_init(&made->apart.arena, context);
-    perp__bodies_init(&made->bodies, context);
-    perp__hold_init(&made->hold, context);
-    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++) {
+    made->bodies.context = context;
+    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         made->slots[k].method = methods[k];
-        perp__arena_init(&made->slots[k].arena, context);
-    }
-    *solver = made;
-    return PERP_OK;
+    status = perp__contact_configure(made, settings);
+    if (status == PERP_OK)
+        *solver = made;
+    else
+        perp__handle_end(made);
+    return status;
 }
 
 perp_status perp__contact_configure(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    return perp__contact_settings_read(solver->context, &solver->settings, settings);
+    perp_status status = perp__contact_settings_read(solver->context, &solver->settings, settings);
+
+    solver->settings.method = perp__contact_method_named(solver->settings.method);
+    return status;
 }
 
 void perp__contact_destroy(perp_contact_solver *solver)
@@ -80,7 +61,7 @@ void perp__contact_destroy(perp_contact_solver *solver)
     perp__handle_end(solver);
 }
 
-static perp_status enter(perp_contact_solver *solver)
+perp_status perp__contact_enter(perp_contact_solver *solver)
 {
     return perp__handle_enter(solver, &kind);
 }
@@ -100,14 +81,15 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__contact_configure(solver, settings));
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
+                      perp__contact_configure(solver, settings));
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
                                                const perp_contact_laws *laws,
                                                const perp_contact_dynamics *dynamics)
 {
-    return PERP__CALL(enter(solver), solver->context,
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
                       perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
@@ -122,7 +104,8 @@ static perp_status setup_delassus(perp_contact_solver *solver, const perp_contac
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    return PERP__CALL(enter(solver), solver->context, setup_delassus(solver, laws, W));
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
+                      setup_delassus(solver, laws, W));
 }
 
 /* A solve of what was set up in this way, not in the other. */
@@ -143,7 +126,7 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
 
-    return PERP__CALL(enter(solver), solver->context,
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
                       solve(solver, PERP__ENTRANCE_DELASSUS, &call));
 }
 
@@ -154,7 +137,7 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
 
-    return PERP__CALL(enter(solver), solver->context,
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
                       solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
 }
 
@@ -166,11 +149,9 @@ static perp_status solve_once(perp_context *context, const perp_contact_settings
     perp_contact_solver *solver = NULL;
     perp_status status = perp__contact_create(context, &solver, settings);
 
-    if (status == PERP_OK)
-        status = by_W ? setup_delassus(solver, laws, W)
-                      : perp__contact_setup(solver, laws, dynamics, NULL);
-    if (status == PERP_OK)
-        status = perp__contact_solve(solver, call);
+    PERP__THEN(status, by_W ? setup_delassus(solver, laws, W)
+                            : perp__contact_setup(solver, laws, dynamics, NULL));
+    PERP__THEN(status, perp__contact_solve(solver, call));
     perp__contact_destroy(solver);
     return status;
 }

@@ -33,13 +33,11 @@ typedef struct perp__contact_worth {
     int32_t sound; /* everything that would be returned is finite */
 } perp__contact_worth;
 
-/* A method's workspace, made when the method first runs. */
+/* A method and its workspace, made when it first runs. */
 typedef struct perp__contact_slot {
     const perp__contact_method *method;
-    void *work;
-    perp__arena arena;
-    int64_t fitted;  /* the set-up its arrays were laid out for */
-    size_t sizes[5]; /* and its sizes */
+    perp__workspace space;
+    size_t sizes[5]; /* of the set-up it was made for */
     int64_t spent;   /* iterations of this call */
 } perp__contact_slot;
 
@@ -75,6 +73,7 @@ typedef struct perp__contact_apart {
     int32_t size, contacts, bilateral;
     double least;                      /* tested residual so far */
     int32_t *rows, *units;             /* of the whole: size; contacts */
+    int32_t *position;                 /* of the whole's rows in the part, or -1 */
     int32_t *dims, *two_sided, *modes; /* contacts */
     double *mu, *rolling, *spinning;
     double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
@@ -111,6 +110,8 @@ struct perp_contact_solver {
     int32_t leaks;                    /* some of the parts are coupled, by noise */
     int32_t *unit_of;                 /* size */
     int32_t *part, *number;           /* units: the part it is in; work */
+    int32_t *near;                    /* units: among which terms excuse; of near_tol, or not yet */
+    double near_tol;
     double *root;                     /* units: sqrt(trace) */
     double *omega;                    /* units: of its part */
     double *drive;                    /* parts: omega, 0 where q is */
@@ -125,6 +126,7 @@ struct perp_contact_solver {
     int32_t has_bodies; /* M falls into blocks */
     /* of a solve */
     double *q, *scale, *high, *low;
+    double *load; /* |q|, or what rounding may have made of it in units of tol, if that is more */
     double *r, *u, *start;   /* the point under evaluation */
     double *push, *push_low; /* n: work */
     double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
@@ -151,6 +153,9 @@ struct perp_contact_solver {
     perp__hold hold;
 };
 
+/* Opens a public call: solver.c. */
+perp_status perp__contact_enter(perp_contact_solver *solver);
+
 /* The rest of a set-up, after the laws and matrices are in place. PERP_OK, or _ARGUMENT where a
  * unit moves nothing. And the arrays, for an arena: problem.c. */
 perp_status perp__contact_finish_setup(perp_contact_solver *solver);
@@ -174,8 +179,9 @@ void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_ca
 perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_call *call,
                                double deadline);
 
-/* Finds the parts of the problem that was set up: parts.c. */
+/* Finds the parts of the problem that was set up, and `near`; the latter uses `wide`: parts.c. */
 void perp__contact_find_parts(perp_contact_solver *solver);
+void perp__contact_find_near(perp_contact_solver *solver);
 
 /* q, and with it omega, for this call: evaluation.c. PERP_OK, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_load(perp_contact_solver *solver);

@@ -6,19 +6,19 @@
  *
  *   S_k + sum_j |W_kj| S_j / t_j + floor min(max S_j, sqrt(t_k) max S_j / sqrt(t_j)),
  *
- * S_k = |W_k| |r| + |q_k|. The second term is what the impulses that its neighbours have to do with
- * would change here; in the third, over the contact's part, the former maximum is right where light
- * bodies lie on heavy ones, the latter where rows have different units. */
-#include <float.h>
+ * S_k = |W_k| |r| + |q_k| (|q_i| as load: solver.h). The second term is what the impulses that its
+ * neighbours have to do with would change here; in the third, over what is near (parts.c), the
+ * former maximum is right where light bodies lie on heavy ones, the latter where rows have
+ * different units. */
 #include <math.h>
 #include <string.h>
 
 #include "contact/law.h"
 #include "contact/solver.h"
 
-/* Of the largest terms of the part; and no residual is asked to be less than this rounding. */
-#define FLOOR 1e-5
-#define ROUNDING (16.0 * DBL_EPSILON)
+/* Of its terms: a contact that closes faster than this has none that cancel, and what others around
+ * it carry is no excuse. */
+#define CLOSING 0.0625
 
 /* change / scale, both >= 0; a scale that overflowed excuses nothing. */
 static double relative_change(double change, double scale)
@@ -111,7 +111,7 @@ static void measure_all(perp_contact_solver *solver, int32_t heeds, perp__contac
     int32_t k;
 
     clear(solver, worth);
-    absolute(solver, solver->r, solver->q, solver->scale);
+    absolute(solver, solver->r, solver->load, solver->scale);
     find_terms(solver);
     for (k = 0; k < solver->contacts; k++)
         judge_contact(solver, k, heeds, worth);
@@ -150,6 +150,16 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
         measure_lean(solver, worth);
     else
         measure_all(solver, 0, worth);
+}
+
+/* How fast a contact closes that is said to separate. A normal that is a bound has no velocity that
+ * could. */
+static double closing_speed(const perp_contact_solver *solver, int32_t k)
+{
+    return k < solver->contacts && solver->modes[k] == PERP_CONTACT_SEPARATE &&
+                   begin_of(solver, k) == solver->starts[k]
+               ? 0.0 - solver->u[solver->starts[k]]
+               : 0.0;
 }
 
 /* What is said of a contact must hold beside its own terms: one that presses does not move along
@@ -194,15 +204,16 @@ static int32_t is_open(const perp_contact_solver *solver)
 /* wide := the whole denominator. */
 static void widen(perp_contact_solver *solver, double *wide)
 {
-    const double share = fmax(FLOOR, ROUNDING / solver->settings.tol);
+    const double share = perp__floor_of(solver->settings.tol);
     double *push = solver->high, *moves = solver->low;
     int32_t i;
 
-    for (int32_t p = 0; p < solver->parts; p++)
-        solver->most_speed[p] = solver->most_energy[p] = 0.0;
+    perp__contact_find_near(solver);
+    for (int32_t k = 0; k < solver->units; k++)
+        solver->most_speed[k] = solver->most_energy[k] = 0.0;
     for (int32_t k = 0; k < solver->units; k++) {
-        perp__raise_to(&solver->most_speed[solver->part[k]], solver->terms[k]);
-        perp__raise_to(&solver->most_energy[solver->part[k]], solver->terms[k] / solver->root[k]);
+        perp__raise_to(&solver->most_speed[solver->near[k]], solver->terms[k]);
+        perp__raise_to(&solver->most_energy[solver->near[k]], solver->terms[k] / solver->root[k]);
         i = begin_of(solver, k);
         push[i - (k < solver->contacts && i > solver->starts[k])] = 0.0;
         push[i] = solver->scale[i] / solver->trace[k]; /* pressing answers to u_n alone */
@@ -212,9 +223,10 @@ static void widen(perp_contact_solver *solver, double *wide)
     absolute(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->units; k++) {
         wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
-                  share * fmin(solver->most_speed[solver->part[k]],
-                               solver->root[k] * solver->most_energy[solver->part[k]]);
-        if (!(wide[k] < INFINITY)) /* then the contact's own terms are all that is known */
+                  share * fmin(solver->most_speed[solver->near[k]],
+                               solver->root[k] * solver->most_energy[solver->near[k]]);
+        /* then the contact's own terms are all that is known */
+        if (!(wide[k] < INFINITY) || closing_speed(solver, k) > CLOSING * solver->terms[k])
             wide[k] = solver->terms[k];
     }
 }

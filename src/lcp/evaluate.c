@@ -227,15 +227,25 @@ static void recompute(perp_lcp_solver *solver)
         }
 }
 
-static perp__evaluation evaluate(perp_lcp_solver *solver, int32_t has_product)
+static void project_any(perp_lcp_solver *solver)
+{
+    const kernels *fast = kernels_for(solver);
+
+    if (!fast || !fast->project(solver, solver->reach))
+        project(solver);
+}
+
+void perp__find_product(perp_lcp_solver *solver)
+{
+    project_any(solver);
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+}
+
+static perp__evaluation measure_point(perp_lcp_solver *solver)
 {
     const kernels *fast = kernels_for(solver);
     perp__evaluation worth;
 
-    if (!fast || !fast->project(solver, solver->reach))
-        project(solver);
-    if (!has_product)
-        perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->doubtful = 0;
     for (int32_t k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
@@ -253,12 +263,14 @@ static perp__evaluation evaluate(perp_lcp_solver *solver, int32_t has_product)
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
-    return evaluate(solver, 0);
+    perp__find_product(solver);
+    return measure_point(solver);
 }
 
 perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
 {
-    return evaluate(solver, 1);
+    project_any(solver);
+    return measure_point(solver);
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

@@ -73,21 +73,26 @@ static int32_t is_better(const perp__candidate *best, const perp__evaluation *wo
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                            const perp__lcp_iterate *iterate, const double *z0)
 {
-    perp__evaluation worth = perp__evaluate(solver);
+    const int32_t is_polished =
+        solver->settings.polish && said != PERP_OUTCOME_RAY && !step->rough && !iterate->far_off;
+    perp__evaluation worth;
     perp_status status = PERP_OK;
     perp_outcome outcome;
 
-    if (!isfinite(worth.tested)) {
-        worth = fall_back(solver, z0);
-        said = PERP_OUTCOME_STALLED;
-    }
-    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested) &&
-        !step->rough && !iterate->far_off) {
-        if (!iterate->has_places)
-            perp__read_places(solver, solver->places);
-        status = perp__polish_run(solver, &worth);
-        if (status != PERP_OK)
-            return status;
+    perp__find_product(solver);
+    if (!is_polished || !perp__polish_correct(solver, &worth)) {
+        worth = perp__evaluate_product(solver);
+        if (!isfinite(worth.tested)) {
+            worth = fall_back(solver, z0);
+            said = PERP_OUTCOME_STALLED;
+        }
+        if (is_polished && isfinite(worth.tested)) {
+            if (!iterate->has_places)
+                perp__read_places(solver, solver->places);
+            status = perp__polish_run(solver, &worth);
+            if (status != PERP_OK)
+                return status;
+        }
     }
     outcome = perp__lcp_judge(solver, &worth, said);
     solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
@@ -96,10 +101,10 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     return PERP_OK;
 }
 
-void perp__consider_point(perp_lcp_solver *solver, int32_t method)
+void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome said)
 {
     const perp__evaluation worth = perp__evaluate(solver);
-    const perp_outcome outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+    const perp_outcome outcome = perp__lcp_judge(solver, &worth, said);
 
     if (is_better(&solver->best, &worth, outcome))
         keep(solver, &worth, outcome, method);
@@ -159,28 +164,6 @@ static void consider_start(perp_lcp_solver *solver, const double *z0)
 #define PERP__EXACT (4.0 * DBL_EPSILON)
 #define PERP__LOOSE 1e-8
 
-/* Lays out the method's workspace for this set-up, once. */
-static perp_status fit(perp_lcp_solver *solver, perp__method_slot *slot)
-{
-    perp_status status;
-
-    if (!slot->work) {
-        slot->work = perp__allocate(solver->context, 1, slot->method->work_size);
-        if (!slot->work)
-            return perp__fail_memory(solver->context, "a method's workspace");
-        memset(slot->work, 0, slot->method->work_size);
-        slot->fitted = 0;
-    }
-    ((perp__lcp_work *)slot->work)->problem = &solver->problem;
-    if (slot->fitted == solver->setups)
-        return PERP_OK;
-    slot->fitted = 0;
-    status = perp__arena_fit(&slot->arena, slot->method->layout, slot->work);
-    if (status == PERP_OK)
-        slot->fitted = solver->setups;
-    return status;
-}
-
 static void present(perp_lcp_solver *solver, const perp__plan_step *step)
 {
     perp__lcp_problem *p = &solver->problem;
@@ -198,6 +181,7 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
     p->settings = &solver->settings;
     p->tol = solver->settings.tol;
     p->iteration_limit = step->iteration_limit;
+    p->leads = step->rough && step->iteration_limit > 0;
     p->control = &solver->control;
     solver->control.method = step->method;
     solver->control.deadline = solver->deadline;
@@ -253,7 +237,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     perp_status status;
 
     start_from(solver, z0);
-    status = slot->method->solve(slot->work, &iterate);
+    status = slot->method->solve(slot->space.work, &iterate);
     if (status == PERP_OK && solver->control.aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
     if (status != PERP_OK)
@@ -274,7 +258,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         }
     }
     solver->correct = iterate.has_places ? iterate.correct : NULL;
-    solver->correct_work = slot->work;
+    solver->correct_work = slot->space.work;
     note_end(solver, iterate.outcome);
     if (attempt + 1 == slot->method->attempts || solver->ended >= 0)
         iterate.far_off = 0;
@@ -353,8 +337,8 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
                           perp_lcp_method_text(step->method));
     attempts = slot->method->attempts;
     status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
-    if (status == PERP_OK)
-        status = fit(solver, slot);
+    PERP__THEN(status, perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
+                                           slot->method->layout, &solver->problem, solver->setups));
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
     while (status == PERP_OK && has_iterations_left(solver, step)) {
@@ -439,6 +423,8 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         status = play(solver);
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
+    if (status == PERP_OK && solver->settings.method == PERP_LCP_AUTO && !ends_the_search(solver))
+        status = perp__solve_apart(solver, z0);
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
         if (solver->ended >= 0)
@@ -460,10 +446,8 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     status = PERP__CHECK(perp_lcp_result, context, result);
     if (status == PERP_OK && solver->n > 0)
         status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK)
-        status = perp__check_vector(context, "q", q, (size_t)solver->n);
-    if (status == PERP_OK && z0)
-        status = perp__check_finite(context, "z0", z0, (size_t)solver->n);
+    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
+    PERP__THEN(status, perp__check_finite(context, "z0", z0, (size_t)solver->n));
     return status;
 }
 

@@ -17,6 +17,11 @@ void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists);
 perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *settings);
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper);
+/* The verdict on a point whose derivatives are asked for; and whether it has some: else the message
+ * calls the point `name` and what is singular `set`. claims/sensitivity.c. */
+int32_t perp__lcp_verdict(int32_t good, double condition, double margin, double tol);
+perp_status perp__lcp_check_verdict(perp_context *context, const char *name, const char *set,
+                                    int32_t verdict);
 perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
                             perp_lcp_result *result, const double *q, const double *z0);
 

@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "lcp/solver.h"
 #include "linalg/blas.h"
 
@@ -15,6 +14,10 @@
  * grows by a node a round; sparse factorisations are cheap enough to follow it. */
 #define PERP__REPAIRS_DENSE 8
 #define PERP__REPAIRS_SPARSE 64
+/* Of sparse blocks: repairs that change more places than this, and for so many rounds no fewer than
+ * before, lead nowhere: the index set was that of another problem, or of none. */
+#define PERP__MANY_CHANGES 16
+#define PERP__PATIENCE 4
 /* Below this size a sparse block is factored as a dense one. */
 #define PERP__DENSE_BLOCK 64
 
@@ -50,8 +53,7 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
     if (p->fitted == solver->setups)
         return PERP_OK;
     p->fitted = 0;
-    p->arena.context = solver->context;
-    status = perp__arena_fit(&p->arena, layout, solver);
+    status = perp__arena_fit(&p->arena, solver->context, layout, solver);
     if (status != PERP_OK)
         return status;
     p->fitted = solver->setups;
@@ -181,7 +183,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
     double last = INFINITY;
 
     for (int32_t round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
-        double largest, z_largest = 0.0;
+        double largest, rate, z_largest = 0.0;
         perp_status status = newton_step(solver, count, &largest);
 
         if (status < 0)
@@ -197,7 +199,9 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
             z_largest = fmax(z_largest, fabs(z));
         }
         perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-        if (largest <= DBL_EPSILON * z_largest ||
+        /* the next step would be shorter at the same rate */
+        rate = round > 0 ? fmin(1.0, 8.0 * largest / last) : 1.0;
+        if (rate * largest <= DBL_EPSILON * z_largest ||
             (!uses_dense(solver) && is_refined(solver, count)))
             break;
         last = largest;
@@ -294,34 +298,31 @@ static int32_t take_step(perp_lcp_solver *solver, const double *step)
     return largest <= PERP__LAST_STEP * z_largest;
 }
 
-/* Where the method that found the point holds the inverse of its active block: one step of
- * refinement with it, instead of a factorisation, if that is all it takes. True if that gave a
- * point as good as a double gets, with its worth; else nothing has changed. */
-static int32_t correct(perp_lcp_solver *solver, perp__evaluation *worth)
+int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     perp__polish *p = &solver->polish;
-    perp__evaluation found;
+    double *residual = p->w_high;
 
-    if (!solver->correct || !take_residual(solver, p->z) ||
-        !solver->correct(solver->correct_work, p->z, p->step))
+    if (!solver->correct || !take_residual(solver, residual) ||
+        !solver->correct(solver->correct_work, residual, p->step))
         return 0;
-    remember(solver, &found, worth);
+    memcpy(p->z, solver->z, (size_t)solver->n * sizeof *p->z);
     if (take_step(solver, p->step)) {
-        found = perp__evaluate(solver);
-        if (perp__is_exact(solver, &found)) {
-            *worth = found;
+        *worth = perp__evaluate(solver);
+        if (perp__is_exact(solver, worth))
             return 1;
-        }
     }
-    recall(solver);
+    memcpy(solver->z, p->z, (size_t)solver->n * sizeof *p->z);
+    perp__find_product(solver);
     return 0;
 }
 
-/* One value of rho: solve, repair, solve again. */
-static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best)
+/* One value of rho: solve, repair, solve again. *wanders: that leads nowhere, by any rho. */
+static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best,
+                           int32_t *wanders)
 {
     const int32_t rounds = uses_dense(solver) ? PERP__REPAIRS_DENSE : PERP__REPAIRS_SPARSE;
-    int32_t round, count, moved, regular, changes = 1;
+    int32_t round, count, moved, regular, changes = 1, least = INT32_MAX, waited = 0;
     perp_status status = PERP_OK;
 
     for (round = 0; round < rounds && changes > 0; round++) {
@@ -343,7 +344,10 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
         worth = changes > 0 ? perp__evaluate(solver) : perp__evaluate_product(solver);
         if (is_better(solver, &worth, best))
             remember(solver, best, &worth);
-        if (perp__is_exact(solver, best))
+        waited = changes < least ? 0 : waited + 1;
+        least = changes < least ? changes : least;
+        *wanders = !uses_dense(solver) && changes > PERP__MANY_CHANGES && waited > PERP__PATIENCE;
+        if (perp__is_exact(solver, best) || *wanders)
             break;
     }
     return status;
@@ -353,15 +357,14 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
+    int32_t wanders = 0;
 
-    if (correct(solver, worth))
-        return PERP_OK;
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (size_t k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
-        status = attempt(solver, proximal[k], &best);
-        if (status != PERP_OK || perp__is_exact(solver, &best) || perp__is_late(solver))
+        status = attempt(solver, proximal[k], &best, &wanders);
+        if (status != PERP_OK || perp__is_exact(solver, &best) || wanders || perp__is_late(solver))
             break;
         recall(solver);
     }

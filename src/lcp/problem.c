@@ -1,5 +1,4 @@
 /* What methods share: the scaled matrix, projection, the stop requests. */
-#include <math.h>
 #include <string.h>
 
 #include "base/clock.h"

@@ -2,7 +2,6 @@
 #include "lcp/solver.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/check.h"
 #include "base/context.h"
@@ -11,19 +10,8 @@
 
 /* ---- settings ---- */
 
-perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_lcp_settings));
-
-    if (status == PERP_OK) {
-        settings->tol = 1e-10;
-        settings->relaxation = 1.0;
-        settings->scaling = 1;
-        settings->polish = 1;
-        settings->crash = 1;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_lcp_settings, .tol = 1e-10, .relaxation = 1.0, .scaling = 1, .polish = 1,
+                .crash = 1)
 
 PERP__INIT(perp_lcp_result)
 
@@ -50,23 +38,16 @@ static const perp__field fields[] = {
     PERP__INTEGER(perp_lcp_settings, crash, 0, 1),
 };
 
-perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *own,
-                                    const perp_lcp_settings *settings)
+static perp_status check_method(perp_context *context, const perp_lcp_settings *read)
 {
-    perp_lcp_settings read;
-    perp_status status = perp_lcp_settings_init(&read, sizeof read);
-
-    if (status == PERP_OK)
-        status = PERP__READ(perp_lcp_settings, context, &read, settings);
-    if (status == PERP_OK && (read.method == PERP_LCP_POLISH || read.method == PERP_LCP_PATTERNS))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "settings.method is %d, which is only ever reported", (int)read.method);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
-    if (status == PERP_OK)
-        *own = read;
-    return status;
+    if (read->method != PERP_LCP_POLISH && read->method != PERP_LCP_PATTERNS)
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT,
+                      "settings.method is %d, which is only ever reported", (int)read->method);
 }
+
+PERP__SETTINGS_READER(perp__lcp_settings_read, perp_lcp_settings, fields,
+                      check_method(context, &read))
 
 /* ---- life ---- */
 
@@ -78,16 +59,11 @@ static void release(void *object)
 {
     perp_lcp_solver *solver = object;
 
-    for (int32_t k = 0; k < PERP__METHODS; k++) {
-        perp__method_slot *slot = &solver->slots[k];
-
-        if (slot->work && slot->method->release)
-            slot->method->release(slot->work);
-        perp__release(solver->context, slot->work);
-        perp__arena_release(&slot->arena);
-    }
+    for (int32_t k = 0; k < PERP__METHODS; k++)
+        perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
     perp__polish_release(&solver->polish);
     perp__last_word_release(solver);
+    perp__workspace_release(&solver->apart, perp__apart_release);
     perp__sparse_block_release(&solver->block);
     perp__arena_release(&solver->arena);
 }
@@ -97,27 +73,20 @@ static const perp__kind kind = {"a solver", sizeof(perp_lcp_solver), release};
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings)
 {
-    perp_lcp_settings own;
     perp_status status = perp__check_pointer(context, "solver", solver);
-    perp_lcp_solver *made;
+    perp_lcp_solver *made = status == PERP_OK ? perp__handle_create(context, &kind) : NULL;
 
-    if (status == PERP_OK)
-        status = perp__lcp_settings_read(context, &own, settings);
-    if (status != PERP_OK)
-        return status;
-    made = perp__handle_create(context, &kind);
     if (!made)
-        return PERP_ERROR_MEMORY;
-    made->settings = own;
-    perp__arena_init(&made->arena, context);
-    perp__arena_init(&made->polish.arena, context);
-    perp__sparse_block_init(&made->block, context);
-    for (int32_t k = 0; k < PERP__METHODS; k++) {
+        return status == PERP_OK ? PERP_ERROR_MEMORY : status;
+    made->block.context = context;
+    for (int32_t k = 0; k < PERP__METHODS; k++)
         made->slots[k].method = methods[k];
-        perp__arena_init(&made->slots[k].arena, context);
-    }
-    *solver = made;
-    return PERP_OK;
+    status = perp__lcp_settings_read(context, &made->settings, settings);
+    if (status == PERP_OK)
+        *solver = made;
+    else
+        perp__handle_end(made);
+    return status;
 }
 
 void perp__lcp_destroy(perp_lcp_solver *solver)
@@ -150,8 +119,7 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
     if (status == PERP_OK && own->rows != own->columns)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected a square matrix",
                             (int)own->rows, (int)own->columns);
-    if (status == PERP_OK)
-        status = perp__check_bounds(context, lower, upper, (size_t)own->rows);
+    PERP__THEN(status, perp__check_bounds(context, lower, upper, (size_t)own->rows));
     return status;
 }
 
@@ -173,7 +141,7 @@ static perp_status fit(perp_lcp_solver *solver, int32_t n)
     perp_status status;
 
     next.n = n;
-    status = perp__arena_fit(&next.arena, layout, &next);
+    status = perp__arena_fit(&next.arena, solver->context, layout, &next);
     if (status == PERP_OK)
         *solver = next;
     return status;
@@ -256,10 +224,8 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
     if (status != PERP_OK)
         return status;
     status = perp__lcp_create(context, &solver, settings);
-    if (status == PERP_OK)
-        status = perp__lcp_setup(solver, M, lower, upper);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(solver, z, w, ray, result, q, z0);
+    PERP__THEN(status, perp__lcp_setup(solver, M, lower, upper));
+    PERP__THEN(status, perp__lcp_solve(solver, z, w, ray, result, q, z0));
     perp__lcp_destroy(solver);
     return perp__leave(context, status);
 }

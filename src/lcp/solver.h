@@ -21,12 +21,10 @@ typedef struct perp__evaluation {
     int32_t small;  /* every row's violation is at most tol |q_i|: the second witness agrees */
 } perp__evaluation;
 
-/* A method's workspace, made when the method first runs. */
+/* A method and its workspace, made when it first runs. */
 typedef struct perp__method_slot {
     const perp__lcp_method *method;
-    void *work;
-    perp__arena arena;
-    int64_t fitted; /* the set-up its arrays were laid out for */
+    perp__workspace space;
 } perp__method_slot;
 
 /* A point in the caller's units with all that is known of it. */
@@ -96,6 +94,7 @@ struct perp_lcp_solver {
     perp__polish polish;
     struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t insists;            /* on larger ones, too */
+    perp__workspace apart;      /* of parts solved one by one */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */
@@ -146,8 +145,10 @@ static inline double perp__reach_of(const perp_lcp_solver *solver, int32_t i)
     return solver->reach[solver->part[i]];
 }
 
-/* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
- * and the three numbers. */
+/* Projects solver->z onto the bounds and recomputes w = M z + q in doubled precision (w_high,
+ * w_low). */
+void perp__find_product(perp_lcp_solver *solver);
+/* The same, and the three numbers. */
 perp__evaluation perp__evaluate(perp_lcp_solver *solver);
 /* The same for a z within its bounds whose w is there already. */
 perp__evaluation perp__evaluate_product(perp_lcp_solver *solver);
@@ -186,8 +187,14 @@ int32_t perp__game_start(perp_lcp_solver *solver, int32_t j);
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                            const perp__lcp_iterate *iterate, const double *z0);
 
-/* Keeps solver->z as it is, by this method, if it is the best so far. */
-void perp__consider_point(perp_lcp_solver *solver, int32_t method);
+/* Keeps solver->z as it is, by this method which said this, if it is the best so far. */
+void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome said);
+
+/* apart.c: solves the parts that M falls into, rows with their columns, one by one where the best
+ * point so far does not solve them, and considers what they make together. PERP_OK, _MEMORY, or
+ * _CALLBACK if the monitor aborts. */
+perp_status perp__solve_apart(perp_lcp_solver *solver, const double *z0);
+void perp__apart_release(void *work);
 
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);
@@ -201,6 +208,12 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
 perp_status perp__polish_fit(perp_lcp_solver *solver);
+
+/* Where the method that found the point of the last perp__find_product holds the inverse of its
+ * active block: one step of refinement with it, instead of a factorisation, if that is all it
+ * takes. True if that gave a point as good as a double gets, with its worth; else nothing has
+ * changed. */
+int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* Re-solves the index set `places`, starting from solver->z as evaluated last, repairs a few signs,
  * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or

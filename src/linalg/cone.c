@@ -311,8 +311,7 @@ perp_status perp__cone_enumerate(perp__cone *cone)
         if (!used)
             status = cut(cone, i, rank);
     }
-    if (status == PERP_OK)
-        status = reserve(cone, cone->rays + cone->lines);
+    PERP__THEN(status, reserve(cone, cone->rays + cone->lines));
     if (status == PERP_OK && cone->lines > 0)
         memcpy(cone->x + (size_t)cone->rays * width, cone->work + (size_t)cone->rows * width,
                (size_t)cone->lines * width * sizeof *cone->x);

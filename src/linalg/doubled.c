@@ -7,7 +7,6 @@
  *
  * Where a sum overflows its high part is infinite or NaN. */
 #include <math.h>
-#include <string.h>
 
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
@@ -116,6 +115,21 @@ PERP__MULTIVERSION(by_sparse_columns,
                    (const perp__matrix *M, const double *x, double *high, double *low),
                    (M, x, high, low))
 
+/* One pair for one value: |low| <= ulp(high) / 2. */
+PERP__KERNEL static void join_loops(size_t rows, double *restrict high, double *restrict low)
+{
+    for (size_t i = 0; i < rows; i++) {
+        const double sum = high[i] + low[i];
+        const double part = sum - high[i];
+        const double rest = (high[i] - (sum - part)) + (low[i] - part);
+        const int32_t is_finite = sum - sum == 0.0;
+
+        high[i] = is_finite ? sum : high[i];
+        low[i] = is_finite ? rest : 0.0;
+    }
+}
+PERP__MULTIVERSION(join, (size_t rows, double *high, double *low), (rows, high, low))
+
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low)
 {
@@ -131,17 +145,5 @@ void perp__multiply_doubled(const perp__matrix *M, const double *x, const double
         by_columns(M, x, high, low);
     else
         by_rows(M, x, high, low);
-    for (size_t i = 0; i < rows; i++) {
-        /* one pair for one value: |low| <= ulp(high) / 2 */
-        const double sum = high[i] + low[i];
-        const double part = sum - high[i];
-        const double rest = (high[i] - (sum - part)) + (low[i] - part);
-
-        if (isfinite(sum)) {
-            high[i] = sum;
-            low[i] = rest;
-        } else {
-            low[i] = 0.0;
-        }
-    }
+    join(rows, high, low);
 }

@@ -178,8 +178,8 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
     perp_status status = perp__check_pointer(context, name, caller);
 
     memset(&M, 0, sizeof M);
-    if (status == PERP_OK)
-        status = perp__struct_read(context, name, &M, sizeof M, caller, PERP__FIRST(perp_matrix));
+    PERP__THEN(status,
+               perp__struct_read(context, name, &M, sizeof M, caller, PERP__FIRST(perp_matrix)));
     if (status != PERP_OK)
         return status;
     if (M.storage < PERP_STORAGE_COLUMN_MAJOR || M.storage > PERP_STORAGE_CSC)
@@ -200,6 +200,17 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
     if (status == PERP_OK)
         *own = read;
     return status;
+}
+
+perp_status perp__matrix_read_sized(perp_context *context, const char *name, perp__matrix *own,
+                                    const perp_matrix *caller, int32_t rows, int32_t columns)
+{
+    const perp_status status = perp__matrix_read(context, name, own, caller);
+
+    if (status != PERP_OK || (own->rows == rows && own->columns == columns))
+        return status;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d", name,
+                      (int)own->rows, (int)own->columns, (int)rows, (int)columns);
 }
 
 void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride)

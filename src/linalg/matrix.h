@@ -4,6 +4,8 @@
 
 #include <perp/matrix.h>
 
+#include <string.h>
+
 /* Dense entry (i,j) is values[i * row_stride + j * column_stride], one of the strides being 1; CSC
  * if column_starts is not NULL. */
 typedef struct perp__matrix {
@@ -20,6 +22,10 @@ typedef struct perp__matrix {
  * finite values) and fills `own`. The message names the argument `name` and the index. */
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
                               const perp_matrix *caller);
+
+/* The same, of this size and no other. */
+perp_status perp__matrix_read_sized(perp_context *context, const char *name, perp__matrix *own,
+                                    const perp_matrix *caller, int32_t rows, int32_t columns);
 
 /* A public view of a dense matrix without gaps, for an inner call. */
 perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const double *values);
@@ -62,6 +68,21 @@ static inline double perp__dot(const double *x, const double *y, int32_t n)
     return sum;
 }
 
+/* to := from, where to is not NULL: nobody asked. Of none from may be NULL, unlike memcpy's. */
+static inline void perp__copy(double *to, const double *from, int32_t n)
+{
+    if (to && n > 0)
+        memcpy(to, from, (size_t)n * sizeof *to);
+}
+
+static inline int32_t perp__is_zero(const double *x, int32_t n)
+{
+    for (int32_t i = 0; i < n; i++)
+        if (x[i] != 0.0)
+            return 0;
+    return 1;
+}
+
 /* sum_i |x_i|, in the order of i. */
 double perp__sum_of_sizes(const double *x, int32_t n);
 
@@ -75,7 +96,7 @@ void perp__largest_entries(const perp__matrix *M, const double *D, double *in_ro
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
 
-/* ---- the stored lines of a square matrix, columns or rows, and what hangs together through them
+/* ---- the stored lines of a matrix, columns or rows, and what hangs together through them
  * ---- */
 
 /* Column j of M, or row j where that is the contiguous one. */
@@ -94,7 +115,7 @@ static inline perp__line perp__line_of(const perp__matrix *M, int32_t j)
         l.values = l.count > 0 ? M->values + M->column_starts[j] : NULL;
         l.indices = l.count > 0 ? M->row_indices + M->column_starts[j] : NULL;
     } else {
-        l.count = M->rows;
+        l.count = M->row_stride == 1 ? M->rows : M->columns;
         l.values = M->values + (size_t)j * (M->row_stride == 1 ? M->column_stride : M->row_stride);
         l.indices = NULL;
     }
@@ -133,7 +154,7 @@ static inline int32_t perp__advance(perp__cursor *c)
             k++;
         if (k < c->line.count)
             break;
-        if (++c->at == c->M->columns)
+        if (++c->at == (perp__lines_are_rows(c->M) ? c->M->rows : c->M->columns))
             return 0;
         c->line = perp__line_of(c->M, c->at);
     }

@@ -34,6 +34,7 @@ typedef struct perp__level {
     perp__arena arena, transfer_arena, matrix_arena;
 } perp__level;
 
+/* At first all 0 but for the context. */
 typedef struct perp__multigrid {
     perp_context *context;
     int32_t levels; /* 0: nothing built; 1: no coarser level was found */
@@ -49,7 +50,6 @@ typedef struct perp__multigrid {
     perp__arena bottom_arena;
 } perp__multigrid;
 
-void perp__multigrid_init(perp__multigrid *grid, perp_context *context);
 void perp__multigrid_release(perp__multigrid *grid);
 
 /* Builds the hierarchy for diag(scale) M diag(scale), which must have a positive diagonal. PERP_OK

@@ -129,21 +129,6 @@ static void form_aggregates(perp__level *level, double threshold)
 #define PERP__THRESHOLD 0.08    /* on the finest level, half as much on each coarser one */
 #define PERP__DAMPING (2.0 / 3) /* 4/3 over 2, the largest eigenvalue of D^-1 S */
 
-void perp__multigrid_init(perp__multigrid *grid, perp_context *context)
-{
-    memset(grid, 0, sizeof *grid);
-    grid->context = context;
-    perp__arena_init(&grid->arena, context);
-    perp__arena_init(&grid->bottom_arena, context);
-    perp__arena_init(&grid->bottom.arena, context);
-    perp__arena_init(&grid->bottom.factor_arena, context);
-    for (int32_t k = 0; k < PERP__LEVELS; k++) {
-        perp__arena_init(&grid->level[k].arena, context);
-        perp__arena_init(&grid->level[k].transfer_arena, context);
-        perp__arena_init(&grid->level[k].matrix_arena, context);
-    }
-}
-
 void perp__multigrid_release(perp__multigrid *grid)
 {
     for (int32_t k = 0; k < PERP__LEVELS; k++) {
@@ -220,11 +205,9 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     level->starts = M->column_starts;
     level->rows = M->row_indices;
     level->entries = (size_t)M->column_starts[M->columns];
-    status = perp__arena_fit(&grid->arena, layout, grid);
-    if (status == PERP_OK)
-        status = perp__arena_fit(&level->arena, layout_level, level);
-    if (status == PERP_OK)
-        status = perp__arena_fit(&level->matrix_arena, layout_finest, level);
+    status = perp__arena_fit(&grid->arena, grid->context, layout, grid);
+    PERP__THEN(status, perp__arena_fit(&level->arena, grid->context, layout_level, level));
+    PERP__THEN(status, perp__arena_fit(&level->matrix_arena, grid->context, layout_finest, level));
     if (status != PERP_OK)
         return status;
     for (int32_t j = 0; j < level->n; j++) {
@@ -386,7 +369,7 @@ static perp_status make_transfer(perp__multigrid *grid, perp__level *fine,
 
     fill_prolongation(grid, fine, coarse->near_null, threshold, 0);
     fine->p_entries = (size_t)fine->p_starts[fine->n];
-    status = perp__arena_fit(&fine->transfer_arena, layout_transfer, fine);
+    status = perp__arena_fit(&fine->transfer_arena, grid->context, layout_transfer, fine);
     if (status != PERP_OK)
         return status;
     fill_prolongation(grid, fine, coarse->near_null, threshold, 1);
@@ -401,7 +384,7 @@ static perp_status make_matrix(perp__multigrid *grid, const perp__level *fine, p
     coarse->entries = coarse_pattern(fine, coarse, grid->marks, 0);
     if (coarse->entries > INT32_MAX)
         return perp__fail_memory(grid->context, "a coarse matrix");
-    status = perp__arena_fit(&coarse->matrix_arena, layout_matrix, coarse);
+    status = perp__arena_fit(&coarse->matrix_arena, grid->context, layout_matrix, coarse);
     if (status != PERP_OK)
         return status;
     coarse_pattern(fine, coarse, grid->marks, 1);
@@ -429,7 +412,7 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     if (fine->coarse == 0)
         return PERP_OK;
     coarse->n = fine->coarse;
-    status = perp__arena_fit(&coarse->arena, layout_level, coarse);
+    status = perp__arena_fit(&coarse->arena, grid->context, layout_level, coarse);
     if (status != PERP_OK)
         return status;
     coarsen_null(fine, coarse, grid->marks);
@@ -445,7 +428,7 @@ static perp_status make_bottom(perp__multigrid *grid)
     perp_status status;
 
     grid->bottom_matrix = M;
-    status = perp__arena_fit(&grid->bottom_arena, layout_bottom, grid);
+    status = perp__arena_fit(&grid->bottom_arena, grid->context, layout_bottom, grid);
     for (int32_t i = 0; i < level->n && status == PERP_OK; i++) {
         grid->ones[i] = 1.0;
         level->active[i] = i;

@@ -10,12 +10,11 @@
 #include "linalg/scale.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/groups.h"
 #include "base/sort.h"
 
-enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
+enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, DONE = -3, NO_ENTRY = INT32_MIN };
 
 /* log2 of an entry of the scaled matrix from which on something else in its row and column, the
  * diagonal or the coupling that gave the row its scale, is noise beside it. */
@@ -68,7 +67,7 @@ static int has_symmetric_pattern(const perp__matrix *M)
 typedef struct search {
     const perp__matrix *M;
     int32_t *exponents;
-    int32_t *level; /* or UNSET, UNSET_OTHER: with a diagonal of the other sign */
+    int32_t *level; /* or UNSET, UNSET_OTHER: with a diagonal of the other sign, or DONE */
     int32_t *queue;
     int32_t queued;
     int32_t unset; /* rows that are left */
@@ -174,7 +173,8 @@ static void spread_once(search *s, int32_t begin, int32_t end, int32_t level)
         s->exponents[s->queue[k]] = clamp(-s->exponents[s->queue[k]]);
 }
 
-/* From the rows in the queue, on level 0, to all that hang together with them. */
+/* From the rows in the queue, on level 0, to all that hang together with them: no search after this
+ * one changes theirs. */
 static void spread(search *s)
 {
     int32_t begin = 0, end, level;
@@ -184,7 +184,8 @@ static void spread(search *s)
         spread_once(s, begin, end, level);
         begin = end;
     }
-    s->queued = 0;
+    while (s->queued > 0)
+        s->level[s->queue[--s->queued]] = DONE;
 }
 
 /* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */

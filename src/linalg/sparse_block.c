@@ -90,10 +90,12 @@ int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 
 /* ---- its blocks ---- */
 
-/* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it. On
- * plane grids multigrid overtakes Cholesky at 6000 rows, in space at 1000. */
+/* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it: on
+ * plane grids of five points multigrid overtakes Cholesky at 6e4 rows, in space at 1000. */
 #define PERP__LARGE_MATRIX 1000
 #define PERP__LARGE_BLOCK 3000
+#define PERP__LARGE_PLANE 60000
+#define PERP__PLANE 5 /* entries a row */
 /* Conjugate gradient steps: as many take about as long as a factorisation */
 #define PERP__STEPS 80
 
@@ -127,18 +129,6 @@ static void layout_grid(perp__arena *arena, void *object)
     b->residual = perp__arena_take(arena, (size_t)b->M->columns, sizeof(double));
 }
 
-void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
-{
-    memset(block, 0, sizeof *block);
-    block->context = context;
-    perp__arena_init(&block->arena, context);
-    perp__arena_init(&block->general_arena, context);
-    perp__arena_init(&block->grid_arena, context);
-    perp__multigrid_init(&block->grid, context);
-    perp__arena_init(&block->cholesky.arena, context);
-    perp__arena_init(&block->cholesky.factor_arena, context);
-}
-
 perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
                                     const double *scale)
 {
@@ -156,7 +146,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->has_positive_diagonal = positive;
     block->has_z_signs = positive && has_z_signs(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
-    status = perp__arena_fit(&block->arena, layout, block);
+    status = perp__arena_fit(&block->arena, block->context, layout, block);
     if (status != PERP_OK)
         return status;
     symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ASYMMETRY);
@@ -182,7 +172,8 @@ static perp__square extract(perp__sparse_block *b)
         b->local[b->active[k]] = k;
     for (c = 0; c < b->count; c++) {
         const int32_t j = b->active[c];
-        int32_t placed = b->rho == 0.0; /* the diagonal's entry, needed for rho */
+        const double shift = b->weights ? b->weights[j] : b->rho;
+        int32_t placed = shift == 0.0; /* the diagonal's entry, needed for a shift */
 
         b->starts[c] = at;
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
@@ -192,15 +183,15 @@ static perp__square extract(perp__sparse_block *b)
                 continue;
             if (!placed && i > j) {
                 b->rows[at] = c;
-                b->values[at++] = b->rho;
+                b->values[at++] = shift;
             }
             placed |= i >= j;
             b->rows[at] = b->local[i];
-            b->values[at++] = M->values[k] * (b->scale[i] * b->scale[j]) + (i == j ? b->rho : 0.0);
+            b->values[at++] = M->values[k] * (b->scale[i] * b->scale[j]) + (i == j ? shift : 0.0);
         }
         if (!placed) {
             b->rows[at] = c;
-            b->values[at++] = b->rho;
+            b->values[at++] = shift;
         }
     }
     b->starts[b->count] = at;
@@ -224,7 +215,7 @@ static perp_status make_lu(perp__sparse_block *b)
 static perp_status factor_general(perp__sparse_block *b)
 {
     perp__square A;
-    perp_status status = perp__arena_fit(&b->general_arena, layout_general, b);
+    perp_status status = perp__arena_fit(&b->general_arena, b->context, layout_general, b);
 
     if (status == PERP_OK && b->lu_capacity < b->M->columns)
         status = make_lu(b);
@@ -243,9 +234,10 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
     if (!block->suits_grid || block->grid_built < 0)
         return PERP_OK;
     if (!block->grid_built) {
+        block->grid.context = block->context;
         status = perp__multigrid_build(&block->grid, block->M, block->scale);
         if (status == PERP_OK)
-            status = perp__arena_fit(&block->grid_arena, layout_grid, block);
+            status = perp__arena_fit(&block->grid_arena, block->context, layout_grid, block);
         if (status != PERP_OK)
             return status;
         block->grid_built = 1;
@@ -292,6 +284,7 @@ static void take(perp__sparse_block *b, const int32_t *active, int32_t count, do
         memmove(b->active, active, (size_t)count * sizeof *active);
     b->count = count;
     b->rho = rho;
+    b->weights = NULL;
     b->by_lu = 0;
     b->factored = 0;
     b->on_grid = 0;
@@ -322,6 +315,20 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
     return factor(block);
 }
 
+perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int32_t *active,
+                                           int32_t count, const double *weights)
+{
+    perp_status status;
+
+    take(block, active, count, NAN); /* nobody asks for these again */
+    block->weights = weights;
+    block->by_lu = 1;
+    status = factor_general(block);
+    block->weights = NULL;
+    block->factored = status == PERP_OK;
+    return status;
+}
+
 static void solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
     if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
@@ -330,7 +337,7 @@ static void solve(perp__sparse_block *block, double *x, int32_t transposed)
     }
     for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
-    if (block->kind != PERP__SPARSE_TRIDIAGONAL)
+    if (block->by_lu || block->kind != PERP__SPARSE_TRIDIAGONAL)
         perp__factor_klu.solve(block->lu, block->x, transposed);
     else if (transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
@@ -353,12 +360,15 @@ void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x)
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
                                         int32_t count)
 {
+    const int32_t n = block->M->columns;
+    const int32_t is_plane = block->M->column_starts[n] / PERP__PLANE <= n;
+    const int32_t largest = is_plane ? PERP__LARGE_PLANE : PERP__LARGE_BLOCK;
     perp__multigrid *grid = NULL;
     perp_status status = PERP_OK;
 
     if ((block->factored || block->on_grid) && holds(block, active, count, 0.0))
         return PERP_OK;
-    if (count >= PERP__LARGE_BLOCK && block->kind != PERP__SPARSE_TRIDIAGONAL)
+    if (count >= largest && block->kind != PERP__SPARSE_TRIDIAGONAL)
         status = perp__sparse_block_grid(block, &grid);
     if (status != PERP_OK)
         return status;

@@ -20,7 +20,7 @@ enum perp__sparse_kind {
     PERP__SPARSE_GENERAL
 };
 
-/* The matrix is S = diag(scale) M diag(scale), scale > 0. */
+/* The matrix is S = diag(scale) M diag(scale), scale > 0. At first all 0 but for the context. */
 typedef struct perp__sparse_block {
     perp_context *context;
     const perp__matrix *M;
@@ -33,9 +33,10 @@ typedef struct perp__sparse_block {
     int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
     /* the last factorisation */
     int32_t factored; /* 1: holds factors */
-    int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite */
+    int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite; with weights */
     int32_t on_grid;  /* instead of factors there are the coarse matrices */
     double rho;
+    const double *weights; /* in place of rho, while factors are made */
     int32_t count;
     int32_t *active; /* n */
     perp__arena arena;
@@ -54,8 +55,6 @@ typedef struct perp__sparse_block {
     int32_t lu_capacity;
 } perp__sparse_block;
 
-void perp__sparse_block_init(perp__sparse_block *block, perp_context *context);
-
 /* Takes another matrix (CSC), or the same with other values, and finds out its kind. PERP_OK or
  * _MEMORY. Cost: one pass over M. */
 perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
@@ -66,6 +65,10 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
  * or PERP_ERROR_MEMORY. */
 perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
                                       int32_t count, double rho);
+
+/* Factors S_AA + W_AA by LU, W = diag(weights). */
+perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int32_t *active,
+                                           int32_t count, const double *weights);
 
 /* x_A := (S_AA + rho I)^-1 x_A in the n-vector x, whose other entries are not looked at. */
 void perp__sparse_block_solve(perp__sparse_block *block, double *x);

@@ -105,9 +105,7 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
     if (is_known(cholesky, M))
         return PERP_OK;
     cholesky->pattern_size = 0;
-    cholesky->arena.context = context;
-    cholesky->factor_arena.context = context;
-    status = perp__arena_fit(&cholesky->arena, layout, cholesky);
+    status = perp__arena_fit(&cholesky->arena, context, layout, cholesky);
     if (status != PERP_OK)
         return status;
     /* AMD reads the pattern only, but does not say so in its types */
@@ -119,7 +117,7 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
     number_block(cholesky);
     count_columns(cholesky);
     cholesky->entries = cholesky->starts[M->columns];
-    status = perp__arena_fit(&cholesky->factor_arena, layout_factor, cholesky);
+    status = perp__arena_fit(&cholesky->factor_arena, context, layout_factor, cholesky);
     if (status == PERP_OK)
         keep_pattern(cholesky, M);
     return status;

@@ -6,6 +6,17 @@
 #include <math.h>
 #include <stdint.h>
 
+/* Of two numbers; b where one is none. In line, which fmin and fmax are not. */
+static inline double perp__lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double perp__greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 static inline double perp__dot3(const double *a, const double *b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -32,7 +43,7 @@ static inline void perp__copy3(double *to, const double *from)
 
 static inline double perp__largest3(const double *a)
 {
-    return fmax(fmax(fabs(a[0]), fabs(a[1])), fabs(a[2]));
+    return perp__greater(fabs(a[2]), perp__greater(fabs(a[1]), perp__greater(fabs(a[0]), 0.0)));
 }
 
 /* Scales x to length 1 and returns its length; a zero vector is left alone. The power of two taken
@@ -87,6 +98,11 @@ static inline void perp__add3(double *y, double s, const double *x)
 static inline int32_t perp__is_zero3(const double *a)
 {
     return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0;
+}
+
+static inline int32_t perp__is_finite3(const double *a)
+{
+    return 0.0 * a[0] + 0.0 * a[1] + 0.0 * a[2] == 0.0;
 }
 
 /* c = a x b; c may not overlap a or b. */

@@ -18,7 +18,9 @@
  *
  * Units are not unique: a diagonal that is tiny beside the couplings of its row or of its column,
  * as in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and
- * nobody knows. Then the caller's units are balanced too, and the worse ones count.
+ * nobody knows; nor where a coupling that the units of a row were found from leaves others of
+ * 2^20, or 2^-30 of couplings that are as large as any, as in [[0, 1, e], [1, 0, 1], [e, 1, 0]].
+ * Then the caller's units are balanced too, and the worse ones count.
  */
 #include "linalg/witness.h"
 
@@ -27,23 +29,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/groups.h"
 #include "base/outcome.h"
 #include "linalg/scale.h"
 
-/* What a row may miss beside the largest t, in units of tol: below it the far tail of a solution
- * that fades out would fail at loose tolerances. */
-#define FLOOR 1e-5
-/* Beside the largest t that much is always granted: rounding. */
-#define ROUNDING (16.0 * DBL_EPSILON)
-
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
-#define NOISE_BITS 38 /* of a diagonal */
 #define NOISE_DIAGONAL 0x1p-38
+
+/* log2 of an entry that no unit explains. */
+#define UNEXPLAINED 20
 
 /* Exponents of units of the size that a caller may have chosen. */
 #define MODERATE_UNIT 200
+
+/* What is this much of the largest entries is one of them; log2 of what is lost beside units. */
+#define LARGE_SHARE 0x1p-10
+#define LOST 30
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
@@ -60,11 +61,6 @@ typedef struct view {
     int32_t n;
     double least; /* couplings from this on are significant */
 } view;
-
-static double floor_of(double tol)
-{
-    return fmax(FLOOR, ROUNDING / tol);
-}
 
 static double violation_of_row(const perp__witness_point *p, int32_t i)
 {
@@ -124,114 +120,69 @@ static void tie(perp__witness *t, const perp__witness_point *p)
     t->tied = 1;
 }
 
-/* ---- diagonals that may be noise ---- */
+/* ---- units that may have been found from noise ---- */
 
-#define NO_DIAGONAL (-(1 << 20))
-#define SUPPORT 0x1p-10
-
-/* partner[j] of a row whose diagonal is small beside some other by more than the couplings make up
- * for: how many rows with a diagonal it is coupled with as strongly as with any, in units e. */
-enum { NO_PARTNER = -2, NONE = -1 };
-
-typedef struct noise_search {
-    const perp__witness_point *point;
-    double *size;     /* |M_ii| */
-    int32_t *partner; /* or: NONE, the only such row, or `rows` where there are several */
-    int32_t *noise;   /* M_ii is */
-    int32_t pass;
-} noise_search;
-
-/* Whether a diagonal may be noise: with |S_ij| <= 2^bound in units e, and |S_ii| near 2^d_i, none
- * is but where a row of far smaller units has a far smaller diagonal. */
-static int32_t may_have_noise(noise_search *s, int32_t *d)
-{
-    const perp__witness_point *p = s->point;
-    const int32_t n = p->M->rows, *e = p->exponents;
-    int32_t least = -NO_DIAGONAL, farthest = NO_DIAGONAL, any = 0, bound, i;
-    double largest = 0.0;
-
-    for (i = 0; i < n; i++) {
-        s->size[i] = fabs(perp__diagonal_entry(p->M, i));
-        s->noise[i] = 0;
-        perp__raise_to(&largest, p->row_norms ? p->row_norms[i] : INFINITY);
-        d[i] = s->size[i] == 0.0 ? NO_DIAGONAL : perp__exponent_of(s->size[i]) + 2 * e[i];
-        if (s->size[i] == 0.0)
-            continue;
-        least = d[i] < least ? d[i] : least;
-        farthest = e[i] - d[i] > farthest ? e[i] - d[i] : farthest;
-    }
-    if (largest == 0.0) /* nothing, or all of it underflows */
-        return 0;
-    bound = perp__exponent_of(largest) + 1;
-    for (i = 0; i < n; i++) {
-        const int32_t is =
-            d[i] + least <= 2 * bound - NOISE_BITS && farthest >= e[i] + NOISE_BITS - bound;
-
-        s->partner[i] = is ? NONE : NO_PARTNER;
-        any |= is;
-    }
-    return any;
-}
-
+/* In the caller's units, and in any. */
 static int32_t is_noise(double diagonal, double other, double coupling)
 {
     return diagonal != 0.0 && diagonal <= NOISE_DIAGONAL * coupling &&
            diagonal * other <= NOISE_DIAGONAL * coupling * coupling;
 }
 
-static int32_t is_partner(const noise_search *s, int32_t j)
+/* Marks the diagonals that are noise beside a coupling of their row or of their column that is
+ * large beside both its diagonals: units that are far apart make none such. Returns whether there
+ * are any, or couplings that no unit explains: that which a row's unit was found from was noise. */
+static int32_t find_noise(perp__witness *t, const perp__witness_point *p)
 {
-    return s->partner[j] != NO_PARTNER && s->partner[j] != s->point->M->rows;
+    int32_t *e = t->units[1].exponents, *noise = t->is_free, found = 0;
+    double *size = t->around;
+
+    perp__equilibrate_but(p->M, NULL, e, t->omegas);
+    for (int32_t i = 0; i < p->M->rows; i++) {
+        size[i] = fabs(perp__diagonal_entry(p->M, i));
+        noise[i] = 0;
+    }
+    for (perp__cursor c = perp__first(p->M); perp__advance(&c);) {
+        const double coupling = fabs(c.value);
+
+        if (coupling == 0.0 || c.i == c.j)
+            continue;
+        noise[c.i] |= is_noise(size[c.i], size[c.j], coupling);
+        noise[c.j] |= is_noise(size[c.j], size[c.i], coupling);
+        found |= noise[c.i] | noise[c.j] |
+                 (perp__exponent_of(coupling) + e[c.i] + e[c.j] >= UNEXPLAINED);
+    }
+    return found;
 }
 
-/* First what partner j is coupled with, then what is noise beside its couplings. */
-static void visit(noise_search *s, int32_t j, int32_t i, double coupling)
+/* Whether a coupling among the largest of both its rows is lost in the units. */
+static int32_t is_any_lost(perp__witness *t, const perp__witness_point *p)
 {
-    const int32_t *e = s->point->exponents;
+    double *largest = t->around;
+    int32_t found = 0;
+    perp__cursor c;
 
-    if (i == j || !is_partner(s, j))
-        return;
-    if (s->pass > 0) {
-        s->noise[i] |= is_noise(s->size[i], s->size[j], coupling);
-    } else if (s->size[i] != 0.0 && s->partner[j] != i &&
-               coupling * perp__power_of_two(e[i] + e[j]) >= SUPPORT) {
-        s->partner[j] = s->partner[j] == NONE ? i : s->point->M->rows;
+    for (int32_t i = 0; i < p->M->rows; i++)
+        largest[i] = 0.0;
+    for (c = perp__first(p->M); perp__advance(&c);) {
+        largest[c.i] = fmax(largest[c.i], fabs(c.value));
+        largest[c.j] = fmax(largest[c.j], fabs(c.value));
     }
-}
+    for (c = perp__first(p->M); perp__advance(&c) && !found;) {
+        const double size = fabs(c.value);
 
-/* Whether a diagonal is noise beside a coupling of its row or of its column, in the caller's units,
- * that is large beside both its diagonals: units that are far apart make none such, nor do they
- * where a second row agrees with what they are. */
-static int32_t find_noise(noise_search *s)
-{
-    const perp__matrix *M = s->point->M;
-    int32_t any = 0, i, j;
-
-    for (s->pass = 0; s->pass < 2; s->pass++) {
-        for (perp__cursor c = perp__first(M); M->column_starts && perp__advance(&c);) {
-            visit(s, c.j, c.i, fabs(c.value));
-            visit(s, c.i, c.j, fabs(c.value));
-        }
-        for (j = 0; j < M->rows && !M->column_starts; j++)
-            for (i = 0; i < M->rows && is_partner(s, j); i++) {
-                visit(s, j, i,
-                      fabs(M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride]));
-                visit(s, j, i,
-                      fabs(M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride]));
-            }
+        found = size > 0.0 && size >= LARGE_SHARE * fmax(largest[c.i], largest[c.j]) &&
+                perp__exponent_of(size) + p->exponents[c.i] + p->exponents[c.j] <= -LOST;
     }
-    for (i = 0; i < M->rows; i++)
-        any |= s->noise[i];
-    return any;
+    return found;
 }
 
 /* The caller's units tell what is noise; nobody chose any that are very far apart. */
 static void find_starts(perp__witness *t, const perp__witness_point *p)
 {
-    noise_search s = {p, t->around, t->omegas + p->M->rows, t->is_free, 0};
     int32_t farthest = 0, i;
 
-    t->count = p->scaling && may_have_noise(&s, t->omegas) && find_noise(&s) ? 2 : 1;
+    t->count = p->scaling && find_noise(t, p) ? 2 : 1;
     for (i = 0; i < p->M->rows; i++) {
         t->units[0].exponents[i] = p->exponents[i];
         t->units[1].exponents[i] = 0;
@@ -239,6 +190,8 @@ static void find_starts(perp__witness *t, const perp__witness_point *p)
     }
     if (t->count == 2 && farthest > MODERATE_UNIT / 2)
         perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, t->omegas);
+    if (p->scaling && t->count == 1 && farthest <= MODERATE_UNIT / 2 && is_any_lost(t, p))
+        t->count = 2;
     t->known = 1;
     t->balanced = 0;
     t->tol = 0.0;
@@ -361,7 +314,7 @@ static int32_t is_excused(const glance *g, int32_t i, double violation)
 
         largest = found > largest ? found : largest;
     }
-    size = perp__shift(violation / (p->tol * floor_of(p->tol)),
+    size = perp__shift(violation / (p->tol * perp__floor_of(p->tol)),
                        p->exponents[i] + 2 + g->b - perp__exponent_of(largest));
     if (size < MODERATE_TERMS) /* the anchors of rows that do not cancel are 0 */
         size = MODERATE_TERMS;
@@ -412,7 +365,7 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
         }
         for (k = 0; k < t->count;
              k++) { /* where nothing cancels, not even what underflows is small */
-            const double floor = floor_of(p->tol) * most[k][t->units[k].cut[i]];
+            const double floor = perp__floor_of(p->tol) * most[k][t->units[k].cut[i]];
 
             good &= floor > 0.0 && perp__shift(v, t->units[k].exponents[i]) <= p->tol * floor;
         }
@@ -567,7 +520,7 @@ static double own_residual(perp__witness *t, const perp__witness_point *p,
     find_violations(t, &v);
     find_neighbours(t, &v);
     for (int32_t i = 0; i < v.n; i++) {
-        const double size = t->around[i] + floor_of(p->tol) * t->most[u->cut[i]];
+        const double size = t->around[i] + perp__floor_of(p->tol) * t->most[u->cut[i]];
 
         t->is_free[i] = is_extreme(t, &v, i, size);
         extremes |= t->is_free[i];

@@ -31,16 +31,24 @@ perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const doubl
 {
     perp_status status = perp__check_vector(m->context, "q0", q, (size_t)m->coordinates);
 
-    if (status == PERP_OK)
-        status = perp__check_vector(m->context, "v0", v, (size_t)m->n);
+    PERP__THEN(status, perp__check_vector(m->context, "v0", v, (size_t)m->n));
     return status == PERP_OK ? perp__check_finite(m->context, "t", &t, 1) : status;
 }
 
-perp_status perp__mechanism_check_length(perp_mechanism *m, double h)
+perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *from)
 {
-    if (h > 0.0 && isfinite(h))
-        return PERP_OK;
-    return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    const perp_status status = perp__mechanism_check_state(m, from->t, from->q, from->v);
+
+    if (status != PERP_OK || (from->h > 0.0 && isfinite(from->h)))
+        return status;
+    return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", from->h);
+}
+
+perp_status perp__mechanism_check_outputs(perp_mechanism *m, const double *q, const double *v)
+{
+    const perp_status status = perp__check_pointer(m->context, "q", q);
+
+    return status == PERP_OK ? perp__check_pointer(m->context, "v", v) : status;
 }
 
 void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v)
@@ -51,36 +59,56 @@ void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, cons
     memset(to->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
 }
 
-perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
-                          double h, const double *q0, const double *v0)
+perp_status perp__take_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                            const perp__start *from)
 {
+    static perp__scheme *const schemes[] = {perp__advance_frozen, perp__advance_implicit,
+                                            perp__advance_theta};
     const double began = perp__now();
     const int64_t before = m->evaluations;
     perp_status status;
 
     perp_mechanism_step_init(step, sizeof *step);
     step->error = (double)NAN;
-    switch (m->settings.scheme) {
-    case PERP_MECHANISM_IMPLICIT:
-        status = perp__advance_implicit(m, to, step, t, h, q0, v0);
-        break;
-    case PERP_MECHANISM_THETA:
-        status = perp__advance_theta(m, to, step, t, h, q0, v0);
-        break;
-    default:
-        status = perp__advance_frozen(m, to, step, t, h, q0, v0);
-    }
+    status = schemes[m->settings.scheme](m, to, step, from);
     if (status == PERP__OUTSIDE) {
         step->outcome = PERP_OUTCOME_EVALUATION_FAILED;
         status = PERP_OK;
     }
     if (status == PERP_OK && !perp__outcome_moves(step->outcome)) {
         step->closed = step->sticking = step->impacts = 0;
-        perp__stay(m, to, q0, v0);
+        perp__stay(m, to, from->q, from->v);
     }
     step->evaluations = m->evaluations - before;
     step->seconds = perp__now() - began;
     return status == PERP_OK ? perp__mechanism_check_end(m, to) : status;
+}
+
+/* Lets go what static friction held at the start and not to the end: it slips with the lower
+ * coefficient, on which others may follow. Whether there was any. */
+static int32_t let_go(perp_mechanism *m, const perp__motion *to)
+{
+    int32_t more = 0;
+
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (to->modes[j] == PERP_MECHANISM_SLIP && m->let_go[j] == 0 && m->stribeck[j] == 0.0 &&
+            m->friction[j] > m->begin.mu[j]) {
+            m->let_go[j] = 1;
+            more = 1;
+        }
+    return more;
+}
+
+perp_status perp__advance_from(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                               const perp__start *from)
+{
+    perp_status status;
+
+    do
+        status = perp__take_step(m, to, step, from);
+    while (status == PERP_OK && perp__outcome_moves(step->outcome) && let_go(m, to));
+    memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);
+    return status;
 }
 
 static void copy_out(double *to, const double *from, int32_t count)
@@ -89,35 +117,28 @@ static void copy_out(double *to, const double *from, int32_t count)
         memcpy(to, from, (size_t)count * sizeof *to);
 }
 
-static perp_status advance(perp_mechanism *m, double *q, double *v, double *impulse,
-                           double *velocity, int32_t *modes, double *ray, perp_mechanism_step *step,
-                           double t, double h, const double *q0, const double *v0)
+/* out: the caller's arrays; all but q and v may be NULL. */
+static perp_status advance(perp_mechanism *m, const perp__motion *out, perp_mechanism_step *step,
+                           const perp__start *from)
 {
     perp__motion *to = &m->next;
     perp_mechanism_step own;
-    perp_status status = perp__check_pointer(m->context, "q", q);
+    perp_status status = perp__mechanism_check_outputs(m, out->q, out->v);
 
-    if (status == PERP_OK)
-        status = perp__check_pointer(m->context, "v", v);
-    if (status == PERP_OK)
-        status = PERP__CHECK(perp_mechanism_step, m->context, step);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_state(m, t, q0, v0);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_length(m, h);
+    PERP__THEN(status, PERP__CHECK(perp_mechanism_step, m->context, step));
+    PERP__THEN(status, perp__mechanism_check_start(m, from));
     m->keeps = 0; /* between calls what the callbacks read may have changed */
-    if (status == PERP_OK)
-        status = perp__advance(m, to, &own, t, h, q0, v0);
+    PERP__THEN(status, perp__advance_from(m, to, &own, from));
     if (status != PERP_OK)
         return status;
-    copy_out(q, to->q, m->coordinates);
-    copy_out(v, to->v, m->n);
-    copy_out(impulse, to->r, m->rows);
-    copy_out(velocity, to->u, m->rows);
-    if (modes)
-        memcpy(modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
+    copy_out(out->q, to->q, m->coordinates);
+    copy_out(out->v, to->v, m->n);
+    copy_out(out->r, to->r, m->rows);
+    copy_out(out->u, to->u, m->rows);
+    if (out->modes)
+        memcpy(out->modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *out->modes);
     if (own.has_ray)
-        copy_out(ray, to->ray, m->rows);
+        copy_out(out->ray, to->ray, m->rows);
     perp__struct_write(step, &own, sizeof own);
     return PERP_OK;
 }
@@ -127,6 +148,10 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
                                    perp_mechanism_step *step, double t, double h, const double *q0,
                                    const double *v0)
 {
+    const perp__motion out = {
+        .q = q, .v = v, .u = velocity, .r = impulse, .ray = ray, .modes = modes};
+    const perp__start from = {t, h, q0, v0};
+
     return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
-                      advance(mechanism, q, v, impulse, velocity, modes, ray, step, t, h, q0, v0));
+                      advance(mechanism, &out, step, &from));
 }

@@ -28,8 +28,9 @@ static int32_t add_elements(perp__acceleration *a)
             continue;
         }
         element = perp__element_add(a, j);
-        element->mu = element->mu_stick = m->friction[j];
-        element->friction = element->tangents > 0 && element->mu > 0.0;
+        element->mu_stick = m->friction[j]; /* the static one holds until it slips */
+        element->mu = m->stribeck[j] > 0.0 ? m->friction[j] : m->begin.mu[j];
+        element->friction = element->tangents > 0 && element->mu_stick > 0.0;
     }
     perp__element_add_bilateral(a);
     for (j = 0; j < m->dry; j++)
@@ -38,21 +39,20 @@ static int32_t add_elements(perp__acceleration *a)
 }
 
 /* What a row's u' is at v' = 0, and the size of its terms. */
-static void set_bias(perp__acceleration *a, double h, const double *v0)
+static void set_bias(perp__acceleration *a, const perp__start *from)
 {
     const perp_mechanism *m = a->m;
 
     for (int32_t i = 0; i < m->rows; i++) {
         const double shift = m->normal_of[i] < 0 ? 0.0 : m->shift[m->normal_of[i]];
 
-        a->bias[i] = (m->start_velocity[i] + shift) / h;
-        a->size[i] = (perp__row_size(m, &m->begin, i, v0) + shift) / h;
+        a->bias[i] = (m->start_velocity[i] + shift) / from->h;
+        a->size[i] = (perp__row_size(m, &m->begin, i, from->v) + shift) / from->h;
     }
 }
 
 /* With m->begin evaluated and the step prepared. */
-static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, double h,
-                        const double *v0)
+static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, const perp__start *from)
 {
     perp__acceleration *a;
     perp_status status = perp__acceleration_open(m);
@@ -62,10 +62,9 @@ static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, doub
         return status;
     a = m->accelerations;
     left_out = add_elements(a);
-    set_bias(a, h, v0);
+    set_bias(a, from);
     status = perp__acceleration_reduce(a);
-    if (status == PERP_OK)
-        status = perp__acceleration_look(a, summary, -1);
+    PERP__THEN(status, perp__acceleration_look(a, summary, -1));
     if (status != PERP_OK)
         perp__answers_clear(&a->answers);
     else if (left_out)
@@ -120,7 +119,7 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__ans
         answer->r[i] = h * found->middle[i];
     memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
     perp__add_impulses(m, problem->terms, answer->v, answer->r);
-    perp__solve_mass(m, problem->terms, answer->v);
+    perp__solve_mass(m, problem->terms, answer->v, answer->v);
     answer->outcome = perp__gate(&evidence, m->settings.tol, -1);
     answer->residual = found->residual;
     answer->certificate = answer->has_ray = 0;
@@ -129,47 +128,43 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__ans
 }
 
 perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
-                                const perp__velocity_problem *problem, double h, const double *v0)
+                                const perp__velocity_problem *problem, const perp__start *from)
 {
     const perp__answer *answer;
     perp_mechanism_summary summary;
     perp_status status;
 
     perp_mechanism_summary_init(&summary, sizeof summary);
-    status = find(m, &summary, h, v0);
+    status = find(m, &summary, from);
     if (status != PERP_OK)
         return status;
     step->answers = summary.count;
     step->exhaustive = summary.exhaustive;
     answer = best_answer(m, m->accelerations, summary.stable > 0);
     if (answer && summary.count > 1)
-        take(m, m->accelerations, answer, problem, h);
+        take(m, m->accelerations, answer, problem, from->h);
     perp__answers_clear(&m->accelerations->answers);
     return PERP_OK;
 }
 
 /* ---- the question -------------------------------------------------------------------------- */
 
-static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, double t, double h,
-                           const double *q0, const double *v0)
+static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary,
+                           const perp__start *from)
 {
     perp_mechanism_summary own;
     perp_status status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
 
-    if (status == PERP_OK)
-        status = perp__mechanism_check_state(m, t, q0, v0);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_length(m, h);
-    if (status == PERP_OK)
-        status = perp__evaluate_all(m, &m->begin, t, q0, v0);
+    PERP__THEN(status, perp__mechanism_check_start(m, from));
+    PERP__THEN(status, perp__evaluate_all(m, &m->begin, from->t, from->q, from->v));
     if (status == PERP__OUTSIDE)
         status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
                             "q0 is outside of what the mechanism is defined for");
     if (status != PERP_OK)
         return status;
-    perp__prepare_step(m, h, q0, v0);
+    perp__prepare_step(m, from);
     perp_mechanism_summary_init(&own, sizeof own);
-    status = find(m, &own, h, v0);
+    status = find(m, &own, from);
     if (status != PERP_OK)
         return status;
     m->accelerations->asked = 1;
@@ -180,6 +175,8 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
 perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                    double t, double h, const double *q0, const double *v0)
 {
+    const perp__start from = {t, h, q0, v0};
+
     return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
-                      answers(mechanism, summary, t, h, q0, v0));
+                      answers(mechanism, summary, &from));
 }

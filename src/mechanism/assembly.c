@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "contact/contact.h"
 
 static void layout(perp__arena *arena, void *object)
@@ -36,7 +35,7 @@ perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pre
     next.most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
     next.most_columns = m->n + m->dry + (pressures ? m->contacts : 0);
     next.most_rows = m->rows + m->dry + (pressures ? m->contact_rows : 0) + 1;
-    status = perp__arena_fit(&next.arena, layout, &next);
+    status = perp__arena_fit(&next.arena, m->context, layout, &next);
     if (status != PERP_OK)
         return status;
     *a = next;
@@ -96,10 +95,8 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
         a->settings.time_limit = perp__mechanism_time_left(m);
         status = perp__contact_configure(a->solver, &a->settings);
     }
-    if (status == PERP_OK)
-        status = perp__contact_setup(a->solver, &laws, &dynamics, NULL);
-    if (status == PERP_OK)
-        status = perp__contact_solve(a->solver, &call);
+    PERP__THEN(status, perp__contact_setup(a->solver, &laws, &dynamics, NULL));
+    PERP__THEN(status, perp__contact_solve(a->solver, &call));
     if (status != PERP_OK)
         return perp__mechanism_fail_in(m, status, "the contact problem of the step");
     answer->outcome = result.outcome;
@@ -128,9 +125,10 @@ static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__veloci
     for (size_t i = 0; i < (size_t)rows; i++)
         for (size_t k = 0; k < n; k++) {
             const double entry = problem->terms->J[((size_t)first + i) * n + k];
+            const double lever = entry / sqrt(problem->terms->M[k * (n + 1)]);
 
             a->H[(row + 1 + i) * width + k] = entry;
-            inverse_mass += entry * entry / problem->terms->M[k * (n + 1)];
+            inverse_mass += lever * lever; /* entry^2 may underflow */
         }
     for (size_t i = 0; i < (size_t)rows; i++)
         a->w[row + 1 + i] = problem->terms->drift[(size_t)first + i];
@@ -335,15 +333,13 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
     perp__clear_motion(m, answer);
     assemble(m, a, problem);
     if (a->contacts == 0 && m->bilateral == 0) {
-        memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
-        perp__solve_mass(m, problem->terms, answer->v);
+        perp__solve_mass(m, problem->terms, answer->v, problem->momentum);
         answer->outcome = PERP_OUTCOME_SOLVED; /* until it is judged: there are no laws */
         answer->residual = 0.0;
     } else {
         memset(a->ray, 0, (size_t)a->most_rows * sizeof *a->ray);
         status = find_start(m, a, problem, answer);
-        if (status == PERP_OK)
-            status = perp__assembly_solve(m, a, m->bilateral, answer);
+        PERP__THEN(status, perp__assembly_solve(m, a, m->bilateral, answer));
         if (status != PERP_OK)
             return status;
         take_solution(m, a, answer, problem);

@@ -211,13 +211,14 @@ static void compare(look *a, int32_t j, int32_t row, double *worst)
     }
 }
 
-/* Whether both rows move several velocities, and in the same way: one velocity can't be both. */
+/* Whether both rows move several velocities in the same way, or are the same row twice. Rows with
+ * one velocity may otherwise be multiples: a slider comes to the ground at an angle. */
 static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tangent)
 {
     const double *x = m->begin.J + (size_t)normal * (size_t)m->n;
     const double *y = m->begin.J + (size_t)tangent * (size_t)m->n;
     const double allowed = PARALLEL * largest_entry(m, normal) * largest_entry(m, tangent);
-    int32_t of_x = 0, of_y = 0, most = 0;
+    int32_t of_x = 0, of_y = 0, most = 0, same;
 
     for (int32_t i = 0; i < m->n; i++) {
         of_x += x[i] != 0.0;
@@ -227,7 +228,8 @@ static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tan
     for (int32_t i = 0; i < m->n; i++)
         if (fabs(x[i] * y[most] - y[i] * x[most]) > allowed)
             return 0;
-    return of_x > 1 && of_y > 1;
+    same = m->n > 1 && of_x > 0 && fabs(x[most]) == fabs(y[most]);
+    return same || (of_x > 1 && of_y > 1);
 }
 
 static void judge(look *a)
@@ -296,10 +298,8 @@ perp_status perp_mechanism_check(perp_mechanism *mechanism, perp_mechanism_check
     if (status != PERP_OK)
         return status;
     status = PERP__CHECK(perp_mechanism_check_result, mechanism->context, result);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_state(mechanism, t, q, v);
-    if (status == PERP_OK)
-        status = check(mechanism, &own, t, q, v);
+    PERP__THEN(status, perp__mechanism_check_state(mechanism, t, q, v));
+    PERP__THEN(status, check(mechanism, &own, t, q, v));
     if (status == PERP_OK)
         perp__struct_write(result, &own, sizeof own);
     return perp__leave(mechanism->context, status);

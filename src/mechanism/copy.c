@@ -13,26 +13,12 @@ perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t r
 {
     const size_t height = (size_t)rows, width = (size_t)columns;
     perp__matrix own;
-    perp_status status;
+    const perp_status status = perp__matrix_read_sized(context, name, &own, from, rows, columns);
 
     memset(to, 0, height * width * sizeof *to);
-    if (!from)
-        return perp__check_pointer(context, name, from);
-    status = perp__matrix_read(context, name, &own, from);
-    if (status != PERP_OK)
-        return status;
-    if (own.rows != rows || own.columns != columns)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d", name,
-                          (int)own.rows, (int)own.columns, (int)rows, (int)columns);
-    for (size_t j = 0; j < width; j++) {
-        if (own.column_starts)
-            for (int32_t k = own.column_starts[j]; k < own.column_starts[j + 1]; k++)
-                to[(size_t)own.row_indices[k] + height * j] = own.values[k];
-        else
-            for (size_t i = 0; i < height; i++)
-                to[i + height * j] = own.values[i * own.row_stride + j * own.column_stride];
-    }
-    return PERP_OK;
+    if (status == PERP_OK)
+        perp__matrix_spread(&own, to, 1, height);
+    return status;
 }
 
 perp_status perp__check_inertia(perp_context *context, const char *name, int32_t n, const double *A,
@@ -70,6 +56,25 @@ perp_status perp__copy_vector(perp_context *context, const char *name, int32_t n
         memcpy(to, from, (size_t)n * sizeof *to);
     if (status == PERP_OK && !from)
         memset(to, 0, (size_t)n * sizeof *to);
+    return status;
+}
+
+perp_status perp__copy_coefficients(perp_context *context, int32_t n, double *mu, double *mu_static,
+                                    const perp__coefficients *from)
+{
+    perp_status status = perp__check_pointer(context, "mu", from->mu);
+
+    PERP__THEN(status, perp__copy_vector(context, "mu", n, mu, from->mu));
+    PERP__THEN(status, perp__copy_vector(context, "mu_static", n, mu_static,
+                                         from->mu_static ? from->mu_static : from->mu));
+    for (int32_t i = 0; i < n && status == PERP_OK; i++) {
+        if (mu[i] < 0.0)
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)i,
+                              mu[i]);
+        if (mu_static[i] < mu[i])
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "mu_static[%d] = %g < mu[%d] = %g",
+                              (int)i, mu_static[i], (int)i, mu[i]);
+    }
     return status;
 }
 

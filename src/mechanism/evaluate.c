@@ -58,10 +58,8 @@ perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const dou
     else
         for (size_t i = 0; i < n; i++)
             terms->M[i * (n + 1)] = 1.0;
-    if (status == PERP_OK)
-        status = check(m, "M", terms->M, n * n);
-    if (status == PERP_OK)
-        status = perp__check_inertia(m->context, "M", m->n, terms->M, terms->factor);
+    PERP__THEN(status, check(m, "M", terms->M, n * n));
+    PERP__THEN(status, perp__check_inertia(m->context, "M", m->n, terms->M, terms->factor));
     return status;
 }
 
@@ -210,10 +208,8 @@ perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, 
 {
     perp_status status = perp__evaluate_mass(m, terms, q);
 
-    if (status == PERP_OK)
-        status = perp__evaluate_force(m, terms->k, t, q, v);
-    if (status == PERP_OK)
-        status = perp__evaluate_rows(m, terms, t, q, v);
+    PERP__THEN(status, perp__evaluate_force(m, terms->k, t, q, v));
+    PERP__THEN(status, perp__evaluate_rows(m, terms, t, q, v));
     return status;
 }
 
@@ -248,8 +244,7 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
     status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
     if (status == PERP_OK && m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
-        if (status == PERP_OK)
-            status = check(m, "q", q1, (size_t)m->coordinates);
+        PERP__THEN(status, check(m, "q", q1, (size_t)m->coordinates));
     }
     return status;
 }

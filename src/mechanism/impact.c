@@ -22,10 +22,8 @@
  * can. tests/mechanism/test_impact.c looks at random impacts. */
 #include "mechanism/mechanism.h"
 
-#include <math.h>
 #include <string.h>
 
-#include "linalg/blas.h"
 #include "step/impact.h"
 
 /* ---- impacts without collision (Painleve; Genot & Brogliato 1999) -----------------------------
@@ -39,16 +37,12 @@
  * any h. With p > 0 the impulse is the integral of a force, of order h, and no impact. The test is
  * of one contact at a time: contacts that only together cannot go on sliding are not recognised. */
 
-/* p of contact j, which slides with `speed`. */
-static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
+double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed)
 {
     const size_t n = (size_t)m->n;
     double *force = m->work, *pressed = force + n, p = 0.0;
 
-    perp__held_rows_begin(&m->held, m->n);
-    for (int32_t i = 0; i < m->constraints; i++)
-        perp__hold_row(m, &m->begin, m->constraint_row[i], 0.0);
-    perp__held_rows_solve(&m->held);
+    perp__hold_constraints(m);
     memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
     memcpy(force, pressed, n * sizeof *force);
     for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
@@ -71,7 +65,7 @@ int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j
         return 0;
     for (int32_t i = 0; i < m->tangents[j]; i++)
         along += u[i] * answer->u[m->tangent[j] + i];
-    return along <= 0.0 && sliding_inertia(m, j, speed) <= 0.0;
+    return along <= 0.0 && perp__sliding_inertia(m, j, speed) <= 0.0;
 }
 
 /* ---- restitution --------------------------------------------------------------------------- */
@@ -140,8 +134,7 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     return PERP_OK;
 }
 
-/* Expansion, from the compression in m->answer. */
-static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compression)
+perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compression)
 {
     perp__velocity_problem problem = *compression;
     double *compressed = m->free_velocity; /* no longer needed: impulses of the compression */
@@ -181,6 +174,6 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
     stage.shift = m->impact_shift;
     status = solve_second(m, &stage);
     if (status == PERP_OK && poisson && perp__is_good(m->answer.outcome))
-        status = expand(m, &stage);
+        status = perp__expand(m, &stage);
     return status;
 }

@@ -66,11 +66,9 @@ perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *sta
     perp_status status =
         perp__check_entries(m, "q at the end of the step", state->q, m->coordinates);
 
-    if (status == PERP_OK)
-        status = perp__check_entries(m, "v at the end of the step", state->v, m->n);
-    if (status == PERP_OK)
-        status = perp__check_entries(m, "impulse at the end of the step", state->r, m->rows);
-    if (status == PERP_OK)
-        status = perp__check_entries(m, "velocity at the end of the step", state->u, m->rows);
+    PERP__THEN(status, perp__check_entries(m, "v at the end of the step", state->v, m->n));
+    PERP__THEN(status, perp__check_entries(m, "impulse at the end of the step", state->r, m->rows));
+    PERP__THEN(status,
+               perp__check_entries(m, "velocity at the end of the step", state->u, m->rows));
     return status;
 }

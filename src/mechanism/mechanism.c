@@ -5,42 +5,35 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "mechanism/schemes/adaptive.h"
 #include "mechanism/schemes/implicit.h"
 
 /* Seconds that count as a time limit that has passed: 0 would be none. */
 #define SHORTEST 1e-9
 
-static void take_vector(perp__arena *arena, double **vector, size_t count)
-{
-    *vector = perp__arena_take(arena, count, sizeof(double));
-}
-
 static void layout_terms(perp__arena *arena, const perp_mechanism *m, perp__terms *terms)
 {
     const size_t n = (size_t)m->n, rows = (size_t)m->rows;
 
-    take_vector(arena, &terms->M, n * n);
-    take_vector(arena, &terms->factor, n * n);
-    take_vector(arena, &terms->k, n);
-    take_vector(arena, &terms->gap, (size_t)(m->contacts + m->constraints - m->bilateral));
-    take_vector(arena, &terms->mu, (size_t)m->contacts);
-    take_vector(arena, &terms->J, rows * n);
-    take_vector(arena, &terms->drift, rows);
-    take_vector(arena, &terms->c, (size_t)m->constraints);
-    take_vector(arena, &terms->bound, (size_t)m->dry);
+    PERP__DOUBLES(arena, n * n, &terms->M, &terms->factor);
+    PERP__DOUBLES(arena, n, &terms->k);
+    PERP__DOUBLES(arena, (size_t)(m->contacts + m->constraints - m->bilateral), &terms->gap);
+    PERP__DOUBLES(arena, (size_t)m->contacts, &terms->mu);
+    PERP__DOUBLES(arena, rows * n, &terms->J);
+    PERP__DOUBLES(arena, rows, &terms->drift);
+    PERP__DOUBLES(arena, (size_t)m->constraints, &terms->c);
+    PERP__DOUBLES(arena, (size_t)m->dry, &terms->bound);
 }
 
 static void layout_motion(perp__arena *arena, const perp_mechanism *m, perp__motion *motion)
 {
     const size_t n = (size_t)m->n, rows = (size_t)m->rows;
 
-    take_vector(arena, &motion->q, (size_t)m->coordinates);
-    take_vector(arena, &motion->v, n + 3 * rows);
+    PERP__DOUBLES(arena, (size_t)m->coordinates, &motion->q);
+    PERP__DOUBLES(arena, n + 3 * rows, &motion->v);
     motion->u = motion->v ? motion->v + n : NULL; /* NULL while the arena only measures */
     motion->r = motion->v ? motion->u + rows : NULL;
     motion->ray = motion->v ? motion->r + rows : NULL;
-    motion->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
+    PERP__INTEGERS(arena, (size_t)(m->contacts + m->dry), &motion->modes);
     motion->holds = perp__arena_take(arena, rows, 1);
 }
 
@@ -48,35 +41,27 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_mechanism *m = object;
     const size_t n = (size_t)m->n, rows = (size_t)m->rows, contacts = (size_t)m->contacts;
-    double **const of_contacts[] = {&m->mu,       &m->mu_static,    &m->stribeck,
-                                    &m->shift,    &m->friction,     &m->restitution,
-                                    &m->pressure, &m->impact_shift, &m->start_speed};
     perp__motion *const motions[] = {&m->answer, &m->second, &m->now,
                                      &m->next,   &m->trial,  &m->half};
 
-    PERP__INTEGERS(arena, contacts, &m->dims, &m->two_sided);
-    m->constraint_row = perp__arena_take(arena, (size_t)m->constraints, sizeof(int32_t));
-    m->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
-    for (size_t k = 0; k < sizeof of_contacts / sizeof *of_contacts; k++)
-        take_vector(arena, of_contacts[k], contacts);
+    PERP__INTEGERS(arena, contacts + 1, &m->dims, &m->two_sided, &m->starts);
+    PERP__INTEGERS(arena, (size_t)m->constraints, &m->constraint_row);
+    PERP__INTEGERS(arena, rows, &m->normal_of);
+    PERP__INTEGERS(arena, contacts + (size_t)m->dry, &m->tangent, &m->tangents);
+    PERP__DOUBLES(arena, contacts, &m->mu, &m->mu_static, &m->stribeck, &m->shift, &m->friction,
+                  &m->restitution, &m->pressure, &m->impact_shift, &m->start_speed);
     layout_terms(arena, m, &m->begin);
     layout_terms(arena, m, &m->end);
     for (size_t k = 0; k < sizeof motions / sizeof *motions; k++)
         layout_motion(arena, m, motions[k]);
     perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
-    take_vector(arena, &m->momentum, n);
-    take_vector(arena, &m->free, n);
-    take_vector(arena, &m->dry_bound, (size_t)m->dry);
-    take_vector(arena, &m->start_velocity, rows);
-    take_vector(arena, &m->free_velocity, rows);
-    take_vector(arena, &m->moved, (size_t)m->coordinates);
-    take_vector(arena, &m->kept_q, (size_t)m->coordinates);
-    take_vector(arena, &m->kept_v, n);
-    take_vector(arena, &m->work, 4 * n);
+    PERP__DOUBLES(arena, n, &m->momentum, &m->free, &m->kept_v, &m->acceleration);
+    PERP__DOUBLES(arena, (size_t)m->dry, &m->dry_bound);
+    PERP__DOUBLES(arena, rows, &m->start_velocity, &m->free_velocity);
+    PERP__DOUBLES(arena, (size_t)m->coordinates, &m->moved, &m->kept_q);
+    PERP__DOUBLES(arena, 4 * n, &m->work);
     m->included = perp__arena_take(arena, contacts, 1);
     m->let_go = perp__arena_take(arena, contacts, 1);
-    m->normal_of = perp__arena_take(arena, rows, sizeof(int32_t));
-    PERP__INTEGERS(arena, contacts + (size_t)m->dry, &m->tangent, &m->tangents);
 }
 
 /* Each work begins with this. */
@@ -93,9 +78,8 @@ void *perp__work_create(perp_mechanism *m, size_t size, perp__layout layout_work
         return NULL;
     }
     memset(made, 0, size);
-    perp__arena_init(&made->arena, m->context);
     made->m = m;
-    if (!layout_work || perp__arena_fit(&made->arena, layout_work, made) == PERP_OK)
+    if (!layout_work || perp__arena_fit(&made->arena, m->context, layout_work, made) == PERP_OK)
         return made;
     perp__work_release(made);
     return NULL;
@@ -142,8 +126,7 @@ static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settin
     perp_status status = perp__assembly_fit(m, &m->projection, 0, 1e-10, 0);
 
     m->assembly.holds_itself = 1;
-    if (status == PERP_OK)
-        status = perp__assembly_fit(m, &m->assembly, poisson, settings->tol, settings->cone);
+    PERP__THEN(status, perp__assembly_fit(m, &m->assembly, poisson, settings->tol, settings->cone));
     return status;
 }
 
@@ -172,17 +155,13 @@ static perp_status make(perp_context *context, perp_mechanism **made,
     if (!m)
         return PERP_ERROR_MEMORY;
     m->settings = *settings;
-    perp__arena_init(&m->arena, context);
-    perp__arena_init(&m->assembly.arena, context);
-    perp__arena_init(&m->projection.arena, context);
     perp__mechanism_sizes(m, model);
-    status = perp__arena_fit(&m->arena, layout, m);
+    status = perp__arena_fit(&m->arena, context, layout, m);
     if (status == PERP_OK) {
         perp__mechanism_take(m, model);
         status = fit_assemblies(m, settings);
     }
-    if (status == PERP_OK)
-        status = perp__implicit_create(m, &m->implicit, settings);
+    PERP__THEN(status, perp__implicit_create(m, &m->implicit, settings));
     if (status != PERP_OK) {
         perp__handle_end(m);
         return status;
@@ -199,12 +178,9 @@ static perp_status create(perp_context *context, perp_mechanism **mechanism,
     perp_mechanism_model read;
     perp_status status = perp__check_pointer(context, "mechanism", mechanism);
 
-    if (status == PERP_OK)
-        status = perp__mechanism_settings_read(context, &own, settings);
-    if (status == PERP_OK)
-        status = perp__mechanism_model_read(context, &read, model);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_cone(context, &own, &read);
+    PERP__THEN(status, perp__mechanism_settings_read(context, &own, settings));
+    PERP__THEN(status, perp__mechanism_model_read(context, &read, model));
+    PERP__THEN(status, perp__mechanism_check_cone(context, &own, &read));
     return status == PERP_OK ? make(context, mechanism, &own, &read) : status;
 }
 
@@ -245,12 +221,9 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
     perp__implicit *implicit = NULL;
     perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
 
-    if (status == PERP_OK)
-        status = perp__mechanism_check_cone(m->context, &own, &m->model);
-    if (status == PERP_OK)
-        status = perp__implicit_create(m, &implicit, &own);
-    if (status == PERP_OK)
-        status = fit_assemblies(m, &own);
+    PERP__THEN(status, perp__mechanism_check_cone(m->context, &own, &m->model));
+    PERP__THEN(status, perp__implicit_create(m, &implicit, &own));
+    PERP__THEN(status, fit_assemblies(m, &own));
     if (status == PERP_OK) {
         perp__implicit_release(m->implicit);
         m->implicit = implicit;

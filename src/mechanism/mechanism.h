@@ -64,6 +64,12 @@ typedef struct perp__motion {
     double residual;
 } perp__motion;
 
+/* Where a step begins, and its length. */
+typedef struct perp__start {
+    double t, h;
+    const double *q, *v;
+} perp__start;
+
 /* The contact solver with the problem that it is given. */
 typedef struct perp__assembly {
     perp__arena arena;
@@ -123,7 +129,8 @@ struct perp_mechanism {
     int8_t *included;
     int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
                        it; 0: as its speed says */
-    double *work;   /* 4 n, nobody's beyond a function */
+    double *acceleration; /* n: that a step may expect; of runs in chosen steps, else 0 */
+    double *work;         /* 4 n, nobody's beyond a function */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;
@@ -169,12 +176,15 @@ void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, dou
 /* x := x + J' r. */
 void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, double *x,
                         const double *r);
+/* J_row M^-1 J_row' at the step's start; in m->work. */
+double perp__row_mobility(perp_mechanism *m, int32_t row);
 /* What the friction of contact j grows with: r_n, or |r_N| where it holds both ways. */
 double perp__load_of(const perp_mechanism *m, const double *r, int32_t j);
-/* y := M x; and x := M^-1 x, L^-1 x, L^-T x, with M = L L'. */
+/* y := M x; x := M^-1 b, b may be x itself; and x := L^-1 x, L^-T x, with M = L L'. */
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x);
-void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double *x);
+void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double *x,
+                      const double *b);
 void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x);
 void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double *x);
 /* y := L' x, which may be x itself; its length, sqrt(x' M x). */
@@ -204,6 +214,8 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem);
 
 /* ---- hold.c ---- */
+/* m->held := the constraints of the step's start. */
+void perp__hold_constraints(perp_mechanism *m);
 /* Appends L^-1 J_row' to m->held. */
 void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, double target);
 /* v and u of the answer: velocities in what the rows that hold leave free. */
@@ -234,26 +246,26 @@ double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t
 double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                           const double *q);
 
-/* ---- the schemes: from (t, q0, v0) to `to`; fill step, but not seconds and evaluations ---- */
-perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                 double t, double h, const double *q0, const double *v0);
-perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                   double t, double h, const double *q0, const double *v0);
-perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                double t, double h, const double *q0, const double *v0);
+/* ---- the schemes: from that start to `to`; fill step, but not seconds and evaluations ---- */
+typedef perp_status perp__scheme(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                 const perp__start *from);
+perp__scheme perp__advance_frozen, perp__advance_implicit, perp__advance_theta;
 /* to := that state, without impulses. */
 void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v);
 /* The scheme of the settings, with the state kept where there is no step. */
-perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
-                          double h, const double *q0, const double *v0);
+perp__scheme perp__take_step;
+/* The same for steps of the caller's length: what leaves rest slips with mu, not mu_static. */
+perp__scheme perp__advance_from;
 
 /* ---- schemes/frozen.c: the parts of a frozen step, which other schemes take over ---- */
 /* With m->begin's rows evaluated: speeds at the start, shifts, and the contacts that touch. A gap
- * that is no more than rounding of q0 counts as 0: moving by it would not change q, and a body at
+ * that is no more than rounding of q counts as 0: moving by it would not change q, and a body at
  * rest would keep a velocity of rounding. */
-void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const double *v0);
+void perp__prepare_contacts(perp_mechanism *m, const perp__start *from);
+/* m->momentum := M v + h k, and the bounds of dry friction. */
+void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const perp__start *from);
 /* With all of it: momentum, coefficients, bounds and the contacts within reach, too. */
-void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0);
+void perp__prepare_step(perp_mechanism *m, const perp__start *from);
 /* m->free: the velocities that m->momentum has without impulses; includes what they reach. */
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
 /* Includes contact j if it passes and was not included; whether so. */
@@ -272,9 +284,12 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
 /* With the step prepared: where its problem has several answers, m->answer becomes the one that the
  * settings select. Writes step->answers and exhaustive. */
 perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
-                                const perp__velocity_problem *problem, double h, const double *v0);
+                                const perp__velocity_problem *problem, const perp__start *from);
 
 /* ---- impact.c ---- */
+/* p of contact j, which slides with `speed` at the step's start; M^-1 of the force n - mu d is left
+ * in m->work as L^-1 of it. */
+double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed);
 /* Whether sliding in contact j ended though it was not hit, in an impulse at any h. In m->work. */
 int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
 /* The contacts with restitution that were hit in the step that `answer` solves. */
@@ -282,6 +297,8 @@ int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer);
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
  * impacts. */
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);
+/* Poisson's expansion, from the compression in m->answer. */
+perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compression);
 
 /* ---- accelerations/accelerations.c: NULL is accepted ---- */
 void perp__acceleration_release(perp__acceleration *a);
@@ -333,7 +350,8 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m);
 double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
-perp_status perp__mechanism_check_length(perp_mechanism *m, double h);
+perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *from);
+perp_status perp__mechanism_check_outputs(perp_mechanism *m, const double *q, const double *v);
 /* Says in front of a solver's message what it was solving; returns `status`. */
 perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what);
 

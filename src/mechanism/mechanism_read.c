@@ -4,39 +4,18 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "contact/contact.h"
 
 #define LARGEST 10000000     /* so that sizes of arrays fit */
 #define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
 
 /* ---- defaults ------------------------------------------------------------------------------ */
 
-perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size)
-{
-    perp_status status = perp__struct_init(model, size, PERP__FIRST(perp_mechanism_model));
+PERP__INIT_WITH(perp_mechanism_model, .dim = 2, .dry_dim = 1)
 
-    if (status == PERP_OK) {
-        model->dim = 2;
-        model->dry_dim = 1;
-    }
-    return status;
-}
-
-perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_mechanism_settings));
-
-    if (status == PERP_OK) {
-        settings->project = 1;
-        settings->theta = 0.5;
-        settings->tol = 1e-10;
-        settings->most_patterns = (int64_t)1 << 22;
-        settings->directions = 16;
-        settings->starts = 16;
-        settings->stiffness = 1.0;
-        settings->damping = 2.0;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_mechanism_settings, .project = 1, .theta = 0.5, .tol = 1e-10,
+                .most_patterns = (int64_t)1 << 22, .directions = 16, .starts = 16, .stiffness = 1.0,
+                .damping = 2.0)
 
 PERP__INIT(perp_mechanism_step)
 PERP__INIT(perp_mechanism_run_result)
@@ -62,23 +41,16 @@ static const perp__field settings_fields[] = {
     PERP__REAL(perp_mechanism_settings, overlap, "[)", 0, INFINITY),
 };
 
-perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
-                                          const perp_mechanism_settings *settings)
+static perp_status check_cone(perp_context *context, int32_t cone)
 {
-    perp_mechanism_settings read;
-    perp_status status;
-
-    perp_mechanism_settings_init(&read, sizeof read);
-    status = PERP__READ(perp_mechanism_settings, context, &read, settings);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "settings", &read, settings_fields);
-    if (status == PERP_OK && read.cone != 0 && (read.cone < 3 || read.cone > 1024))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "settings.cone is %d, expected 0 or 3 to 1024", (int)read.cone);
-    if (status == PERP_OK)
-        *own = read;
-    return status;
+    if (cone == 0 || (cone >= 3 && cone <= MOST_DIRECTIONS))
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.cone is %d, expected 0 or 3 to %d",
+                      (int)cone, MOST_DIRECTIONS);
 }
+
+PERP__SETTINGS_READER(perp__mechanism_settings_read, perp_mechanism_settings, settings_fields,
+                      check_cone(context, read.cone))
 
 /* ---- the model ----------------------------------------------------------------------------- */
 
@@ -104,26 +76,15 @@ static int32_t both_of(const perp_mechanism_model *model, int32_t j)
 
 static perp_status check_dimensions(perp_context *context, const perp_mechanism_model *model)
 {
+    const perp_contact_laws laws = {.contacts = model->contacts,
+                                    .dim = model->dim,
+                                    .dims = model->dims,
+                                    .two_sided = model->two_sided};
+
     if (!model->dims && (model->dim < 1 || model->dim > (model->two_sided ? 5 : 3)))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "model.dim is %d, expected 1, 2 or 3",
                           (int)model->dim);
-    for (int32_t j = 0; j < model->contacts; j++) {
-        const int32_t both = both_of(model, j), dim = dim_of(model, j);
-
-        if (both < 0 || both > 3)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.two_sided[%d] is %d, expected 0, 1, 2 or 3", (int)j,
-                              (int)both);
-        if (both > 0 && (dim < both + 1 || dim > both + 2))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.dims[%d] is %d, expected %d or %d: %d normals that hold both "
-                              "ways and 1 or 2 tangents",
-                              (int)j, (int)dim, (int)both + 1, (int)both + 2, (int)both);
-        if (both == 0 && (dim < 1 || dim > 3))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.dims[%d] is %d, expected 1, 2 or 3", (int)j, (int)dim);
-    }
-    return PERP_OK;
+    return perp__contact_check_dims(context, "model", &laws);
 }
 
 static perp_status check_callbacks(perp_context *context, const perp_mechanism_model *model)
@@ -210,16 +171,11 @@ perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_mod
     perp_status status = perp__check_pointer(context, "model", model);
 
     perp_mechanism_model_init(&read, sizeof read);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_mechanism_model, context, &read, model);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "model", &read, sizes);
-    if (status == PERP_OK)
-        status = check_dimensions(context, &read);
-    if (status == PERP_OK)
-        status = check_callbacks(context, &read);
-    if (status == PERP_OK)
-        status = check_contacts(context, &read);
+    PERP__THEN(status, PERP__READ(perp_mechanism_model, context, &read, model));
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "model", &read, sizes));
+    PERP__THEN(status, check_dimensions(context, &read));
+    PERP__THEN(status, check_callbacks(context, &read));
+    PERP__THEN(status, check_contacts(context, &read));
     if (status == PERP_OK)
         *own = read;
     return status;
@@ -257,6 +213,7 @@ void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model)
     copy_or_zero(m->stribeck, model->stribeck, m->contacts);
     copy_or_zero(m->restitution, model->restitution, m->contacts);
     memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);
+    memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
     m->starts[0] = 0;
     memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
     for (int32_t j = 0; j < m->bilateral; j++)

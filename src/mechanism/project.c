@@ -17,6 +17,8 @@
 
 #define MOST_PASSES 6
 
+enum { SEVERAL = -2 };
+
 /* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
 #define ROUNDING (16.0 * PERP__EPS)
 
@@ -113,35 +115,70 @@ static int32_t assemble(perp_mechanism *m, perp__assembly *a, const perp__motion
 }
 
 /* Includes contacts that the displacement would close; whether there were any. */
-static int32_t include_passed(perp_mechanism *m, const double *displacement)
+static int32_t include_passed(perp_mechanism *m, const perp__motion *to, const double *displacement)
 {
-    int32_t more = 0, j;
+    int32_t more = 0;
 
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const double gap = perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement);
+
         more |=
-            m->two_sided[j] == 0 &&
-            perp__include(
-                m, j, perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement) < 0.0);
+            m->two_sided[j] == 0 && !(to && presses(m, to, j)) && perp__include(m, j, gap < 0.0);
+    }
     return more;
 }
 
-/* m->projection.v := the displacement; found: whether there is one. */
+/* The included gap that the displacement may open; -1: there is none, SEVERAL: more than one. */
+static int32_t only_gap(const perp_mechanism *m)
+{
+    int32_t only = -1;
+
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (m->included[j])
+            only = only == -1 ? j : SEVERAL;
+    return only;
+}
+
+/* m->projection.v := the displacement that meets the equations, and closes `only`, which the others
+ * alone would leave overlapping, so that it presses. Whether they are independent, and finite. */
+static int32_t meet_equations(perp_mechanism *m, const perp__motion *to, int32_t only)
+{
+    double *d = m->projection.v;
+
+    perp__held_rows_begin(&m->held, m->n);
+    for (int32_t j = 0; j < m->constraints; j++)
+        perp__hold_row(m, &m->end, m->constraint_row[j], -m->end.c[j]);
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (j == only || (to && presses(m, to, j)))
+            perp__hold_row(m, &m->end, m->starts[j], -m->end.gap[j]);
+    perp__held_rows_solve(&m->held);
+    memcpy(d, m->held.particular, (size_t)m->n * sizeof *d);
+    perp__solve_upper(m, &m->end, d);
+    return m->held.rank == m->held.count && perp__all_finite(d, (size_t)m->n);
+}
+
+/* m->projection.v := the displacement; found: whether there is one. Up to one gap that may open it
+ * is that of equations; the contact solver tells which of several do. */
 static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const perp__motion *to,
                          int32_t *found)
 {
     perp__motion answer = {0};
-    perp_status status;
+    perp_status status = PERP_OK;
 
-    for (int32_t j = 0; j < m->contacts; j++)
-        m->included[j] = m->two_sided[j] == 0 && m->end.gap[j] <= 0.0;
+    memset(m->included, 0, (size_t)m->contacts * sizeof *m->included);
     do {
-        const int32_t held = assemble(m, &m->projection, to);
+        const int32_t only = only_gap(m);
 
-        answer.iterations = 0;
-        status = perp__assembly_solve(m, &m->projection, held, &answer);
-        *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
+        answer.iterations = 1;
+        *found = only != SEVERAL && meet_equations(m, to, only);
+        if (!*found) {
+            answer.iterations = 0;
+            status =
+                perp__assembly_solve(m, &m->projection, assemble(m, &m->projection, to), &answer);
+            *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
+        }
         step->iterations += answer.iterations;
-    } while (*found && include_passed(m, m->projection.v));
+    } while (*found && include_passed(m, to, m->projection.v));
     return status;
 }
 
@@ -156,15 +193,13 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, perp__
     int32_t found = 0;
 
     *helps = 0;
-    if (status == PERP_OK)
-        status = solve(m, step, to, &found);
+    PERP__THEN(status, solve(m, step, to, &found));
     if (status == PERP_OK && !found)
         status = solve(m, step, NULL, &found);
     if (status != PERP_OK || !found)
         return status;
     status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
-    if (status == PERP_OK)
-        status = perp__evaluate_rows(m, &m->end, t, m->moved, v);
+    PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, m->moved, v));
     if (status != PERP_OK)
         return status;
     perp__measure_overlap(m, step, m->moved);

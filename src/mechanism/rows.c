@@ -53,6 +53,12 @@ void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, doubl
         perp__add_row(m, terms, i, r[i], x);
 }
 
+double perp__row_mobility(perp_mechanism *m, int32_t row)
+{
+    perp__solve_mass(m, &m->begin, m->work, m->begin.J + (size_t)row * (size_t)m->n);
+    return perp__row_times(m, &m->begin, row, 0.0, m->work);
+}
+
 double perp__load_of(const perp_mechanism *m, const double *r, int32_t j)
 {
     const int32_t row = m->starts[j];
@@ -74,8 +80,10 @@ void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, doub
     }
 }
 
-void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double *x)
+void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double *x, const double *b)
 {
+    if (x != b)
+        memcpy(x, b, (size_t)m->n * sizeof *x);
     perp__cholesky_solve(m->n, 1, terms->factor, m->n, x, m->n);
 }
 

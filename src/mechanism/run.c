@@ -68,21 +68,21 @@ static double size_of_gaps(perp__run *run, const double *q)
 }
 
 /* What there is at the start is no fault of the run. The first step takes these rows over. */
-static perp_status begin_overlap(perp__run *run, double t, const double *q, const double *v)
+static perp_status begin_overlap(perp__run *run, const perp__start *from)
 {
     perp_mechanism *m = run->m;
     perp_mechanism_step start = {0};
     perp_status status = PERP_OK;
 
     if (m->contacts + m->bilateral > 0)
-        status = perp__evaluate_rows(m, &m->end, t, q, v);
+        status = perp__evaluate_rows(m, &m->end, from->t, from->q, from->v);
     if (status != PERP_OK) /* the first step says what that means */
         return status == PERP__OUTSIDE ? PERP_OK : status;
     if (m->contacts + m->bilateral > 0)
-        perp__keep_rows(m, t, q, v);
-    perp__measure_overlap(m, &start, q);
+        perp__keep_rows(m, from->t, from->q, from->v);
+    perp__measure_overlap(m, &start, from->q);
     run->overlaps = fmax(start.penetration, start.drift);
-    size_of_gaps(run, q);
+    size_of_gaps(run, from->q);
     return PERP_OK;
 }
 
@@ -140,42 +140,31 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
     for (k = 1.0; k <= count && status == PERP_OK && !run->ended; k += 1.0) {
         const double t = k == count ? t1 : t0 + k * length;
 
-        status = perp__advance(m, &m->next, &step, run->t, length, m->now.q, m->now.v);
+        const perp__start from = {run->t, length, m->now.q, m->now.v};
+
+        status = perp__advance_from(m, &m->next, &step, &from);
         if (m->kept_t != t && fabs(m->kept_t - t) <= SAME * fmax(fabs(run->t), fabs(t)))
             m->kept_t = t; /* the same instant, summed in another way */
-        if (status == PERP_OK)
-            status = perp__run_take(run, &m->next, t, length, &step);
+        PERP__THEN(status, perp__run_take(run, &m->next, t, length, &step));
     }
     return status;
 }
 
-static perp_status check(perp_mechanism *m, const double *q, const double *v,
-                         const perp_mechanism_run_result *result, double t0, double t1, double h,
-                         const double *q0, const double *v0)
+static perp_status check(perp_mechanism *m, const perp__start *from, double t1)
 {
-    perp_status status = perp__check_pointer(m->context, "q", q);
+    perp_status status = perp__check_finite(m->context, "t0", &from->t, 1);
 
-    if (status == PERP_OK)
-        status = perp__check_pointer(m->context, "v", v);
-    if (status == PERP_OK)
-        status = PERP__CHECK(perp_mechanism_run_result, m->context, result);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "t0", &t0, 1);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_state(m, t0, q0, v0);
-    if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
+    PERP__THEN(status, perp__mechanism_check_start(m, from));
+    if (status == PERP_OK && !(t1 > from->t && isfinite(t1)))
         status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
-                            t1, t0);
-    if (status == PERP_OK)
-        status = perp__mechanism_check_length(m, h);
-    if (status == PERP_OK && (t1 - t0) / h > 1e15)
-        status =
-            perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g", h, t1);
+                            t1, from->t);
+    if (status == PERP_OK && (t1 - from->t) / from->h > 1e15)
+        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g",
+                            from->h, t1);
     return status;
 }
 
-static perp_status run_from(perp__run *run, double t0, double t1, double h, const double *q0,
-                            const double *v0)
+static perp_status run_from(perp__run *run, const perp__start *from, double t1)
 {
     perp_mechanism *m = run->m;
     const int64_t before = m->evaluations;
@@ -185,14 +174,14 @@ static perp_status run_from(perp__run *run, double t0, double t1, double h, cons
     perp_mechanism_step_init(&step, sizeof step);
     step.error = run->result.error = (double)NAN;
     m->keeps = 0;
-    perp__stay(m, &m->now, q0, v0);
-    run->t = t0;
+    perp__stay(m, &m->now, from->q, from->v);
+    run->t = from->t;
     status = show(run, 0.0, &step);
     if (status == PERP_OK && !run->ended)
-        status = begin_overlap(run, t0, q0, v0);
+        status = begin_overlap(run, from);
     if (status == PERP_OK && !run->ended)
-        status =
-            m->settings.error > 0.0 ? perp__run_adaptive(run, t1, h) : run_equal(run, t0, t1, h);
+        status = m->settings.error > 0.0 ? perp__run_adaptive(run, t1, from->h)
+                                         : run_equal(run, from->t, t1, from->h);
     run->result.t = run->t;
     run->result.evaluations = m->evaluations - before;
     return status;
@@ -204,18 +193,16 @@ perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
                                void *user)
 {
     const double began = perp__now();
-    perp__run run = {0};
+    const perp__start from = {t0, h, q0, v0};
+    perp__run run = {.m = mechanism, .observer = observer, .user = user, .end = t1};
     perp_status status = perp__mechanism_enter(mechanism);
 
     if (status != PERP_OK)
         return status;
-    run.m = mechanism;
-    run.observer = observer;
-    run.user = user;
-    run.end = t1;
-    status = check(mechanism, q, v, result, t0, t1, h, q0, v0);
-    if (status == PERP_OK)
-        status = run_from(&run, t0, t1, h, q0, v0);
+    status = perp__mechanism_check_outputs(mechanism, q, v);
+    PERP__THEN(status, PERP__CHECK(perp_mechanism_run_result, mechanism->context, result));
+    PERP__THEN(status, check(mechanism, &from, t1));
+    PERP__THEN(status, run_from(&run, &from, t1));
     if (status == PERP_OK) {
         memcpy(q, mechanism->now.q, (size_t)mechanism->coordinates * sizeof *q);
         memcpy(v, mechanism->now.v, (size_t)mechanism->n * sizeof *v);

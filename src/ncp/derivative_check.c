@@ -61,8 +61,7 @@ static perp_status sample(perp_ncp_solver *solver, column *c)
     c->high = h;
     c->low = -h;
     status = look(solver, c->j, &c->high, c->far_high, c->near_high);
-    if (status == PERP_OK)
-        status = look(solver, c->j, &c->low, c->far_low, c->near_low);
+    PERP__THEN(status, look(solver, c->j, &c->low, c->far_low, c->near_low));
     if (status == PERP_OK && c->high == 0.0 && c->low == 0.0)
         return PERP__NCP_OUTSIDE;
     if (status == PERP_OK && c->high > -c->low && c->low != 0.0) { /* to both sides alike */
@@ -160,8 +159,7 @@ static perp_status begin(perp_ncp_solver *solver, const double *z)
     if (status == PERP__NCP_OUTSIDE)
         return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
                           "problem.function is not defined at z");
-    if (status == PERP_OK)
-        status = perp__ncp_ask(m);
+    PERP__THEN(status, perp__ncp_ask(m));
     if (status == PERP__NCP_OUTSIDE)
         return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
                           "problem.jacobian is not defined at z");
@@ -196,14 +194,11 @@ static perp_status check_problem(perp_context *context, perp_ncp_check *own,
     perp_ncp_solver *solver = NULL;
     perp_status status = perp__ncp_create(context, &solver, NULL);
 
-    if (status == PERP_OK)
-        status = perp__ncp_setup(solver, problem);
+    PERP__THEN(status, perp__ncp_setup(solver, problem));
     if (status == PERP_OK && !solver->model.problem.jacobian)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.jacobian is NULL");
-    if (status == PERP_OK)
-        status = perp__check_vector(context, "z", z, (size_t)solver->model.n);
-    if (status == PERP_OK)
-        status = check_all(solver, own, z);
+    PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)solver->model.n));
+    PERP__THEN(status, check_all(solver, own, z));
     perp__ncp_destroy(solver);
     return status;
 }
@@ -218,8 +213,7 @@ perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check
         return status;
     memset(&own, 0, sizeof own);
     status = PERP__CHECK(perp_ncp_check, context, check);
-    if (status == PERP_OK)
-        status = check_problem(context, &own, problem, z);
+    PERP__THEN(status, check_problem(context, &own, problem, z));
     if (status == PERP_OK)
         perp__struct_write(check, &own, sizeof own);
     return perp__leave(context, status);

@@ -61,11 +61,7 @@ static perp_status step(perp__newton_run *f, void *own)
         perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
         moved = newton_step(f);
     }
-    if (moved != 0)
-        return moved;
-    perp__ncp_gradient(f);
-    perp__ncp_steepest_direction(f);
-    return perp__ncp_projected_search(f);
+    return moved != 0 ? moved : perp__ncp_descend(f);
 }
 
 perp_status perp__ncp_fischer(perp__newton_run *f)

@@ -17,38 +17,12 @@
 #define TOO_FAR 1e4  /* the factor of Psi at which it looks at once */
 #define HALVINGS 20
 
+/* Iterations of a linear problem with so many rows where trust has led away. */
+enum { LARGE = 1000, AWAY = 25 };
+
 /* rho, until the linear problem has a solution; S has a unit diagonal */
-static const double proximal[] = {0.0, 1e-3, 1e-1, 1.0, 10.0, 1e3};
-
-static void layout(perp__arena *arena, void *object)
-{
-    perp__ncp_linear *l = object;
-
-    PERP__DOUBLES(arena, (size_t)l->n, &l->q, &l->z, &l->kept_z, &l->kept_d);
-}
-
-void perp__ncp_linear_release(perp__ncp_linear *l)
-{
-    perp__lcp_destroy(l->lcp);
-    l->lcp = NULL;
-    perp__arena_release(&l->arena);
-}
-
-static perp_status fit(perp__ncp_linear *l, const perp__ncp_model *m)
-{
-    perp_lcp_settings settings;
-    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
-
-    if (status == PERP_OK && (!l->fitted || l->n != m->n)) {
-        l->fitted = 0;
-        l->n = m->n;
-        status = perp__arena_fit(&l->arena, layout, l);
-        l->fitted = status == PERP_OK;
-    }
-    if (status == PERP_OK && !l->lcp)
-        status = perp__lcp_create(m->context, &l->lcp, &settings);
-    return status;
-}
+enum { TRIALS = 6 };
+static const double proximal[TRIALS] = {0.0, 1e-3, 1e-1, 1.0, 10.0, 1e3};
 
 /* q := w - (S + rho I) z; 0 if that or the matrix overflows */
 static int32_t find_offset(perp__newton_run *f, perp__ncp_linear *l, double rho)
@@ -63,19 +37,24 @@ static int32_t find_offset(perp__newton_run *f, perp__ncp_linear *l, double rho)
     return perp__all_finite(l->q, (size_t)m->n) && perp__all_finite(f->H, m->entries);
 }
 
-/* The time that is left is the linear problem's, too; none may be left over from the last solve. */
-static perp_status limit_time(const perp__ncp_model *m, perp__ncp_linear *l)
+/* The time that is left is the linear problem's, too; none may be left over from the last solve.
+ * Iterations are few where there is a point to go back to: obstacles take ten, and where pivoting
+ * would have to solve a large problem it may have no solution. */
+static perp_status limit_effort(const perp__ncp_model *m, perp__ncp_linear *l, int32_t is_away)
 {
     perp_lcp_settings settings;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     if (m->control.deadline > 0.0)
         settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
+    if (is_away && m->sparse && m->n >= LARGE)
+        settings.max_iterations = AWAY;
     return status == PERP_OK ? perp__lcp_set(l->lcp, &settings) : status;
 }
 
 /* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */
-static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double rho)
+static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double rho,
+                                int32_t is_away)
 {
     const perp__ncp_model *m = f->model;
     perp_lcp_result result;
@@ -91,26 +70,23 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
         return 0;
     if (status == PERP_OK && m->sparse)
         status = perp_matrix_csc(&M, m->n, m->n, m->starts, m->rows, f->H);
-    if (status == PERP_OK)
-        status = limit_time(m, l);
-    if (status == PERP_OK)
-        status = perp__lcp_setup(l->lcp, &M, m->low, m->high);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(l->lcp, l->z, NULL, NULL, &result, l->q, f->z);
+    PERP__THEN(status, limit_effort(m, l, is_away));
+    PERP__THEN(status, perp__lcp_setup(l->lcp, &M, m->low, m->high));
+    PERP__THEN(status, perp__lcp_solve(l->lcp, l->z, NULL, NULL, &result, l->q, f->z));
     if (status != PERP_OK)
         return status;
     return perp__is_good(result.outcome);
 }
 
-/* d := z_N - z. Returns as solve_linear. */
-static perp_status find_direction(perp__newton_run *f, perp__ncp_linear *l)
+/* d := z_N - z. Where trust has led away from what is kept no linear problem is worth forcing.
+ * Returns as solve_linear. */
+static perp_status find_direction(perp__newton_run *f, perp__ncp_linear *l, int32_t is_away)
 {
+    const int32_t trials = is_away ? 1 : TRIALS;
     perp_status found = 0;
 
-    for (size_t k = 0;
-         k < sizeof proximal / sizeof proximal[0] && found == 0 && !perp__ncp_is_late(f->model);
-         k++)
-        found = solve_linear(f, l, proximal[k]);
+    for (int32_t k = 0; k < trials && found == 0 && !perp__ncp_is_late(f->model); k++)
+        found = solve_linear(f, l, proximal[k], is_away);
     for (int32_t i = 0; i < f->model->n && found == 1; i++)
         f->d[i] = l->z[i] - f->z[i];
     return found;
@@ -124,15 +100,6 @@ static void keep(const perp__newton_run *f, perp__ncp_linear *l)
     memcpy(l->kept_d, f->d, bytes);
     l->kept_psi = f->psi;
     l->since = 0;
-}
-
-/* Down the gradient, where all else fails. */
-static perp_status descend(perp__newton_run *f)
-{
-    perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
-    perp__ncp_gradient(f);
-    perp__ncp_steepest_direction(f);
-    return perp__ncp_projected_search(f);
 }
 
 /* Back to the point kept, and from there a step that is checked. */
@@ -154,20 +121,25 @@ static perp_status go_back(perp__newton_run *f, perp__ncp_linear *l)
     if (status != 0)
         return status;
     status = perp__ncp_update_jacobian(f);
-    return status == PERP_OK ? descend(f) : status < 0 ? status : 0;
+    if (status != PERP_OK)
+        return status < 0 ? status : 0;
+    return perp__ncp_descend(f);
 }
 
 /* 1 if it moved, 0 if not, or a negative status. */
 static perp_status step(perp__newton_run *f, void *own)
 {
     perp__ncp_linear *l = own;
-    perp_status moved = find_direction(f, l);
+    const int32_t is_away = l->since > 0 && f->psi > PROGRESS * l->kept_psi;
+    perp_status moved = find_direction(f, l, is_away);
 
     if (moved < 0)
         return moved;
+    if (moved == 0 && is_away)
+        return go_back(f, l);
     if (moved == 0) {
         l->since = -1;
-        return descend(f);
+        return perp__ncp_descend(f);
     }
     if (l->since < 0 || f->psi <= PROGRESS * l->kept_psi)
         keep(f, l);
@@ -182,7 +154,8 @@ static perp_status step(perp__newton_run *f, void *own)
 
 perp_status perp__ncp_josephy(perp__newton_run *f, perp__ncp_linear *l)
 {
-    const perp_status status = fit(l, f->model);
+    const perp_status status =
+        l->lcp ? PERP_OK : perp__lcp_create(f->model->context, &l->lcp, NULL);
 
     l->since = -1;
     f->iterations = 0;

@@ -106,8 +106,7 @@ static perp_status evaluate(perp_ncp_solver *solver)
     perp_status status;
 
     perp__ncp_model_unscale(m);
-    if (m->n > 0)
-        memcpy(f->z, solver->candidate, (size_t)m->n * sizeof(double));
+    perp__copy(f->z, solver->candidate, m->n);
     m->control.deadline = 0.0; /* once more, come what may */
     status = perp__ncp_evaluate(m, f->z, f->w);
     m->control.deadline = deadline;
@@ -190,8 +189,7 @@ perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped)
     memcpy(f->z, solver->best_z, (size_t)m->n * sizeof(double));
     f->scaled = f->any = 0;
     status = perp__ncp_set_point(f);
-    if (status == PERP_OK)
-        status = perp__ncp_update_jacobian(f);
+    PERP__THEN(status, perp__ncp_update_jacobian(f));
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);

@@ -181,10 +181,16 @@ static int32_t is_better(const perp_ncp_solver *solver, const perp__ncp_worth *a
     return objection(a) < objection(b);
 }
 
+static void keep(perp_ncp_solver *solver, const perp__ncp_worth *worth)
+{
+    solver->best = *worth;
+    perp__copy(solver->best_z, solver->candidate, solver->model.n);
+    perp__copy(solver->best_w, solver->model.w_caller, solver->model.n);
+}
+
 /* Keeps solver->candidate if it is the best point yet. */
 static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
 {
-    const size_t bytes = (size_t)solver->model.n * sizeof(double);
     perp__ncp_worth worth;
     perp_status status = perp__ncp_judge(solver, &worth);
 
@@ -193,12 +199,36 @@ static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcom
     worth.said = said;
     if (solver->best_method >= 0 && !is_better(solver, &worth, &solver->best))
         return PERP_OK;
-    solver->best = worth;
     solver->best_method = method;
-    if (bytes > 0) {
-        memcpy(solver->best_z, solver->candidate, bytes);
-        memcpy(solver->best_w, solver->model.w_caller, bytes);
+    keep(solver, &worth);
+    return PERP_OK;
+}
+
+/* The last digits of an answer: what the natural map shows at a bound is that bound. */
+static perp_status write_bounds(perp_ncp_solver *solver)
+{
+    const perp__ncp_model *m = &solver->model;
+    perp__ncp_worth worth;
+    perp_status status;
+    int32_t moves = 0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double z = solver->best_z[i], w = solver->best_w[i] / m->w_unit[i];
+        const double above = (z - m->lower[i]) / m->z_unit[i];
+        const double below = (z - m->upper[i]) / m->z_unit[i];
+
+        solver->candidate[i] = above <= w ? m->lower[i] : below >= w ? m->upper[i] : z;
+        moves |= solver->candidate[i] != z;
     }
+    if (!moves)
+        return PERP_OK;
+    status = perp__ncp_judge(solver, &worth);
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    worth.said = solver->best.said;
+    if (perp__is_good(verdict(solver, &worth)) &&
+        objection(&worth) <= fmax(objection(&solver->best), PERP__NCP_ROUNDING))
+        keep(solver, &worth);
     return PERP_OK;
 }
 
@@ -208,20 +238,6 @@ static void take_point(perp_ncp_solver *solver, const double *from)
 
     for (int32_t i = 0; i < m->n; i++)
         solver->candidate[i] = perp__ncp_clamp(from[i] * m->z_unit[i], m->lower[i], m->upper[i]);
-}
-
-/* The polish goes on from the best point of the run. */
-static perp_status polish(perp_ncp_solver *solver)
-{
-    perp__newton_run *f = &solver->run;
-    perp_status status;
-
-    if (solver->model.n > 0)
-        memcpy(f->z, f->best, (size_t)solver->model.n * sizeof(double));
-    status = perp__ncp_set_point(f);
-    if (status == PERP_OK)
-        status = perp__ncp_polish(f);
-    return status < 0 ? status : PERP_OK;
 }
 
 /* A method's own limit, or what the caller's budget leaves: half of that for the first one under
@@ -254,22 +270,16 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     f->steps = 0;
     f->scaled = f->any = 0;
     f->iterations = 0;
-    if (solver->model.n > 0)
-        memcpy(f->z, solver->candidate, (size_t)solver->model.n * sizeof(double));
+    perp__copy(f->z, solver->candidate, solver->model.n);
     status = perp__ncp_set_point(f);
     if (status == PERP_OK)
         status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(f, &solver->linear)
                                             : perp__ncp_fischer(f);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
-    if (solver->settings.polish && solver->model.control.ended < 0)
-        status = polish(solver);
     solver->iterations += f->iterations;
-    if (status == PERP_OK) {
-        take_point(solver, f->best);
-        status = consider(solver, method, f->outcome);
-    }
-    return status;
+    take_point(solver, f->best);
+    return consider(solver, method, f->outcome);
 }
 
 static int32_t is_over(perp_ncp_solver *solver)
@@ -323,7 +333,6 @@ static perp_status choose_first(perp_ncp_solver *solver)
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
-    const size_t bytes = (size_t)solver->model.n * sizeof(double);
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
@@ -331,8 +340,7 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
         const int32_t method = k == 0 ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;
 
         if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
-            if (bytes > 0)
-                memcpy(solver->candidate, from, bytes);
+            perp__copy(solver->candidate, from, solver->model.n);
             status = run_on(solver, method, penalty);
         }
     }
@@ -392,8 +400,7 @@ static perp_status part_by_part(perp_ncp_solver *solver)
         status = consider(solver, method, PERP_OUTCOME_STALLED);
         if (status == PERP_OK && !is_over(solver))
             status = run_all(solver, solver->start, solver->settings.penalty);
-        if (status == PERP_OK)
-            status = restart(solver);
+        PERP__THEN(status, restart(solver));
         if (status != PERP_OK || solver->best_method < 0)
             continue;
         gather(solver, p);
@@ -413,8 +420,7 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
         return status;
     solver->apart = 0;
     status = choose_first(solver);
-    if (status == PERP_OK)
-        status = run_all(solver, solver->start, solver->settings.penalty);
+    PERP__THEN(status, run_all(solver, solver->start, solver->settings.penalty));
     if (status == PERP_OK && !is_over(solver))
         status = split(solver) ? part_by_part(solver) : restart(solver);
     if (status == PERP_OK && solver->best_method < 0) { /* no time for a step, or no J anywhere */
@@ -426,6 +432,8 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
         if (solver->trapped)
             solver->best.said = PERP_OUTCOME_STALLED;
     }
+    if (status == PERP_OK && solver->settings.polish && is_good(solver) && control->ended < 0)
+        status = write_bounds(solver);
     if (control->ended >= 0)
         solver->best.said = control->ended;
     return status;
@@ -443,8 +451,7 @@ static perp_status check_call(perp_ncp_solver *solver, const double *z,
     status = PERP__CHECK(perp_ncp_result, context, result);
     if (status == PERP_OK && solver->model.n > 0)
         status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK && z0)
-        status = perp__check_finite(context, "z0", z0, (size_t)solver->model.n);
+    PERP__THEN(status, perp__check_finite(context, "z0", z0, (size_t)solver->model.n));
     return status;
 }
 
@@ -466,7 +473,6 @@ static void give_up(perp_ncp_solver *solver)
 static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
                       double seconds)
 {
-    const size_t bytes = (size_t)solver->model.n * sizeof(double);
     const perp_ncp_result own = {.outcome = verdict(solver, &solver->best),
                                  .method = solver->best_method,
                                  .iterations = solver->iterations,
@@ -479,11 +485,8 @@ static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_re
                                  .restarts = solver->model.control.restarts,
                                  .trapped = solver->trapped};
 
-    if (bytes > 0) {
-        memcpy(z, solver->best_z, bytes);
-        if (w)
-            memcpy(w, solver->best_w, bytes);
-    }
+    perp__copy(z, solver->best_z, solver->model.n);
+    perp__copy(w, solver->best_w, solver->model.n);
     perp__struct_write(result, &own, sizeof own);
 }
 

@@ -2,11 +2,9 @@
 #include "ncp/newton.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/outcome.h"
 #include "lcp/fischer/function.h"
-#include "linalg/scale.h"
 
 #define FAR 0x1p24
 
@@ -47,8 +45,7 @@ static void note(perp__newton_run *f)
     if (!f->any || f->residual < f->best_residual) {
         f->any = 1;
         f->best_residual = f->residual;
-        if (f->model->n > 0)
-            memcpy(f->best, f->z, (size_t)f->model->n * sizeof(double));
+        perp__copy(f->best, f->z, f->model->n);
     }
 }
 
@@ -239,7 +236,8 @@ void perp__ncp_gradient(perp__newton_run *f)
         f->gradient[j] = perp__column_times(&S, j, f->part) + f->slope_z[j] * f->phi[j];
 }
 
-void perp__ncp_steepest_direction(perp__newton_run *f)
+/* d := -t gradient with the t that minimises |Phi + H d|. */
+static void steepest_direction(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     double square = 0.0, size = 0.0;
@@ -374,10 +372,13 @@ perp_status perp__ncp_full_step(perp__newton_run *f)
     return status < 0 ? status : status == PERP_OK;
 }
 
-perp_status perp__ncp_projected_search(perp__newton_run *f)
+perp_status perp__ncp_descend(perp__newton_run *f)
 {
     double t = 1.0;
 
+    perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
+    perp__ncp_gradient(f);
+    steepest_direction(f);
     for (int32_t k = 0; k <= GRADIENT_HALVINGS; k++, t *= 0.5) {
         perp_status status = attempt(f, t);
         double promised = 0.0;

@@ -56,7 +56,7 @@ perp_status perp__ncp_set_point(perp__newton_run *run);
 /* S at z, the run's scaling with its first, omega. Statuses as above. */
 perp_status perp__ncp_update_jacobian(perp__newton_run *run);
 
-/* Slopes and right-hand side of an equation at z. */
+/* Slopes D_z, D_w and right-hand side of an equation at z. */
 void perp__ncp_slopes(perp__newton_run *run, enum perp__ncp_equation equation);
 
 /* H := D_z + D_w (S + rho I) */
@@ -69,9 +69,6 @@ perp_status perp__ncp_newton_direction(perp__newton_run *run, double rho);
 /* gradient := H' Phi, the gradient of Psi for the slopes of Fischer-Burmeister. */
 void perp__ncp_gradient(perp__newton_run *run);
 
-/* d := -t gradient with the t that minimises |Phi + H d|. */
-void perp__ncp_steepest_direction(perp__newton_run *run);
-
 /* Moves to P(z + t d), t = 1, 1/2, ..., the first with Psi <= reference + beta t slope. Returns 1,
  * 0 if there is none, or PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_line_search(perp__newton_run *run, double reference, double slope,
@@ -80,8 +77,9 @@ perp_status perp__ncp_line_search(perp__newton_run *run, double reference, doubl
 /* Moves to P(z + d) wherever F is defined there, whatever Psi. Returns as above. */
 perp_status perp__ncp_full_step(perp__newton_run *run);
 
-/* As the search, where Psi has to fall by beta of what gradient promises: for steepest descent. */
-perp_status perp__ncp_projected_search(perp__newton_run *run);
+/* Steepest descent for the slopes there, where all else fails: as the search, but Psi has to fall
+ * by beta of what its gradient promises. */
+perp_status perp__ncp_descend(perp__newton_run *run);
 
 /* The largest of the last values of Psi. */
 double perp__ncp_reference(const perp__newton_run *run);
@@ -91,19 +89,16 @@ double perp__ncp_reference(const perp__newton_run *run);
 typedef perp_status (*perp__ncp_step)(perp__newton_run *run, void *own);
 perp_status perp__ncp_iterate(perp__newton_run *run, perp__ncp_step step, void *own);
 
-/* ---- the methods: each runs from where it stands. Checks, timing, acceptance, polish and
+/* ---- the methods: each runs from where it stands. Checks, timing, acceptance and
  * restarts live in the front door ---- */
 
 /* From run->z, where F is defined, to run->outcome; what it thinks of its point is no verdict.
  * PERP_OK, or PERP_ERROR_MEMORY / _CALLBACK. */
 perp_status perp__ncp_fischer(perp__newton_run *run);
 
-/* The linear problems of Josephy-Newton, and the point its watchdog may return to. Zero at first;
- * in memory of its own, made when it first runs. */
+/* The linear problems of Josephy-Newton, and the point its watchdog may return to. */
 typedef struct perp__ncp_linear {
-    perp__arena arena;
-    perp_lcp_solver *lcp;
-    int32_t n, fitted; /* arrays laid out, for n */
+    perp_lcp_solver *lcp; /* made when it first runs */
     double *q, *z;
     double *kept_z, *kept_d; /* of the watchdog */
     double kept_psi;
@@ -111,10 +106,5 @@ typedef struct perp__ncp_linear {
 } perp__ncp_linear;
 
 perp_status perp__ncp_josephy(perp__newton_run *run, perp__ncp_linear *linear);
-void perp__ncp_linear_release(perp__ncp_linear *linear);
-
-/* Newton's method on the active set that the natural map shows, as long as that takes off at least
- * half of the residual. */
-perp_status perp__ncp_polish(perp__newton_run *run);
 
 #endif

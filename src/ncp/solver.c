@@ -1,4 +1,5 @@
 /* What a solver is given, and its life: create, set, setup, destroy, and the public entrances. */
+#include "lcp/lcp.h"
 #include "ncp/solver.h"
 
 #include <math.h>
@@ -11,19 +12,8 @@
 
 PERP__INIT(perp_ncp_problem)
 
-perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_ncp_settings));
-
-    if (status == PERP_OK) {
-        settings->tol = 1e-10;
-        settings->penalty = 0.1;
-        settings->restarts = 20;
-        settings->scaling = 1;
-        settings->polish = 1;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_ncp_settings, .tol = 1e-10, .penalty = 0.1, .restarts = 20, .scaling = 1,
+                .polish = 1)
 
 PERP__INIT(perp_ncp_result)
 
@@ -46,23 +36,9 @@ static const perp__field fields[] = {
     PERP__REAL(perp_ncp_settings, penalty, "[)", 0, 1),
 };
 
-/* own := settings, or the defaults for NULL; untouched where that is refused. */
-static perp_status read_settings(perp_context *context, perp_ncp_settings *own,
-                                 const perp_ncp_settings *settings)
-{
-    perp_ncp_settings read;
-    perp_status status = perp_ncp_settings_init(&read, sizeof read);
+static PERP__SETTINGS_READER(read_settings, perp_ncp_settings, fields, PERP_OK)
 
-    if (status == PERP_OK)
-        status = PERP__READ(perp_ncp_settings, context, &read, settings);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
-    if (status == PERP_OK)
-        *own = read;
-    return status;
-}
-
-static perp_status check_storage(perp_context *context, const perp_ncp_problem *p)
+    static perp_status check_storage(perp_context *context, const perp_ncp_problem *p)
 {
     const perp__matrix pattern = {p->n, p->n, 1, 1, NULL, p->column_starts, p->row_indices};
     const perp_status status =
@@ -97,10 +73,8 @@ static perp_status read_problem(perp_context *context, perp_ncp_problem *own,
                             (int)own->n);
     if (status == PERP_OK && !own->function)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.function is NULL");
-    if (status == PERP_OK)
-        status = check_storage(context, own);
-    if (status == PERP_OK)
-        status = perp__check_bounds(context, own->lower, own->upper, (size_t)own->n);
+    PERP__THEN(status, check_storage(context, own));
+    PERP__THEN(status, perp__check_bounds(context, own->lower, own->upper, (size_t)own->n));
     return status;
 }
 
@@ -111,7 +85,7 @@ static void release(void *object)
     perp_ncp_solver *solver = object;
 
     perp__ncp_newton_release(&solver->run);
-    perp__ncp_linear_release(&solver->linear);
+    perp__lcp_destroy(solver->linear.lcp);
     perp__arena_release(&solver->arena);
 }
 
@@ -120,22 +94,17 @@ static const perp__kind kind = {"a solver", sizeof(perp_ncp_solver), release};
 perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings)
 {
-    perp_ncp_settings own;
     perp_status status = perp__check_pointer(context, "solver", solver);
-    perp_ncp_solver *made;
+    perp_ncp_solver *made = status == PERP_OK ? perp__handle_create(context, &kind) : NULL;
 
-    if (status == PERP_OK)
-        status = read_settings(context, &own, settings);
-    if (status != PERP_OK)
-        return status;
-    made = perp__handle_create(context, &kind);
     if (!made)
-        return PERP_ERROR_MEMORY;
-    made->settings = own;
-    perp__arena_init(&made->arena, context);
-    perp__arena_init(&made->linear.arena, context);
-    *solver = made;
-    return PERP_OK;
+        return status == PERP_OK ? PERP_ERROR_MEMORY : status;
+    status = read_settings(context, &made->settings, settings);
+    if (status == PERP_OK)
+        *solver = made;
+    else
+        perp__handle_end(made);
+    return status;
 }
 
 perp_status perp__ncp_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
@@ -155,7 +124,8 @@ static void layout(perp__arena *arena, void *object)
 
     s->run.model = &s->model;
     PERP__DOUBLES(arena, n, &s->start, &s->unit, &s->perturbed, &s->candidate, &s->best_z,
-                  &s->parts.z, &s->parts.lower, &s->parts.upper, &s->parts.start, &s->best_w);
+                  &s->parts.z, &s->parts.lower, &s->parts.upper, &s->parts.start, &s->best_w,
+                  &s->linear.q, &s->linear.z, &s->linear.kept_z, &s->linear.kept_d);
     s->parts.of = perp__arena_take(arena, n, sizeof(int32_t));
     perp__ncp_model_layout(arena, &s->model);
     perp__ncp_newton_layout(arena, &s->run);
@@ -174,7 +144,7 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
     next.model.problem = own;
     next.model.n = own.n;
     next.model.sparse = own.storage == PERP_STORAGE_CSC;
-    status = perp__arena_fit(&next.arena, layout, &next);
+    status = perp__arena_fit(&next.arena, solver->context, layout, &next);
     if (status != PERP_OK)
         return status;
     next.setups = 1;
@@ -226,10 +196,8 @@ perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp
     if (status != PERP_OK)
         return status;
     status = perp__ncp_create(context, &solver, settings);
-    if (status == PERP_OK)
-        status = perp__ncp_setup(solver, problem);
-    if (status == PERP_OK)
-        status = perp__ncp_solve(solver, z, w, result, z0);
+    PERP__THEN(status, perp__ncp_setup(solver, problem));
+    PERP__THEN(status, perp__ncp_solve(solver, z, w, result, z0));
     perp__ncp_destroy(solver);
     return perp__leave(context, status);
 }

@@ -3,7 +3,7 @@
  * or a contact lasts it falls with the third power of the step. Where a body lands, stops or lets
  * go within the step it falls with the first: there steps get short until nothing moves by more
  * than `error` in one, which locates the event. Nothing is remembered from call to call. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <math.h>
 #include <string.h>
@@ -67,7 +67,7 @@ static double largest_distance(const perp_world *world, const perp__state *whole
     double largest = 0.0;
 
     for (int32_t i = 0; i < world->body_slots; i++)
-        if (world->bodies[i].alive && world->bodies[i].kind == PERP_BODY_DYNAMIC)
+        if (world->bodies[i].alive && perp__is_dynamic(world, i))
             largest = fmax(largest, distance(world, i, &whole[i], &world->states[i], h));
     return largest;
 }
@@ -100,11 +100,9 @@ static perp_status try_halves(perp_world *world, attempt *trial, double h)
     const size_t size = (size_t)world->body_slots * sizeof *world->states;
     perp_status status = keep(world, &world->tried);
 
-    if (status == PERP_OK)
-        status = fit(world, &world->whole, size);
+    PERP__THEN(status, fit(world, &world->whole, size));
     begin(trial);
-    if (status == PERP_OK)
-        status = take(world, trial, h);
+    PERP__THEN(status, take(world, trial, h));
     trial->error = INFINITY;
     if (status != PERP_OK || !trial->advances)
         return status;

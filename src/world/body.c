@@ -11,25 +11,9 @@
 
 #define UNIT_TOLERANCE 1e-6
 
-perp_status perp_body_settings_init(perp_body_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_body_settings));
+PERP__INIT_WITH(perp_body_settings, .kind = PERP_BODY_DYNAMIC, .orientation[0] = 1.0)
 
-    if (status == PERP_OK) {
-        settings->kind = PERP_BODY_DYNAMIC;
-        settings->orientation[0] = 1.0;
-    }
-    return status;
-}
-
-perp_status perp_body_state_init(perp_body_state *state, size_t size)
-{
-    perp_status status = perp__struct_init(state, size, PERP__FIRST(perp_body_state));
-
-    if (status == PERP_OK)
-        state->orientation[0] = 1.0;
-    return status;
-}
+PERP__INIT_WITH(perp_body_state, .orientation[0] = 1.0)
 
 PERP__INIT(perp_world_states)
 
@@ -49,19 +33,14 @@ perp_status perp__check_quaternion(perp_context *context, const char *name, doub
     return PERP_OK;
 }
 
-perp_status perp__check_planar_vector(const perp_world *world, const char *name, const double *x)
-{
-    if (world->settings.planar && x[2] != 0.0)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "%s[2] is %g: a planar world has no z, 0 expected", name, x[2]);
-    return PERP_OK;
-}
-
-static perp_status check_vector(const perp_world *world, const char *name, const double *x)
+perp_status perp__check_vector3(const perp_world *world, const char *name, const double *x)
 {
     perp_status status = perp__check_finite(world->context, name, x, 3);
 
-    return status == PERP_OK ? perp__check_planar_vector(world, name, x) : status;
+    if (status == PERP_OK && world->settings.planar && x[2] != 0.0)
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                            "%s[2] is %g: a planar world has no z, 0 expected", name, x[2]);
+    return status;
 }
 
 /* Angular velocity or torque: planar worlds have the z component only. */
@@ -81,12 +60,10 @@ static perp_status check_turning(const perp_world *world, const char *name, cons
 static perp_status check_state(const perp_world *world, perp__state *state, const char *position,
                                const char *velocity, const char *angular_velocity)
 {
-    perp_status status = check_vector(world, position, state->position);
+    perp_status status = perp__check_vector3(world, position, state->position);
 
-    if (status == PERP_OK)
-        status = check_vector(world, velocity, state->velocity);
-    if (status == PERP_OK)
-        status = check_turning(world, angular_velocity, state->angular_velocity);
+    PERP__THEN(status, perp__check_vector3(world, velocity, state->velocity));
+    PERP__THEN(status, check_turning(world, angular_velocity, state->angular_velocity));
     if (status != PERP_OK)
         return status;
     if (world->settings.planar) {
@@ -166,8 +143,7 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
                             "settings.velocity and angular_velocity of a static body must be 0");
     if (status == PERP_OK && body.kind == PERP_BODY_DYNAMIC)
         status = perp__body_mass(world, &body, settings->mass, settings->inertia);
-    if (status == PERP_OK)
-        status = reserve_body(world);
+    PERP__THEN(status, reserve_body(world));
     if (status != PERP_OK)
         return status;
     slot = take_slot(world, &body, &state);
@@ -180,13 +156,10 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
     perp_body_settings settings;
     perp_status status = perp__check_pointer(world->context, "body", body);
 
-    if (status == PERP_OK)
-        status = perp_body_settings_init(&settings, sizeof settings);
-    if (status == PERP_OK)
-        status = perp__struct_read(world->context, "settings", &settings, sizeof settings, caller,
-                                   PERP__FIRST(perp_body_settings));
-    if (status == PERP_OK)
-        status = perp__add_body(world, body, &settings);
+    PERP__THEN(status, perp_body_settings_init(&settings, sizeof settings));
+    PERP__THEN(status, perp__struct_read(world->context, "settings", &settings, sizeof settings,
+                                         caller, PERP__FIRST(perp_body_settings)));
+    PERP__THEN(status, perp__add_body(world, body, &settings));
     return status;
 }
 
@@ -231,10 +204,8 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
     int32_t slot;
     perp_status status = PERP__CHECK(perp_body_state, world->context, state);
 
-    if (status == PERP_OK)
-        status = perp__find_body(world, &slot, id);
-    if (status == PERP_OK)
-        status = perp_body_state_init(&own, sizeof own);
+    PERP__THEN(status, perp__find_body(world, &slot, id));
+    PERP__THEN(status, perp_body_state_init(&own, sizeof own));
     if (status != PERP_OK)
         return status;
     from = &world->states[slot];
@@ -261,13 +232,10 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
     int32_t slot;
     perp_status status = perp__check_pointer(world->context, "state", caller);
 
-    if (status == PERP_OK)
-        status = perp__find_body(world, &slot, id);
-    if (status == PERP_OK)
-        status = perp_body_state_init(&own, sizeof own);
-    if (status == PERP_OK)
-        status = perp__struct_read(world->context, "state", &own, sizeof own, caller,
-                                   PERP__FIRST(perp_body_state));
+    PERP__THEN(status, perp__find_body(world, &slot, id));
+    PERP__THEN(status, perp_body_state_init(&own, sizeof own));
+    PERP__THEN(status, perp__struct_read(world->context, "state", &own, sizeof own, caller,
+                                         PERP__FIRST(perp_body_state)));
     if (status != PERP_OK)
         return status;
     memset(&state, 0, sizeof state);
@@ -280,10 +248,8 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
     perp__copy3(state.torque, own.torque);
     status =
         check_state(world, &state, "state.position", "state.velocity", "state.angular_velocity");
-    if (status == PERP_OK)
-        status = check_vector(world, "state.force", state.force);
-    if (status == PERP_OK)
-        status = check_turning(world, "state.torque", state.torque);
+    PERP__THEN(status, perp__check_vector3(world, "state.force", state.force));
+    PERP__THEN(status, check_turning(world, "state.torque", state.torque));
     if (status == PERP_OK && world->bodies[slot].kind == PERP_BODY_STATIC &&
         !(perp__is_zero3(state.velocity) && perp__is_zero3(state.angular_velocity) &&
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
@@ -333,8 +299,7 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
     perp_world_states own;
     perp_status status = PERP__CHECK(perp_world_states, world->context, states);
 
-    if (status == PERP_OK)
-        status = perp_world_states_init(&own, sizeof own);
+    PERP__THEN(status, perp_world_states_init(&own, sizeof own));
     if (status != PERP_OK)
         return status;
     own.slots = world->body_slots;
@@ -358,8 +323,7 @@ static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body i
     perp_status status = perp__check_pointer(world->context, "slot", slot);
     int32_t found;
 
-    if (status == PERP_OK)
-        status = perp__find_body(world, &found, id);
+    PERP__THEN(status, perp__find_body(world, &found, id));
     if (status == PERP_OK)
         *slot = found;
     return status;

@@ -1,6 +1,6 @@
 /* What a step may spend: time_limit and max_iterations hold for all problems of a step together.
  * Without a time limit nothing here reads the clock. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <math.h>
 

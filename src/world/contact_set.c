@@ -9,6 +9,7 @@
  * keep these open too.
  */
 #include "world/lanes.h"
+#include "world/contact_rows.h"
 
 #include <string.h>
 
@@ -75,7 +76,7 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     contact->rounding = perp__pair_rounding(world, pair);
     contact->size = perp__pair_size(world, pair);
     contact->friction = pair_friction(a->friction, b->friction);
-    contact->restitution = fmax(a->restitution, b->restitution);
+    contact->restitution = perp__greater(a->restitution, b->restitution);
     perp__copy3(contact->axes[0], normal);
     perp__contact_frame(world, contact);
 }
@@ -148,6 +149,21 @@ static perp_status add_points(perp_world *world, perp__contact_set *set, const p
     return PERP_OK;
 }
 
+/* Point k of a pair, kept where it is that of the last step; `last`: the contact before, if there
+ * is one. */
+static void write_touching(const perp_world *world, perp__world_contact *contact,
+                           const perp__world_contact *last, const perp__pair *pair, int32_t k,
+                           const perp__point *point)
+{
+    if (pair->same && world->rounds == 0) {
+        perp__repeat_contact(world, pair, k, contact);
+        return;
+    }
+    write_contact(world, contact, last, pair, point);
+    set_arms(world->states, contact);
+    prepare_contact(world, contact);
+}
+
 /* Appends the points of a pair that are farther apart than `least` at the start of the step. */
 static perp_status append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                  int32_t made, double least)
@@ -155,13 +171,13 @@ static perp_status append_points(perp_world *world, perp__pair *pair, const perp
     perp_status status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
     for (int32_t i = 0; i < made && status == PERP_OK; i++) {
-        perp__world_contact *contact;
+        perp__world_contact *contact = &world->contacts.contacts[world->contacts.count];
 
         if (points[i].gap <= least)
             continue;
-        contact = append(world, &world->contacts, pair, &points[i]);
-        set_arms(world->states, contact);
-        prepare_contact(world, contact);
+        write_touching(world, contact, world->contacts.count > 0 ? contact - 1 : NULL, pair, i,
+                       &points[i]);
+        world->contacts.count++;
     }
     return status;
 }
@@ -183,21 +199,25 @@ static double spare_of(const perp_world *world, const perp__pair *pair, double h
 
     if (plane->geometry.kind != PERP__PLANE || world->bodies[plane->body].kind != PERP_BODY_STATIC)
         return INFINITY;
-    return fmax(PERP__NEAR * perp__pair_size(world, pair),
-                longest_way(world, plane == a ? b->body : a->body, h));
+    return perp__greater(PERP__NEAR * perp__pair_size(world, pair),
+                         longest_way(world, plane == a ? b->body : a->body, h));
 }
 
 /* The points of a pair that touches plainly; how many there are. */
 static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__point *points)
 {
     const double far = spare_of(world, pair, h);
-    const int32_t made = perp__touching_points(world, pair, h, far, points);
 
-    pair->open = made == 0;
+    pair->same = perp__stays_same(world, pair);
+    for (int32_t k = 0; k < pair->made && pair->same; k++)
+        perp__repeat_point(world, pair, k, &points[k]);
+    if (!pair->same)
+        pair->made = perp__touching_points(world, pair, h, far, points);
+    pair->open = pair->made == 0;
     pair->joined = pair->waited = 0;
     pair->late = -1;
     pair->spare = pair->open ? INFINITY : far;
-    return made;
+    return pair->made;
 }
 
 /* Of its bodies too, which are other pairs' as well. */
@@ -230,8 +250,7 @@ static void touch_share(perp_world *world, perp__share *share, double h)
         share->status = reserve_points(share);
         if (share->status != PERP_OK)
             return;
-        pair->made = touch(world, pair, h, share->points + share->count);
-        share->count += pair->made;
+        share->count += touch(world, pair, h, share->points + share->count);
     }
 }
 
@@ -246,9 +265,7 @@ static void write_share(perp_world *world, perp__share *share, double h)
         const perp__pair *pair = perp__ordered_pair(world, i);
 
         for (int32_t k = 0; k < pair->made; k++, last = contact++) {
-            write_contact(world, contact, last, pair, point++);
-            set_arms(world->states, contact);
-            prepare_contact(world, contact);
+            write_touching(world, contact, last, pair, k, point++);
         }
     }
 }
@@ -292,6 +309,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
         perp__find_memories(world);
     if (status != PERP_OK)
         return status;
+    perp__note_settled(world);
     lanes = perp__share_out(world, world->pair_count, touch_share, h);
     if (lanes > 0)
         status = gather_shares(world, lanes, h);
@@ -398,13 +416,10 @@ static double way_of(const perp_world *world, const perp__world_contact *contact
 /* Whether the motion at hand closes a point, or another motion may, so near it is. */
 static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h)
 {
-    double u[3];
-
     if (!(contact->gap > contact->rounding) || (contact->gap <= PERP__NEAR * contact->size &&
                                                 contact->gap <= 2.0 * way_of(world, contact, h)))
         return 1;
-    perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-    return !(contact->gap + h * u[0] >= 0.0);
+    return !(contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING) >= 0.0);
 }
 
 /* Includes the points that are due; returns how many. */

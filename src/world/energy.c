@@ -1,7 +1,5 @@
 /* Energy and momentum of the dynamic bodies. */
-#include "world/world.h"
-
-#include <string.h>
+#include "world/step.h"
 
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -20,7 +18,7 @@ static void spin_of(const perp_world *world, int32_t i, double *spin)
 
 static int32_t counts(const perp_world *world, int32_t i)
 {
-    return world->bodies[i].alive && world->bodies[i].kind == PERP_BODY_DYNAMIC;
+    return world->bodies[i].alive && perp__is_dynamic(world, i);
 }
 
 perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)

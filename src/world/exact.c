@@ -14,8 +14,14 @@
 #define SHARPER 1e-2
 
 /* Iterations of each method within which it comes to an answer or hardly ever does: all that is
- * spent, but at accuracy `exact`. */
+ * spent, but at accuracy `exact`. Piles in motion get fewer at first. At `exact` few contacts get
+ * all, last resorts as well; more of them only if they have come as near as this: others that are
+ * hit hard have an answer out of reach. */
 #define QUICK 100
+#define HURRIED 25
+#define FEW 64
+#define FEW_PLANAR 200
+#define PROMISING 1e-4
 
 /* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
 #define SMALL 8
@@ -60,26 +66,40 @@ static int32_t is_solvable(const perp_world *world, const perp__island *island, 
 }
 
 /* The word for the answer at tol. */
-static void weigh(perp__rigid_answer *answer, double tol)
+static void say_outcome(perp__rigid_answer *answer, double tol)
 {
     const perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
 
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
-static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
-                            perp__rigid_problem *problem)
+static int32_t most_thorough(const perp_world *world)
+{
+    return world->settings.planar ? FEW_PLANAR : FEW;
+}
+
+static int32_t is_hurried(const perp_world *world, const perp__island *island)
+{
+    const int32_t most =
+        world->settings.accuracy == PERP_ACCURACY_EXACT ? most_thorough(world) : SMALL;
+
+    return island->joints == 0 && world->work.count > most && !perp__comes_from_rest(world, island);
+}
+
+static perp_status solve_by(perp_world *world, const perp__island *island,
+                            perp__rigid_answer *answer, perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
+    const int32_t most = is_hurried(world, island) ? HURRIED : QUICK;
     perp_status status;
 
     problem->tol = SHARPER * perp__exact_tol(world);
-    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    problem->max_iterations = limit == 0 || limit > most ? most : limit;
     status = perp__rigid_solve(world->solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = perp__exact_tol(world);
     if (status == PERP_OK)
-        weigh(answer, perp__exact_tol(world));
+        say_outcome(answer, perp__exact_tol(world));
     if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
         answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
     return status;
@@ -97,7 +117,8 @@ static double rough_tol(const perp_world *world, const perp__island *island)
 /* Whether what begins at rest stays so to rounding with the impulses at hand: velocities of 0.0
  * obey the laws of all contacts, and each body's terms cancel. Below the largest ratios of masses
  * the methods come to no velocities as small. */
-static int32_t lies(perp_world *world, const perp__island *island, perp__rigid_answer *answer)
+static int32_t is_in_equilibrium(perp_world *world, const perp__island *island,
+                                 perp__rigid_answer *answer)
 {
     perp__island_work *work = &world->work;
     perp__evidence evidence = {0.0, 0.0, 1.0, 1};
@@ -121,7 +142,8 @@ static int32_t lies(perp_world *world, const perp__island *island, perp__rigid_a
 }
 
 /* The answer of the impulses work.warm, as they are. */
-static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rigid_problem *problem)
+static perp_status judge_warm(perp_world *world, perp__rigid_answer *answer,
+                              perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
     perp_status status;
@@ -135,9 +157,9 @@ static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rig
 
 /* Impulses that come near to holding what begins at rest are brought to rounding; `anew`: or none
  * at all, where any that do will do. */
-static perp_status balance(perp_world *world, const perp__island *island, int32_t anew,
-                           perp__rigid_answer *answer, perp__rigid_problem *problem,
-                           int32_t *stands)
+static perp_status find_equilibrium(perp_world *world, const perp__island *island, int32_t anew,
+                                    perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                    int32_t *balanced)
 {
     perp__island_work *work = &world->work;
     const size_t bytes = 3 * (size_t)work->units * sizeof *work->warm;
@@ -152,26 +174,27 @@ static perp_status balance(perp_world *world, const perp__island *island, int32_
     if (anew)
         memset(work->impulse, 0, bytes);
     perp__balance_island(world, island);
-    *stands = lies(world, island, answer);
-    return *stands ? PERP_OK : look(world, answer, problem); /* back to where that was */
+    *balanced = is_in_equilibrium(world, island, answer);
+    return *balanced ? PERP_OK : judge_warm(world, answer, problem); /* back to where that was */
 }
 
 /* What begins at rest and is held by the impulses of the last step is so by these very ones. */
-static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, int32_t *stands)
+static perp_status keep_equilibrium(perp_world *world, const perp__island *island,
+                                    perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                    int32_t *balanced)
 {
-    perp_status status = look(world, answer, problem);
+    perp_status status = judge_warm(world, answer, problem);
 
-    *stands = 0;
+    *balanced = 0;
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, problem->tol);
-    *stands = status == PERP_OK && answer->held;
-    for (int32_t i = 0; i < world->dof * island->bodies && *stands; i++)
-        *stands = world->work.v[i] == 0.0;
-    if (status == PERP_OK && !*stands)
-        *stands = lies(world, island, answer);
-    if (status == PERP_OK && !*stands && perp__mass_ratio(world, island) >= HUGE_RATIO)
-        status = balance(world, island, 1, answer, problem, stands);
+    *balanced = status == PERP_OK && answer->held;
+    for (int32_t i = 0; i < world->dof * island->bodies && *balanced; i++)
+        *balanced = world->work.v[i] == 0.0;
+    if (status == PERP_OK && !*balanced)
+        *balanced = is_in_equilibrium(world, island, answer);
+    if (status == PERP_OK && !*balanced && perp__mass_ratio(world, island) >= HUGE_RATIO)
+        status = find_equilibrium(world, island, 1, answer, problem, balanced);
     return status;
 }
 
@@ -188,21 +211,32 @@ static perp_status solve_quickly(perp_world *world, const perp__island *island,
     if (island->joints + island->contacts * (island->joints > 0) > FEW_JOINTS &&
         method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
         problem->method = PERP_CONTACT_METHOD_PROXIMAL;
-        status = solve_by(world, answer, problem);
+        status = solve_by(world, island, answer, problem);
         problem->method = method;
         if (status == PERP_OK && !perp__is_good(answer->outcome))
-            weigh(answer, *tol = rough_tol(world, island));
+            say_outcome(answer, *tol = rough_tol(world, island));
         if (status != PERP_OK || perp__is_good(answer->outcome))
             return status;
         *tol = perp__exact_tol(world);
         problem->again = 1;
     }
-    return solve_by(world, answer, problem);
+    return solve_by(world, island, answer, problem);
 }
 
-/* From where that has come to, with all that the methods have. */
-static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answer,
-                                    perp__rigid_problem *problem)
+static int32_t is_worth_more(const perp_world *world, const perp__island *island,
+                             const perp__rigid_answer *answer)
+{
+    if (perp__is_good(answer->outcome))
+        return 0;
+    if (world->settings.accuracy != PERP_ACCURACY_EXACT)
+        return island->joints > 0;
+    return !is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING;
+}
+
+/* From where that has come to, with all that the methods have: last resorts too for what rests, or
+ * is little. */
+static perp_status solve_thoroughly(perp_world *world, const perp__island *island,
+                                    perp__rigid_answer *answer, perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
     const int64_t spent = answer->iterations;
@@ -214,6 +248,8 @@ static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answe
         problem->max_iterations -= (int32_t)spent;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     problem->again = 1;
+    problem->brief = is_hurried(world, island) ||
+                     (work->count > most_thorough(world) && !perp__begins_at_rest(world, island));
     status = perp__rigid_solve(world->solver, answer, problem);
     answer->iterations += spent;
     return status;
@@ -227,13 +263,12 @@ static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
     perp__island_work *work = &world->work;
     const perp__rigid_answer first = *answer;
     perp__rigid_problem swept = *problem;
-    perp__substeps passes;
+    perp__passes passes;
     perp_status status;
 
     memset(&passes, 0, sizeof passes);
     passes.h = 1.0;
     passes.passes = LEAST_PASSES;
-    passes.start = work->free;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof(double));
     swept.warm = work->warm;
     swept.again = 1;
@@ -259,23 +294,22 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
 {
     const int32_t at_rest = island->joints == 0 && perp__begins_at_rest(world, island);
     double tol = perp__exact_tol(world);
-    int32_t stands = 0;
+    int32_t balanced = 0;
     perp_status status = PERP_OK;
 
     if (at_rest && !bounces)
-        status = stand(world, island, answer, problem, &stands);
-    if (status == PERP_OK && !stands)
+        status = keep_equilibrium(world, island, answer, problem, &balanced);
+    if (status == PERP_OK && !balanced)
         status = solve_quickly(world, island, answer, problem, &tol);
-    if (status == PERP_OK && !stands && !perp__is_good(answer->outcome) && at_rest)
-        status = balance(world, island, 0, answer, problem, &stands);
-    if (status != PERP_OK || stands)
+    if (status == PERP_OK && !balanced && !perp__is_good(answer->outcome) && at_rest)
+        status = find_equilibrium(world, island, 0, answer, problem, &balanced);
+    if (status != PERP_OK || balanced)
         return status;
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
-        weigh(answer, tol = rough_tol(world, island));
-    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
-        status = solve_thoroughly(world, answer, problem);
+        say_outcome(answer, tol = rough_tol(world, island));
+    if (status == PERP_OK && is_worth_more(world, island, answer))
+        status = solve_thoroughly(world, island, answer, problem);
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
         status = sweep_on(world, answer, problem);

@@ -1,11 +1,19 @@
 /* Velocities in what the rows that hold leave free (contact.h), where they are an answer as well.
  */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "linalg/spatial.h"
+
+/* hypot, by the square root where no square leaves the range of numbers. */
+static double root_of_squares(double a, double b)
+{
+    const double square = a * a + b * b;
+
+    return square > 1e-280 && square < 1e280 ? sqrt(square) : hypot(a, b);
+}
 
 /* |C^-1 v| of a body: twice its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
@@ -15,7 +23,8 @@ double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
     perp__twist_of(world, v, twist);
     perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
     perp__apply3(turning, world->bodies[body].inverse_factor, own);
-    return hypot(sqrt(world->bodies[body].mass) * perp__length3(twist), perp__length3(turning));
+    return root_of_squares(sqrt(world->bodies[body].mass) * perp__length3(twist),
+                           perp__length3(turning));
 }
 
 /* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
@@ -26,8 +35,26 @@ double perp__row_norm(const perp_world *world, int32_t body, const double *row)
     perp__twist_of(world, row, twist);
     perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
     perp__apply_transposed3(turning, world->bodies[body].factor, own);
-    return hypot(sqrt(world->bodies[body].inverse_mass) * perp__length3(twist),
-                 perp__length3(turning));
+    return root_of_squares(sqrt(world->bodies[body].inverse_mass) * perp__length3(twist),
+                           perp__length3(turning));
+}
+
+/* |C'J'| of a row of a body of the island, whose factor is at hand: a multiple of the identity for
+ * the mass centre, and a block for turns. */
+static double pushed_by(const double *C, const double *row, int32_t n)
+{
+    double square, turn = 0.0;
+
+    if (n == 3)
+        return root_of_squares(C[0] * root_of_squares(row[0], row[1]), C[8] * row[2]);
+    for (int32_t j = 3; j < 6; j++) {
+        const double x = C[18 + j] * row[3] + C[24 + j] * row[4] + C[30 + j] * row[5];
+
+        turn += x * x;
+    }
+    square = C[0] * C[0] * perp__dot3(row, row) + turn;
+    return square > 1e-280 && square < 1e280 ? sqrt(square)
+                                             : hypot(C[0] * perp__length3(row), sqrt(turn));
 }
 
 /* The sizes of the terms that each body's velocity is made of. */
@@ -48,7 +75,7 @@ static void find_strengths(const perp_world *world, const perp__island *island, 
                 if (body >= 0 && body < island->bodies)
                     strength[body] +=
                         fabs(work->impulse[3 * i + k]) *
-                        perp__row_norm(world, work->members[body], work->rows[i].rows[side][k]);
+                        pushed_by(work->factors + n * n * body, work->rows[i].rows[side][k], n);
             }
 }
 

@@ -119,12 +119,14 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
     memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
     for (i = 0; i < work->count; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+        if (!(contact->restitution > 0.0))
+            continue;
         const double u = normal_of(world, i, work->now, island->bodies, 1);
         const double forced = normal_of(world, i, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
 
-        if (!(work->impulse[3 * i] > 0.0) || !(contact->restitution > 0.0) ||
+        if (!(work->impulse[3 * i] > 0.0) ||
             !(speed > slow * perp__forced_speed(world, i, island->bodies, lies) +
                           NO_APPROACH * perp__normal_terms(world, i, work->now, island->bodies)))
             continue;
@@ -190,8 +192,9 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
             continue;
         speed = fabs(normal_of(world, i, work->now, island->bodies, 1));
         if (work->gap[work->chosen[i]] > 0.0 ||
-            speed > NO_APPROACH * (perp__normal_terms(world, i, work->now, island->bodies) +
-                                   perp__normal_terms(world, i, work->gain, island->bodies)))
+            (speed != 0.0 &&
+             speed > NO_APPROACH * (perp__normal_terms(world, i, work->now, island->bodies) +
+                                    perp__normal_terms(world, i, work->gain, island->bodies))))
             return 0;
     }
     return perp__limits_last(world);
@@ -458,9 +461,12 @@ static void finish(perp_world *world, const perp__island *island, double left, d
 
     perp__take_answer(world, island);
     go(world, island, left, lasts(world, island), left);
-    for (int32_t i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over the whole step */
-        perp__step_contact(world, island, work->chosen[i / 3])->next[i % 3] =
-            h / left * work->impulse[i];
+    for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over the whole step */
+        double *next = perp__step_contact(world, island, work->chosen[i])->next;
+
+        for (int32_t k = 0; k < 3; k++)
+            next[k] = h / left * work->impulse[3 * i + k];
+    }
 }
 
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,

@@ -92,25 +92,42 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__apply3(next->angular_velocity, R, w_next);
 }
 
-static void move_freely(perp_world *world, int32_t i, double h)
+static void move_centre(perp_world *world, int32_t i, double h, const double *v_f)
 {
     const perp__state *old = &world->states[i];
-    const double *v_f = world->motions[i].free;
     perp__state *next = &world->next[i];
-    double mean[3];
 
     for (int32_t k = 0; k < 3; k++)
         next->position[k] += h * (0.5 * (old->velocity[k] + v_f[k]));
     perp__copy3(next->velocity, v_f);
-    if (!world->bodies[i].spherical) {
-        if (!perp__is_zero3(old->angular_velocity) || !perp__is_zero3(old->torque))
-            rotate_freely(world, i, h);
-        return;
-    }
+}
+
+/* As a ball, to its free twist. */
+static void move_ball(perp_world *world, int32_t i, double h, const double *v_f)
+{
+    const perp__state *old = &world->states[i];
+    perp__state *next = &world->next[i];
+    double mean[3];
+
+    move_centre(world, i, h, v_f);
     for (int32_t k = 0; k < 3; k++)
         mean[k] = 0.5 * (old->angular_velocity[k] + v_f[3 + k]);
     scaled_turn(world, next, h, mean);
     perp__copy3(next->angular_velocity, v_f + 3);
+}
+
+static void move_freely(perp_world *world, int32_t i, double h)
+{
+    const perp__state *old = &world->states[i];
+    const double *v_f = world->motions[i].free;
+
+    if (world->bodies[i].spherical) {
+        move_ball(world, i, h, v_f);
+        return;
+    }
+    move_centre(world, i, h, v_f);
+    if (!perp__is_zero3(old->angular_velocity) || !perp__is_zero3(old->torque))
+        rotate_freely(world, i, h);
 }
 
 static void move_in_contact(const perp_world *world, int32_t i, double h)
@@ -126,9 +143,9 @@ static void move_in_contact(const perp_world *world, int32_t i, double h)
 
 static int32_t is_finite(const perp__state *state)
 {
-    return perp__all_finite(state->position, 3) && perp__all_finite(state->orientation, 4) &&
-           perp__all_finite(&state->angle, 1) && perp__all_finite(state->velocity, 3) &&
-           perp__all_finite(state->angular_velocity, 3);
+    return perp__is_finite3(state->position) && perp__is_finite3(state->orientation) &&
+           0.0 * state->orientation[3] == 0.0 && 0.0 * state->angle == 0.0 &&
+           perp__is_finite3(state->velocity) && perp__is_finite3(state->angular_velocity);
 }
 
 int32_t perp__find_infinite(const perp_world *world)
@@ -156,24 +173,55 @@ static void exchange(perp_world *world, int32_t i)
     world->next[i] = state;
 }
 
-int32_t perp__coast(perp_world *world, int32_t i, double h)
+/* Nothing is near it, and it does not turn by itself. */
+static int32_t is_alone(const perp_world *world, int32_t i)
 {
     const perp__body *body = &world->bodies[i];
     const perp__state *state = &world->states[i];
 
-    if (body->kind != PERP_BODY_DYNAMIC || body->first_joint > 0 || has_pairs(world, i) ||
-        !(body->spherical ||
-          (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque))))
+    return body->kind == PERP_BODY_DYNAMIC && body->first_joint == 0 && !has_pairs(world, i) &&
+           (body->spherical ||
+            (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque)));
+}
+
+/* Its next state becomes its state, if that is another one. */
+static int32_t take_next(perp_world *world, int32_t i)
+{
+    if (memcmp(&world->states[i], &world->next[i], sizeof *world->states) == 0)
+        return 0;
+    world->motions[i].coasts = world->coasting;
+    world->motions[i].repeats = 0;
+    exchange(world, i);
+    return 1;
+}
+
+int32_t perp__glide(perp_world *world, int32_t i, double h)
+{
+    double free[6], moving[6];
+
+    if (!world->bodies[i].spherical || !is_alone(world, i))
+        return 0;
+    perp__push_freely(world, i, h, free);
+    for (int32_t k = 0; k < 3; k++) {
+        moving[k] = 0.5 * (world->states[i].velocity[k] + free[k]);
+        moving[3 + k] = 0.5 * (world->states[i].angular_velocity[k] + free[3 + k]);
+    }
+    if (!perp__stays_covered(world, i, moving, h))
+        return 0;
+    world->next[i] = world->states[i];
+    move_ball(world, i, h, free);
+    return is_finite(&world->next[i]) && take_next(world, i);
+}
+
+int32_t perp__coast(perp_world *world, int32_t i, double h)
+{
+    if (!is_alone(world, i))
         return 1;
-    world->next[i] = *state;
+    world->next[i] = world->states[i];
     move_freely(world, i, h);
     if (!is_finite(&world->next[i]))
         return 0;
-    if (memcmp(state, &world->next[i], sizeof *state) != 0) {
-        world->motions[i].coasts = world->coasting;
-        world->motions[i].repeats = 0;
-        exchange(world, i);
-    }
+    take_next(world, i);
     return 1;
 }
 
@@ -184,6 +232,7 @@ void perp__stop_coasting(perp_world *world, int32_t i)
     world->motions[i].coasts = 0;
     world->lively[world->lively_count++] = i;
     exchange(world, i);
+    perp__start_motion(world, i, world->step_length); /* it may have glided so far */
 }
 
 void perp__stop_all_coasting(perp_world *world)
@@ -199,17 +248,23 @@ static void integrate(perp_world *world, perp__share *share, double h)
     for (int32_t i = share->first; i < share->end && share->found < 0; i++) {
         const int32_t body = world->lively[i];
         const int32_t kind = world->bodies[body].kind;
-        const perp__motion *motion = &world->motions[body];
+        perp__motion *motion = &world->motions[body];
 
         world->next[body] = world->states[body];
+        if (kind == PERP_BODY_STATIC) {
+            motion->placed += motion->placed == world->coasting;
+            continue;
+        }
         if (kind == PERP_BODY_DYNAMIC && motion->island < 0)
             move_freely(world, body, h);
-        else if (kind != PERP_BODY_STATIC)
+        else
             move_in_contact(world, body, h);
         if (!is_finite(&world->next[body]))
             share->found = body;
-        else if (!motion->covered || has_pairs(world, body))
+        else if (!motion->covered || has_pairs(world, body)) {
             perp__place_body(world, world->next, body);
+            motion->placed = world->coasting + 1;
+        }
     }
 }
 

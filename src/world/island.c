@@ -5,13 +5,7 @@
 
 #include <string.h>
 
-#include "base/context.h"
 #include "base/groups.h"
-
-static int32_t is_dynamic(const perp_world *world, int32_t body)
-{
-    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
-}
 
 static void join_contacts(perp_world *world, const perp__contact_set *set)
 {
@@ -30,7 +24,7 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
         if (!set->contacts[i].included)
             continue;
         world->motions[a].touched = world->motions[b].touched = 1;
-        if (is_dynamic(world, a) && is_dynamic(world, b))
+        if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
             perp__join(world->parent, a, b);
     }
 }
@@ -46,12 +40,12 @@ static void join_joints(perp_world *world)
             perp__motion *motion = &world->motions[body[side]];
 
             motion->jointed = 1;
-            if (is_dynamic(world, body[side]))
+            if (perp__is_dynamic(world, body[side]))
                 continue;
             memcpy(motion->trial, motion->start, sizeof motion->trial); /* as it is told */
             memcpy(motion->last, motion->start, sizeof motion->last);
         }
-        if (is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
+        if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
             perp__join(world->parent, body[0], body[1]);
     }
 }
@@ -67,7 +61,7 @@ static void order_bodies(perp_world *world)
         const int32_t root = perp__root_of(world->parent, body);
         perp__motion *motion = &world->motions[body];
 
-        if (!is_dynamic(world, body) || !(motion->touched || motion->jointed))
+        if (!perp__is_dynamic(world, body) || !(motion->touched || motion->jointed))
             continue;
         if (root == body) {
             memset(&world->islands[count], 0, sizeof world->islands[count]);
@@ -125,7 +119,7 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
 static perp__island *island_of_joint(const perp_world *world, int32_t i)
 {
     const int32_t *body = world->joints[i].body;
-    const int32_t side = is_dynamic(world, body[0]) ? 0 : 1;
+    const int32_t side = perp__is_dynamic(world, body[0]) ? 0 : 1;
 
     return &world->islands[world->motions[body[side]].island];
 }
@@ -163,7 +157,7 @@ static void lay_out_order(perp__arena *arena, void *object)
 
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 {
-    perp_status status = perp__arena_fit(&world->order_arena, lay_out_order, world);
+    perp_status status = perp__arena_fit(&world->order_arena, world->context, lay_out_order, world);
 
     if (status != PERP_OK)
         return status;

@@ -10,18 +10,8 @@
 
 PERP__INIT(perp_joint_state)
 
-perp_status perp_joint_settings_init(perp_joint_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_joint_settings));
-
-    if (status == PERP_OK) {
-        settings->kind = PERP_JOINT_BALL;
-        settings->axis[2] = 1.0;
-        settings->lower = -INFINITY;
-        settings->upper = INFINITY;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_joint_settings, .kind = PERP_JOINT_BALL, .axis[2] = 1.0, .lower = -INFINITY,
+                .upper = INFINITY)
 
 static perp_status fail_argument(const perp_world *world, const char *words)
 {
@@ -66,7 +56,7 @@ static void take_off_list(perp_world *world, int32_t slot, int32_t side)
 
 int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
-    if (world->bodies[a].kind != PERP_BODY_DYNAMIC) /* the ground may have many */
+    if (!perp__is_dynamic(world, a)) /* the ground may have many */
         a = b;
     for (int32_t link = world->bodies[a].first_joint; link != 0;) {
         const perp__joint *joint = &world->joints[(link - 1) / 2];
@@ -130,13 +120,6 @@ static int32_t has_axis(const perp_world *world, int32_t kind)
              kind == PERP_JOINT_CYLINDRICAL || kind == PERP_JOINT_PLANAR));
 }
 
-static perp_status check_place(const perp_world *world, const char *name, const double *x)
-{
-    const perp_status status = perp__check_finite(world->context, name, x, 3);
-
-    return status == PERP_OK ? perp__check_planar_vector(world, name, x) : status;
-}
-
 /* Checks the axis, and gives what joints without one of their own are described in. */
 static perp_status read_axis(const perp_world *world, const perp_joint_settings *settings,
                              double *axis)
@@ -152,9 +135,7 @@ static perp_status read_axis(const perp_world *world, const perp_joint_settings 
     status = perp__check_finite(world->context, "settings.axis", axis, 3);
     if (status == PERP_OK && !(perp__normalise3(axis) > 0.0))
         return fail_argument(world, "settings.axis is 0");
-    if (status == PERP_OK && world->settings.planar)
-        status = perp__check_planar_vector(world, "settings.axis", axis);
-    return status;
+    return status == PERP_OK ? perp__check_vector3(world, "settings.axis", axis) : status;
 }
 
 static perp_status check_kind(const perp_world *world, const perp_joint_settings *settings)
@@ -177,18 +158,14 @@ static perp_status check_settings(const perp_world *world, const perp_joint_sett
 {
     perp_status status = check_kind(world, settings);
 
-    if (status == PERP_OK)
-        status = check_place(world, "settings.anchor", settings->anchor);
+    PERP__THEN(status, perp__check_vector3(world, "settings.anchor", settings->anchor));
     if (status == PERP_OK && settings->kind == PERP_JOINT_DISTANCE)
-        status = check_place(world, "settings.anchor_b", settings->anchor_b);
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "settings.pitch", &settings->pitch, 1);
-    if (status == PERP_OK)
-        status = check_limits(world, settings->kind, settings->lower, settings->upper);
-    if (status == PERP_OK)
-        status = check_motor(world, settings->kind, settings->motor_speed, settings->motor_force);
-    if (status == PERP_OK)
-        status = check_most(world, settings->kind, "friction", settings->friction);
+        status = perp__check_vector3(world, "settings.anchor_b", settings->anchor_b);
+    PERP__THEN(status, perp__check_finite(world->context, "settings.pitch", &settings->pitch, 1));
+    PERP__THEN(status, check_limits(world, settings->kind, settings->lower, settings->upper));
+    PERP__THEN(status,
+               check_motor(world, settings->kind, settings->motor_speed, settings->motor_force));
+    PERP__THEN(status, check_most(world, settings->kind, "friction", settings->friction));
     return status;
 }
 
@@ -196,24 +173,22 @@ static perp_status check_bodies(const perp_world *world, int32_t slots[2], perp_
 {
     perp_status status = perp__find_body(world, &slots[0], a);
 
-    if (status == PERP_OK)
-        status = perp__find_body(world, &slots[1], b);
+    PERP__THEN(status, perp__find_body(world, &slots[1], b));
     if (status != PERP_OK)
         return status;
     if (slots[0] == slots[1])
         return fail_argument(world, "a and b are the same body");
-    if (world->bodies[slots[0]].kind != PERP_BODY_DYNAMIC &&
-        world->bodies[slots[1]].kind != PERP_BODY_DYNAMIC)
+    if (!perp__is_dynamic(world, slots[0]) && !perp__is_dynamic(world, slots[1]))
         return fail_argument(world, "neither a nor b is dynamic: nothing can move the joint");
     return PERP_OK;
 }
 
 /* ---- making one ---- */
 
-static void pose_of(const perp_world *world, int32_t body, perp__placement *pose)
+static void pose_of(const perp_world *world, const perp__state *state, perp__placement *pose)
 {
-    perp__copy3(pose->position, world->states[body].position);
-    perp__rotation_of(world, &world->states[body], pose->rotation);
+    perp__copy3(pose->position, state->position);
+    perp__rotation_of(world, state, pose->rotation);
 }
 
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
@@ -221,10 +196,8 @@ void perp__view_of_states(const perp_world *world, const perp__joint *joint,
 {
     perp__placement poses[2];
 
-    for (int32_t side = 0; side < 2; side++) {
-        perp__copy3(poses[side].position, states[joint->body[side]].position);
-        perp__rotation_of(world, &states[joint->body[side]], poses[side].rotation);
-    }
+    for (int32_t side = 0; side < 2; side++)
+        pose_of(world, &states[joint->body[side]], &poses[side]);
     perp__view_joint(world, joint, before, poses, view);
 }
 
@@ -267,7 +240,7 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
         const int32_t is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
         perp__placement pose;
 
-        pose_of(world, joint->body[side], &pose);
+        pose_of(world, &world->states[joint->body[side]], &pose);
         perp__subtract3(arm, is_other ? settings->anchor_b : settings->anchor, pose.position);
         perp__apply_transposed3(joint->anchors[side], pose.rotation, arm);
         for (int32_t k = 0; k < 3; k++)
@@ -286,18 +259,17 @@ static perp_status reserve_joint(perp_world *world)
                             (int64_t)world->joint_slots + 1, arrays, 2);
 }
 
-static int32_t take_slot(perp_world *world)
+static int32_t take_slot(perp_world *world, perp__joint *made)
 {
     const int32_t slot = world->free_joint >= 0 ? world->free_joint : world->joint_slots++;
-    perp__joint *joint = &world->joints[slot];
-    const uint32_t generation = slot == world->free_joint ? joint->generation : 1;
+    const int32_t again = slot == world->free_joint;
 
-    if (slot == world->free_joint)
-        world->free_joint = joint->next_free;
-    memset(joint, 0, sizeof *joint);
+    made->generation = again ? world->joints[slot].generation : 1;
+    made->alive = 1;
+    if (again)
+        world->free_joint = world->joints[slot].next_free;
+    world->joints[slot] = *made;
     memset(&world->joint_states[slot], 0, sizeof world->joint_states[slot]);
-    joint->generation = generation;
-    joint->alive = 1;
     return slot;
 }
 
@@ -321,7 +293,7 @@ void perp__rouse_joined(perp_world *world, int32_t body)
         const perp__joint *joint = &world->joints[(link - 1) / 2];
         const int32_t other = joint->body[1 - (link - 1) % 2];
 
-        if (world->bodies[other].kind == PERP_BODY_DYNAMIC)
+        if (perp__is_dynamic(world, other))
             perp__rouse(world, other);
         link = joint->next[(link - 1) % 2];
     }
@@ -330,7 +302,7 @@ void perp__rouse_joined(perp_world *world, int32_t body)
 static void rouse_both(perp_world *world, const perp__joint *joint)
 {
     for (int32_t side = 0; side < 2; side++)
-        if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
+        if (perp__is_dynamic(world, joint->body[side]))
             perp__rouse(world, joint->body[side]);
 }
 
@@ -380,22 +352,16 @@ static perp_status make_joint(perp_world *world, perp_joint *id, perp_body a, pe
     made.collides = settings->collides;
     made.pitch = settings->pitch / 6.28318530717958647692;
     status = check_settings(world, settings);
-    if (status == PERP_OK)
-        status = check_bodies(world, made.body, a, b);
-    if (status == PERP_OK)
-        status = read_axis(world, settings, axis);
+    PERP__THEN(status, check_bodies(world, made.body, a, b));
+    PERP__THEN(status, read_axis(world, settings, axis));
     if (status != PERP_OK)
         return status;
     attach(world, &made, settings, axis);
     status = read_length(world, &made, settings);
-    if (status == PERP_OK)
-        status = reserve_joint(world);
+    PERP__THEN(status, reserve_joint(world));
     if (status != PERP_OK)
         return status;
-    slot = take_slot(world);
-    made.generation = world->joints[slot].generation;
-    made.alive = 1;
-    world->joints[slot] = made;
+    slot = take_slot(world, &made);
     fill_state(&world->joint_states[slot], settings);
     for (int32_t side = 0; side < 2; side++)
         put_on_list(world, slot, side);
@@ -411,11 +377,9 @@ static perp_status add_joint(perp_world *world, perp_joint *joint, perp_body a, 
     perp_joint_settings settings;
     perp_status status = perp__check_pointer(world->context, "joint", joint);
 
-    if (status == PERP_OK)
-        status = perp_joint_settings_init(&settings, sizeof settings);
-    if (status == PERP_OK)
-        status = perp__struct_read(world->context, "settings", &settings, sizeof settings, caller,
-                                   PERP__FIRST(perp_joint_settings));
+    PERP__THEN(status, perp_joint_settings_init(&settings, sizeof settings));
+    PERP__THEN(status, perp__struct_read(world->context, "settings", &settings, sizeof settings,
+                                         caller, PERP__FIRST(perp_joint_settings)));
     return status == PERP_OK ? make_joint(world, joint, a, b, &settings) : status;
 }
 
@@ -448,17 +412,19 @@ void perp__remove_joints(perp_world *world, int32_t body)
         drop_joint(world, (world->bodies[body].first_joint - 1) / 2);
 }
 
-perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
+static perp_status remove_joint(perp_world *world, perp_joint joint)
 {
-    perp_status status = perp__world_enter(world);
     int32_t slot = 0;
+    const perp_status status = find_joint(world, &slot, joint);
 
-    if (status != PERP_OK)
-        return status;
-    status = find_joint(world, &slot, joint);
     if (status == PERP_OK)
         drop_joint(world, slot);
-    return perp__leave(world->context, status);
+    return status;
+}
+
+perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
+{
+    return PERP__CALL(perp__world_enter(world), world->context, remove_joint(world, joint));
 }
 
 /* ---- reading and changing ---- */
@@ -485,8 +451,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
     int32_t slot;
     perp_status status = PERP__CHECK(perp_joint_state, world->context, state);
 
-    if (status == PERP_OK)
-        status = find_joint(world, &slot, id);
+    PERP__THEN(status, find_joint(world, &slot, id));
     if (status != PERP_OK)
         return status;
     joint = &world->joints[slot];
@@ -518,10 +483,8 @@ static perp_status change_laws(perp_world *world, int32_t slot, const perp__join
     const int32_t kind = world->joints[slot].kind;
     perp_status status = check_limits(world, kind, laws->lower, laws->upper);
 
-    if (status == PERP_OK)
-        status = check_motor(world, kind, laws->speed, laws->force);
-    if (status == PERP_OK)
-        status = check_most(world, kind, "friction", laws->friction);
+    PERP__THEN(status, check_motor(world, kind, laws->speed, laws->force));
+    PERP__THEN(status, check_most(world, kind, "friction", laws->friction));
     if (status != PERP_OK)
         return status;
     if (memcmp(&world->joint_states[slot], laws, sizeof *laws) != 0)
@@ -530,63 +493,45 @@ static perp_status change_laws(perp_world *world, int32_t slot, const perp__join
     return PERP_OK;
 }
 
-/* Opens a public call that changes the laws of a joint, which it fills in; close_change() ends it.
- */
-static perp_status open_change(perp_world *world, perp_joint joint, int32_t *slot,
-                               perp__joint_state *laws)
+typedef enum law { LIMITS, MOTOR, FRICTION } law;
+
+static perp_status set_law(perp_world *world, perp_joint joint, law which, double a, double b)
 {
-    perp_status status = perp__world_enter(world);
+    perp__joint_state laws;
+    int32_t slot = 0;
+    perp_status status = find_joint(world, &slot, joint);
 
     if (status != PERP_OK)
         return status;
-    status = find_joint(world, slot, joint);
-    if (status != PERP_OK)
-        return perp__leave(world->context, status);
-    *laws = world->joint_states[*slot];
-    return PERP_OK;
-}
-
-static perp_status close_change(perp_world *world, int32_t slot, const perp__joint_state *laws)
-{
-    return perp__leave(world->context, change_laws(world, slot, laws));
+    laws = world->joint_states[slot];
+    if (which == LIMITS) {
+        laws.lower = a;
+        laws.upper = b;
+    } else if (which == MOTOR) {
+        laws.speed = a;
+        laws.force = b;
+    } else {
+        laws.friction = a;
+    }
+    return change_laws(world, slot, &laws);
 }
 
 perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,
                                         double upper)
 {
-    perp__joint_state laws;
-    int32_t slot = 0;
-    perp_status status = open_change(world, joint, &slot, &laws);
-
-    if (status != PERP_OK)
-        return status;
-    laws.lower = lower;
-    laws.upper = upper;
-    return close_change(world, slot, &laws);
+    return PERP__CALL(perp__world_enter(world), world->context,
+                      set_law(world, joint, LIMITS, lower, upper));
 }
 
 perp_status perp_world_set_joint_motor(perp_world *world, perp_joint joint, double motor_speed,
                                        double motor_force)
 {
-    perp__joint_state laws;
-    int32_t slot = 0;
-    perp_status status = open_change(world, joint, &slot, &laws);
-
-    if (status != PERP_OK)
-        return status;
-    laws.speed = motor_speed;
-    laws.force = motor_force;
-    return close_change(world, slot, &laws);
+    return PERP__CALL(perp__world_enter(world), world->context,
+                      set_law(world, joint, MOTOR, motor_speed, motor_force));
 }
 
 perp_status perp_world_set_joint_friction(perp_world *world, perp_joint joint, double friction)
 {
-    perp__joint_state laws;
-    int32_t slot = 0;
-    perp_status status = open_change(world, joint, &slot, &laws);
-
-    if (status != PERP_OK)
-        return status;
-    laws.friction = friction;
-    return close_change(world, slot, &laws);
+    return PERP__CALL(perp__world_enter(world), world->context,
+                      set_law(world, joint, FRICTION, friction, 0.0));
 }

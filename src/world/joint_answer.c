@@ -7,7 +7,7 @@
 #include "world/joints.h"
 
 /* Impulses of the step on B, and where the coordinate is now. */
-static void read_back(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
+static void read_state(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
 {
     const double *r = joint->impulse;
     perp_joint_state *last = &state->last;
@@ -44,7 +44,7 @@ void perp__keep_joints(perp_world *world)
 
         if (!perp__joint_works(world, i))
             continue;
-        read_back(world, &world->joints[i], &world->joint_states[i]);
+        read_state(world, &world->joints[i], &world->joint_states[i]);
         world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
     }
 }
@@ -60,17 +60,13 @@ int32_t perp__count_joint_rows(const perp_world *world)
 
 /* ---- rest.c ---- */
 
-static int32_t is_dynamic(const perp_world *world, int32_t body)
-{
-    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
-}
-
 void perp__join_calm(perp_world *world)
 {
     for (int32_t i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;
 
-        if (perp__joint_works(world, i) && is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
+        if (perp__joint_works(world, i) && perp__is_dynamic(world, body[0]) &&
+            perp__is_dynamic(world, body[1]))
             perp__join(world->parent, body[0], body[1]);
     }
 }
@@ -81,7 +77,7 @@ void perp__upset_joints(perp_world *world)
         const int32_t *body = world->joints[i].body;
 
         for (int32_t side = 0; side < 2 && perp__joint_works(world, i); side++)
-            if (is_dynamic(world, body[side]) &&
+            if (perp__is_dynamic(world, body[side]) &&
                 (world->joints[i].changed ||
                  (world->bodies[body[1 - side]].awake && !world->motions[body[1 - side]].calm)))
                 world->motions[perp__root_of(world->parent, body[side])].calm = 0;

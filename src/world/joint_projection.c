@@ -76,9 +76,8 @@ static void add_row(perp_world *world, const perp__joint *joint, double row[2][6
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = joint->body[side];
 
-        rows->body[side] = world->bodies[body].kind == PERP_BODY_DYNAMIC
-                               ? world->motions[body].local
-                               : PERP__RIGID_AT_REST;
+        rows->body[side] =
+            perp__is_dynamic(world, body) ? world->motions[body].local : PERP__RIGID_AT_REST;
         perp__coordinates_of(world, row[side], rows->rows[side][0]);
         for (int32_t j = 0; j < world->dof; j++)
             rows->rows[side][0][j] *= sign;

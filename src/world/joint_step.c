@@ -64,7 +64,7 @@ static void pose_on_way(const perp_world *world, int32_t body, double way, perp_
 }
 
 /* M of the end, and the velocity that forces alone would give: I1 w = I0 w0 + h torque. */
-static void carry_mass(perp_world *world, int32_t body, double h)
+static void turn_mass(perp_world *world, int32_t body, double h)
 {
     const perp__body *of = &world->bodies[body];
     perp__motion *motion = &world->motions[body];
@@ -110,12 +110,12 @@ static void place_joint(perp_world *world, perp__joint *joint, double h, perp__j
     perp__view_joint(world, joint, before, poses, end);
 }
 
-static void place(perp_world *world, const perp__island *island, double h)
+static void place_joints(perp_world *world, const perp__island *island, double h)
 {
     perp__joint_view end;
 
     for (int32_t i = 0; i < island->bodies; i++)
-        carry_mass(world, world->body_order[island->first_body + i], h);
+        turn_mass(world, world->body_order[island->first_body + i], h);
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
 
@@ -200,7 +200,7 @@ static double response(const perp_world *world, const perp__joint *joint)
     for (int32_t side = 0; side < 2; side++) {
         double row[6], norm;
 
-        if (world->bodies[joint->body[side]].kind != PERP_BODY_DYNAMIC)
+        if (!perp__is_dynamic(world, joint->body[side]))
             continue;
         perp__coordinates_of(world, joint->middle.rows[PERP__JOINT_ROWS][side], row);
         norm = perp__row_norm(world, joint->body[side], row);
@@ -358,7 +358,7 @@ int32_t perp__limits_last(const perp_world *world)
 }
 
 /* The largest velocity of a body beside its terms. */
-static double restlessness(const perp_world *world, const perp__island *island)
+static double remaining_motion(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
     double largest = 0.0;
@@ -404,10 +404,10 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
 
     if (island->joints == 0 || work->carriers > 0)
         return PERP_OK;
-    left = restlessness(world, island);
+    left = remaining_motion(world, island);
     if (left > ROUNDING && left <= STILL && work->inequalities == 0) {
         status = refine(world, island, &refined, problem);
-        left = restlessness(world, island);
+        left = remaining_motion(world, island);
     }
     if (status == PERP_OK && left <= ROUNDING)
         memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof *work->v);
@@ -417,8 +417,8 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
 /* ---- the rounds of a step ---- */
 
 /* Whether the coordinate goes towards a limit, but for rounding. */
-static int32_t comes(const perp_world *world, const perp__joint *joint, double row[2][6],
-                     double sign)
+static int32_t approaches(const perp_world *world, const perp__joint *joint, double row[2][6],
+                          double sign)
 {
     double rate = 0.0, terms = 0.0;
 
@@ -461,7 +461,7 @@ static void begin(perp_world *world, const perp__island *island, const perp__ver
 
             joint->gap[which] = gap > rounding ? gap : 0.0;
             joint->came[which] =
-                comes(world, joint, view.rows[PERP__JOINT_ROWS], which == 0 ? 1.0 : -1.0);
+                approaches(world, joint, view.rows[PERP__JOINT_ROWS], which == 0 ? 1.0 : -1.0);
             joint->reached[which] = gap <= rounding;
         }
     }
@@ -492,7 +492,7 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
 }
 
 /* Takes the motion that was found for the next trial; returns by how much it differs. */
-static double take_motion(perp_world *world, const perp__island *island, double h)
+static double update_trial(perp_world *world, const perp__island *island, double h)
 {
     double change = 0.0;
 
@@ -511,7 +511,7 @@ static double take_motion(perp_world *world, const perp__island *island, double 
     return change;
 }
 
-static void stay(perp_world *world, const perp__island *island)
+static void stop_trial(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
@@ -533,12 +533,12 @@ perp_status perp__solve_jointed(perp_world *world, const perp__island *island, d
     for (round = 1;; round++) {
         memset(verdict, 0, sizeof *verdict);
         verdict->jointed = 1;
-        place(world, island, h);
+        place_joints(world, island, h);
         status = perp__follow_island(world, island, h, verdict);
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || coarse)
             return status;
         before = change;
-        change = take_motion(world, island, h);
+        change = update_trial(world, island, h);
         came = reach_limits(world, island, h);
         if (verdict->impacts > 0 && came == 0)
             return status;
@@ -548,6 +548,6 @@ perp_status perp__solve_jointed(perp_world *world, const perp__island *island, d
             return status;
         coarse = came == 0 && round > 2 && !(change < before) && change > sqrt(SETTLED);
         if (coarse)
-            stay(world, island);
+            stop_trial(world, island);
     }
 }

@@ -3,7 +3,7 @@
 #ifndef PERP_WORLD_JOINTS_H
 #define PERP_WORLD_JOINTS_H
 
-#include "world/world.h"
+#include "world/step.h"
 
 /* joint.c */
 /* Whether a joint keeps two bodies from touching each other. */

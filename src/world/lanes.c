@@ -24,7 +24,6 @@ static perp_status create_lane(perp_world *world, perp__lane *lane)
 {
     perp__tasks_context(world->tasks, &lane->context);
     lane->share.context = lane->world.context = &lane->context;
-    perp__arena_init(&lane->world.island_arena, &lane->context);
     perp__coloured_init(&lane->world.coloured, &lane->context);
     return perp__rigid_create(&lane->context, &lane->world.solver);
 }

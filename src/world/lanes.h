@@ -3,7 +3,7 @@
 #define PERP_WORLD_LANES_H
 
 #include "base/tasks.h"
-#include "world/world.h"
+#include "world/step.h"
 
 /* A range of pairs or bodies, and what comes of it. */
 typedef struct perp__share {

@@ -4,7 +4,7 @@
  * tile's side is no wall where the next tile stands before it. Bodies that turn sink into their
  * neighbours by terms of second order, so that a corner can come to lie beside such a face; then
  * the next axis whose face lies open is the normal. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include "linalg/spatial.h"
 
@@ -30,7 +30,7 @@
 static double rounding_of(const perp_world *world, int32_t shape)
 {
     const double *x = world->placed[shape].position;
-    double largest = fmax(fabs(x[0]), fmax(fabs(x[1]), fabs(x[2])));
+    double largest = perp__largest3(x);
 
     return GAP_ROUNDING *
            (largest + world->shapes[shape].radius + fabs(world->shapes[shape].geometry.offset));
@@ -50,7 +50,8 @@ double perp__pair_size(const perp_world *world, const perp__pair *pair)
 /* The thickness of the thinner shape; 0 for points before half-spaces. */
 static double size_of(const perp_world *world, const perp__pair *pair)
 {
-    double size = fmin(world->shapes[pair->first].thickness, world->shapes[pair->second].thickness);
+    double size =
+        perp__lesser(world->shapes[pair->first].thickness, world->shapes[pair->second].thickness);
 
     return isfinite(size) ? size : 0.0;
 }
@@ -86,7 +87,7 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
 }
 
 /* A ball in its body's centre does not. */
-static int32_t turns(const perp__shape *shape)
+static int32_t rotates(const perp__shape *shape)
 {
     return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
 }
@@ -96,7 +97,7 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
 {
     const perp__shape *at = &world->shapes[shape];
     const perp__motion *motion = &world->motions[at->body];
-    const int32_t turning = turns(at);
+    const int32_t turning = rotates(at);
     perp__moving moving;
 
     moving.start = &world->placed[shape];
@@ -167,7 +168,7 @@ static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
     double probes[PERP__MAX_PROBES][3];
     int32_t faces;
 
-    if (world->bodies[world->shapes[shape].body].kind != PERP_BODY_DYNAMIC &&
+    if (!perp__is_dynamic(world, world->shapes[shape].body) &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
     faces = perp__probe_faces(at, world->settings.planar, position, normal, rim, doubtful ? 1 : 2,
@@ -321,6 +322,7 @@ static int32_t touch_plainly(const perp_world *world, perp__pair *pair, const pe
 
     if (perp__touch_plainly(a, b, planar, near, &pair->meeting))
         return 1;
+    pair->plain = 0;
     wide.touching = far;
     return far > near->touching && (round || perp__relative_way(a, b) <= far) &&
            pressed_along(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
@@ -369,12 +371,14 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     const double sizes = perp__pair_size(world, pair);
 
     pair->meeting.lead = 0.0;
-    if (!perp__are_near(world, pair, fmax(near.touching, PERP__NEAR * sizes)))
+    pair->plain = 1;
+    if (!perp__are_near(world, pair, perp__greater(near.touching, PERP__NEAR * sizes)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        const double due = fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching);
+        const double due =
+            perp__greater(perp__lesser(PERP__NEAR * sizes, 2.0 * way), near.touching);
 
-        made = perp__collide(a.start, b.start, planar, fmax(far, due), points);
+        made = perp__collide(a.start, b.start, planar, perp__greater(far, due), points);
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
                 return made;
@@ -391,7 +395,8 @@ static double turning_of(const perp_world *world, const perp__shape *shape, doub
 {
     const double *spin = world->motions[shape->body].moving + 3;
 
-    return turns(shape) ? h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * shape->reach : 0.0;
+    return rotates(shape) ? h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * shape->reach
+                          : 0.0;
 }
 
 /* Whether the plane that was found between the two before does for this motion too. */

@@ -1,6 +1,8 @@
 /* What a step's contacts leave to those of the next: impulses, known by pair and feature, in the
- * order of the pairs. Those of pairs that sleep are kept with them (rest.c). */
-#include "world/world.h"
+ * order of the pairs. Those of pairs that sleep are kept with them (rest.c). And the points
+ * themselves, to the last bit, where two bodies ended the step as they began it, and so did what is
+ * near them and might cover what they meet with. */
+#include "world/contact_rows.h"
 
 #include <string.h>
 
@@ -47,6 +49,66 @@ void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_c
             return;
         }
 }
+
+/* ---- points that are those of the last step ---- */
+
+void perp__note_settled(perp_world *world)
+{
+    for (int32_t i = 0; i < world->awake_count && world->settled > 0; i++)
+        world->motions[world->awake[i]].calm = world->motions[world->awake[i]].repeats;
+    for (int32_t i = 0; i < world->pair_count && world->settled > 0; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+        perp__motion *a = &world->motions[world->shapes[pair->first].body];
+        perp__motion *b = &world->motions[world->shapes[pair->second].body];
+
+        a->calm = a->calm && b->repeats;
+        b->calm = b->calm && a->repeats;
+    }
+}
+
+/* Whether the body is what it was, and what may cover its shapes: what is near one that never moves
+ * is asked for bodies of many shapes only. */
+static int32_t is_settled(const perp_world *world, int32_t body, int32_t other)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    return motion->repeats &&
+           (perp__is_dynamic(world, body) ? motion->calm : world->bodies[other].shapes < 2);
+}
+
+int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
+{
+    const int32_t a = world->shapes[pair->first].body, b = world->shapes[pair->second].body;
+
+    return world->settled > 0 && pair->steps == world->coasting &&
+           (pair->plain || !pair->changed) && is_settled(world, a, b) && is_settled(world, b, a);
+}
+
+void perp__repeat_point(const perp_world *world, const perp__pair *pair, int32_t k,
+                        perp__point *point)
+{
+    const perp__world_contact *last = &world->last.contacts[pair->first_last + k];
+
+    perp__copy3(point->position, last->position);
+    perp__copy3(point->normal, last->axes[0]);
+    point->gap = last->gap;
+    point->feature = (int32_t)last->feature;
+}
+
+void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k,
+                          perp__world_contact *contact)
+{
+    *contact = world->last.contacts[pair->first_last + k];
+    contact->mode = contact->included = contact->fresh = 0;
+    memset(contact->warm, 0, sizeof contact->warm);
+    memset(contact->next, 0, sizeof contact->next);
+    memset(contact->impulse, 0, sizeof contact->impulse);
+    perp__copy3(contact->velocity, contact->free);
+    perp__recall(world, pair, contact);
+    perp__copy3(contact->remembered, contact->warm);
+}
+
+/* ---- memories ---- */
 
 /* The pair of two shapes, among the ordered; NULL if there is none. */
 static perp__pair *find_pair(const perp_world *world, int32_t first, int32_t second)
@@ -140,6 +202,8 @@ void perp__remember(perp_world *world)
         pair->first_memory = count;
         for (; next < early && key_of(&contacts[next]) < key; next++)
             forget(world, &contacts[next]);
+        pair->first_last = next;
+        pair->steps = world->coasting;
         for (; next < early && key_of(&contacts[next]) == key; next++)
             perp__write_memory(&contacts[next], &memories[count++]);
         for (int32_t k = pair->late; k >= 0; k = contacts[k].later)

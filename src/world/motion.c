@@ -1,6 +1,6 @@
 /* Bodies at the start of a step: where they are turned, how hard they are to move, and the
  * velocities that forces alone would give them. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <string.h>
 
@@ -26,32 +26,34 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
     R[8] = 1.0;
 }
 
-static void place_shape(perp_world *world, const perp__state *states, int32_t i)
+void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
+                       perp__placed *placed)
 {
-    const perp__shape *shape = &world->shapes[i];
-    const double *R = world->motions[shape->body].rotation;
-    perp__placed *placed = &world->placed[i];
     double offset[3];
 
     placed->geometry = &shape->geometry;
     perp__apply3(offset, R, shape->offset);
-    perp__copy3(placed->position, states[shape->body].position);
+    perp__copy3(placed->position, position);
     perp__add3(placed->position, 1.0, offset);
     perp__multiply3(placed->rotation, R, shape->rotation);
 }
 
 void perp__place_body(perp_world *world, const perp__state *states, int32_t body)
 {
-    perp__rotation_of(world, &states[body], world->motions[body].rotation);
+    double *R = world->motions[body].rotation;
+
+    perp__rotation_of(world, &states[body], R);
     for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
          shape = world->shapes[shape].next_of_body)
-        place_shape(world, states, shape);
+        perp__place_shape(&world->shapes[shape], states[body].position, R, &world->placed[shape]);
 }
 
 void perp__place(perp_world *world, const perp__state *states)
 {
-    for (int32_t i = 0; i < world->awake_count; i++)
+    for (int32_t i = 0; i < world->awake_count; i++) {
         perp__place_body(world, states, world->awake[i]);
+        world->motions[world->awake[i]].placed = 0;
+    }
 }
 
 /* x = A^-1 b by Cramer's rule; returns 0 where A is singular. */
@@ -132,7 +134,25 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
     }
 }
 
-/* v_f = v + h (gravity + force / m); w_f from Euler's equations with the frame frozen. */
+/* v_f = v + h (gravity + force / m); of a ball also w_f. */
+void perp__push_freely(const perp_world *world, int32_t i, double h, double *free)
+{
+    const perp__body *body = &world->bodies[i];
+    const perp__state *state = &world->states[i];
+    double change[3] = {0.0, 0.0, 0.0};
+
+    for (int32_t k = 0; k < 3; k++)
+        free[k] = state->velocity[k] +
+                  h * (world->settings.gravity[k] + body->inverse_mass * state->force[k]);
+    if (!body->spherical)
+        return;
+    if (!perp__is_zero3(state->torque))
+        perp__apply3(change, body->inverse_inertia, state->torque);
+    perp__copy3(free + 3, state->angular_velocity);
+    perp__add3(free + 3, h, change);
+}
+
+/* With w_f from Euler's equations with the frame frozen. */
 static void free_velocity(perp_world *world, int32_t i, double h)
 {
     const perp__body *body = &world->bodies[i];
@@ -140,19 +160,22 @@ static void free_velocity(perp_world *world, int32_t i, double h)
     perp__motion *motion = &world->motions[i];
     double w[3], w_next[3], torque[3];
 
-    for (int32_t k = 0; k < 3; k++)
-        motion->free[k] = state->velocity[k] +
-                          h * (world->settings.gravity[k] + body->inverse_mass * state->force[k]);
-    if (body->spherical) {
-        perp__apply3(w_next, body->inverse_inertia, state->torque);
-        perp__copy3(motion->free + 3, state->angular_velocity);
-        perp__add3(motion->free + 3, h, w_next);
+    perp__push_freely(world, i, h, motion->free);
+    if (body->spherical)
         return;
-    }
     perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
     perp__apply_transposed3(torque, motion->rotation, state->torque);
     perp__euler_step(body, h, w, torque, w_next);
     perp__apply3(motion->free + 3, motion->rotation, w_next);
+}
+
+void perp__keep_placed(perp_world *world, int32_t body)
+{
+    perp__motion *motion = &world->motions[body];
+
+    if (motion->placed != world->coasting)
+        perp__place_body(world, world->states, body);
+    motion->placed = world->coasting;
 }
 
 int32_t perp__start_motion(perp_world *world, int32_t body, double h)
@@ -160,11 +183,11 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     const perp__state *state = &world->states[body];
     perp__motion *motion = &world->motions[body];
 
-    perp__place_body(world, world->states, body);
+    perp__keep_placed(world, body);
     perp__copy3(motion->start, state->velocity);
     perp__copy3(motion->start + 3, state->angular_velocity);
     memcpy(motion->free, motion->start, sizeof motion->free);
-    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+    if (perp__is_dynamic(world, body))
         free_velocity(world, body, h);
     for (int32_t k = 0; k < 6; k++)
         motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
@@ -175,5 +198,5 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     motion->earliest = motion->spare = INFINITY;
     motion->island = -1;
     memset(&motion->verdict, 0, sizeof motion->verdict);
-    return perp__all_finite(motion->free, 6);
+    return perp__is_finite3(motion->free) && perp__is_finite3(motion->free + 3);
 }

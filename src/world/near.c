@@ -4,7 +4,7 @@
  *
  * With v the velocity at the end of the step, m that which moves positions, and both changed by the
  * same d: a gap ends as gap + h J (m + d), so that b_n = gap / h + J m - J v as v + d sees it. */
-#include "world/world.h"
+#include "world/contact_rows.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,11 +14,9 @@
 #define PASSES 8
 
 /* The number left for a dynamic body, of contacts that lead on from it. */
-static int8_t *left_for(perp_world *world, int32_t body)
+static int8_t *steps_left(perp_world *world, int32_t body)
 {
-    return world->bodies[body].kind == PERP_BODY_DYNAMIC
-               ? &world->work.near[world->motions[body].local]
-               : NULL;
+    return perp__is_dynamic(world, body) ? &world->work.near[world->motions[body].local] : NULL;
 }
 
 /* Marks contacts that are near a fresh one in work.hit, and bodies of these in work.near. */
@@ -30,7 +28,7 @@ static void find_near(perp_world *world, const perp__island *island)
     for (int32_t round = 0; round <= NEIGHBOURS; round++)
         for (int32_t i = 0; i < island->contacts; i++) {
             const perp__world_contact *contact = perp__step_contact(world, island, i);
-            int8_t *a = left_for(world, contact->body_a), *b = left_for(world, contact->body_b);
+            int8_t *a = steps_left(world, contact->body_a), *b = steps_left(world, contact->body_b);
             int8_t most = contact->fresh ? NEIGHBOURS + 1 : 0;
 
             most = a && *a > most ? *a : most;
@@ -45,7 +43,7 @@ static void find_near(perp_world *world, const perp__island *island)
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         for (int32_t side = 0; side < 2 && work->hit[i]; side++) {
-            int8_t *left = left_for(world, side == 0 ? contact->body_a : contact->body_b);
+            int8_t *left = steps_left(world, side == 0 ? contact->body_a : contact->body_b);
 
             if (left)
                 *left = NEIGHBOURS + 1;
@@ -100,7 +98,7 @@ static perp_status sweep(perp_world *world, const perp__island *part, double h)
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__substeps step;
+    perp__passes step;
     perp_status status;
 
     perp__gather_bodies(world, part);
@@ -111,7 +109,6 @@ static perp_status sweep(perp_world *world, const perp__island *part, double h)
     memset(&step, 0, sizeof step);
     step.h = h;
     step.passes = PASSES;
-    step.start = work->free;
     step.pushed = 1;
     status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
     if (status != PERP_OK)

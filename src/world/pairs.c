@@ -12,8 +12,8 @@
 #include <string.h>
 
 #include "base/grow.h"
-#include "base/check.h"
 #include "base/context.h"
+#include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
 
 enum { NONE = -1 };
@@ -30,6 +30,9 @@ enum { NONE = -1 };
 
 /* Extents grow by a few roundings, so that shapes that exactly touch are found. */
 #define ROUNDING (8.0 * PERP__EPSILON)
+
+/* Bodies between one that is asked of memory and that at hand. */
+#define FETCHED 6
 
 /* ---- lists: a link is twice the pair's number, plus the side on which the shape is ---- */
 
@@ -79,6 +82,8 @@ static void orphan_kept(perp_world *world, perp__pair *pair)
 static void drop_pair(perp_world *world, int32_t number)
 {
     orphan_kept(world, &world->pairs[number]);
+    perp__unsettle(world, world->shapes[world->pairs[number].first].body);
+    perp__unsettle(world, world->shapes[world->pairs[number].second].body);
     take_off_list(world, 2 * number);
     take_off_list(world, 2 * number + 1);
     world->pairs[number].first = NONE;
@@ -157,6 +162,8 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     world->pairs[number].spare = INFINITY;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
+    perp__unsettle(world, world->shapes[a].body);
+    perp__unsettle(world, world->shapes[b].body);
     perp__stop_coasting(world, world->shapes[a].body);
     perp__stop_coasting(world, world->shapes[b].body);
     rouse_sleeper(world, world->shapes[a].body);
@@ -320,7 +327,7 @@ static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, doub
     double excess = 0.0;
 
     for (int32_t k = 0; k < 3; k++)
-        excess = fmax(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
+        excess = perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
     return excess > TOO_FAT * 2.0 * space;
 }
 
@@ -331,24 +338,34 @@ static perp_status check(const perp_world *world, int32_t body, int32_t is_finit
                                   "the step takes body %d beyond the range of numbers", (int)body);
 }
 
+static double space_of(const perp__shape *shape, double speed)
+{
+    return SPACE * shape->radius + 0.5 * speed;
+}
+
+static int32_t is_held(const perp_world *world, int32_t i, const perp__bounds *box, double space)
+{
+    return world->shapes[i].leaf != NONE && perp__bounds_contain(fat_box(world, i), box) &&
+           (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space));
+}
+
 /* Makes the shape's fat box hold `box`; `ahead`: where it will be in a few steps, so as not to come
  * again in each. */
 static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed,
                         const double *ahead)
 {
     perp__shape *shape = &world->shapes[i];
-    const double space = SPACE * shape->radius + 0.5 * speed;
+    const double space = space_of(shape, speed);
     perp__bounds fat;
     perp_status status;
 
-    if (shape->leaf != NONE && perp__bounds_contain(fat_box(world, i), box) &&
-        (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space)))
+    if (is_held(world, i, box, space))
         return PERP_OK;
     for (int32_t k = 0; k < 3; k++) {
         fat.low[k] = box->low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
         fat.high[k] = box->high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
     }
-    if (!perp__all_finite(fat.low, 3) || !perp__all_finite(fat.high, 3))
+    if (!perp__is_finite3(fat.low) || !perp__is_finite3(fat.high))
         return check(world, shape->body, 0);
     if (shape->leaf != NONE)
         perp__tree_remove(&world->tree, shape->leaf);
@@ -362,21 +379,21 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
 }
 
 /* Lets the box hold what the body's motion does to the shape; returns how far that takes it. */
-static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *box, double *ahead)
+static double sweep(const perp__shape *shape, const double *moving, double h, perp__bounds *box,
+                    double *ahead)
 {
-    const double radius = world->shapes[i].radius;
-    const perp__motion *motion = &world->motions[world->shapes[i].body];
-    const double arm = perp__length3(world->shapes[i].offset) + radius;
-    const double turn = fmin(h * perp__length3(motion->moving + 3), 2.0) * arm;
+    const double radius = shape->radius;
+    const double arm = perp__length3(shape->offset) + radius;
+    const double turn = perp__lesser(h * perp__length3(moving + 3), 2.0) * arm;
 
     for (int32_t k = 0; k < 3; k++) {
-        const double way = h * motion->moving[k];
+        const double way = h * moving[k];
 
         box->low[k] += (way < 0.0 ? way : 0.0) - turn;
         box->high[k] += (way > 0.0 ? way : 0.0) + turn;
-        ahead[k] = fmin(fmax(AHEAD * way, -FARTHEST * radius), FARTHEST * radius);
+        ahead[k] = perp__lesser(perp__greater(AHEAD * way, -FARTHEST * radius), FARTHEST * radius);
     }
-    return fmin(h * perp__length3(motion->moving), radius) + turn;
+    return perp__lesser(h * perp__length3(moving), radius) + turn;
 }
 
 /* Half-spaces that came or moved make their pairs anew. */
@@ -409,10 +426,33 @@ static perp_status cover(perp_world *world, int32_t body, double h, double more)
             continue;
         perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
-            way = sweep(world, shape, h, &box, ahead);
+            way = sweep(&world->shapes[shape], world->motions[body].moving, h, &box, ahead);
         status = hold(world, shape, &box, way, ahead);
     }
     return status;
+}
+
+int32_t perp__stays_covered(const perp_world *world, int32_t body, const double *moving, double h)
+{
+    const perp__state *state = &world->states[body];
+    double R[9];
+
+    perp__rotation_of(world, state, R);
+    for (int32_t i = world->bodies[body].first_shape; i != NONE;
+         i = world->shapes[i].next_of_body) {
+        const perp__shape *shape = &world->shapes[i];
+        double ahead[3];
+        perp__placed placed;
+        perp__bounds box;
+
+        if (shape->leaf == NONE)
+            return 0;
+        perp__place_shape(shape, state->position, R, &placed);
+        perp__extent_of(&placed, 0.0, &box);
+        if (!is_held(world, i, &box, space_of(shape, sweep(shape, moving, h, &box, ahead))))
+            return 0;
+    }
+    return 1;
 }
 
 /* Half-spaces in place, before boxes are held against them. */
@@ -420,19 +460,58 @@ static perp_status place_planes(perp_world *world)
 {
     for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
         if (world->bodies[world->shapes[i].body].awake)
-            perp__place_body(world, world->states, world->shapes[i].body);
+            perp__keep_placed(world, world->shapes[i].body);
     return look_at_planes(world);
+}
+
+/* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
+PERP__KERNEL static void fetch(const void *from, size_t bytes)
+{
+#ifdef __GNUC__
+    for (size_t at = 0; at < bytes; at += 64)
+        __builtin_prefetch((const char *)from + at, 1);
+#else
+    (void)from;
+    (void)bytes;
+#endif
+}
+
+/* Bodies to come: their numbers first, then their shapes, which these tell. */
+PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
+{
+    if (i + FETCHED < world->awake_count) {
+        const int32_t body = world->awake[i + FETCHED];
+
+        fetch(&world->bodies[body], offsetof(perp__body, mass));
+        fetch(&world->states[body], sizeof *world->states);
+        fetch(&world->next[body], sizeof *world->next);
+        fetch(&world->motions[body], offsetof(perp__motion, verdict));
+    }
+    if (i + FETCHED / 2 < world->awake_count) {
+        const int32_t body = world->awake[i + FETCHED / 2];
+        const int32_t shape = world->bodies[body].first_shape;
+
+        fetch(&world->shapes[shape < 0 ? 0 : shape], sizeof *world->shapes);
+        if (world->motions[body].coasts + 1 == world->coasting)
+            return; /* likely to go on so */
+        fetch(&world->bodies[body].mass,
+              offsetof(perp__body, given_mass) - offsetof(perp__body, mass));
+        fetch(&world->motions[body].verdict,
+              offsetof(perp__motion, trial) - offsetof(perp__motion, verdict));
+        fetch(&world->placed[shape < 0 ? 0 : shape], sizeof *world->placed);
+    }
 }
 
 /* All of a body while it is at hand: what is awake may be more than a cache holds. */
 static perp_status start(perp_world *world, int32_t body, double h)
 {
-    perp_status status = check(world, body, perp__start_motion(world, body, h));
+    perp_status status;
 
-    if (status == PERP_OK)
-        status = cover(world, body, h, 0.0);
-    if (status == PERP_OK)
-        status = check(world, body, perp__coast(world, body, h));
+    if (perp__glide(world, body, h))
+        return PERP_OK;
+    status = check(world, body, perp__start_motion(world, body, h));
+    PERP__THEN(status, cover(world, body, h, 0.0));
+    PERP__THEN(status, check(world, body, perp__coast(world, body, h)));
     if (world->motions[body].coasts != world->coasting)
         world->lively[world->lively_count++] = body;
     return status;
@@ -443,8 +522,10 @@ perp_status perp__cover_motions(perp_world *world, double h)
     perp_status status = place_planes(world);
 
     world->lively_count = 0;
-    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
+    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
+        fetch_ahead(world, i);
         status = start(world, world->awake[i], h);
+    }
     order_pairs(world);
     return status;
 }

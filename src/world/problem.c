@@ -2,6 +2,7 @@
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
 #include "world/joints.h"
+#include "world/contact_rows.h"
 
 #include <string.h>
 
@@ -25,11 +26,15 @@ static void lay_out(perp__arena *arena, void *object)
                   &work->solved_rows);
     PERP__DOUBLES(arena, contacts, &work->gap, &work->guard);
     work->strength = perp__arena_take(arena, bodies, sizeof(double));
+    work->weight = perp__arena_take(arena, contacts, sizeof(double));
+    work->stiffness = perp__arena_take(
+        arena, (bodies + 2 * contacts) * (size_t)(world->dof * world->dof), sizeof(double));
+    work->couple = perp__arena_take(arena, 2 * contacts, sizeof *work->couple);
+    work->forces = perp__arena_take(arena, 7 * bodies, sizeof(double));
     work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->near = perp__arena_take(arena, bodies, sizeof(int8_t));
     work->part = perp__arena_take(arena, contacts, sizeof *work->part);
-    work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
 }
 
 /* Room for the largest island. Bodies: twice those of its contacts at most count as carriers. */
@@ -47,7 +52,8 @@ perp_status perp__fit_island_work(perp_world *world)
     }
     sizes[0] = (size_t)work->max_contacts;
     sizes[1] = (size_t)work->max_bodies;
-    return perp__arena_fit_sizes(&world->island_arena, lay_out, world, work->fitted, sizes, 2);
+    return perp__arena_fit_sizes(&world->island_arena, world->context, lay_out, world, work->fitted,
+                                 sizes, 2);
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
@@ -106,9 +112,10 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     perp__motion *motion = &world->motions[body];
     perp__island_work *work = &world->work;
 
-    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+    if (perp__is_dynamic(world, body))
         return motion->local;
-    if (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3))
+    if (world->bodies[body].kind == PERP_BODY_STATIC ||
+        (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3)))
         return PERP__RIGID_AT_REST;
     if (motion->carrier < 0) {
         const int32_t number = island->bodies + work->carriers++;
@@ -127,11 +134,18 @@ void perp__forget_number(perp_world *world, int32_t body)
         world->motions[body].carrier = -1;
 }
 
+static int32_t touches_carrier(const perp_world *world, const perp__world_contact *contact)
+{
+    return world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
+           world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC;
+}
+
 /* Bodies and carriers of the island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
+    int32_t touched = 0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -154,16 +168,21 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        perp__forget_number(world, contact->body_a);
-        perp__forget_number(world, contact->body_b);
+        if (touches_carrier(world, contact)) {
+            perp__forget_number(world, contact->body_a);
+            perp__forget_number(world, contact->body_b);
+            touched = 1;
+        }
     }
     perp__number_joint_bodies(world, island, 1);
     perp__number_joint_bodies(world, island, 0);
-    for (int32_t i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts && touched; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        perp__number_of(world, island, contact->body_a);
-        perp__number_of(world, island, contact->body_b);
+        if (touches_carrier(world, contact)) {
+            perp__number_of(world, island, contact->body_a);
+            perp__number_of(world, island, contact->body_b);
+        }
     }
 }
 
@@ -172,6 +191,10 @@ static void write_row(const perp_world *world, const perp__world_contact *contac
 {
     double twist[6];
 
+    if (world->dof == 6) {
+        perp__contact_row(contact, side, k, row);
+        return;
+    }
     perp__contact_row(contact, side, k, twist);
     perp__coordinates_of(world, twist, row);
 }
@@ -189,10 +212,12 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 
         if (leaves_out && leaves_out[i])
             continue;
-        memset(rows, 0, sizeof *rows);
         rows->body[0] = perp__number_of(world, island, contact->body_a);
         rows->body[1] = perp__number_of(world, island, contact->body_b);
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
+        rows->reserved = 0;
+        memset(rows->bias, 0, sizeof rows->bias);
+        memset(rows->compliance, 0, sizeof rows->compliance);
         rows->mu = contact->friction;
         for (int32_t side = 0; side < 2; side++)
             for (int32_t k = 0; k < rows->dim && rows->body[side] >= 0; k++)
@@ -283,7 +308,8 @@ void perp__write_velocities(perp_world *world, const perp__island *island)
         perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         const perp__rigid_rows *rows = &work->rows[i];
 
-        perp__relative_velocity(world, contact, PERP__TWIST_AFTER, contact->velocity);
+        if (rows->dim < 3 || !perp__is_zero3(work->velocity + 3 * i))
+            perp__relative_velocity(world, contact, PERP__TWIST_AFTER, contact->velocity);
         for (int32_t k = 0; k < rows->dim; k++)
             if (work->velocity[3 * i + k] == 0.0)
                 contact->velocity[k] = 0.0 - rows->bias[k];

@@ -8,6 +8,7 @@
  * instead; and where no short way exists (a body wedged between walls that overlap) the island
  * stays as it is. Contacts that rest with a gap of rounding are left alone, to the last bit. */
 #include "world/joints.h"
+#include "world/contact_rows.h"
 
 #include <math.h>
 #include <string.h>
@@ -27,19 +28,14 @@
 #define LONGEST_WAY 8.0
 
 /* What sweeps move they take out of overlaps as well. */
-static int32_t is_swept(const perp_world *world, const perp__world_contact *contact)
+static int32_t is_swept(const perp_world *world, int32_t body_a, int32_t body_b)
 {
-    return world->motions[contact->body_a].verdict.swept ||
-           world->motions[contact->body_b].verdict.swept;
+    return world->motions[body_a].verdict.swept || world->motions[body_b].verdict.swept;
 }
 
-static double overlap_of(const perp_world *world, const perp__world_contact *contact)
+static double allowed(double size, double rounding)
 {
-    double allowed = fmax(OVERLAP_TOLERANCE * contact->size, contact->rounding);
-
-    if (is_swept(world, contact))
-        return 0.0;
-    return contact->gap < -allowed ? -contact->gap : 0.0;
+    return fmax(OVERLAP_TOLERANCE * size, rounding);
 }
 
 /* The deepest overlap of the next states, of a range of pairs. */
@@ -51,20 +47,18 @@ static void find_deepest(perp_world *world, perp__share *share, double h)
     share->largest = 0.0;
     for (int32_t i = share->first; i < share->end; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__world_contact contact;
+        double least;
         int32_t made = 0;
 
-        contact.body_a = world->shapes[pair->first].body;
-        contact.body_b = world->shapes[pair->second].body;
-        if (!is_swept(world, &contact) && perp__are_near(world, pair, 0.0))
-            made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
-                                 world->settings.planar, 0.0, points);
-        for (int32_t k = 0; k < made; k++) {
-            contact.gap = points[k].gap;
-            contact.rounding = perp__pair_rounding(world, pair);
-            contact.size = perp__pair_size(world, pair);
-            share->largest = fmax(share->largest, overlap_of(world, &contact));
-        }
+        if (is_swept(world, world->shapes[pair->first].body, world->shapes[pair->second].body) ||
+            !perp__are_near(world, pair, 0.0))
+            continue;
+        least = -allowed(perp__pair_size(world, pair), perp__pair_rounding(world, pair));
+        made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                             world->settings.planar, least, points);
+        for (int32_t k = 0; k < made; k++)
+            if (points[k].gap < least)
+                perp__raise_to(&share->largest, -points[k].gap);
     }
 }
 
@@ -83,9 +77,14 @@ static double deepest(perp_world *world)
 
 static int32_t overlaps(const perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < island->contacts; i++)
-        if (overlap_of(world, perp__island_contact(world, &world->overlaps, island, i)) > 0.0)
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact =
+            perp__island_contact(world, &world->overlaps, island, i);
+
+        if (!is_swept(world, contact->body_a, contact->body_b) &&
+            contact->gap < -allowed(contact->size, contact->rounding))
             return 1;
+    }
     return 0;
 }
 
@@ -115,15 +114,17 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
-/* Mass 1, and the inertia of a sphere of the body's size. */
+/* Mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body without
+ * shapes. */
 static void weigh_equally(const perp_world *world, int32_t body, double *C)
 {
     const double r = world->bodies[body].radius;
     const int32_t n = world->dof;
 
-    memset(C, 0, (size_t)(n * n) * sizeof *C);
-    for (int32_t i = 0; i < n; i++)
-        C[(n + 1) * i] = world->coordinate[i] < 3 ? 1.0 : r > 0.0 ? sqrt(2.5) / r : 0.0;
+    for (int32_t i = 0; i < n * n; i++)
+        C[i] *= r > 0.0 ? 0.0 : sqrt(world->bodies[body].mass);
+    for (int32_t i = 0; r > 0.0 && i < n; i++)
+        C[(n + 1) * i] = world->coordinate[i] < 3 ? 1.0 : sqrt(2.5) / r;
 }
 
 /* The rows of the island's overlaps, bodies at rest. */
@@ -153,9 +154,8 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
         for (k = 0; k < 2; k++) {
             const int32_t body = k == 0 ? contact->body_a : contact->body_b;
 
-            rows->body[k] = world->bodies[body].kind == PERP_BODY_DYNAMIC
-                                ? world->motions[body].local
-                                : PERP__RIGID_AT_REST;
+            rows->body[k] =
+                perp__is_dynamic(world, body) ? world->motions[body].local : PERP__RIGID_AT_REST;
             perp__contact_row(contact, k, 0, twist);
             perp__coordinates_of(world, twist, rows->rows[k][0]);
         }
@@ -219,11 +219,10 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
     for (int32_t i = 0; status == PERP_OK && i < world->overlaps.count; i++)
-        world->overlaps.contacts[i].included = !is_swept(world, &world->overlaps.contacts[i]);
-    if (status == PERP_OK)
-        status = perp__build_islands(world, &world->overlaps);
-    if (status == PERP_OK)
-        status = perp__fit_island_work(world);
+        world->overlaps.contacts[i].included = !is_swept(world, world->overlaps.contacts[i].body_a,
+                                                         world->overlaps.contacts[i].body_b);
+    PERP__THEN(status, perp__build_islands(world, &world->overlaps));
+    PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {
         if (!overlaps(world, &world->islands[i]) && !perp__lacks_joints(world, &world->islands[i]))
             continue;

@@ -1,5 +1,5 @@
 /* What a caller reads about the contacts of the last step, made when it is asked for. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <string.h>
 

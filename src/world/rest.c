@@ -61,12 +61,15 @@ void perp__rouse(perp_world *world, int32_t body)
 void perp__rouse_all(perp_world *world)
 {
     for (int32_t i = 0; i < world->body_slots; i++)
-        if (world->bodies[i].alive)
+        if (world->bodies[i].alive) {
+            perp__unsettle(world, i);
             perp__rouse(world, i);
+        }
 }
 
 void perp__disturb(perp_world *world, int32_t body)
 {
+    perp__unsettle(world, body);
     perp__rouse(world, body);
     perp__rouse_joined(world, body);
     for (int32_t shape = world->bodies[body].first_shape; shape != NONE;
@@ -76,7 +79,7 @@ void perp__disturb(perp_world *world, int32_t body)
             const perp__pair *pair = &world->pairs[link / 2];
             const int32_t other = world->shapes[link % 2 ? pair->first : pair->second].body;
 
-            if (world->bodies[other].kind == PERP_BODY_DYNAMIC)
+            if (perp__is_dynamic(world, other))
                 perp__rouse(world, other);
         }
         if (world->shapes[shape].geometry.kind == PERP__PLANE)
@@ -228,11 +231,6 @@ static void keep_contact(perp_world *world, perp__world_contact *contact, perp__
 
 /* ---- falling asleep ---- */
 
-static int32_t is_dynamic(const perp_world *world, int32_t body)
-{
-    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
-}
-
 static int32_t is_calm(const perp_world *world, int32_t body)
 {
     const perp__motion *motion = &world->motions[body];
@@ -250,7 +248,7 @@ static void find_calm(perp_world *world)
         const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t a = world->shapes[pair->first].body, b = world->shapes[pair->second].body;
 
-        if (is_dynamic(world, a) && is_dynamic(world, b))
+        if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
             perp__join(world->parent, a, b);
     }
     perp__join_calm(world);
@@ -269,7 +267,7 @@ static void find_calm(perp_world *world)
                                    world->shapes[pair->second].body};
 
         for (int32_t side = 0; side < 2; side++)
-            if (is_dynamic(world, bodies[side]) &&
+            if (perp__is_dynamic(world, bodies[side]) &&
                 (pair->changed || pair->waited ||
                  (world->bodies[bodies[1 - side]].awake && !world->motions[bodies[1 - side]].calm)))
                 world->motions[perp__root_of(world->parent, bodies[side])].calm = 0;
@@ -292,7 +290,7 @@ static int32_t begin_nap(perp_world *world)
 }
 
 /* The body joins the nap of its set's root, which is the first of it. */
-static void lie_down(perp_world *world, int32_t body, int32_t root)
+static void join_nap(perp_world *world, int32_t body, int32_t root)
 {
     const perp__verdict *verdict = &world->motions[body].verdict;
     perp__nap *nap;
@@ -321,8 +319,8 @@ static int32_t put_to_sleep(perp_world *world)
 
         if (!world->motions[root].calm)
             continue;
-        if (is_dynamic(world, body))
-            lie_down(world, body, root);
+        if (perp__is_dynamic(world, body))
+            join_nap(world, body, root);
         world->bodies[body].awake = 0;
         world->motions[body].moved = 0;
         slept++;

@@ -1,5 +1,5 @@
 /* Shapes: adding them to bodies, and removing them with their body. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <math.h>
 #include <string.h>
@@ -13,27 +13,16 @@
 /* Density of a shape that says none. */
 #define WATER 1000.0
 
-perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_shape_settings));
-
-    if (status == PERP_OK) {
-        settings->friction = PERP_FRICTION_OF_WORLD;
-        settings->rotation[0] = 1.0;
-        if (size >= PERP__SIZE_THROUGH(perp_shape_settings, density))
-            settings->density = WATER;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_shape_settings, .friction = PERP_FRICTION_OF_WORLD, .rotation[0] = 1.0,
+                .density = WATER)
 
 static perp_status check_material(perp_context *context, const perp_shape_settings *settings)
 {
     perp_status status = perp__check_finite(context, "settings.friction", &settings->friction, 1);
 
-    if (status == PERP_OK)
-        status = perp__check_finite(context, "settings.restitution", &settings->restitution, 1);
-    if (status == PERP_OK)
-        status = perp__check_finite(context, "settings.density", &settings->density, 1);
+    PERP__THEN(status,
+               perp__check_finite(context, "settings.restitution", &settings->restitution, 1));
+    PERP__THEN(status, perp__check_finite(context, "settings.density", &settings->density, 1));
     if (status != PERP_OK)
         return status;
     if (settings->friction < 0.0 && settings->friction != PERP_FRICTION_OF_WORLD)
@@ -66,17 +55,11 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
     perp_shape_settings settings;
     perp_status status = perp_shape_settings_init(&settings, sizeof settings);
 
-    if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
-                                   PERP__FIRST(perp_shape_settings));
-    if (status == PERP_OK)
-        status = check_material(context, &settings);
-    if (status == PERP_OK)
-        status = perp__check_finite(context, "settings.offset", settings.offset, 3);
-    if (status == PERP_OK)
-        status = perp__check_planar_vector(world, "settings.offset", settings.offset);
-    if (status == PERP_OK)
-        status = check_rotation(world, settings.rotation);
+    PERP__THEN(status, perp__struct_read(context, "settings", &settings, sizeof settings, caller,
+                                         PERP__FIRST(perp_shape_settings)));
+    PERP__THEN(status, check_material(context, &settings));
+    PERP__THEN(status, perp__check_vector3(world, "settings.offset", settings.offset));
+    PERP__THEN(status, check_rotation(world, settings.rotation));
     if (status != PERP_OK)
         return status;
     shape->friction =
@@ -103,9 +86,7 @@ static void include_shape(perp__body *body, perp__shape *shape)
 {
     shape->reach = perp__length3(shape->offset) + shape->radius;
     body->shapes++;
-    if (shape->geometry.kind == PERP__PLANE)
-        body->planes++;
-    else if (shape->reach > body->radius)
+    if (shape->geometry.kind != PERP__PLANE && shape->reach > body->radius)
         body->radius = shape->reach;
 }
 
@@ -127,7 +108,6 @@ void perp__remove_shapes(perp_world *world, int32_t body)
     }
     world->bodies[body].radius = 0.0;
     world->bodies[body].shapes = 0;
-    world->bodies[body].planes = 0;
 }
 
 /* Puts `shape`, complete but for body and slot, on the body. */
@@ -138,14 +118,11 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     int32_t slot, body;
     perp_status status = perp__find_body(world, &body, body_id);
 
-    if (status == PERP_OK && shape->geometry.kind == PERP__PLANE &&
-        world->bodies[body].kind == PERP_BODY_DYNAMIC)
+    if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
         status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                             "body is dynamic: a half-space may be on a static or kinematic body");
-    if (status == PERP_OK)
-        status = reserve_shape(world);
-    if (status == PERP_OK)
-        status = perp__add_shape_mass(world, &world->bodies[body], shape);
+    PERP__THEN(status, reserve_shape(world));
+    PERP__THEN(status, perp__add_shape_mass(world, &world->bodies[body], shape));
     if (status != PERP_OK)
         return status;
     world->weighed = 0;
@@ -179,8 +156,7 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
     if (status == PERP_OK && radius < 0.0)
         status =
             perp__fail(world->context, PERP_ERROR_ARGUMENT, "radius is %g, >= 0 expected", radius);
-    if (status == PERP_OK)
-        status = read_settings(world, &shape, settings);
+    PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__SPHERE;
@@ -205,14 +181,13 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
     perp_status status = perp__check_pointer(world->context, "half_extents", half_extents);
 
     memset(&shape, 0, sizeof shape);
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "half_extents", half_extents, dimensions);
+    PERP__THEN(status,
+               perp__check_finite(world->context, "half_extents", half_extents, dimensions));
     for (size_t i = 0; status == PERP_OK && i < dimensions; i++)
         if (half_extents[i] <= 0.0)
             status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                                 "half_extents[%zu] is %g, > 0 expected", i, half_extents[i]);
-    if (status == PERP_OK)
-        status = read_settings(world, &shape, settings);
+    PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__BOX;
@@ -240,16 +215,14 @@ static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body
 
     memset(&shape, 0, sizeof shape);
     status = perp__check_finite(world->context, "radius", &radius, 1);
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "half_length", &half_length, 1);
+    PERP__THEN(status, perp__check_finite(world->context, "half_length", &half_length, 1));
     if (status == PERP_OK && radius <= 0.0)
         status =
             perp__fail(world->context, PERP_ERROR_ARGUMENT, "radius is %g, > 0 expected", radius);
     if (status == PERP_OK && half_length < 0.0)
         status = perp__fail(world->context, PERP_ERROR_ARGUMENT, "half_length is %g, >= 0 expected",
                             half_length);
-    if (status == PERP_OK)
-        status = read_settings(world, &shape, settings);
+    PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__CAPSULE;
@@ -276,8 +249,7 @@ static perp_status check_points(const perp_world *world, const double *points, i
     if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
         return perp__fail(world->context, PERP_ERROR_ARGUMENT, "count is %d, >= %d expected",
                           (int)count, (int)least);
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "points", points, 3 * (size_t)count);
+    PERP__THEN(status, perp__check_finite(world->context, "points", points, 3 * (size_t)count));
     for (int32_t i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
         if (points[3 * i + 2] != 0.0)
             status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
@@ -296,8 +268,7 @@ static perp_status add_hull(perp_world *world, perp_shape *id, perp_body body, c
     perp_status status = check_points(world, points, count);
 
     memset(&shape, 0, sizeof shape);
-    if (status == PERP_OK)
-        status = read_settings(world, &shape, settings);
+    PERP__THEN(status, read_settings(world, &shape, settings));
     if (status == PERP_OK)
         status =
             perp__hull_make(world->context, &hull, centre, points, count, world->settings.planar);
@@ -331,10 +302,7 @@ static perp_status unit_normal(const perp_world *world, double *unit, const doub
     double largest, length;
     perp_status status = perp__check_pointer(world->context, "normal", normal);
 
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "normal", normal, 3);
-    if (status == PERP_OK)
-        status = perp__check_planar_vector(world, "normal", normal);
+    PERP__THEN(status, perp__check_vector3(world, "normal", normal));
     if (status != PERP_OK)
         return status;
     largest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
@@ -361,10 +329,8 @@ static perp_status add_plane(perp_world *world, perp_shape *id, perp_body body,
 
     memset(&shape, 0, sizeof shape);
     status = unit_normal(world, shape.geometry.normal, normal);
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "offset", &offset, 1);
-    if (status == PERP_OK)
-        status = read_settings(world, &shape, settings);
+    PERP__THEN(status, perp__check_finite(world->context, "offset", &offset, 1));
+    PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__PLANE;

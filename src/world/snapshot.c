@@ -1,6 +1,6 @@
 /* What the next step reads, as a block of bytes: the states of all bodies, and the impulses of the
  * last step, from which the next one starts, pair by pair. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <string.h>
 
@@ -97,8 +97,7 @@ static perp_status save(const perp_world *world, char *blob, size_t size)
 {
     perp_status status = perp__check_pointer(world->context, "blob", blob);
 
-    if (status == PERP_OK)
-        status = check_size(world, size, perp__snapshot_bytes(world));
+    PERP__THEN(status, check_size(world, size, perp__snapshot_bytes(world)));
     if (status == PERP_OK)
         perp__snapshot_write(world, blob);
     return status;
@@ -151,8 +150,7 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
         return perp__fail(world->context, PERP_ERROR_ARGUMENT,
                           "blob is no snapshot of this world with the bodies it has now");
     status = check_size(world, size, snapshot_size(world, header.memories));
-    if (status == PERP_OK)
-        status = perp__write_records(world); /* which stay */
+    PERP__THEN(status, perp__write_records(world)); /* which stay */
     return status == PERP_OK ? perp__snapshot_read(world, blob) : status;
 }
 

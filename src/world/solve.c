@@ -12,10 +12,15 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "world/contact_rows.h"
 #include "world/lanes.h"
 
-/* The share of an island's contacts that is little; and how often an island is swept as a whole. */
+/* The share of an island's contacts that is little; that which is not worth another sweep of all;
+ * unless bodies come so deep into others, beside their size; and how often an island is swept as a
+ * whole. */
 #define LITTLE 0.25
+#define HARDLY_ANY 0.01
+#define DEEP 3e-3
 #define MOST_SWEEPS 3
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
@@ -74,7 +79,7 @@ static perp_status sweep_all(perp_world *world, const perp__island *island, doub
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 int32_t fresh, perp__verdict *verdict)
 {
-    const int32_t sweeps = verdict->sweeps;
+    const int32_t sweeps = verdict->sweeps, patched = verdict->patched;
 
     if (island->joints > 0)
         return perp__solve_jointed(world, island, h, verdict);
@@ -83,27 +88,47 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
         leave_alone(world, island);
         return PERP_OK;
     }
+    if (perp__lies_still(world, island, verdict))
+        return PERP_OK;
     if (perp__is_small(world, island))
         return perp__follow_island(world, island, h, verdict);
     verdict->sweeps = sweeps;
     if (fresh > LITTLE * island->contacts)
         return sweep_all(world, island, h, verdict);
     verdict->sweeps += sweeps == 0;
-    verdict->patched = 1;
+    verdict->patched = patched + fresh;
     return perp__sweep_near(world, island, h);
 }
 
-/* Nothing came. What has been swept near late contacts alone is swept as a whole once more. */
+/* Whether what came late is many contacts, or the motion takes bodies deep into others. */
+static int32_t lacks_a_sweep(perp_world *world, const perp__island *island, double h,
+                             const perp__verdict *verdict)
+{
+    if (verdict->patched == 0 || verdict->sweeps >= MOST_SWEEPS)
+        return 0;
+    if (verdict->patched > HARDLY_ANY * island->contacts)
+        return 1;
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        double u[3];
+
+        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
+        if (fmax(contact->gap, 0.0) + h * u[0] < -DEEP * contact->size)
+            return 1;
+    }
+    return 0;
+}
+
+/* Nothing came. Where many contacts came late, near which alone it has been swept, it is swept as a
+ * whole once more. */
 static perp_status finish_island(perp_world *world, const perp__island *island, double h,
                                  perp__verdict *verdict)
 {
-    if (perp__is_worth_exact(world, island)) {
-        memset(verdict, 0, sizeof *verdict);
-        return perp__follow_island(world, island, h, verdict);
-    }
-    if (verdict->patched && verdict->sweeps < MOST_SWEEPS)
+    if (lacks_a_sweep(world, island, h, verdict))
         return sweep_all(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
+    if (perp__is_worth_exact(world, island))
+        return perp__follow_island(world, island, h, verdict);
     return perp__finish_swept(world, island, h, verdict);
 }
 
@@ -170,8 +195,7 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
 {
     perp_status status = perp__build_islands(world, &world->contacts);
 
-    if (status == PERP_OK)
-        status = perp__fit_island_work(world);
+    PERP__THEN(status, perp__fit_island_work(world));
     return status == PERP_OK ? solve_islands(world, h, NULL, summary) : status;
 }
 
@@ -205,7 +229,7 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         else
             status = solve_islands(world, h, &open, summary);
         open = open || came > 0;
-        if (status == PERP_OK)
+        if (status == PERP_OK && open)
             status = perp__join_contacts(world, h, &came);
     }
     if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)

@@ -7,12 +7,18 @@
  * are the nearest impulses that are not, over the contacts that stick. J'J has no masses in it;
  * turns are taken times the bodies' radius. By conjugate gradients, again from what they leave.
  * Where that leads out of friction's cones the nearest point in these comes next, and so forth
- * (projections in turn, von Neumann's method). */
-#include "world/world.h"
+ * (projections in turn, von Neumann's method).
+ *
+ * A pile's contacts are many, and some hardly press: with J z times the squares of weights, which
+ * are as the impulses, all stay within their cones at once. */
+#include "world/step.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
+#include "linalg/matrix.h"
 #include "linalg/spatial.h"
 
 /* How often, with so many steps a coordinate at most, and what each time leaves of it. */
@@ -20,44 +26,27 @@
 #define STEPS 2
 #define LEFT 1e-8
 
+/* What is left in a pile beside its weight, and then of each body beside its own terms. */
+#define FINE 1e-14
+#define BALANCED 1e-12
+
 /* Projections: one, and as many more as this is times the contacts; and the share of friction that
  * they come within. */
 #define ROUNDS 512
-#define WITHIN 0.999
+#define WITHIN 0.99
 
-/* y += f J'x or, `back`, x += J y of what sticks; x 3 a contact, y by coordinates. */
-static void apply(const perp_world *world, int32_t back, double f, double *x, double *y)
+/* Rows of contact i on one of its bodies, turns over that body's radius; returns the body. */
+static int32_t rows_of(const perp_world *world, int32_t i, int32_t side, double out[3][6])
 {
     const perp__island_work *work = &world->work;
-    const int32_t n = world->dof, linear = n == 6 ? 3 : 2;
+    const perp__rigid_rows *rows = &work->rows[i];
+    const int32_t n = world->dof, linear = n == 6 ? 3 : 2, body = rows->body[side];
+    const double arm = body < 0 ? 0.0 : 1.0 / world->bodies[work->members[body]].radius;
 
-    for (int32_t i = 0; i < 2 * work->count; i++) {
-        const perp__rigid_rows *rows = &work->rows[i / 2];
-        const int32_t body = rows->body[i % 2];
-        double *at = y + n * body, *of = x + i / 2 * 3, arm;
-
-        if (body < 0 || work->modes[i / 2] == PERP_CONTACT_SEPARATE)
-            continue;
-        arm = 1.0 / world->bodies[work->members[body]].radius;
-        for (int32_t k = 0; k < rows->dim; k++)
-            for (int32_t j = 0; j < n; j++) {
-                const double entry = rows->rows[i % 2][k][j] * (j < linear ? 1.0 : arm);
-
-                if (back)
-                    of[k] += entry * at[j];
-                else
-                    at[j] += f * entry * of[k];
-            }
-    }
-}
-
-static double dot(const double *x, const double *y, int32_t count)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < count; i++)
-        sum += x[i] * y[i];
-    return sum;
+    for (int32_t k = 0; k < rows->dim; k++)
+        for (int32_t j = 0; j < n; j++)
+            out[k][j] = rows->rows[side][k][j] * (j < linear ? 1.0 : arm);
+    return body;
 }
 
 /* e := -M v_free - J'r, turns over the bodies' radius. */
@@ -81,35 +70,138 @@ static void find_unbalance(const perp_world *world, const perp__island *island, 
         }
         perp__coordinates_of(world, twist, e + n * i);
     }
-    apply(world, 0, -1.0, work->impulse, e);
+    for (int32_t i = 0; i < 2 * work->count; i++) {
+        double rows[3][6];
+        const int32_t body = rows_of(world, i / 2, i % 2, rows);
+
+        for (int32_t k = 0; k < work->rows[i / 2].dim && body >= 0; k++)
+            for (int32_t j = 0; j < n; j++)
+                e[n * body + j] -= work->impulse[i / 2 * 3 + k] * rows[k][j];
+    }
 }
 
-/* One solution of J'J z = e from z = 0, into the impulses. */
-static void correct(const perp_world *world, int32_t numbers)
+/* block += f a'b. */
+static void add_block(double *block, double f, double (*a)[6], double (*b)[6], int32_t rows,
+                      int32_t n)
+{
+    for (int32_t k = 0; k < rows; k++)
+        for (int32_t i = 0; i < n; i++)
+            for (int32_t j = 0; j < n; j++)
+                block[n * i + j] += f * a[k][i] * b[k][j];
+}
+
+/* J'WJ: a block for each body, and two for each pair of bodies that contacts lie between. */
+static void assemble(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof, size = n * n;
+    double *block = work->stiffness + size * island->bodies;
+
+    memset(work->stiffness, 0, (size_t)(size * island->bodies) * sizeof *block);
+    work->couples = 0;
+    for (int32_t i = 0; i < work->count; i++) {
+        const int32_t dim = work->rows[i].dim, *last = work->couple + 2 * (work->couples - 1);
+        const double f = work->weight[i];
+        double a[3][6], b[3][6];
+        const int32_t first = rows_of(world, i, 0, a), second = rows_of(world, i, 1, b);
+
+        if (f == 0.0)
+            continue;
+        if (first >= 0)
+            add_block(work->stiffness + size * first, f, a, a, dim, n);
+        if (second >= 0)
+            add_block(work->stiffness + size * second, f, b, b, dim, n);
+        if (first < 0 || second < 0)
+            continue;
+        if (work->couples == 0 || last[0] != first || last[1] != second) {
+            work->couple[2 * work->couples] = first;
+            work->couple[2 * work->couples++ + 1] = second;
+            memset(block, 0, (size_t)(2 * size) * sizeof *block);
+            block += 2 * size;
+        }
+        add_block(block - 2 * size, f, a, b, dim, n);
+        add_block(block - size, f, b, a, dim, n);
+    }
+}
+
+/* y += K'x. */
+PERP__KERNEL static void multiply(const double *K, const double *x, double *y, int32_t n)
+{
+    for (int32_t i = 0; i < n && n == 6; i++) {
+        PERP__LANES_AT(y) += PERP__SAME_LANES(x[i]) * PERP__CONST_LANES_AT(K + 6 * i);
+        PERP__PAIR_AT(y + 4) += PERP__SAME_PAIR(x[i]) * PERP__CONST_PAIR_AT(K + 6 * i + 4);
+    }
+    for (int32_t i = 0; i < n && n == 3; i++)
+        for (int32_t j = 0; j < 3; j++)
+            y[j] += x[i] * K[3 * i + j];
+}
+
+/* q := J'WJ p. */
+PERP__KERNEL static void apply_loops(const perp__island_work *work, int32_t bodies, int32_t n,
+                                     const double *p, double *q)
+{
+    const int32_t size = n * n;
+    const double *block = work->stiffness;
+
+    memset(q, 0, (size_t)(n * bodies) * sizeof *q);
+    for (int32_t i = 0; i < bodies; i++, block += size)
+        multiply(block, p + n * i, q + n * i, n);
+    for (int32_t i = 0; i < work->couples; i++, block += 2 * size) {
+        const int32_t a = n * work->couple[2 * i], b = n * work->couple[2 * i + 1];
+
+        multiply(block, p + a, q + b, n);
+        multiply(block + size, p + b, q + a, n);
+    }
+}
+
+PERP__MULTIVERSION(apply,
+                   (const perp__island_work *work, int32_t bodies, int32_t n, const double *p,
+                    double *q),
+                   (work, bodies, n, p, q))
+
+/* r += W J z. */
+static void press(const perp_world *world, const double *z)
 {
     const perp__island_work *work = &world->work;
-    double *e = work->still, *p = work->moving, *q = work->solved, *x = work->solved_rows;
-    const size_t rows = 3 * (size_t)work->count;
-    double square = dot(e, e, numbers), least = LEFT * LEFT * square, alpha, next;
+    const int32_t n = world->dof;
+
+    for (int32_t i = 0; i < 2 * work->count; i++) {
+        double rows[3][6];
+        const int32_t body = rows_of(world, i / 2, i % 2, rows);
+
+        if (body < 0 || work->weight[i / 2] == 0.0)
+            continue;
+        for (int32_t k = 0; k < work->rows[i / 2].dim; k++)
+            work->impulse[i / 2 * 3 + k] +=
+                work->weight[i / 2] * perp__dot(rows[k], z + n * body, n);
+    }
+}
+
+/* One solution of J'WJ z = e from z = 0 to |e|^2 <= least, into the impulses. */
+static void correct(perp_world *world, const perp__island *island, double least)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t numbers = world->dof * island->bodies;
+    double *e = work->still, *p = work->moving, *q = work->solved, *z = work->v;
+    double square = perp__dot(e, e, numbers), alpha, next;
 
     memcpy(p, e, (size_t)numbers * sizeof *p);
+    memset(z, 0, (size_t)numbers * sizeof *z);
     for (int32_t step = 0; step < STEPS * numbers && square > least; step++) {
-        memset(x, 0, rows * sizeof *x);
-        memset(q, 0, (size_t)numbers * sizeof *q);
-        apply(world, 1, 1.0, x, p);
-        apply(world, 0, 1.0, x, q);
-        alpha = square / dot(x, x, 3 * work->count);
-        if (!(alpha < INFINITY))
-            return;
-        for (size_t i = 0; i < rows; i++)
-            work->impulse[i] += alpha * x[i];
-        for (int32_t i = 0; i < numbers; i++)
+        apply(work, island->bodies, world->dof, p, q);
+        alpha = square / perp__dot(p, q, numbers);
+        if (!(fabs(alpha) < INFINITY))
+            break;
+        for (int32_t i = 0; i < numbers; i++) {
+            z[i] += alpha * p[i];
             e[i] -= alpha * q[i];
-        next = dot(e, e, numbers);
+        }
+        next = perp__dot(e, e, numbers);
         for (int32_t i = 0; i < numbers; i++)
             p[i] = e[i] + next / square * p[i];
         square = next;
     }
+    press(world, z);
 }
 
 /* v := what is left out of balance makes of velocities. */
@@ -127,7 +219,7 @@ static void leave(const perp_world *world, const perp__island *island)
             for (int32_t k = 0; k < n; k++)
                 own[j] -= C[n * k + j] * e[k] * (k < linear ? 1.0 : radius);
         for (int32_t j = 0; j < n; j++)
-            work->v[n * i + j] = dot(C + n * j, own, n);
+            work->v[n * i + j] = perp__dot(C + n * j, own, n);
     }
 }
 
@@ -153,14 +245,83 @@ static int32_t clip(const perp_world *world)
 
 void perp__balance_island(perp_world *world, const perp__island *island)
 {
-    int32_t rounds = 1 + ROUNDS / world->work.count;
+    perp__island_work *work = &world->work;
+    const int32_t numbers = world->dof * island->bodies;
+    int32_t rounds = 1 + ROUNDS / work->count;
 
+    for (int32_t i = 0; i < work->count; i++)
+        work->weight[i] = work->modes[i] != PERP_CONTACT_SEPARATE;
+    assemble(world, island);
     do {
         for (int32_t time = 0; time < TIMES; time++) {
-            find_unbalance(world, island, world->work.still);
-            correct(world, world->dof * island->bodies);
+            find_unbalance(world, island, work->still);
+            correct(world, island, LEFT * LEFT * perp__dot(work->still, work->still, numbers));
         }
     } while (--rounds > 0 && clip(world));
-    find_unbalance(world, island, world->work.still);
+    find_unbalance(world, island, work->still);
     leave(world, island);
+}
+
+/* The square of the momentum that forces give to the island. */
+static double load_of(const perp_world *world, const perp__island *island)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->work.members[i];
+        const double norm = perp__mass_norm(world, body, world->work.gain + world->dof * i);
+
+        sum += world->bodies[body].mass * norm * norm;
+    }
+    return sum;
+}
+
+/* Impulses within their cones, and weights as large as these; none where shapes do not touch. */
+static void draw_in(const perp__island_work *work)
+{
+    for (int32_t i = 0; i < work->count; i++) {
+        double *r = work->impulse + 3 * i, most = WITHIN * work->rows[i].mu * r[0];
+        const double tangent = hypot(r[1], r[2]);
+
+        if (work->rows[i].bias[0] > 0.0 || !(r[0] > 0.0))
+            memset(r, 0, 3 * sizeof *r);
+        for (int32_t k = 1; k < 3 && tangent > most; k++)
+            r[k] *= most / tangent;
+        work->weight[i] = r[0];
+    }
+}
+
+static int32_t is_within(const perp__island_work *work)
+{
+    for (int32_t i = 0; i < work->count; i++) {
+        const double *r = work->impulse + 3 * i;
+
+        if (!(r[0] >= 0.0 && hypot(r[1], r[2]) <= work->rows[i].mu * r[0]))
+            return 0;
+    }
+    return 1;
+}
+
+int32_t perp__balance_pile(perp_world *world, const perp__island *island, double *left)
+{
+    perp__island_work *work = &world->work;
+    const size_t bytes = 3 * (size_t)work->count * sizeof(double);
+    const size_t numbers = (size_t)(world->dof * island->bodies);
+
+    memcpy(work->warm, work->impulse, bytes);
+    memcpy(work->forces, work->v, numbers * sizeof(double));
+    draw_in(work);
+    assemble(world, island);
+    find_unbalance(world, island, work->still);
+    correct(world, island, FINE * FINE * load_of(world, island));
+    find_unbalance(world, island, work->still);
+    leave(world, island);
+    if (!is_within(work) || !perp__rest_island(world, island, BALANCED, left)) {
+        memcpy(work->impulse, work->warm, bytes);
+        memcpy(work->v, work->forces, numbers * sizeof(double));
+        return 0;
+    }
+    for (int32_t i = 0; i < work->count; i++)
+        work->modes[i] = work->impulse[3 * i] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+    return 1;
 }

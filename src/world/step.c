@@ -1,11 +1,11 @@
 /* One step, phase by phase; see world.h. Nothing that a caller can see changes before commit(). */
 #include "world/joints.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "linalg/spatial.h"
 
 static void lay_out_bodies(perp__arena *arena, void *object)
 {
@@ -20,7 +20,7 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
     world->fitted_bodies = world->body_capacity;
     for (size_t i = 0; world->motions && i < count; i++)
-        world->motions[i].coasts = 0;
+        memset(&world->motions[i], 0, sizeof *world->motions);
     world->coasting = 1;
 }
 
@@ -51,9 +51,8 @@ static perp_status make_room(perp_world *world)
         world->fitted_shapes == world->shape_capacity)
         return PERP_OK;
     perp__rouse_all(world);
-    status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
-    if (status == PERP_OK)
-        status = perp__arena_fit(&world->shape_arena, lay_out_shapes, world);
+    status = perp__arena_fit(&world->body_arena, world->context, lay_out_bodies, world);
+    PERP__THEN(status, perp__arena_fit(&world->shape_arena, world->context, lay_out_shapes, world));
     if (status != PERP_OK)
         world->fitted_bodies = 0;
     return status;
@@ -64,8 +63,7 @@ static perp_status prepare(perp_world *world, double h)
 {
     perp_status status = make_room(world);
 
-    if (status == PERP_OK)
-        status = perp__check_centres(world);
+    PERP__THEN(status, perp__check_centres(world));
     if (status != PERP_OK)
         return status;
     if (h != world->step_length)
@@ -76,7 +74,7 @@ static perp_status prepare(perp_world *world, double h)
     return PERP_OK;
 }
 
-static void lap(double *clock, double *seconds)
+static void add_time(double *clock, double *seconds)
 {
     double now = perp__now();
 
@@ -85,24 +83,24 @@ static void lap(double *clock, double *seconds)
 }
 
 /* Contacts and the velocities that meet them. */
-static perp_status meet(perp_world *world, double h, perp__solve_summary *summary,
-                        perp_world_stats *stats, double *clock)
+static perp_status solve_velocities(perp_world *world, double h, perp__solve_summary *summary,
+                                    perp_world_stats *stats, double *clock)
 {
     perp_status status = perp__find_contacts(world, h);
 
-    lap(clock, &stats->seconds_collide);
+    add_time(clock, &stats->seconds_collide);
     if (status == PERP_OK && !world->awake_changed)
         status = perp__solve_islands(world, h, summary);
-    lap(clock, &stats->seconds_solve);
+    add_time(clock, &stats->seconds_solve);
     world->budget.until = world->budget.deadline;
     return status;
 }
 
 static int32_t is_finite(const perp__world_contact *contact)
 {
-    return perp__all_finite(contact->position, 3) && perp__all_finite(contact->axes[0], 3) &&
-           perp__all_finite(&contact->gap, 1) && perp__all_finite(contact->impulse, 3) &&
-           perp__all_finite(contact->velocity, 3);
+    return perp__is_finite3(contact->position) && perp__is_finite3(contact->axes[0]) &&
+           0.0 * contact->gap == 0.0 && perp__is_finite3(contact->impulse) &&
+           perp__is_finite3(contact->velocity);
 }
 
 /* Counts islands and rows, those asleep too. Arms and turns near the largest numbers can leave
@@ -145,6 +143,7 @@ static int32_t commit(perp_world *world, int32_t included)
     const perp__contact_set last = world->last;
     int32_t i, repeat = 0;
 
+    world->settled = 0;
     for (i = 0; i < world->lively_count; i++) {
         const int32_t body = world->lively[i];
 
@@ -153,6 +152,7 @@ static int32_t commit(perp_world *world, int32_t included)
         if (!world->motions[body].repeats)
             world->states[body] = world->next[body];
         repeat += world->motions[body].repeats;
+        world->settled += world->motions[body].repeats && perp__is_dynamic(world, body);
     }
     world->coasting++; /* they stay where they are */
     perp__drop_kept(world, world->first_orphan);
@@ -175,12 +175,11 @@ static perp_status advance(perp_world *world, double h, perp_world_stats *stats,
     int32_t changed = 0;
     perp_status status = check(world, perp__integrate(world, h));
 
-    lap(clock, &stats->seconds_integrate);
-    if (status == PERP_OK)
-        status = perp__project_overlaps(world, &changed);
+    add_time(clock, &stats->seconds_integrate);
+    PERP__THEN(status, perp__project_overlaps(world, &changed));
     if (status == PERP_OK && changed)
         status = check(world, perp__find_infinite(world));
-    lap(clock, &stats->seconds_project);
+    add_time(clock, &stats->seconds_project);
     return status;
 }
 
@@ -202,14 +201,13 @@ static void report(perp_world *world, const perp__solve_summary *summary, perp_w
 }
 
 /* The step, unless it rouses something: then it is to be done again. */
-static perp_status attempt(perp_world *world, perp_step_result *result, perp_world_stats *stats,
-                           double h, double *clock)
+static perp_status try_step(perp_world *world, perp_step_result *result, perp_world_stats *stats,
+                            double h, double *clock)
 {
     perp__solve_summary summary = {0};
     perp_status status = prepare(world, h);
 
-    if (status == PERP_OK)
-        status = meet(world, h, &summary, stats, clock);
+    PERP__THEN(status, solve_velocities(world, h, &summary, stats, clock));
     if (status != PERP_OK || world->awake_changed)
         return status;
     status = count_rows(world, stats);
@@ -253,7 +251,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     clock = perp__now();
     perp__open_velocities(world);
     do {
-        status = attempt(world, result, &stats, h, &clock);
+        status = try_step(world, result, &stats, h, &clock);
         if (status != PERP_OK || world->awake_changed || !result->advanced)
             perp__stop_all_coasting(world);
     } while (status == PERP_OK && world->awake_changed);

@@ -1,6 +1,6 @@
 /* What an island's velocities may cost: the level of accuracy, and the budget that it gives to
  * islands that are large. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <math.h>
 #include <string.h>
@@ -17,8 +17,10 @@
 /* Contacts that are, whenever one comes: more wait until none comes any more. */
 #define SMALL 8
 
-/* Beside a contact's size: what a sweep does not tell a gap from contact by. */
+/* Beside a contact's size: an overlap that is left as it is; and the overlap, in these, of what is
+ * at rest that is not. */
 #define GUARD 1e-3
+#define TOO_DEEP 2.0
 
 /* Passes that take overlap away. */
 #define CLEAR 2
@@ -27,15 +29,13 @@
  * swept: the velocities of what holds are then solved for. */
 #define STILL 0.02
 
-/* How fast, beside the change of velocity that forces make in a step, a hit is hard; and the passes
- * over the whole step that then stand for a substep. */
-#define HARD 8.0
-#define PASSES_OF_A_SUBSTEP 4
-
 /* Speeds of a pile that counts as one at rest, beside what forces make in a step; and the sweeps
  * that it then gets. */
 #define FROM_REST 0.5
 #define SETTLING_SWEEPS 4
+
+/* Passes for each of settings.substeps. */
+#define PASSES_OF_A_SUBSTEP 4
 
 /* Contacts up to which one is solved exactly instead: what stands by friction all over, as a house
  * of cards does, sweeps do not find to stand, and what is left lets it fall. */
@@ -45,23 +45,23 @@
  * have moved if it could. */
 #define AT_REST 1e-2
 
-/* Beside its own terms, what moves a body as little as methods are asked to leave (exact.c). */
-#define BALANCED 1e-12
+/* And up to which impulses may be near others that hold what rests. */
+#define NEARLY 1e-2
 
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
 
 typedef struct level {
-    int32_t substeps;
+    int32_t passes;
     int32_t few; /* contacts up to which an island is solved exactly all the same */
     double tol;  /* tested residual that is called solved */
 } level;
 
 /* From the measured curve, bench/results/world.txt. */
 static const level levels[] = {
-    {4, 8, 1e-2},  /* fast */
-    {8, 40, 1e-3}, /* standard */
-    {24, 64, 1e-6} /* accurate */
+    {16, 8, 1e-2},  /* fast */
+    {32, 40, 1e-3}, /* standard */
+    {96, 64, 1e-6}  /* accurate */
 };
 
 double perp__mass_ratio(const perp_world *world, const perp__island *island)
@@ -111,43 +111,23 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
     return has_at_most(world, island, levels[settings->accuracy].few);
 }
 
-/* Whether something is hit faster than forces push in many steps: the impulses of that are none to
- * start the next substep from, and substeps of one pass would give energy. */
-static int32_t is_hit_hard(const perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
-
-        if (contact->start[0] < -HARD * pushed)
-            return 1;
-    }
-    return 0;
-}
-
-static void plan(perp_world *world, const perp__island *island, perp__substeps *step, double h)
+static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
 {
     const int32_t accuracy = world->settings.accuracy, exact = accuracy == PERP_ACCURACY_EXACT;
     perp__island_work *work = &world->work;
 
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->substeps = world->settings.substeps > 0
-                         ? world->settings.substeps
-                         : levels[exact ? PERP_ACCURACY_ACCURATE : accuracy].substeps;
-    if (is_hit_hard(world, island)) {
-        step->passes = PASSES_OF_A_SUBSTEP * step->substeps;
-        step->substeps = 0;
-    }
+    step->passes = world->settings.substeps > 0
+                       ? PASSES_OF_A_SUBSTEP * world->settings.substeps
+                       : levels[exact ? PERP_ACCURACY_ACCURATE : accuracy].passes;
     step->clear = CLEAR;
-    step->start = work->start;
     step->gap = work->gap;
     step->guard = work->guard;
-    step->next_warm = work->next_warm;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        work->gap[i] = contact->gap;
+        work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
         work->guard[i] = GUARD * contact->size;
         work->rows[i].bias[0] = 0.0;
     }
@@ -172,13 +152,12 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
 /* Velocities after the impacts, by Moreau's law from the same beginning; what moves the positions
  * stays. */
 static perp_status bounce(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                          const perp__rigid_problem *problem, const perp__substeps *step)
+                          const perp__rigid_problem *problem, const perp__passes *step)
 {
     perp__island_work *work = &world->work;
-    perp__substeps passes = *step;
+    perp__passes passes = *step;
 
-    passes.passes = 2 * (step->substeps > step->passes ? step->substeps : step->passes);
-    passes.substeps = passes.clear = 0;
+    passes.clear = 0;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
@@ -254,11 +233,11 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
     return look(world, answer, problem, verdict);
 }
 
-/* Whether the island comes from rest, but for what forces do in a few steps. */
-static int32_t comes_from_rest(const perp_world *world, const perp__island *island)
+int32_t perp__comes_from_rest(const perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
+    for (int32_t i = 0; i < world->work.count; i++) {
+        const perp__world_contact *contact =
+            perp__step_contact(world, island, world->work.chosen[i]);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
 
         if (!(fmax(fabs(contact->start[0]), hypot(contact->start[1], contact->start[2])) <=
@@ -270,11 +249,9 @@ static int32_t comes_from_rest(const perp_world *world, const perp__island *isla
 
 /* A pile at rest that the passes did not settle: the contact layer's sweeps start from a guess for
  * just that, layer by layer. Taken where they are nearer. */
-static perp_status settle(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+static perp_status settle(perp_world *world, perp__rigid_answer *answer,
                           perp__rigid_problem *problem, perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
-    const size_t size = 3 * (size_t)island->contacts * sizeof(double);
     const double own = answer->own;
     perp_status status;
 
@@ -287,9 +264,6 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
     perp__spend(world, answer->iterations);
     if (!(answer->own < own))
         return look(world, answer, problem, verdict);
-    memcpy(work->next_warm, work->impulse, size);
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
     take_verdict(answer, verdict);
     return PERP_OK;
 }
@@ -298,19 +272,9 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
 static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                         const perp__rigid_problem *problem)
 {
-    perp__island_work *work = &world->work;
-    perp_status status;
-
     if (!stands_still(world, island))
         return PERP_OK;
-    status = perp__hold_island(world, island, answer, problem, STILL);
-    if (status != PERP_OK || !answer->held)
-        return status;
-    /* what stands is held by the impulses of the step, not by those that its last substep had */
-    memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
-    return status;
+    return perp__hold_island(world, island, answer, problem, STILL);
 }
 
 /* The problem of the island, and what its motion needs. */
@@ -324,18 +288,31 @@ static void pose(perp_world *world, const perp__island *island, perp__rigid_prob
     perp__receive(world, answer);
 }
 
-/* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
- * then answer->held. Few contacts that nearly are get better ones: then *settles. */
+int32_t perp__is_deep(const perp__world_contact *contact)
+{
+    return contact->gap < -TOO_DEEP * GUARD * contact->size;
+}
+
+static int32_t has_deep(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->contacts; i++)
+        if (perp__is_deep(perp__step_contact(world, island, i)))
+            return 1;
+    return 0;
+}
+
+/* What rests and is nearly held by the impulses of the last step gets such as hold it to rounding,
+ * for good (lying.c), or at least velocities of 0.0: then answer->held. Few contacts are solved
+ * for: then *settles. */
 static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, double h, int32_t *settles,
                          perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
-    double change;
     perp_status status;
 
-    if (!perp__begins_at_rest(world, island))
+    if (!perp__begins_at_rest(world, island) || has_deep(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
     for (int32_t i = 0; i < island->contacts; i++)
@@ -343,20 +320,20 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     problem->tol = perp__swept_tol(world);
     status = look(world, answer, problem, verdict);
     problem->again = 1;
-    if (status != PERP_OK || !perp__is_good(answer->outcome))
+    if (status != PERP_OK || !(fmax(answer->tested, answer->own) <= NEARLY))
         return status;
-    answer->held = answer->own <= BALANCED && perp__rest_island(world, island, BALANCED, &change);
-    *settles = !answer->held && answer->tested <= tol && answer->own <= tol;
-    if (*settles && !has_at_most(world, island, SETTLED_EXACTLY)) {
-        *settles = 0;
-        status = hold(world, island, answer, problem);
+    answer->held = perp__balance_pile(world, island, &verdict->residual);
+    if (answer->held) {
+        verdict->outcome = PERP_OUTCOME_SOLVED;
+    } else if (perp__is_good(answer->outcome) && fmax(answer->tested, answer->own) <= tol) {
+        *settles = has_at_most(world, island, SETTLED_EXACTLY);
+        if (!*settles)
+            status = hold(world, island, answer, problem);
     }
     for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
         answer->held = work->v[i] == 0.0;
-    if (answer->held) {
-        memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
+    if (answer->held)
         memset(work->moving, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
-    }
     return status;
 }
 
@@ -369,7 +346,7 @@ static void keep(perp_world *world, const perp__island *island)
         perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);
-        memcpy(contact->next, work->next_warm + 3 * i, sizeof contact->next);
+        memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
     }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__write_twists(world, island);
@@ -390,7 +367,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__substeps step;
+    perp__passes step;
     int32_t settles = 0;
     perp_status status;
 
@@ -435,7 +412,6 @@ static void recall(perp_world *world, const perp__island *island)
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memcpy(work->impulse + 3 * i, contact->impulse, sizeof contact->impulse);
-        memcpy(work->next_warm + 3 * i, contact->next, sizeof contact->next);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
         const perp__motion *motion = perp__island_motion(world, island, i);
@@ -503,38 +479,51 @@ static int32_t take_energy(perp_world *world, const perp__island *island)
     return scaled;
 }
 
+/* Positions move with the velocities, and out of overlap by `drift`. */
+static void move_along(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] = work->v[i] + work->drift[i];
+}
+
 /* The true residual is told, and where it is not small enough, that it was a budget which ended
  * the sweeps. */
 perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict)
 {
-    const perp__island_work *work = &world->work;
+    perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__substeps step;
+    perp__passes step;
     perp_status status = PERP_OK;
 
     pose(world, island, &problem, &answer);
     plan(world, island, &step, h);
     recall(world, island);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        work->drift[i] = work->moving[i] - work->v[i];
     if (has_impacts(world, island)) {
         verdict->impacts = 1;
         status = bounce(world, island, &answer, &problem, &step);
         perp__spend(world, answer.iterations);
     }
-    if (status == PERP_OK)
-        status = judge(world, island, &answer, &problem, h, verdict);
+    PERP__THEN(status, judge(world, island, &answer, &problem, h, verdict));
     if (status == PERP_OK && verdict->impacts == 0 &&
         !(perp__is_good(verdict->outcome) && stands_still(world, island)) &&
-        comes_from_rest(world, island)) {
+        perp__comes_from_rest(world, island)) {
         if (has_at_most(world, island, SETTLED_EXACTLY)) {
             memset(verdict, 0, sizeof *verdict);
             return perp__follow_island(world, island, h, verdict);
         }
-        status = settle(world, island, &answer, &problem, verdict);
+        status = settle(world, &answer, &problem, verdict);
+        move_along(world, island);
     }
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
+    if (status == PERP_OK && answer.held)
+        move_along(world, island);
     if (status == PERP_OK && work->carriers == 0 && take_energy(world, island))
         status = judge(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK)

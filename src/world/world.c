@@ -1,5 +1,5 @@
 /* The life of a world, ids, and the public calls that ask it something. */
-#include "world/world.h"
+#include "world/step.h"
 
 #include <math.h>
 #include <string.h>
@@ -13,13 +13,12 @@
 
 perp_status perp_world_settings_init(perp_world_settings *settings, size_t size, int32_t planar)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_world_settings));
+    const perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_world_settings));
 
     if (status == PERP_OK) {
         settings->gravity[planar ? 1 : 2] = -STANDARD_GRAVITY;
         settings->planar = planar != 0;
         settings->accuracy = PERP_ACCURACY_STANDARD;
-        settings->method = PERP_CONTACT_METHOD_AUTO;
     }
     return status;
 }
@@ -60,50 +59,29 @@ static perp_status check_gravity(perp_context *context, const char *name, const 
     return status;
 }
 
+static const perp__field settings_fields[] = {
+    PERP__INTEGER(perp_world_settings, planar, 0, 1),
+    PERP__INTEGER(perp_world_settings, accuracy, PERP_ACCURACY_FAST, PERP_ACCURACY_EXACT),
+    PERP__INTEGER(perp_world_settings, substeps, 0, PERP__MAX_SUBSTEPS),
+    PERP__REAL(perp_world_settings, friction, "[)", 0, INFINITY),
+    PERP__REAL(perp_world_settings, error, "[)", 0, INFINITY),
+    PERP__INTEGER(perp_world_settings, strict, 0, 1),
+    PERP__INTEGER(perp_world_settings, wakeful, 0, 1),
+    PERP__INTEGER(perp_world_settings, threads, 0, PERP__MOST_THREADS),
+};
+
 static perp_status check_settings(perp_context *context, const perp_world_settings *settings)
 {
     const int32_t k = settings->cone;
-    perp_status status;
+    perp_status status = PERP__CHECK_FIELDS(context, "settings", settings, settings_fields);
 
-    if (settings->planar != 0 && settings->planar != 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.planar is %d, 0 or 1 expected",
-                          (int)settings->planar);
-    status = check_gravity(context, "settings.gravity", settings->gravity, settings->planar);
-    if (status != PERP_OK)
-        return status;
-    if (settings->accuracy < PERP_ACCURACY_FAST || settings->accuracy > PERP_ACCURACY_EXACT)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.accuracy is %d, PERP_ACCURACY_FAST to _EXACT expected",
-                          (int)settings->accuracy);
-    if (k != 0 && (k < 4 || k > PERP__MAX_DIRECTIONS || k % 2 != 0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, 0 or an even number from 4 to %d expected", (int)k,
-                          PERP__MAX_DIRECTIONS);
-    if (settings->substeps < 0 || settings->substeps > PERP__MAX_SUBSTEPS)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.substeps is %d, 0 to %d expected",
-                          (int)settings->substeps, PERP__MAX_SUBSTEPS);
-    status = perp__check_finite(context, "settings.friction", &settings->friction, 1);
-    if (status != PERP_OK)
-        return status;
-    if (settings->friction < 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
-                          settings->friction);
-    status = perp__check_finite(context, "settings.error", &settings->error, 1);
-    if (status != PERP_OK)
-        return status;
-    if (settings->error < 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.error is %g, >= 0 expected",
-                          settings->error);
-    if (settings->strict != 0 && settings->strict != 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.strict is %d, 0 or 1 expected",
-                          (int)settings->strict);
-    if (settings->wakeful != 0 && settings->wakeful != 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.wakeful is %d, 0 or 1 expected",
-                          (int)settings->wakeful);
-    if (settings->threads < 0 || settings->threads > PERP__MOST_THREADS)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.threads is %d, 0 to %d expected",
-                          (int)settings->threads, PERP__MOST_THREADS);
-    return PERP_OK;
+    PERP__THEN(status,
+               check_gravity(context, "settings.gravity", settings->gravity, settings->planar));
+    if (status == PERP_OK && k != 0 && (k < 4 || k > PERP__MAX_DIRECTIONS || k % 2 != 0))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "settings.cone is %d, 0 or an even number from 4 to %d expected",
+                            (int)k, PERP__MAX_DIRECTIONS);
+    return status;
 }
 
 /* method, max_iterations, tol and time_limit mean what they do for perp_contact, which checks. */
@@ -191,15 +169,11 @@ static perp_status create(perp_context *context, perp_world **world,
     perp_world *made;
     perp_status status = perp__check_pointer(context, "world", world);
 
-    if (status == PERP_OK)
-        status = perp_world_settings_init(&settings, sizeof settings, 0);
-    if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
-                                   PERP__FIRST(perp_world_settings));
-    if (status == PERP_OK)
-        status = check_settings(context, &settings);
-    if (status == PERP_OK)
-        status = check_solver_settings(context, &settings);
+    PERP__THEN(status, perp_world_settings_init(&settings, sizeof settings, 0));
+    PERP__THEN(status, perp__struct_read(context, "settings", &settings, sizeof settings, caller,
+                                         PERP__FIRST(perp_world_settings)));
+    PERP__THEN(status, check_settings(context, &settings));
+    PERP__THEN(status, check_solver_settings(context, &settings));
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
@@ -213,17 +187,11 @@ static perp_status create(perp_context *context, perp_world **world,
     made->first_plane = -1;
     made->free_nap = made->free_kept = made->first_orphan = -1;
     perp__tree_init(&made->tree);
-    perp__arena_init(&made->body_arena, context);
-    perp__arena_init(&made->shape_arena, context);
-    perp__arena_init(&made->order_arena, context);
-    perp__arena_init(&made->island_arena, context);
     set_coordinates(made);
     perp__coloured_init(&made->coloured, context);
     status = perp__rigid_create(context, &made->solver);
-    if (status == PERP_OK)
-        status = perp__create_lanes(made);
-    if (status == PERP_OK)
-        status = make_ground(made);
+    PERP__THEN(status, perp__create_lanes(made));
+    PERP__THEN(status, make_ground(made));
     if (status == PERP_OK)
         *world = made;
     else
@@ -258,8 +226,7 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
 {
     perp_status status = PERP__CHECK(perp_world_contact, world->context, contact);
 
-    if (status == PERP_OK)
-        status = perp__write_records(world);
+    PERP__THEN(status, perp__write_records(world));
     if (status != PERP_OK)
         return status;
     if (index < 0 || index >= world->record_count)
@@ -293,8 +260,7 @@ static perp_status set_gravity(perp_world *world, const double *gravity)
 {
     perp_status status = perp__check_pointer(world->context, "gravity", gravity);
 
-    if (status == PERP_OK)
-        status = check_gravity(world->context, "gravity", gravity, world->settings.planar);
+    PERP__THEN(status, check_gravity(world->context, "gravity", gravity, world->settings.planar));
     if (status != PERP_OK)
         return status;
     memcpy(world->settings.gravity, gravity, sizeof world->settings.gravity);
@@ -314,15 +280,13 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
 
     if (result)
         status = PERP__CHECK(perp_step_result, world->context, result);
-    if (status == PERP_OK)
-        status = perp__check_finite(world->context, "dt", &dt, 1);
+    PERP__THEN(status, perp__check_finite(world->context, "dt", &dt, 1));
     if (status != PERP_OK)
         return status;
     if (dt <= 0.0)
         return perp__fail(world->context, PERP_ERROR_ARGUMENT, "dt is %g, > 0 expected", dt);
     status = perp_step_result_init(&own, sizeof own);
-    if (status == PERP_OK)
-        status = perp__advance_world(world, &own, dt);
+    PERP__THEN(status, perp__advance_world(world, &own, dt));
     if (status == PERP_OK && result)
         perp__struct_write(result, &own, sizeof own);
     return status;

@@ -72,6 +72,70 @@ static void test_contact_settings(void **state)
     FIELD(perp_contact_settings, monitor_user, 48, 8);
 }
 
+static void test_contact_step(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_watch, 32);
+    FIELD(perp_contact_watch, at, 0, 8);
+    FIELD(perp_contact_watch, seen, 8, 8);
+    FIELD(perp_contact_watch, count, 16, 4);
+    FIELD(perp_contact_watch, offset, 20, 4);
+    FIELD(perp_contact_watch, stride, 24, 4);
+    FIELD(perp_contact_watch, bytes, 28, 4);
+    SIZE(perp_contact_step, 352);
+    FIELD(perp_contact_step, struct_size, 0, 8);
+    FIELD(perp_contact_step, n, 8, 4);
+    FIELD(perp_contact_step, contacts, 12, 4);
+    FIELD(perp_contact_step, rows, 16, 4);
+    FIELD(perp_contact_step, bilateral, 20, 4);
+    FIELD(perp_contact_step, M_entries, 24, 4);
+    FIELD(perp_contact_step, H_entries, 28, 4);
+    FIELD(perp_contact_step, G_entries, 32, 4);
+    FIELD(perp_contact_step, gap_count, 36, 4);
+    FIELD(perp_contact_step, J_rows, 40, 4);
+    FIELD(perp_contact_step, warm, 44, 4);
+    FIELD(perp_contact_step, rests, 48, 4);
+    FIELD(perp_contact_step, h, 56, 8);
+    FIELD(perp_contact_step, correction, 64, 8);
+    FIELD(perp_contact_step, mass, 72, 8);
+    FIELD(perp_contact_step, damping, 80, 8);
+    FIELD(perp_contact_step, velocity, 88, 8);
+    FIELD(perp_contact_step, force, 96, 8);
+    FIELD(perp_contact_step, J, 104, 8);
+    FIELD(perp_contact_step, gaps, 112, 8);
+    FIELD(perp_contact_step, row_force, 120, 8);
+    FIELD(perp_contact_step, mass_sources, 128, 8);
+    FIELD(perp_contact_step, mass_diagonal, 136, 8);
+    FIELD(perp_contact_step, H_sources, 144, 8);
+    FIELD(perp_contact_step, G_sources, 152, 8);
+    FIELD(perp_contact_step, H_scale, 160, 8);
+    FIELD(perp_contact_step, gap_rows, 168, 8);
+    FIELD(perp_contact_step, gap_sources, 176, 8);
+    FIELD(perp_contact_step, H_rows, 184, 8);
+    FIELD(perp_contact_step, G_rows, 192, 8);
+    FIELD(perp_contact_step, row_scale, 200, 8);
+    FIELD(perp_contact_step, M, 208, 8);
+    FIELD(perp_contact_step, H, 216, 8);
+    FIELD(perp_contact_step, G, 224, 8);
+    FIELD(perp_contact_step, f, 232, 8);
+    FIELD(perp_contact_step, w, 240, 8);
+    FIELD(perp_contact_step, b, 248, 8);
+    FIELD(perp_contact_step, v, 256, 8);
+    FIELD(perp_contact_step, r, 264, 8);
+    FIELD(perp_contact_step, u, 272, 8);
+    FIELD(perp_contact_step, start, 280, 8);
+    FIELD(perp_contact_step, modes, 288, 8);
+    FIELD(perp_contact_step, watches, 296, 8);
+    FIELD(perp_contact_step, watch_count, 304, 4);
+    FIELD(perp_contact_step, is_other, 308, 4);
+    FIELD(perp_contact_step, acceleration, 312, 8);
+    FIELD(perp_contact_step, force_of_rows, 320, 8);
+    FIELD(perp_contact_step, least_gap, 328, 8);
+    FIELD(perp_contact_step, fastest, 336, 8);
+    FIELD(perp_contact_step, slips, 344, 4);
+    FIELD(perp_contact_step, was_known, 348, 4);
+}
+
 static void test_contact_result(void **state)
 {
     (void)state;
@@ -129,9 +193,13 @@ static void test_values(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_contact_laws),     cmocka_unit_test(test_contact_dynamics),
-        cmocka_unit_test(test_contact_progress), cmocka_unit_test(test_contact_settings),
-        cmocka_unit_test(test_contact_result),   cmocka_unit_test(test_contact_sensitivity_info),
+        cmocka_unit_test(test_contact_laws),
+        cmocka_unit_test(test_contact_dynamics),
+        cmocka_unit_test(test_contact_progress),
+        cmocka_unit_test(test_contact_settings),
+        cmocka_unit_test(test_contact_result),
+        cmocka_unit_test(test_contact_step),
+        cmocka_unit_test(test_contact_sensitivity_info),
         cmocka_unit_test(test_values),
     };
 

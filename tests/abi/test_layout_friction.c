@@ -123,7 +123,7 @@ static void test_load_step(void **state)
 static void test_compliant_system(void **state)
 {
     (void)state;
-    SIZE(perp_compliant_system, 72);
+    SIZE(perp_compliant_system, 88);
     FIELD(perp_compliant_system, struct_size, 0, 8);
     FIELD(perp_compliant_system, n, 8, 4);
     FIELD(perp_compliant_system, contacts, 12, 4);
@@ -134,22 +134,26 @@ static void test_compliant_system(void **state)
     FIELD(perp_compliant_system, mu, 48, 8);
     FIELD(perp_compliant_system, stiffness, 56, 8);
     FIELD(perp_compliant_system, damping, 64, 8);
+    FIELD(perp_compliant_system, mu_static, 72, 8);
+    FIELD(perp_compliant_system, one_sided, 80, 8);
 }
 
 static void test_compliant_settings(void **state)
 {
     (void)state;
-    SIZE(perp_compliant_settings, 32);
+    SIZE(perp_compliant_settings, 40);
     FIELD(perp_compliant_settings, struct_size, 0, 8);
     FIELD(perp_compliant_settings, tol, 8, 8);
     FIELD(perp_compliant_settings, first_step, 16, 8);
     FIELD(perp_compliant_settings, most_steps, 24, 8);
+    FIELD(perp_compliant_settings, through, 32, 4);
+    FIELD(perp_compliant_settings, resume, 36, 4);
 }
 
 static void test_compliant_result(void **state)
 {
     (void)state;
-    SIZE(perp_compliant_result, 64);
+    SIZE(perp_compliant_result, 96);
     FIELD(perp_compliant_result, struct_size, 0, 8);
     FIELD(perp_compliant_result, end, 8, 4);
     FIELD(perp_compliant_result, contact, 12, 4);
@@ -159,6 +163,12 @@ static void test_compliant_result(void **state)
     FIELD(perp_compliant_result, largest_normal, 40, 8);
     FIELD(perp_compliant_result, steps, 48, 8);
     FIELD(perp_compliant_result, rejected, 56, 8);
+    FIELD(perp_compliant_result, stops, 64, 4);
+    FIELD(perp_compliant_result, reversals, 68, 4);
+    FIELD(perp_compliant_result, starts, 72, 4);
+    FIELD(perp_compliant_result, releases, 76, 4);
+    FIELD(perp_compliant_result, friction, 80, 8);
+    FIELD(perp_compliant_result, modes, 88, 8);
 }
 
 static void test_compliant_stability(void **state)
@@ -197,6 +207,8 @@ static void test_values(void **state)
     VALUE(PERP_COMPLIANT_STOPPED, 1);
     VALUE(PERP_COMPLIANT_STEPS, 2);
     VALUE(PERP_COMPLIANT_FAILED, 3);
+    VALUE(PERP_COMPLIANT_RELEASED, 4);
+    VALUE(PERP_COMPLIANT_TOUCHED, 5);
 }
 
 int main(void)

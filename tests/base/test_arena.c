@@ -86,9 +86,9 @@ static void test_arrays_are_aligned_and_apart(void **state)
     arrays a;
 
     (void)state;
-    perp__arena_init(&arena, context);
+    memset(&arena, 0, sizeof arena);
     for (a.n = 0; a.n < 200; a.n += 13) {
-        assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_OK);
+        assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_OK);
         assert_int_equal((uintptr_t)a.x % 64, 0);
         assert_int_equal((uintptr_t)a.flags % 64, 0);
         assert_int_equal((uintptr_t)a.indices % 64, 0);
@@ -107,15 +107,15 @@ static void test_a_fit_that_fits_allocates_nothing(void **state)
     double *first;
 
     (void)state;
-    perp__arena_init(&arena, context);
+    memset(&arena, 0, sizeof arena);
     a.n = 100;
-    assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_OK);
     first = a.x;
     fail_next = 1;
     a.n = 50;
-    assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_OK);
     a.n = 100;
-    assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_OK);
     assert_ptr_equal(a.x, first);
     perp__arena_release(&arena);
     perp_context_destroy(context);
@@ -128,17 +128,17 @@ static void test_failure_keeps_the_block(void **state)
     arrays a, larger;
 
     (void)state;
-    perp__arena_init(&arena, context);
+    memset(&arena, 0, sizeof arena);
     a.n = 100;
-    assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_OK);
     a.x[99] = 3.0;
     fail_next = 1;
     larger = a;
     larger.n = 10000;
-    assert_int_equal(perp__arena_fit(&arena, layout, &larger), PERP_ERROR_MEMORY);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &larger), PERP_ERROR_MEMORY);
     assert_string_not_equal(perp_context_message(context), "");
     assert_true(a.x[99] == 3.0);
-    assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_OK);
     assert_true(a.x[99] == 3.0);
     perp__arena_release(&arena);
     perp_context_destroy(context);
@@ -154,12 +154,12 @@ static void test_sizes_that_overflow_fail(void **state)
     size_t k;
 
     (void)state;
-    perp__arena_init(&arena, context);
+    memset(&arena, 0, sizeof arena);
     for (k = 0; k < sizeof huge / sizeof *huge; k++) {
         arrays a;
 
         a.n = huge[k];
-        assert_int_equal(perp__arena_fit(&arena, layout, &a), PERP_ERROR_MEMORY);
+        assert_int_equal(perp__arena_fit(&arena, context, layout, &a), PERP_ERROR_MEMORY);
     }
     perp__arena_release(&arena);
     perp_context_destroy(context);

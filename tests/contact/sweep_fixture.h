@@ -18,22 +18,9 @@
 #include "contact/method.h"
 #include "piles.h"
 
+#include "context.h"
+
 enum { SEPARATE, STICK, SLIP };
-
-static perp_context *context;
-
-static inline int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static inline int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* A problem with its arrays, and one run of the method on it. */
 typedef struct fixture {
@@ -88,7 +75,8 @@ static inline void begin(fixture *f, const piles_options *options)
     input.starts = f->starts;
     input.M = &M;
     input.H = &H;
-    perp__bodies_init(&f->bodies, context);
+    memset(&f->bodies, 0, sizeof f->bodies);
+    f->bodies.context = context;
     assert_int_equal(perp__bodies_setup(&f->bodies, &input, &suits), PERP_OK);
     assert_true(suits);
     bodies_load(&f->bodies, f->p.f, f->p.w, NULL, f->q);
@@ -131,9 +119,9 @@ static inline perp_outcome run(fixture *f)
     perp__contact_omegas(&f->problem, NULL, 1, &drive, omega);
     f->problem.omega = omega;
     work->problem = &f->problem;
-    perp__arena_init(&arena, context);
+    memset(&arena, 0, sizeof arena);
     assert_int_equal(perp__contact_sweep.check(&f->problem), PERP_OK);
-    assert_int_equal(perp__arena_fit(&arena, perp__contact_sweep.layout, work), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, perp__contact_sweep.layout, work), PERP_OK);
     assert_int_equal(perp__contact_sweep.solve(work, &f->iterate), PERP_OK);
     perp__arena_release(&arena);
     free(omega);

@@ -14,22 +14,9 @@
 #include "memory.h"
 #include "piles.h"
 
+#include "context.h"
+
 enum { MOST = 48 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* Dense problem: n unknowns in blocks of those sizes, in a scattered order; contacts of 1 to 3
  * rows, two bilateral rows. */
@@ -216,7 +203,8 @@ static void test_against_dense_algebra(void **state)
             draw(&d, &random, shapes[k], scattered);
             if (scattered && d.n % 5 == 0)
                 continue;
-            perp__bodies_init(&bodies, context);
+            memset(&bodies, 0, sizeof bodies);
+            bodies.context = context;
             assert_int_equal(setup(&bodies, &d, &suits), PERP_OK);
             assert_true(suits);
             if (!scattered && k != 5)
@@ -238,7 +226,8 @@ static void test_refusals(void **state)
 
     (void)state;
     gen_seed(&random, 4);
-    perp__bodies_init(&bodies, context);
+    memset(&bodies, 0, sizeof bodies);
+    bodies.context = context;
     draw(&d, &random, large, 0);
     assert_int_equal(setup(&bodies, &d, &suits), PERP_OK);
     assert_false(suits);
@@ -272,7 +261,8 @@ static void test_failing_memory(void **state)
         perp_status status;
 
         assert_int_equal(perp_context_create(&own, &settings), PERP_OK);
-        perp__bodies_init(&bodies, own);
+        memset(&bodies, 0, sizeof bodies);
+        bodies.context = own;
         m.fails_at = m.calls + fails;
         status = setup(&bodies, &d, &suits);
         assert_int_equal(status, fails <= 3 ? PERP_ERROR_MEMORY : PERP_OK);
@@ -311,7 +301,8 @@ static void test_piles(void **state)
         input.starts = starts;
         input.M = &M;
         input.H = &H;
-        perp__bodies_init(&bodies, context);
+        memset(&bodies, 0, sizeof bodies);
+        bodies.context = context;
         assert_int_equal(perp__bodies_setup(&bodies, &input, &suits), PERP_OK);
         assert_true(suits && bodies.width == 6 && bodies.blocks == p.bodies);
         entries = perp__bodies_delassus_entries(&bodies);

@@ -15,38 +15,17 @@
 #include "contact/law.h"
 #include "two_sided.h"
 
-/* u = W r + q: planar contacts of two rows, rows with bounds, equations. */
-typedef struct problem {
-    int32_t contacts, dim, bounded, bilateral, size, n;
-    double mu[4], lower[MOST], upper[MOST];
-    double W[MOST * MOST], q[MOST];                          /* row-major */
-    double M[MOST * MOST], H[MOST * MOST], f[MOST], w[MOST]; /* the same problem */
-} problem;
-
-typedef struct answer {
-    double v[MOST], r[MOST], u[MOST], ray[MOST];
-    int32_t modes[MOST];
-    perp_contact_result result;
-} answer;
-
-static int32_t rows_of(const problem *p)
-{
-    return p->contacts * p->dim;
-}
-
 /* More velocities than rows, so that W is regular. blocks: M falls into blocks of three. */
-static void draw_problem(problem *p, int32_t contacts, int32_t dim, int32_t bounded,
+static void draw_problem(both_problem *p, int32_t contacts, int32_t dim, int32_t bounded,
                          int32_t bilateral, int blocks)
 {
     memset(p, 0, sizeof *p);
-    p->contacts = contacts;
-    p->dim = dim;
+    for (int k = 0; k < contacts; k++)
+        both_add(p, 0, dim, 0.3 + 0.2 * both_draw());
     p->bounded = bounded;
     p->bilateral = bilateral;
-    p->size = rows_of(p) + bounded + bilateral;
+    p->size = p->rows + bounded + bilateral;
     p->n = 12;
-    for (int k = 0; k < contacts; k++)
-        p->mu[k] = 0.3 + 0.2 * both_draw();
     for (int i = 0; i < bounded; i++) {
         const int kind = (int)floor(2.5 * (both_draw() + 1.0));
         const double low = both_draw(), width = both_draw() + 1.0;
@@ -65,18 +44,18 @@ static void draw_problem(problem *p, int32_t contacts, int32_t dim, int32_t boun
         for (int j = 0; j < p->n; j++)
             p->H[i * MOST + j] = both_draw();
     }
-    both_reduce(p->n, p->size, p->M, p->H, p->f, p->w, p->W, p->q);
+    both_form(p);
 }
 
 /* ---- enumeration --------------------------------------------------------------------------- */
 
 /* Contacts: separate, stick, slip either way; rows: lower, between, upper. */
-static int choices(const problem *p, int unit)
+static int choices(const both_problem *p, int unit)
 {
     return unit < p->contacts ? 4 : 3;
 }
 
-static void set_row(double *A, double *x, const problem *p, int row, int holds, double value)
+static void set_row(double *A, double *x, const both_problem *p, int row, int holds, double value)
 {
     for (int j = 0; j < p->size; j++)
         A[row * MOST + j] = holds ? p->W[row * MOST + j] : row == j;
@@ -84,7 +63,7 @@ static void set_row(double *A, double *x, const problem *p, int row, int holds, 
 }
 
 /* The r of these modes; 0 where their signs are wrong. */
-static int solve_modes(const problem *p, const int *mode, double *r)
+static int solve_modes(const both_problem *p, const int *mode, double *r)
 {
     double A[MOST * MOST];
     const int first = 2 * p->contacts;
@@ -127,7 +106,7 @@ static int solve_modes(const problem *p, const int *mode, double *r)
 }
 
 /* How many answers there are; the last one found. */
-static int enumerate(const problem *p, double *found)
+static int enumerate(const both_problem *p, double *found)
 {
     int mode[MOST] = {0}, count = 0;
     const int units = p->contacts + p->bounded;
@@ -147,93 +126,11 @@ static int enumerate(const problem *p, double *found)
 
 /* ---- solving ------------------------------------------------------------------------------- */
 
-static void prepare(const problem *p, int32_t method, perp_contact_laws *laws,
-                    perp_contact_settings *settings, answer *a)
-{
-    memset(a, 0, sizeof *a);
-    assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
-    assert_int_equal(perp_contact_laws_init(laws, sizeof *laws), PERP_OK);
-    laws->contacts = p->contacts;
-    laws->dim = p->dim;
-    laws->mu = p->mu;
-    laws->bounded = p->bounded;
-    laws->lower = p->lower;
-    laws->upper = p->upper;
-    assert_int_equal(perp_contact_settings_init(settings, sizeof *settings), PERP_OK);
-    settings->method = method;
-    settings->tol = 1e-10;
-}
-
-static void by_delassus(const problem *p, int32_t method, answer *a)
-{
-    perp_contact_laws laws;
-    perp_contact_settings settings;
-    perp_matrix W;
-    prepare(p, method, &laws, &settings, a);
-    laws.bilateral = p->bilateral;
-    assert_int_equal(perp_matrix_init(&W, sizeof W), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, p->size, p->size, p->W, MOST),
-                     PERP_OK);
-    assert_int_equal(perp_contact_solve_delassus(both_context, a->r, a->u, a->modes, a->ray,
-                                                 &a->result, &settings, &laws, &W, p->q, NULL),
-                     PERP_OK);
-}
-
-static int32_t solve_mass(double *x, int32_t columns, void *user)
-{
-    const problem *p = user;
-    for (int32_t c = 0; c < columns; c++) {
-        double A[MOST * MOST];
-        memcpy(A, p->M, sizeof A);
-        if (!both_eliminate(p->n, A, x + c * p->n))
-            return 1;
-    }
-    return 0;
-}
-
-static void by_dynamics(problem *p, int32_t method, int callback, answer *a)
-{
-    perp_contact_laws laws;
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_matrix M, H, G;
-    const int32_t rows = rows_of(p) + p->bounded;
-    prepare(p, method, &laws, &settings, a);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&G, sizeof G);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, p->n, p->n, p->M, MOST), 0);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, p->n, p->H, MOST), 0);
-    assert_int_equal(
-        perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, p->bilateral, p->n, p->H + rows * MOST, MOST),
-        PERP_OK);
-    dynamics.n = p->n;
-    dynamics.M = callback ? NULL : &M;
-    dynamics.solve = callback ? solve_mass : NULL;
-    dynamics.user = p;
-    dynamics.H = &H;
-    dynamics.G = p->bilateral > 0 ? &G : NULL;
-    assert_int_equal(perp_contact_solve(both_context, a->v, a->r, a->u, a->modes, a->ray,
-                                        &a->result, &settings, &laws, &dynamics, p->f, p->w,
-                                        p->w + rows, NULL),
-                     PERP_OK);
-}
-
-static void require_solved(const answer *a, uint64_t which)
-{
-    if (a->result.outcome != PERP_OUTCOME_SOLVED &&
-        a->result.outcome != PERP_OUTCOME_ROUNDING_LIMIT)
-        fail_msg("draw %llu: %s by %s, residual %g", (unsigned long long)which,
-                 perp_outcome_text(a->result.outcome), perp_contact_method_text(a->result.method),
-                 a->result.residual);
-}
-
 /* W of these draws has condition numbers of some hundreds: with tol 1e-10 impulses of size 1 are
  * right to 1e-7. What stands at a bound stands there exactly, what holds does not move at all. */
-static void compare(const problem *p, const answer *a, const double *r, uint64_t which)
+static void compare(const both_problem *p, const both_answer *a, const double *r, uint64_t which)
 {
-    const int32_t first = rows_of(p);
+    const int32_t first = p->rows;
     for (int i = 0; i < p->size; i++)
         if (!(fabs(a->r[i] - r[i]) <= 1e-7 * (1.0 + fabs(r[i]))))
             fail_msg("draw %llu: r[%d] is %.17g, expected %.17g", (unsigned long long)which, i,
@@ -264,7 +161,7 @@ static void test_enumerated(void **state)
     int single = 0;
     (void)state;
     for (uint64_t k = 1; k <= 60; k++) {
-        problem p;
+        both_problem p;
         double r[MOST];
         both_seed = 1000 * k;
         draw_problem(&p, 2, 2, 3, 1, k % 2 == 0);
@@ -272,15 +169,15 @@ static void test_enumerated(void **state)
             continue;
         single++;
         for (int m = 0; m < 6; m++) {
-            answer a;
-            by_dynamics(&p, methods[m], 0, &a);
-            require_solved(&a, k);
+            both_answer a;
+            both_by_dynamics(&p, methods[m], 0, NULL, &a);
+            both_require_solved(&a, k);
             compare(&p, &a, r, k);
-            by_delassus(&p, methods[m], &a);
-            require_solved(&a, k);
+            both_by_delassus(&p, methods[m], &a);
+            both_require_solved(&a, k);
             compare(&p, &a, r, k);
-            by_dynamics(&p, methods[m], 1, &a);
-            require_solved(&a, k);
+            both_by_dynamics(&p, methods[m], 1, NULL, &a);
+            both_require_solved(&a, k);
             compare(&p, &a, r, k);
         }
     }
@@ -292,12 +189,12 @@ static void test_laws(void **state)
 {
     (void)state;
     for (uint64_t k = 1; k <= 60; k++) {
-        problem p;
-        answer a;
+        both_problem p;
+        both_answer a;
         both_seed = 77 * k;
         draw_problem(&p, 2, 3, 4, k % 3 == 0, 0);
-        by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
-        require_solved(&a, k);
+        both_by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, NULL, &a);
+        both_require_solved(&a, k);
         for (int c = 0; c < 2; c++) {
             const double *r = a.r + 3 * c, *u = a.u + 3 * c;
             const double power = r[1] * u[1] + r[2] * u[2], slip = hypot(u[1], u[2]);
@@ -315,11 +212,10 @@ static void test_laws(void **state)
 }
 
 /* A wheel of inertia 2 with a motor that asks for speed 3, of at most 1.5: u = omega - 3. */
-static void motor(double f, double most, answer *a)
+static void motor(double f, double most, both_answer *a)
 {
-    problem p;
+    both_problem p;
     memset(&p, 0, sizeof p);
-    p.dim = 3;
     p.bounded = p.size = p.n = 1;
     p.M[0] = 2.0;
     p.H[0] = 1.0;
@@ -327,13 +223,13 @@ static void motor(double f, double most, answer *a)
     p.w[0] = -3.0;
     p.lower[0] = -most;
     p.upper[0] = most;
-    by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, a);
-    require_solved(a, 0);
+    both_by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, NULL, a);
+    both_require_solved(a, 0);
 }
 
 static void test_motor(void **state)
 {
-    answer a;
+    both_answer a;
     (void)state;
     motor(5.0, 1.5, &a); /* 2 omega = 5 + 1; r comes of a few sums */
     assert_true(fabs(a.r[0] - 1.0) <= 1e-15 && a.u[0] == 0.0 && fabs(a.v[0] - 3.0) <= 1e-15);
@@ -353,19 +249,18 @@ static void test_motor(void **state)
 /* A limit that holds a joint: v is exactly 0, and a row beside it that lets go. */
 static void test_limit(void **state)
 {
-    problem p;
-    answer a;
+    both_problem p;
+    both_answer a;
     (void)state;
     memset(&p, 0, sizeof p);
-    p.dim = 3;
     p.bounded = p.size = p.n = 2;
     p.M[0] = p.M[MOST + 1] = 0.7;
     p.H[0] = p.H[MOST + 1] = 1.0;
     p.f[0] = -0.1;
     p.f[1] = 0.1;
     p.upper[0] = p.upper[1] = INFINITY;
-    by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
-    require_solved(&a, 0);
+    both_by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, NULL, &a);
+    both_require_solved(&a, 0);
     assert_true(a.v[0] == 0.0 && fabs(a.r[0] - 0.1) <= 1e-16 && a.r[1] == 0.0);
     assert_int_equal(a.modes[0], PERP_CONTACT_STICK);
     assert_int_equal(a.modes[1], PERP_CONTACT_LOWER);
@@ -374,11 +269,10 @@ static void test_limit(void **state)
 /* Two limits that contradict each other: the ray proves it, in the caller's rows. */
 static void test_infeasible(void **state)
 {
-    problem p;
-    answer a;
+    both_problem p;
+    both_answer a;
     (void)state;
     memset(&p, 0, sizeof p);
-    p.dim = 3;
     p.bounded = p.size = 2;
     p.n = 1;
     p.M[0] = 1.0;
@@ -387,7 +281,7 @@ static void test_infeasible(void **state)
     p.w[1] = 1.0;  /* v <= -1 */
     p.upper[0] = INFINITY;
     p.lower[1] = -INFINITY;
-    by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
+    both_by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, NULL, &a);
     assert_int_equal(a.result.outcome, PERP_OUTCOME_RAY);
     assert_int_equal(a.result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
     assert_true(a.ray[0] == 1.0 && a.ray[1] == -1.0);

@@ -10,20 +10,7 @@
 
 #include <perp/perp.h>
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO, PERP_CONTACT_METHOD_SWEEP,
                                   PERP_CONTACT_METHOD_NEWTON, PERP_CONTACT_METHOD_LEMKE};

@@ -13,20 +13,7 @@
 
 #include "piles.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO, PERP_CONTACT_METHOD_SWEEP,
                                   PERP_CONTACT_METHOD_NEWTON, PERP_CONTACT_METHOD_LEMKE};
@@ -122,6 +109,94 @@ static void test_what_pressing_answers_to(void **state)
                          PERP_OK);
         assert_true(!is_good(result.outcome) ||
                     fabs(-1e-12 * r[0] + r[3] + 1.07) <= 1e-7); /* ten times tol */
+    }
+}
+
+/* Two contacts without friction on one body in the plane, or on W. */
+typedef struct pair {
+    double mass[3], H[6], f[3]; /* H: row by row */
+    double W[4], q[2];
+    double r[2], u[2], v[3];
+    perp_contact_result result;
+} pair;
+
+static void solve_pair(pair *p, int32_t method, const double *r0)
+{
+    static const int32_t starts[] = {0, 1, 2, 3}, places[] = {0, 1, 2};
+    static const double w[2] = {0};
+    const int32_t by_W = p->W[0] > 0.0;
+    perp_contact_dynamics dynamics;
+    perp_contact_settings settings;
+    perp_contact_laws laws;
+    perp_matrix M, H, W;
+
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+    assert_int_equal(perp_contact_result_init(&p->result, sizeof p->result), 0);
+    perp_matrix_init(&M, sizeof M);
+    perp_matrix_init(&H, sizeof H);
+    perp_matrix_init(&W, sizeof W);
+    perp_matrix_csc(&M, 3, 3, starts, places, p->mass);
+    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 2, 3, p->H, 3);
+    perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, 2, 2, p->W, 2);
+    laws.contacts = 2;
+    laws.dim = 1;
+    settings.method = method;
+    settings.tol = 1e-8;
+    dynamics.n = 3;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    if (by_W)
+        assert_int_equal(perp_contact_solve_delassus(context, p->r, p->u, NULL, NULL, &p->result,
+                                                     &settings, &laws, &W, p->q, r0),
+                         PERP_OK);
+    else
+        assert_int_equal(perp_contact_solve(context, p->v, p->r, p->u, NULL, NULL, &p->result,
+                                            &settings, &laws, &dynamics, p->f, w, NULL, r0),
+                         PERP_OK);
+}
+
+/* A contact that closes with 1, on a body another coordinate of which carries 1e15: nothing of the
+ * one reaches the other. Nor does much from a contact that departs with 5e15 and whose coupling is
+ * 1e-5. Without its impulse of 1 it is off by all that it is made of. */
+static void test_closing_beside_large_numbers(void **state)
+{
+    static const double r0[] = {1e15, 0.0};
+
+    (void)state;
+    for (size_t m = 0; m < METHODS; m++) {
+        pair body = {.mass = {1, 1, 1}, .H = {1, 0, 0, 0, 1, 0}, .f = {-1e15, -1, 0}};
+        pair matrix = {.W = {1, 1e-5, 1e-5, 1}, .q = {5e15, -1}};
+
+        solve_pair(&body, methods[m], r0);
+        assert_true(!is_good(body.result.outcome) || fabs(body.r[1] - 1) <= 1e-7);
+        solve_pair(&matrix, methods[m], NULL);
+        assert_true(!is_good(matrix.result.outcome) || fabs(matrix.r[1] - 1) <= 1e-7);
+        if (methods[m] == PERP_CONTACT_METHOD_AUTO)
+            assert_true(is_good(body.result.outcome) && is_good(matrix.result.outcome));
+    }
+}
+
+/* Both contacts hold two coordinates of a body at rest, one of mass 1e-12 and one of 1. What W says
+ * of the impulses is what the light one says, their sum; the difference, 0.06, moves the heavy one,
+ * and v has to tell it: M v = f + H'r in each coordinate. */
+static void test_momentum_of_the_heavy(void **state)
+{
+    static const double r0[] = {1.03, 0.97};
+
+    (void)state;
+    for (size_t m = 0; m < METHODS; m++) {
+        pair p = {.mass = {1e-12, 1, 1}, .H = {1, -1, 0, 1, 1, 0}, .f = {-2, 0, 0}};
+
+        solve_pair(&p, methods[m], r0);
+        assert_true(is_good(p.result.outcome));
+        for (int32_t i = 0; i < 3; i++) {
+            const double moves = p.mass[i] * p.v[i], push = p.H[i] * p.r[0] + p.H[3 + i] * p.r[1];
+
+            /* 10 tol and rounding of the terms, which are 2 */
+            assert_true(fabs(moves - p.f[i] - push) <= 1e-6);
+        }
     }
 }
 
@@ -445,10 +520,74 @@ static void test_omega_out_of_range(void **state)
     assert_true(r[0] == 77.0);
 }
 
+/* ---- right sides of rounding -------------------------------------------------------------------
+ */
+
+/* Five joints in four velocities, three of the rows made of the other two: impulses answer to two
+ * numbers alone. b = -G v0 leaves them nothing to do but what rounding makes of five sums, which
+ * contradict each other: no answer is nearer than 16 eps of the terms. A contradiction of 1e-9 is
+ * none of rounding's. */
+static void test_joints_of_rounding(void **state)
+{
+    static const double tols[] = {1e-3, 1e-8, 1e-12}, mass[] = {0.3, 2.0, 7.0, 40.0};
+    static const double v0[] = {0.1, -0.7, 1.3, 0.9}, w[1] = {0};
+    static const int32_t starts[] = {0, 1, 2, 3, 4}, rows[] = {0, 1, 2, 3};
+    double G[20] = {0.1, 0.2, -0.7, 0.3, 1.1, -0.6, 0.4, 0.9}, f[4], b[5], v[4], s[5];
+    perp_contact_dynamics dynamics;
+    perp_contact_settings settings;
+    perp_contact_solver *solver;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix M, H, view;
+
+    (void)state;
+    for (int32_t i = 0; i < 4; i++) {
+        G[8 + i] = 0.1 * G[i] + 0.7 * G[4 + i];
+        G[12 + i] = 0.3 * G[i] - 1.7 * G[4 + i];
+        G[16 + i] = -0.9 * G[i] + 0.2 * G[4 + i];
+        f[i] = mass[i] * v0[i];
+    }
+    for (int32_t i = 0; i < 5; i++)
+        b[i] = -(G[4 * i] * v0[0] + G[4 * i + 1] * v0[1] + G[4 * i + 2] * v0[2] +
+                 G[4 * i + 3] * v0[3]);
+    perp_matrix_init(&M, sizeof M);
+    perp_matrix_init(&H, sizeof H);
+    perp_matrix_init(&view, sizeof view);
+    perp_matrix_csc(&M, 4, 4, starts, rows, mass);
+    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 0, 4, w, 4);
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 5, 4, G, 4);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    laws.bilateral = 5;
+    dynamics.n = 4;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    dynamics.G = &view;
+    for (int32_t k = 0; k < 6; k++) {
+        const int32_t contradicts = k >= 3;
+
+        settings.tol = tols[k % 3];
+        b[2] += k == 3 ? 1e-9 : 0.0;
+        assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
+        assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
+        assert_int_equal(perp_contact_solver_solve_dynamics(solver, v, s, NULL, NULL, NULL, &result,
+                                                            f, w, b, NULL),
+                         PERP_OK);
+        assert_int_equal(is_good(result.outcome), !contradicts);
+        for (int32_t i = 0; i < 4 && !contradicts; i++) /* a few roundings */
+            assert_true(fabs(v[i] - v0[i]) <= 64 * 2.2e-16);
+        perp_contact_solver_destroy(solver);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_what_pressing_answers_to),
+        cmocka_unit_test(test_closing_beside_large_numbers),
+        cmocka_unit_test(test_momentum_of_the_heavy),
         cmocka_unit_test(test_grain_on_a_block),
         cmocka_unit_test(test_mixed_towers),
         cmocka_unit_test(test_iterations_hold),
@@ -460,6 +599,7 @@ int main(void)
         cmocka_unit_test(test_no_proof_without_budget),
         cmocka_unit_test(test_impulse_out_of_range),
         cmocka_unit_test(test_omega_out_of_range),
+        cmocka_unit_test(test_joints_of_rounding),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -49,7 +49,7 @@ static void require_near(double x, double expected, size_t k, const char *what)
 }
 
 /* d = u / t. signorini |min(r_n, d_n)|, dissipation |r_t - P(r_t - d_t)| on the disc of radius
- * mu r_n, natural |r - P_K(r - d - mu |d_t| e_n)| (of discs and polygons |(signorini,
+ * mu r_n, natural |r - P_K(r - d - mu |d_t| e_n)| (of discs, polygons and mu > 1e3 |(signorini,
  * dissipation)|), change the least change of u that obeys. */
 static void test_what_is_violated(void **state)
 {
@@ -94,6 +94,9 @@ static void test_what_is_violated(void **state)
          0,
          0.05,
          STICK},
+        /* mu = 1e6, which counts apart: closes and slides; sticks, and moves */
+        {{3, 0, 1e6, 0, 0, 1}, {0, 0, 0}, {-1, 3, 4}, 1, 1, 1, 0, 0, SLIP},
+        {{3, 0, 1e6, 0, 0, 1}, {1, 0, 0}, {0, 3, 4}, 5, 5, 0, 0, 5, STICK},
         /* opens with an impulse along a tangent left */
         {{3, 0, 0.5, 0, 0, 1}, {0, 0, 0}, {1, 3, 4}, 0, 0, 0, 0, 0, SEPARATE},
         /* rolling: all numbers of normal and parts together, each part its own disc */
@@ -145,6 +148,9 @@ static void test_clip(void **state)
         {{3, 4, 1, 0, 0, 1}, {1, 2, 2}, {1, 0.5, 0.5}},
         {{3, 4, 1, 0, 0, 1}, {1, 0, -3}, {1, 0, -1}},
         {{3, 4, 1, 0, 0, 1}, {1, 0.25, -0.5}, {1, 0.25, -0.5}},
+        /* from where x - (x - P(x)) is 0 */
+        {{3, 4, 1, 0, 0, 1}, {1, 1e17, 3e16}, {1, 1, 0}},
+        {{3, 4, 1, 0, 0, 1}, {1, -1e17, -1e17}, {1, -0.5, -0.5}},
     };
     size_t k, i;
 

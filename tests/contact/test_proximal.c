@@ -13,20 +13,7 @@
 #include "hand_over.h"
 #include "piles.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static perp_contact_result solve(const piles *p, int32_t method, double tol, const double *r0,
                                  double *v, double *r, double *u)

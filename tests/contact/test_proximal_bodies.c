@@ -15,20 +15,7 @@
 #include "bodies_load.h"
 #include "piles.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static perp_contact_settings with(int32_t method)
 {
@@ -107,7 +94,8 @@ static perp_contact_result by_matrix(const piles *p, double *u, double *r)
     input.starts = starts;
     input.M = &M;
     input.H = &H;
-    perp__bodies_init(&bodies, context);
+    memset(&bodies, 0, sizeof bodies);
+    bodies.context = context;
     assert_int_equal(perp__bodies_setup(&bodies, &input, &suits), PERP_OK);
     assert_int_equal(suits, 1);
     columns = gen_allocate((size_t)p->rows + 1, sizeof *columns);

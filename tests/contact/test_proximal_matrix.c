@@ -13,20 +13,7 @@
 #include "memory.h"
 #include "proximal_scene.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static void solve(proximal_scene *s)
 {

@@ -11,21 +11,9 @@
 #include "contact/law.h"
 #include "hand_over.h"
 
-static perp_context *context;
+#include "context.h"
+
 static const double pi = 3.14159265358979323846;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 typedef struct answer {
     double r[8], u[8], ray[8];

@@ -11,22 +11,9 @@
 
 #include <perp/perp.h>
 
+#include "context.h"
+
 enum { N = 12, ROWS = 12, BILATERAL = 1, SIZE = ROWS + BILATERAL, CONTACTS = 3, BOUNDED = 3 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 static uint64_t seed;
 

@@ -55,6 +55,15 @@ static void keep(const rigid_scene *s, copy *to)
     to->carrier = s->carrier[0];
 }
 
+static double distance(const double *a, const double *b, int32_t count)
+{
+    double largest = 0.0;
+
+    for (int32_t i = 0; i < count; i++)
+        largest = fmax(largest, fabs(a[i] - b[i]));
+    return largest;
+}
+
 /* To the tolerance, of numbers of size 1 to 10. What nothing determines may come out as 0 in one
  * and as rounding in the other. */
 static void check_near(double a, double b, int32_t is_determined)
@@ -75,9 +84,10 @@ static void check_same(const rigid_scene *s, const copy *one, const copy *other)
         check_near(one->velocity[i], other->velocity[i],
                    i % 3 == 0 ||
                        (one->modes[i / 3] == PERP_CONTACT_STICK && s->rows[i / 3].mu > 0.0));
-    assert_memory_equal(one->impulse, other->impulse, sizeof one->impulse);
     for (int32_t i = 0; i < 3 * s->contacts; i++)
         largest = fmax(largest, fabs(one->impulse[i]));
+    /* what was clipped into its cone once may be clipped again by rounding */
+    assert_true(distance(one->impulse, other->impulse, 3 * s->contacts) <= 4e-16 * largest);
     for (int32_t k = 0; k < s->contacts; k++) {
         const double *r = one->impulse + 3 * k;
 
@@ -110,11 +120,13 @@ static int32_t try(perp__rigid_solver *solver, rigid_scene *s, double spoil, gen
     if (!says)
         return 0;
     keep(s, &one);
+    /* those, or the least ones */
+    memcpy(s->warm, s->impulse, 3 * (size_t)s->contacts * sizeof(double));
     p.max_iterations = -1;
     p.tol = tol;
     assert_int_equal(perp__rigid_solve(solver, &look, &p), PERP_OK);
     assert_int_equal(look.outcome, PERP_OUTCOME_SOLVED);
-    assert_true(look.tested <= a.tested);
+    assert_true(look.tested <= a.tested + 1e-15); /* as in check_same() */
     p.tol = 1e-10;
     p.again = 1;
     assert_int_equal(perp__rigid_hold(solver, &look, &p), PERP_OK);
@@ -148,8 +160,71 @@ static void test_same(void **state)
     perp_context_destroy(context);
     print_message("taken of %d: %d %d %d %d %d %d %d\n", SCENES, yes[0], yes[1], yes[2], yes[3],
                   yes[4], yes[5], yes[6]);
-    assert_true(yes[0] >= SCENES / 2);  /* most answers are to rounding */
-    assert_true(yes[6] <= SCENES / 10); /* where all is symmetric, little may be much the same */
+    assert_true(yes[0] >= SCENES / 2); /* most answers are to rounding */
+    assert_true(yes[6] <= SCENES / 4); /* what is held, by others */
+}
+
+/* The resultant of the impulses on the body. */
+static void push(const rigid_scene *s, const double *impulse, double *sum)
+{
+    for (int32_t i = 0; i < s->width; i++) {
+        sum[i] = 0.0;
+        for (int32_t k = 0; k < s->contacts; k++)
+            for (int32_t a = 0; a < s->rows[k].dim; a++)
+                sum[i] += s->rows[k].rows[s->rows[k].body[0] != 0][a][i] * impulse[3 * k + a];
+    }
+}
+
+static double square_of(const rigid_scene *s, const double *impulse)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < 3 * s->contacts; i++)
+        sum += impulse[i] * impulse[i];
+    return sum;
+}
+
+/* What comes to lie is held by impulses with the same resultant as any that hold it, and by none
+ * that are less. */
+static void test_lies(void **state)
+{
+    const double half[3] = {0.4, 0.3, 0.5}, rest[6] = {0.0};
+    perp_context *context = NULL;
+    perp__rigid_solver *solver = NULL;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp__rigid_create(context, &solver), PERP_OK);
+    for (int32_t planar = 0; planar < 2; planar++) {
+        double mine[6], theirs[6], least;
+        perp__rigid_problem p;
+        perp__rigid_answer a;
+        rigid_scene s;
+
+        rigid_open(&s, planar);
+        rigid_box(&s, 0.0, 0.0, 0.5, half, 2.0, rest);
+        rigid_face(&s, RIGID_GROUND, 0, -half[0], 0.5 * half[0], -half[1], half[1], 0.0, 0.5);
+        p = rigid_problem(&s);
+        a = rigid_answer(&s);
+        memset(s.warm, 0, 3 * (size_t)s.contacts * sizeof(double));
+        p.tol = 1e-10;
+        p.warm = s.warm;
+        assert_int_equal(perp__rigid_single(&a, &p, 1e-12), 1);
+        assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+        for (int32_t i = 0; i < s.width; i++)
+            assert_true(s.v[i] == 0.0);
+        push(&s, s.impulse, mine);
+        least = square_of(&s, s.impulse);
+        p.tol = 1e-13;
+        assert_int_equal(perp__rigid_solve(solver, &a, &p), PERP_OK);
+        push(&s, s.impulse, theirs);
+        for (int32_t i = 0; i < s.width; i++)
+            assert_true(fabs(mine[i] - theirs[i]) <= 1e-12);
+        assert_true(least > 0.0 && least <= (1.0 + 1e-9) * square_of(&s, s.impulse));
+        rigid_close(&s);
+    }
+    perp__rigid_destroy(solver);
+    perp_context_destroy(context);
 }
 
 /* What it is not for. */
@@ -179,7 +254,7 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same), cmocka_unit_test(test_lies),
                                        cmocka_unit_test(test_refusals)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -84,6 +84,7 @@ static void test_half(void **state)
 
 typedef struct machine {
     double M[N * N], H[ROWS * N], G[N], f[N], w[ROWS], b[1], mu[CONTACTS];
+    double lower[LIMITS], upper[LIMITS]; /* of the last rows, where upper[0] > 0: dry friction */
     double sparse[N * N + (ROWS + 1) * N];
     int32_t starts[3][N + 1], indices[N * N + (ROWS + 1) * N];
 } machine;
@@ -163,6 +164,10 @@ static void set_up(perp_contact_solver *solver, machine *m, int sparse)
     laws.contacts = CONTACTS;
     laws.bounded = LIMITS;
     laws.mu = m->mu;
+    if (m->upper[0] > 0.0) {
+        laws.lower = m->lower;
+        laws.upper = m->upper;
+    }
     dynamics.n = N;
     dynamics.M = &M;
     dynamics.H = &H;
@@ -214,6 +219,12 @@ static void check_laws(const machine *m, const answer *a)
     }
     for (int i = 3 * CONTACTS; i < ROWS; i++) {
         const double u = times(m->H + i * N, a->v) + m->w[i];
+        const double most = m->upper[i - 3 * CONTACTS];
+        if (m->upper[0] > 0.0) {
+            assert_true(fabs(a->r[i]) <= most);
+            assert_true(fabs(u) <= small || a->r[i] == (u > 0.0 ? -most : most));
+            continue;
+        }
         assert_true(a->r[i] >= 0.0 && u >= -small && fabs(a->r[i] * u) <= small);
     }
     assert_true(fabs(times(m->G, a->v) + m->b[0]) <= small);
@@ -260,6 +271,54 @@ static void test_steps(void **state)
     perp_context_destroy(context);
 }
 
+/* Joints with dry friction, and more contacts of one body than it has ways to move: sets of modes
+ * are singular, and many contradict themselves. */
+static void draw_dry(machine *m)
+{
+    draw_machine(m);
+    for (int i = 0; i < 3 * CONTACTS; i++)
+        for (int j = 6; j < N; j++)
+            m->H[i * N + j] = 0.0;
+    memset(m->w, 0, sizeof m->w);
+    for (int k = 0; k < LIMITS; k++) {
+        m->upper[k] = 0.3 + 0.2 * draw();
+        m->lower[k] = -m->upper[k];
+    }
+}
+
+/* From the step before: thirty sweeps at most, and a few sets from the one that these show. */
+static void test_dry_joints(void **state)
+{
+    perp_context *context;
+    perp_contact_solver *solver;
+    int quick = 0;
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
+    for (uint64_t k = 1; k <= 20; k++) {
+        machine m;
+        answer cold, warm;
+        seed = 13 * k;
+        draw_dry(&m);
+        set_up(solver, &m, 0);
+        solve(solver, &m, NULL, &cold);
+        check_laws(&m, &cold);
+        for (int step = 0; step < 10; step++) {
+            for (int i = 0; i < N; i++)
+                m.f[i] += 0.5 * draw();
+            set_up(solver, &m, 0);
+            solve(solver, &m, cold.r, &warm);
+            check_laws(&m, &warm);
+            quick +=
+                warm.result.method == PERP_CONTACT_METHOD_PROXIMAL && warm.result.iterations <= 60;
+            cold = warm;
+        }
+    }
+    assert_true(quick >= 180); /* half of them where such sets end the search */
+    perp_contact_solver_destroy(solver);
+    perp_context_destroy(context);
+}
+
 static int32_t stop(const perp_contact_progress *progress, void *user)
 {
     (void)progress;
@@ -296,6 +355,7 @@ static void test_stopped(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_half), cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_dry_joints),
                                        cmocka_unit_test(test_stopped)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -30,8 +31,8 @@ static void layout(perp__arena *arena, void *object)
 static void begin(fixture *f)
 {
     assert_int_equal(perp_context_create(&f->context, NULL), PERP_OK);
-    perp__arena_init(&f->arena, f->context);
-    assert_int_equal(perp__arena_fit(&f->arena, layout, f), PERP_OK);
+    memset(&f->arena, 0, sizeof f->arena);
+    assert_int_equal(perp__arena_fit(&f->arena, f->context, layout, f), PERP_OK);
     perp__mixing_forget(&f->mixing);
 }
 

@@ -13,6 +13,8 @@
 
 #include "gen.h"
 
+#include "context.h"
+
 enum { BODIES = 4, N = 6 * BODIES, MOST = 5, ROWS = 6 * MOST, TRIALS = 40 };
 
 typedef struct scene {
@@ -25,21 +27,6 @@ typedef struct part {
     int32_t row, size;
     double coefficient;
 } part;
-
-static perp_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL) == PERP_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* The parts of contact k whose rows begin at `row`; returns the row behind them. */
 static int32_t parts_of(const scene *s, int32_t k, int32_t row, part parts[3], int32_t *count)
@@ -282,8 +269,8 @@ static void test_closed_form(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_closed_form, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_planted, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_closed_form, make, destroy),
+        cmocka_unit_test_setup_teardown(test_planted, make, destroy),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -14,20 +14,7 @@
 
 #include "contact/solver.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* A solver after a solve by W, row by row, or by H of a unit mass; its points can be replaced. */
 typedef struct rig {
@@ -256,22 +243,24 @@ static void test_numbers(void **state)
     perp_contact_solver_destroy(solver);
 }
 
-/* Contact 1 has units of a millionth: t = 1e12, terms 2e6, as 2 in contact 0's. Beside 2 e-5 of
- * that contact 0 lacks all of its 1e-7; beside a share of 2e6 it would lack nothing. */
+/* Contact 1 has units of a millionth: t = 1e12, terms 2e6, as 2 in contact 0's. At tol 1e-12 the
+ * floor is 16 eps / tol of that, and contact 0, which moves with 1e-7, is judged beside it; beside
+ * a share of 2e6 it would lack nothing. */
 static void test_units_of_the_floor(void **state)
 {
-    static const rig mixed = {2, 1, 0, {1, 1e-3, 1e-3, 1e12}, {0}, {-1e-7, -1e6}, {0}};
+    static const rig mixed = {2, 1, 0, {1, 10, 10, 1e12}, {0}, {-1.01e-5, -1e6}, {0}};
     perp_contact_solver *solver = solved(&mixed, 1);
     perp__contact_worth worth;
 
     (void)state;
     assert_int_equal(solver->parts, 1);
-    solver->r[0] = 0.0;
+    solver->settings.tol = 1e-12;
+    solver->r[0] = 2e-7;
     solver->r[1] = 1e-6;
     assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
     assert_true(worth.tested <= 1e-6);
-    /* 1e-7 over 2e-5 and its own terms twice; the coupling changes a hundredth of it */
-    assert_true(fabs(worth.own / (1e-7 / (2e-5 + 2e-7)) - 1.0) <= 0.02);
+    /* its own terms and what the coupling changes add a hundredth */
+    assert_true(fabs(worth.own / (1e-7 / (32e12 * DBL_EPSILON)) - 1.0) <= 0.02);
     perp_contact_solver_destroy(solver);
 }
 

@@ -1,12 +1,12 @@
-/* The stepper at its extremes: a table of what holds, what degrades and how the result says so.
+/* The stepper at its extremes: a table of what holds, and where the result says that it does not.
  *
  *     build/tests/extremes/test_world_extremes table      prints it (make extremes)
  *
  * Each row runs a scene whose answer is known in closed form over a range of values and measures
- * the worst error. Up to `bound` it holds; up to `worse`, where that is larger, it degrades as the
- * row says; beyond it is wrong, unless the result said that it was (an outcome that is not good, or
- * a refusal). The committed table, bench/results/extremes.txt, has to have the same rows, verdicts
- * and outcomes. PERP_EXTREMES_LONG=1 takes the hour's steps that are skipped otherwise. */
+ * the worst error. Up to `bound` it holds; beyond it is wrong, unless the result said that it was
+ * (an outcome that is not good, or a refusal). The committed table, bench/results/extremes.txt, has
+ * to have the same rows, verdicts and outcomes. PERP_EXTREMES_LONG=1 takes the hour's steps that
+ * are skipped otherwise. */
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>
@@ -658,68 +658,66 @@ static double beyond_size(double size)
 typedef struct row {
     const char *extreme, *scene, *promise;
     double (*measure)(double value);
-    double bound, worse; /* worse 0: there is nothing between right and wrong */
+    double bound;
     double values[8];
     const char *range;
 } row;
 
 /* clang-format off */
 static const row rows[] = {
-    {"sizes", "heap of 9, bits", "those of size 1", bits_differ, 0, 0,
+    {"sizes", "heap of 9, bits", "those of size 1", bits_differ, 0,
      {-15, -14, -7, -1, 1, 7, 14, 15}, "4^-15 .. 4^15"},
-    {"sizes", "stack of 5", "moves by rounding", size_stack, 1e-15, 0,
+    {"sizes", "stack of 5", "moves by rounding", size_stack, 1e-15,
      {1e-9, 1e-6, 1e-3, 1, 1e3, 1e6, 1e9}, "1e-9 .. 1e9 m"},
-    {"sizes", "box slides to its stop", "v^2/(2 mu g)", size_slide, 1e-3, 0,
+    {"sizes", "box slides to its stop", "v^2/(2 mu g)", size_slide, 1e-3,
      {1e-9, 1e-6, 1e-3, 1, 1e3, 1e6, 1e9}, "1e-9 .. 1e9 m"},
-    {"steps", "stack of 5", "moves by rounding", step_stack, 1e-15, 0,
+    {"steps", "stack of 5", "moves by rounding", step_stack, 1e-15,
      {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1}, "1e-6 .. 1 s"},
-    {"steps", "point slides to its stop", "off by a h^2/8", step_slide, 1, 0,
+    {"steps", "point slides to its stop", "off by a h^2/8", step_slide, 1,
      {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1}, "1e-6 .. 1 s"},
-    {"steps", "ball bounces, e = 1/2", "on its parabola", step_bounce, 1e-9, 0,
+    {"steps", "ball bounces, e = 1/2", "on its parabola", step_bounce, 1e-9,
      {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1}, "1e-6 .. 1 s"},
-    {"friction", "box slides without", "velocity kept, bits", friction_none, 0, 0,
+    {"friction", "box slides without", "velocity kept, bits", friction_none, 0,
      {1}, "0"},
-    {"friction", "point pushed by 1 -+ 1e-9", "rests, moves", friction_threshold, 1e-5, 0,
+    {"friction", "point pushed by 1 -+ 1e-9", "rests, moves", friction_threshold, 1e-5,
      {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6}, "1e-6 .. 1e6"},
-    {"friction", "point slides to its stop", "v^2/(2 mu g)", friction_slide, 1e-3, 0,
-     {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4}, "1e-6 .. 1e4"},
-    {"friction", "point slides to its stop", "v^2/(2 mu g)", friction_slide, 1e-3, 1e-2,
-     {1e6}, "1e6"},
-    {"masses", "one box on another", "rest, load carried", mass_load, 1e-12, 0,
+    {"friction", "point slides to its stop", "v^2/(2 mu g)", friction_slide, 1e-3,
+     {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6}, "1e-6 .. 1e6"},
+    {"masses", "one box on another", "rest, load carried", mass_load, 1e-12,
      {1e2, 1e4, 1e6, 1e8, 1e10, 1e12}, "1e2 .. 1e12"},
-    {"masses", "tower of 10, in turn", "rests", mass_tower, 0, 0,
+    {"masses", "tower of 10, in turn", "rests", mass_tower, 0,
      {1e2, 1e4, 1e6, 1e8, 1e10, 1e12}, "1e2 .. 1e12"},
-    {"masses", "tower of 10 under one", "rests", mass_top, 0, 0,
+    {"masses", "tower of 10 under one", "rests", mass_top, 0,
      {1e2, 1e4, 1e6, 1e8, 1e10, 1e12}, "1e2 .. 1e12"},
-    {"masses", "ball hits ball, e = 1", "closed form", mass_hit, 1e-12, 0,
+    {"masses", "ball hits ball, e = 1", "closed form", mass_hit, 1e-12,
      {1e2, 1e4, 1e6, 1e8, 1e10, 1e12}, "1e2 .. 1e12"},
-    {"speeds", "ball and box at thin plate", "stopped before it", speed_plate, 1e-8, 0,
+    {"speeds", "ball and box at thin plate", "stopped before it", speed_plate, 1e-8,
      {1, 10, 1e2, 1e3, 1e4, 1e5, 1e6}, "1 .. 1e6 sizes/s"},
-    {"speeds", "box slides without friction", "velocity kept, bits", slides_on, 0, 0,
+    {"speeds", "box slides without friction", "velocity kept, bits", slides_on, 0,
      {1, 10, 1e2, 1e3, 1e4, 1e5, 1e6}, "1 .. 1e6 sizes/s"},
-    {"speeds", "free spin", "energy, momentum kept", speed_spin, 1e-12, 0,
+    {"speeds", "free spin", "energy, momentum kept", speed_spin, 1e-12,
      {1, 10, 1e2, 1e3, 1e4, 1e5, 1e6}, "1 .. 1e6 rad/s"},
-    {"gravity", "stack of 5", "moves by rounding", gravity_stack, 1e-15, 0,
+    {"gravity", "stack of 5", "moves by rounding", gravity_stack, 1e-15,
      {1e-12, 1e-9, 1e-6, 1e-3}, "1e-12 .. 1e-3"},
-    {"gravity", "point pushed by 1 -+ 1e-9", "rests, moves", gravity_threshold, 1e-5, 0,
+    {"gravity", "point pushed by 1 -+ 1e-9", "rests, moves", gravity_threshold, 1e-5,
      {1e-12, 1e-9, 1e-6, 1e-3}, "1e-12 .. 1e-3"},
-    {"gravity", "box slides to its stop", "v^2/(2 mu g)", gravity_slide, 1e-3, 0,
+    {"gravity", "box slides to its stop", "v^2/(2 mu g)", gravity_slide, 1e-3,
      {1e-12, 1e-9, 1e-6, 1e-3}, "1e-12 .. 1e-3"},
-    {"places", "stack of 5", "moves by rounding", place_stack, 1e-15, 0,
+    {"places", "stack of 5", "moves by rounding", place_stack, 1e-15,
      {1e2, 1e4, 1e6, 1e8}, "1e2 .. 1e8 m"},
-    {"places", "box slides to its stop", "v^2/(2 mu g)", place_slide, 1e-3, 0,
+    {"places", "box slides to its stop", "v^2/(2 mu g)", place_slide, 1e-3,
      {1e2, 1e4, 1e6, 1e8}, "1e2 .. 1e8 m"},
-    {"long", "stack of 3, nothing skipped", "moves by rounding", long_stack, 1e-15, 0,
+    {"long", "stack of 3, nothing skipped", "moves by rounding", long_stack, 1e-15,
      {MANY}, "1e6 steps"},
-    {"long", "free spin", "energy, momentum kept", long_spin, 1e-9, 0,
+    {"long", "free spin", "energy, momentum kept", long_spin, 1e-9,
      {MANY}, "1e6 steps"},
-    {"long", "ball bounces, e = 1", "energy kept", long_bounce, 1e-3, 0,
+    {"long", "ball bounces, e = 1", "energy kept", long_bounce, 1e-3,
      {MANY}, "1e6 steps"},
-    {"long", "stack of 20, nothing skipped", "moves by rounding", awake_stack, 1e-15, 0,
+    {"long", "stack of 20, nothing skipped", "moves by rounding", awake_stack, 1e-15,
      {1000}, "10 s"},
-    {"long", "stack of 20", "moves by rounding", hour_stack, 1e-15, 0,
+    {"long", "stack of 20", "moves by rounding", hour_stack, 1e-15,
      {360000}, "an hour"},
-    {"beyond", "stack of 5", "no number is NaN", beyond_size, 0, 0,
+    {"beyond", "stack of 5", "no number is NaN", beyond_size, 0,
      {1e-300, 1e-200, 1e-100, 1e100, 1e200, 1e300}, "1e-300 .. 1e300 m"},
 };
 /* clang-format on */
@@ -754,8 +752,6 @@ static const char *run_row(char *line, const row *r)
         worst = larger(worst, r->measure(r->values[i]));
     if (worst <= r->bound)
         verdict = "holds";
-    else if (worst <= r->worse)
-        verdict = "degrades";
     else
         verdict = good() ? "WRONG" : "says so";
     outcomes_of(outcomes, sizeof outcomes);
@@ -791,9 +787,8 @@ static int print_table(void)
         "The stepper at its extremes (make extremes; tests/extremes/test_world_extremes.c).\n\n"
         "Each row is a scene whose answer is known, run over a range of values: the worst error\n"
         "(behind the last |, of the machine that wrote this) beside what is promised. 'holds' is\n"
-        "within the promise, 'degrades' within what docs/world.md says, 'says so' is wrong with "
-        "an\n"
-        "outcome that says it. Stacks: all accuracies, plane and space. Errors are relative.\n\n"
+        "within the promise, 'says so' is wrong with an outcome that says it. Stacks: all\n"
+        "accuracies, plane and space. Errors are relative.\n\n"
         "%-8s  %-17s  %-28s  %-21s  %6s  %-8s  %s\n",
         "", "values", "scene", "promise", "bound", "verdict", "outcomes | error");
     for (k = 0; k < ROWS; k++) {

@@ -82,6 +82,27 @@ static void linearise(fuzz_bytes *bytes, perp_context *context, perp_compliant *
         check_eigenvalues(s, Gamma, terms, &stability, gamma, eigenvalues);
 }
 
+/* 1e-6: events are found to a rounding of time, at which N and F may change fast. */
+static void check_law(const perp_compliant_system *s, const perp_compliant_result *result,
+                      const double *N)
+{
+    double largest = 0;
+
+    for (int k = 0; k < s->contacts; k++)
+        largest = fmax(largest, fabs(result->friction[k]));
+    for (int k = 0; k < s->contacts; k++) {
+        const int separate = result->modes[k] == PERP_CONTACT_SEPARATE;
+
+        if (s->one_sided[k] ? N[k] < 0 : separate)
+            fuzz_fail("compliant: contact %d pulls, or lets go of what holds it", k);
+        if (separate && (N[k] != 0 || result->friction[k] != 0))
+            fuzz_fail("compliant: contact %d is separate, and N = %g", k, N[k]);
+        if (result->end == PERP_COMPLIANT_TIME &&
+            fabs(result->friction[k]) > s->mu_static[k] * fabs(N[k]) + 1e-6 * largest)
+            fuzz_fail("compliant: F = %g of contact %d where N = %g", result->friction[k], k, N[k]);
+    }
+}
+
 static void run(fuzz_bytes *bytes, perp_context *context, perp_compliant *compliant,
                 const perp_compliant_system *s, fuzz_mood mood)
 {
@@ -97,6 +118,7 @@ static void run(fuzz_bytes *bytes, perp_context *context, perp_compliant *compli
         fuzz_fail("the structs of compliant contacts take their own sizes");
     settings.tol = fuzz_tol(bytes, settings.tol);
     settings.most_steps = 1 + fuzz_pick(bytes, 200);
+    settings.through = fuzz_pick(bytes, 2);
     if (!fuzz_status_of(context,
                         perp_compliant_run(compliant, x, v, N, &result, &settings, x0, v0,
                                            fuzz_size(bytes, mood)),
@@ -106,6 +128,7 @@ static void run(fuzz_bytes *bytes, perp_context *context, perp_compliant *compli
         fuzz_finite("x", x, s->n);
         fuzz_finite("v", v, s->n);
         fuzz_finite("N", N, s->contacts);
+        check_law(s, &result, N);
     }
     if (isnan(result.t) || result.steps < 0 || result.steps > settings.most_steps)
         fuzz_fail("compliant: t = %g after %lld steps", result.t, (long long)result.steps);
@@ -117,7 +140,8 @@ static void compliant_contacts(fuzz_bytes *bytes, perp_context *context)
     perp_compliant *compliant = NULL;
     fuzz_mood mood = fuzz_mood_of(bytes);
     fuzz_matrix matrices[3];
-    double force[MOST], mu[MOST];
+    double force[MOST], mu[MOST], mu_static[MOST];
+    int32_t one_sided[MOST];
 
     if (perp_compliant_system_init(&s, sizeof s) != PERP_OK)
         fuzz_fail("perp_compliant_system_init takes its own size");
@@ -128,6 +152,12 @@ static void compliant_contacts(fuzz_bytes *bytes, perp_context *context)
     fuzz_fill(bytes, mood, &matrices[2], s.contacts, s.n);
     fuzz_numbers(bytes, mood, force, s.n);
     fuzz_numbers(bytes, FUZZ_MODERATE, mu, s.contacts);
+    for (int k = 0; k < s.contacts; k++) {
+        mu_static[k] = mu[k] * (1 + fuzz_pick(bytes, 2));
+        one_sided[k] = fuzz_pick(bytes, 2);
+    }
+    s.mu_static = mu_static;
+    s.one_sided = one_sided;
     s.mass = &matrices[0].view;
     s.normal = &matrices[1].view;
     s.tangent = &matrices[2].view;

@@ -14,20 +14,7 @@
 #include "grids.h"
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static void make_grid(gen_lcp *problem, gen_random *random, const grid_options *options)
 {

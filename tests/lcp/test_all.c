@@ -15,20 +15,7 @@
 #include "run.h"
 #include "all_list.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* ---- known solutions ----------------------------------------------------------------------- */
 

@@ -13,20 +13,7 @@
 #include "run.h"
 #include "all_list.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* A wedge of half-angle 10 degrees between two walls, friction 0.3 > tan 10 degrees, mass 1, pushed
  * in or pulled out with velocity 1: pushed in it stays (velocity 0); pulled out it jams or comes

@@ -11,49 +11,9 @@
 #include <cmocka.h>
 
 #include "grids.h"
+#include "memory.h"
 #include "run.h"
 #include "scene.h"
-
-typedef struct memory {
-    int calls, live;
-    int fails_at; /* the call that fails, from 1; 0: none */
-} memory;
-
-static void *limited_allocate(size_t size, void *user)
-{
-    memory *m = user;
-    void *pointer;
-
-    m->calls++;
-    if (m->calls == m->fails_at)
-        return NULL;
-    pointer = malloc(size);
-    if (pointer) {
-        memset(pointer, 0xa5, size); /* nobody may rely on fresh memory being zero */
-        m->live++;
-    }
-    return pointer;
-}
-
-static void limited_release(void *pointer, void *user)
-{
-    memory *m = user;
-
-    assert_non_null(pointer);
-    m->live--;
-    free(pointer);
-}
-
-static perp_context_settings limited(memory *m)
-{
-    perp_context_settings settings;
-
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
-    settings.allocate = limited_allocate;
-    settings.release = limited_release;
-    settings.allocator_user = m;
-    return settings;
-}
 
 /* Methods, storages and problems that go through different code: dense and sparse, a solution, a
  * ray, a method that hands over to another. */
@@ -136,7 +96,7 @@ static perp_lcp_settings settings_of(const scenario *s)
 static void test_context_and_solver(void **state)
 {
     memory m = {0, 0, 1};
-    perp_context_settings settings = limited(&m);
+    perp_context_settings settings = memory_settings(&m);
     perp_context *context, *const none = (perp_context *)(void *)&m;
     perp_lcp_solver *solver, *const no_solver = (perp_lcp_solver *)(void *)&m;
 
@@ -205,7 +165,7 @@ static void test_at_once(void **state)
     (void)state;
     for (s = 0; s < SCENARIOS; s++) {
         memory m = {0, 0, 0};
-        perp_context_settings context_settings = limited(&m);
+        perp_context_settings context_settings = memory_settings(&m);
         perp_lcp_settings settings = settings_of(&scenarios[s]);
         perp_context *context;
         gen_lcp problem;
@@ -247,7 +207,7 @@ static void open_bench(bench *b, const scenario *s, uint64_t seed)
     perp_context_settings context_settings;
 
     memset(b, 0, sizeof *b);
-    context_settings = limited(&b->m);
+    context_settings = memory_settings(&b->m);
     b->settings = settings_of(s);
     make_problem(&b->problem, s, seed);
     b->z = check_allocate((size_t)b->problem.n, sizeof *b->z);

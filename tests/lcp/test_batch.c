@@ -15,22 +15,9 @@
 #include "memory.h"
 #include "run.h"
 
+#include "context.h"
+
 enum { N = 12, COUNT = 203 }; /* 203: not a multiple of any vector's width */
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 typedef struct many {
     int32_t n;
@@ -201,8 +188,9 @@ static void test_instruction_sets_change_no_bit(void **state)
         memset(&group, 0, sizeof group);
         group.n = N;
         group.width = kernel->width;
-        perp__arena_init(&arena, context);
-        assert_int_equal(perp__arena_fit(&arena, perp__batch_group_layout, &group), PERP_OK);
+        memset(&arena, 0, sizeof arena);
+        assert_int_equal(perp__arena_fit(&arena, context, perp__batch_group_layout, &group),
+                         PERP_OK);
         for (at = 0; at < COUNT; at += kernel->width) {
             int32_t takes[8];
 
@@ -515,8 +503,9 @@ static void test_what_the_kernel_accepts(void **state)
         data.lower = p.lower;
         data.upper = p.upper;
         group.width = kernel->width;
-        perp__arena_init(&arena, context);
-        assert_int_equal(perp__arena_fit(&arena, perp__batch_group_layout, &group), PERP_OK);
+        memset(&arena, 0, sizeof arena);
+        assert_int_equal(perp__arena_fit(&arena, context, perp__batch_group_layout, &group),
+                         PERP_OK);
         for (at = 0; at < COUNT; at += kernel->width) {
             int32_t takes[8];
 

@@ -15,20 +15,7 @@
 #include "run.h"
 #include "scene.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static void solve_by(const gen_lcp *problem, int32_t method, int32_t rule, int32_t scaling,
                      const char *name, int round, double *z)

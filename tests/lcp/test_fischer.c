@@ -13,30 +13,7 @@
 #include "lcp/method.h"
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
-
-/* fischer by itself: what it reaches, not what the polish makes of it. */
-static perp_lcp_settings alone(double tol)
-{
-    perp_lcp_settings settings = run_settings(PERP_LCP_FISCHER);
-
-    settings.polish = 0;
-    settings.tol = tol;
-    return settings;
-}
+#include "context.h"
 
 static void layout(perp__arena *arena, void *work)
 {
@@ -51,7 +28,7 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
 {
     enum { MOST = 8 };
     double ones[MOST], norms[MOST], l[MOST], u[MOST], z[MOST], w[MOST];
-    perp_lcp_settings settings = alone(1e-12);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-12);
     perp__lcp_control control;
     perp__lcp_problem p;
     perp__lcp_iterate iterate;
@@ -86,14 +63,15 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     iterate.z = z;
     iterate.warm = attempt == 0;
     iterate.attempt = attempt;
-    perp__sparse_block_init(&block, context);
+    memset(&block, 0, sizeof block);
+    block.context = context;
     if (M->column_starts) {
         p.block = &block;
         assert_int_equal(perp__sparse_block_read(&block, M, ones), PERP_OK);
     }
     work->problem = &p;
-    perp__arena_init(&arena, context);
-    assert_int_equal(perp__arena_fit(&arena, layout, work), PERP_OK);
+    memset(&arena, 0, sizeof arena);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, work), PERP_OK);
     assert_int_equal(perp__lcp_fischer.solve(work, &iterate), PERP_OK);
     if (iterate.outcome != PERP_OUTCOME_SOLVED)
         fail_msg("%s, inside: %s after %d", where, perp_outcome_text(iterate.outcome),
@@ -104,7 +82,6 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
         check_raise(&residual, fabs(fmax(fmin(z[i] - l[i], w[i]), z[i] - u[i])));
     }
     assert_true(residual <= 1e-12 + 1e-13); /* w is rounded: n |M| |z| eps = 8 * 21 * 92 eps */
-    perp__lcp_fischer.release(work);
     perp__arena_release(&arena);
     perp__sparse_block_release(&block);
     free(work);
@@ -115,7 +92,7 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
 static void solve_both(const int *entries, const int *load, int32_t n, const double *lower,
                        const double *upper, const double *expected, const char *where)
 {
-    perp_lcp_settings settings = alone(1e-12);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-12);
     gen_lcp problem, sparse;
 
     gen_from_integers(&problem, n, entries, load);

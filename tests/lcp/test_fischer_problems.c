@@ -12,47 +12,14 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
-
-/* fischer by itself: what it reaches, not what the polish makes of it. */
-static perp_lcp_settings alone(double tol)
-{
-    perp_lcp_settings settings = run_settings(PERP_LCP_FISCHER);
-
-    settings.polish = 0;
-    settings.tol = tol;
-    return settings;
-}
-
-static perp_matrix dense(const double *values, int32_t n)
-{
-    perp_matrix M;
-
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, values, n > 0 ? n : 1),
-                     PERP_OK);
-    return M;
-}
+#include "context.h"
 
 /* Random problems from their solutions, all bounds. The tested residual of the answer is within
  * tol; z itself is compared where the eigenvalues are bounded below (by 1/2, gen.h). Triangular P
  * matrices are left to sizes where their inverse, 10^n or so, is still a number. */
 static void test_random(void **state)
 {
-    perp_lcp_settings settings = alone(1e-11);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-11);
 
     (void)state;
     for (int class = 0; class < GEN_CLASSES; class ++) {
@@ -84,7 +51,7 @@ static void test_random(void **state)
  * iterations do. Sparse: 64 x 64 inner points. */
 static void test_obstacles(void **state)
 {
-    perp_lcp_settings settings = alone(1e-12);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-12);
     gen_lcp problem, sparse;
     run r;
 
@@ -114,7 +81,7 @@ static void test_obstacles(void **state)
  * theorem; 19 in 20 is what the method must keep up, and whatever it says is checked. */
 static void test_contact(void **state)
 {
-    perp_lcp_settings settings = alone(1e-10);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
     int solved = 0, all = 0;
 
     (void)state;
@@ -145,8 +112,8 @@ static void test_failure_is_said(void **state)
 {
     static const double zero[] = {0.0}, one[] = {-1.0};
     static const double values[] = {1.0, -1.0, -1.0, 1.0}, q[] = {-1.0, 0.0};
-    perp_lcp_settings settings = alone(1e-10);
-    perp_matrix nothing = dense(zero, 1), wall = dense(values, 2);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
+    perp_matrix nothing = run_dense(zero, 1), wall = run_dense(values, 2);
     run r;
 
     (void)state;
@@ -161,7 +128,7 @@ static void test_failure_is_said(void **state)
 /* A start at the solution needs no iteration, one close by fewer than none at all. */
 static void test_warm_starts(void **state)
 {
-    perp_lcp_settings settings = alone(1e-10);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
     gen_random random;
     gen_lcp problem;
     double z0[60];
@@ -194,7 +161,7 @@ static void test_pattern_changes(void **state)
     /* 2 z_2 = 2 + z_1; half of it; 2 z_0 + 2 z_1 - 2 > 0 */
     static const double full[] = {1, 0, 0, 0, 2, 0, 0, 0, 4};
     static const double expected[4][3] = {{1, 1, 1.5}, {0.5, 0.5, 0.75}, {0, 2, 1}, {2, 1, 0.5}};
-    perp_lcp_settings settings = alone(1e-12);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-12);
     perp_lcp_solver *solver;
     perp_lcp_result result;
     perp_matrix M;
@@ -215,7 +182,7 @@ static void test_pattern_changes(void **state)
         assert_int_equal(perp_matrix_csc(&M, 3, 3, starts, k < 2 ? rows_1 : rows_2, values),
                          PERP_OK);
         if (k == 3)
-            M = dense(full, 3);
+            M = run_dense(full, 3);
         assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
         for (int again = 0; again < 2; again++) {
             assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
@@ -232,7 +199,7 @@ static void test_pattern_changes(void **state)
 /* Scaling that a user does by mistake: rows and columns by powers of ten from 1e-40 to 1e40. */
 static void test_bad_units(void **state)
 {
-    perp_lcp_settings settings = alone(1e-10);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
 
     (void)state;
     for (int k = 0; k < 20; k++) {
@@ -261,9 +228,9 @@ static void test_bad_units(void **state)
 
 static void test_empty(void **state)
 {
-    perp_lcp_settings settings = alone(1e-10);
+    perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
     const double none = 0.0;
-    perp_matrix M = dense(&none, 0);
+    perp_matrix M = run_dense(&none, 0);
     perp_lcp_result result;
 
     (void)state;

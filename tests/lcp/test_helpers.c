@@ -14,20 +14,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* w = M z + q to the last bit, complementary, within the bounds. */
 static void require_exact(const gen_lcp *problem, const char *where)

@@ -13,35 +13,7 @@
 #include "gen.h"
 #include "lcp/solver.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
-
-/* The solver with all of the problem in place, M row by row. */
-static perp_lcp_solver *posed(int32_t n, const double *entries, const double *lower,
-                              const double *upper, const double *q)
-{
-    perp_lcp_solver *solver = NULL;
-    perp_matrix M;
-
-    assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, entries, n);
-    assert_int_equal(perp_lcp_solver_setup(solver, &M, lower, upper), PERP_OK);
-    perp__scale_problem(solver, q);
-    return solver;
-}
+#include "posed.h"
 
 static perp_outcome judged(perp_lcp_solver *solver, const double *z)
 {
@@ -50,6 +22,16 @@ static perp_outcome judged(perp_lcp_solver *solver, const double *z)
     memcpy(solver->z, z, (size_t)solver->n * sizeof *z);
     worth = perp__evaluate(solver);
     return perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+}
+
+static perp_outcome verdict(int32_t n, const double *entries, const double *lower,
+                            const double *upper, const double *q, const double *z)
+{
+    perp_lcp_solver *solver = posed(n, entries, lower, upper, q);
+    const perp_outcome outcome = judged(solver, z);
+
+    perp_lcp_solver_destroy(solver);
+    return outcome;
 }
 
 /* z_0 to z_3 are fixed, w_4 = z_0 + z_1 - z_2 - z_3 + z_4 +- 1 = +-1 at z_4 = 0, its bound, on the
@@ -66,15 +48,12 @@ static void test_lost_beside_large_z(void **state)
     for (sign = -1; sign <= 1; sign += 2) {
         const double q[5] = {1, 1, 1, 1, sign};
         double lower[5], upper[5];
-        perp_lcp_solver *solver;
 
         memcpy(lower, z, sizeof z);
         memcpy(upper, z, sizeof z);
         lower[4] = sign < 0 ? 0.0 : -INFINITY;
         upper[4] = sign < 0 ? INFINITY : 0.0;
-        solver = posed(5, M, lower, upper, q);
-        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
-        perp_lcp_solver_destroy(solver);
+        assert_int_equal(verdict(5, M, lower, upper, q, z), PERP_OUTCOME_STALLED);
     }
 }
 
@@ -91,19 +70,19 @@ static void test_which_candidate_stays(void **state)
     solver->best.outcome = PERP_OUTCOME_RAY;
     solver->best.method = PERP_LCP_LEMKE;
     solver->z[0] = 0.75;
-    perp__consider_point(solver, PERP_LCP_PGS);
+    perp__consider_point(solver, PERP_LCP_PGS, PERP_OUTCOME_STALLED);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_RAY);
     solver->z[0] = 1.0 + 1e-12;
-    perp__consider_point(solver, PERP_LCP_PGS);
+    perp__consider_point(solver, PERP_LCP_PGS, PERP_OUTCOME_STALLED);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
     solver->z[0] = 1.0 + 2e-12;
-    perp__consider_point(solver, PERP_LCP_PGS);
+    perp__consider_point(solver, PERP_LCP_PGS, PERP_OUTCOME_STALLED);
     assert_true(solver->best.z[0] == 1.0 + 1e-12);
     solver->z[0] = 1.0;
-    perp__consider_point(solver, PERP_LCP_PGS);
+    perp__consider_point(solver, PERP_LCP_PGS, PERP_OUTCOME_STALLED);
     assert_true(solver->best.z[0] == 1.0);
     solver->z[0] = 0.5;
-    perp__consider_point(solver, PERP_LCP_PGS);
+    perp__consider_point(solver, PERP_LCP_PGS, PERP_OUTCOME_STALLED);
     assert_true(solver->best.z[0] == 1.0);
     perp_lcp_solver_destroy(solver);
 }
@@ -199,10 +178,7 @@ static void test_what_excuses_nothing(void **state)
 
     (void)state;
     for (k = 0; k < 2; k++) {
-        perp_lcp_solver *solver = posed(2, M[k], NULL, NULL, q[k]);
-
-        assert_int_equal(judged(solver, z[k]), PERP_OUTCOME_STALLED);
-        perp_lcp_solver_destroy(solver);
+        assert_int_equal(verdict(2, M[k], NULL, NULL, q[k], z[k]), PERP_OUTCOME_STALLED);
     }
 }
 
@@ -212,11 +188,9 @@ static void test_underflow_excuses_nothing(void **state)
 {
     static const double M[4] = {8, 0, 1, 8}, q[2] = {0, 0}, z[2] = {0x1p-1074, 0};
     static const double lower[2] = {0x1p-1074, -INFINITY}, upper[2] = {0x1p-1074, INFINITY};
-    perp_lcp_solver *solver = posed(2, M, lower, upper, q);
 
     (void)state;
-    assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
-    perp_lcp_solver_destroy(solver);
+    assert_int_equal(verdict(2, M, lower, upper, q, z), PERP_OUTCOME_STALLED);
 }
 
 /* Two equations, 3 z_1 = 3 and z_0 = -1e-6, and noise of either sign on the diagonal: at (0, 1) z_0
@@ -278,13 +252,49 @@ static void test_noise_is_no_unit(void **state)
     for (k = 0; k < 6; k++) {
         const double M[4] = {noise[k], 4, -4, 0}, z[2] = {0.1, -0.25 - 0.025 * noise[k]};
 
-        solver = posed(2, M, lower, upper, q);
-        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
-        perp_lcp_solver_destroy(solver);
+        assert_int_equal(verdict(2, M, lower, upper, q, z), PERP_OUTCOME_STALLED);
     }
     solver = posed(3, M3, free_lower, free_upper, q3);
     assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
     assert_int_equal(judged(solver, right), PERP_OUTCOME_SOLVED);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* w_1 = -4.2 at z_1 = 0, in a KKT system with noise of 1e-16 in the place of a zero: in units of
+ * row 3 that are found from it that is 1e-15. And an equation off by a seventh of its terms, with
+ * as much noise on two diagonals, which agree with each other about units of 1e8. */
+static void test_noise_that_agrees(void **state)
+{
+    static const double M[16] = {0, -3, -1, -1, 3, 0, -1, -2, 1, 1, 1, -1e-16, 1, 2, -1e-16, 0};
+    static const double q[4] = {1, -3, 2, -0.25}, z[4] = {0.25, 0, 0, 1};
+    static const double N[16] = {-3, -3,    -2,    0.5, -1,   -1, 0.25, -3,
+                                 2,  -0.25, 4e-15, 0,   -0.5, 3,  0,    4e-15};
+    static const double lower[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
+    static const double upper[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
+    static const double p[4] = {0.5, -1, 1, -0.25}, wrong[4] = {-0.5, 0, 1, 0};
+
+    (void)state;
+    assert_int_equal(verdict(4, M, NULL, NULL, q, z), PERP_OUTCOME_STALLED);
+    assert_int_equal(verdict(4, N, lower, upper, p, wrong), PERP_OUTCOME_STALLED);
+}
+
+/* Rows 0 and 1 are off by all of their terms, a z_1 = a. In units of row 2, whose diagonal b of
+ * noise makes z_2 their largest variable, that is next to nothing; row 3, a second one of the kind,
+ * is that of a fixed variable and speaks for no units. */
+static void test_fixed_rows_choose_no_unit(void **state)
+{
+    const double a = -4.5e-22, b = 7e-113, c = -6.4e-10;
+    const double M[16] = {a, a, a, a, a, a, a, a, a, 0, b, b, b, b, b, b};
+    const double lower[4] = {0, 1, c, c}, upper[4] = {INFINITY, INFINITY, INFINITY, c};
+    const double q[4] = {1e-100, 1e-100, 1e-100, 1e-100}, z[4] = {-1e-100 / a, 1, c, c};
+    perp_lcp_solver *solver = posed(4, M, lower, upper, q);
+    perp__evaluation worth;
+
+    (void)state;
+    memcpy(solver->z, z, sizeof z);
+    worth = perp__evaluate(solver);
+    /* 1e200: as if tested beside some larger number */
+    assert_true(perp__lcp_evidence(solver, &worth, 1e200).own > 0.1);
     perp_lcp_solver_destroy(solver);
 }
 
@@ -302,17 +312,11 @@ static void test_the_end_of_doubles(void **state)
     static const double q3[3] = {1e-154, 1e100, -4}, lost[3] = {-1e-154 / 8e-105, 0, -1e-200};
     static const double lower3[3] = {-INFINITY, -INFINITY, -INFINITY};
     static const double upper3[3] = {INFINITY, INFINITY, INFINITY};
-    perp_lcp_solver *solver = posed(2, M, lower, upper, q);
 
     (void)state;
-    assert_int_equal(judged(solver, near), PERP_OUTCOME_STALLED);
-    perp_lcp_solver_destroy(solver);
-    solver = posed(2, M2, lower2, upper2, q2);
-    assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
-    perp_lcp_solver_destroy(solver);
-    solver = posed(3, M3, lower3, upper3, q3);
-    assert_int_equal(judged(solver, lost), PERP_OUTCOME_STALLED);
-    perp_lcp_solver_destroy(solver);
+    assert_int_equal(verdict(2, M, lower, upper, q, near), PERP_OUTCOME_STALLED);
+    assert_int_equal(verdict(2, M2, lower2, upper2, q2, wrong), PERP_OUTCOME_STALLED);
+    assert_int_equal(verdict(3, M3, lower3, upper3, q3, lost), PERP_OUTCOME_STALLED);
 }
 
 /* Row 1 is small, but z_0 carries what rounding leaves of row 0's ones: 2^-10 of tol 2 is passed on
@@ -426,7 +430,6 @@ static void test_w_out_of_range(void **state)
     for (k = 0; k < sizeof sizes / sizeof *sizes; k++) {
         const int32_t n = sizes[k];
         double M[11 * 11] = {0}, q[11], z[11];
-        perp_lcp_solver *solver;
         int32_t j;
 
         for (j = 0; j < n; j++) {
@@ -434,13 +437,9 @@ static void test_w_out_of_range(void **state)
             z[j] = j < n - 1 ? 0x1p990 : 0;
             q[j] = -z[j];
         }
-        solver = posed(n, M, NULL, NULL, q);
-        assert_int_equal(judged(solver, z), PERP_OUTCOME_SOLVED);
-        perp_lcp_solver_destroy(solver);
+        assert_int_equal(verdict(n, M, NULL, NULL, q, z), PERP_OUTCOME_SOLVED);
         M[(n - 1) * n] = 0x1p39;
-        solver = posed(n, M, NULL, NULL, q);
-        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
-        perp_lcp_solver_destroy(solver);
+        assert_int_equal(verdict(n, M, NULL, NULL, q, z), PERP_OUTCOME_STALLED);
     }
 }
 
@@ -458,6 +457,8 @@ int main(void)
         cmocka_unit_test(test_noise_on_the_diagonal),
         cmocka_unit_test(test_noise_ties_nothing),
         cmocka_unit_test(test_noise_is_no_unit),
+        cmocka_unit_test(test_noise_that_agrees),
+        cmocka_unit_test(test_fixed_rows_choose_no_unit),
         cmocka_unit_test(test_the_end_of_doubles),
         cmocka_unit_test(test_roundings_travel),
         cmocka_unit_test(test_small_rows_count),

@@ -12,20 +12,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static perp_lcp_settings lemke(int32_t crash, int32_t polish)
 {

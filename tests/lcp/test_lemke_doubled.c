@@ -12,27 +12,14 @@
 #include "lcp/lemke/lemke.h"
 #include "run.h"
 
+#include "context.h"
+
 enum { N = 10 };
 
 /* lcm(1 .. 19): 1 / (i + j - 1) times this is an integer for i, j <= 10. */
 static const double scale = 232792560.0;
 
 static const perp__lemke_basis *const basis = &perp__lemke_doubled;
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* What the front door would have made of 0 <= x, v = H x - e times `scale`. */
 typedef struct fixture {
@@ -66,7 +53,7 @@ static void set_up(fixture *f)
     f->problem.q = f->q;
     f->problem.settings = &f->settings;
     l->head.problem = &f->problem;
-    perp__arena_init(&f->arena, context);
+    memset(&f->arena, 0, sizeof f->arena);
     for (i = 0; i < N; i++) {
         f->upper[i] = INFINITY;
         f->q[i] = -scale;
@@ -80,7 +67,7 @@ static void start(fixture *f)
 {
     const perp__lcp_iterate iterate = {0};
 
-    assert_int_equal(perp__arena_fit(&f->arena, perp__lcp_lemke.layout, &f->l), PERP_OK);
+    assert_int_equal(perp__arena_fit(&f->arena, context, perp__lcp_lemke.layout, &f->l), PERP_OK);
     assert_int_equal(basis->start(&f->l, &iterate), PERP_OK);
 }
 

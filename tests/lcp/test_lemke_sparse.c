@@ -13,23 +13,10 @@
 #include "run.h"
 #include "scene.h"
 
+#include "context.h"
+
 /* Large and empty enough for the factored basis. */
 enum { BLOCKS = 12, ORDER = 17 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* Every way to go: from a guess, from the slacks, without the polish, lexicographic. */
 typedef struct way {

@@ -11,20 +11,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* From a point whose active set is off in a few places: a few pivots instead of one for every node.
  * Without the crash the start's own basis is where the path begins. */

@@ -12,22 +12,9 @@
 
 #include "run.h"
 
+#include "context.h"
+
 #define N 31
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* pgs by itself: what it reaches, not what the polish makes of it. */
 static perp_lcp_settings alone(double tol, int32_t max_iterations)
@@ -40,15 +27,6 @@ static perp_lcp_settings alone(double tol, int32_t max_iterations)
     return settings;
 }
 
-static perp_matrix dense(const double *values, int32_t n)
-{
-    perp_matrix M;
-
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, values, n), PERP_OK);
-    return M;
-}
-
 /* ---- one variable: z = mid(l, u, -q / M) ----------------------------------------------------- */
 
 static void test_one_variable(void **state)
@@ -57,7 +35,7 @@ static void test_one_variable(void **state)
         {0.0, INFINITY}, {-1.0, INFINITY}, {-INFINITY, 1.0}, {-2.0, 3.0}, {-INFINITY, INFINITY}};
     static const double loads[] = {-64.0, -2.0, 0.0, 2.0, 64.0};
     const double four = 4.0;
-    perp_matrix M = dense(&four, 1);
+    perp_matrix M = run_dense(&four, 1);
     perp_lcp_settings settings = alone(1e-10, 0);
 
     (void)state;
@@ -83,7 +61,7 @@ static void test_fixed_variables(void **state)
     static const double values[] = {0.0, 1.0, 7.0, 2.0};
     static const double q[] = {5.0, -8.0}, lower[] = {3.0, 0.0}, upper[] = {3.0, INFINITY};
     static const double q_2[] = {5.0, -22.0};
-    perp_matrix M = dense(values, 2);
+    perp_matrix M = run_dense(values, 2);
     perp_lcp_settings settings = alone(1e-10, 0);
     run r;
 
@@ -105,7 +83,7 @@ static perp_status solve_3(double diagonal, int csc, double *z)
     static const int32_t starts_without[] = {0, 2, 3, 3};
     double values[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.25, 0.0, 0.0};
     double sparse[4] = {1.0, 0.25, 1.0, 0.0};
-    perp_matrix M = dense(values, 3);
+    perp_matrix M = run_dense(values, 3);
     perp_lcp_settings settings = alone(1e-10, 0);
     perp_lcp_result result;
 
@@ -146,7 +124,7 @@ static void solve_stack(run *r, double R, int32_t sweeps, int32_t polish, const 
 {
     static const double q[] = {-1.0, 0.0};
     double values[4] = {1.0, -1.0, -1.0, 1.0};
-    perp_matrix M = dense(values, 2);
+    perp_matrix M = run_dense(values, 2);
     perp_lcp_settings settings = alone(1e-10, sweeps);
 
     values[3] += 1.0 / R;
@@ -200,7 +178,7 @@ static void test_stagnation_is_said(void **state)
 static int64_t sweeps_on_a_string(double omega)
 {
     double values[N * N] = {0.0}, q[N], lower[N], upper[N];
-    perp_matrix M = dense(values, N);
+    perp_matrix M = run_dense(values, N);
     perp_lcp_settings settings = alone(1e-10, 0);
     int64_t sweeps;
     run r;
@@ -247,7 +225,7 @@ static void test_divergence_is_said(void **state)
 {
     static const double values[] = {1.0, 2.0, 2.0, 1.0}, q[] = {-1.0, -1.0};
     static const double lower[] = {-INFINITY, -INFINITY}, upper[] = {INFINITY, INFINITY};
-    perp_matrix M = dense(values, 2);
+    perp_matrix M = run_dense(values, 2);
     perp_lcp_settings settings = alone(1e-10, 0);
     run r;
 
@@ -268,7 +246,7 @@ static void test_overflow_is_survived(void **state)
     static const double lower[] = {-1.2e308, -1.2e308, -1.2e308};
     static const double upper[] = {1.2e308, 1.2e308, 1.2e308};
     static const double starts[2][3] = {{0.0, 1e308, 0.0}, {0.0, 1e308, 1e308}};
-    perp_matrix M = dense(values, 3);
+    perp_matrix M = run_dense(values, 3);
     perp_lcp_settings settings = alone(1e-10, 0);
 
     (void)state;
@@ -294,7 +272,7 @@ static void test_overflow_is_survived(void **state)
 static void test_infeasible(void **state)
 {
     static const double values[] = {1.0, -1.0, -1.0, 1.0}, q[] = {-1.0, 0.0};
-    perp_matrix M = dense(values, 2);
+    perp_matrix M = run_dense(values, 2);
     perp_lcp_settings settings = alone(1e-10, 0);
     run r;
 

@@ -12,39 +12,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
-
-/* pgs by itself: what it reaches, not what the polish makes of it. */
-static perp_lcp_settings alone(double tol)
-{
-    perp_lcp_settings settings = run_settings(PERP_LCP_PGS);
-
-    settings.polish = 0;
-    settings.tol = tol;
-    return settings;
-}
-
-static perp_matrix dense(const double *values, int32_t n)
-{
-    perp_matrix M;
-
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, values, n), PERP_OK);
-    return M;
-}
+#include "context.h"
 
 /* ---- conjugate gradients --------------------------------------------------------------------- */
 
@@ -66,7 +34,7 @@ static int64_t sweeps_of(const gen_lcp *problem, const perp_lcp_settings *settin
  * sweeps are no gradient of anything: the safeguard has to bring them home. */
 static void test_acceleration(void **state)
 {
-    perp_lcp_settings settings = alone(1e-10);
+    perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-10);
     gen_lcp problem;
     int64_t plain, forward, symmetric;
 
@@ -91,7 +59,7 @@ static void test_acceleration_solves_what_sweeps_solve(void **state)
 {
     (void)state;
     for (int k = 0; k < 60; k++) {
-        perp_lcp_settings settings = alone(1e-10);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-10);
         gen_random random;
         gen_lcp problem;
         run plain, fast;
@@ -127,8 +95,8 @@ static void test_acceleration_ends(void **state)
 
     (void)state;
     for (int k = 0; k < 6; k++) {
-        perp_lcp_settings settings = alone(1e-10);
-        perp_matrix M = dense(values[k % 3], 2);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-10);
+        perp_matrix M = run_dense(values[k % 3], 2);
         run r;
 
         settings.acceleration = PERP_ACCELERATION_CONJUGATE_GRADIENT;
@@ -148,8 +116,8 @@ static void test_acceleration_ends(void **state)
 static void test_the_polish_takes_over(void **state)
 {
     static const double values[4] = {1.0, -1.0, -1.0, 1.01}, q[] = {-1.0, 0.0};
-    perp_matrix M = dense(values, 2);
-    perp_lcp_settings settings = alone(1e-10);
+    perp_matrix M = run_dense(values, 2);
+    perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-10);
     run r;
 
     (void)state;
@@ -166,12 +134,12 @@ static void test_the_polish_takes_over(void **state)
 static void test_sweeps_go_on_after_a_pause(void **state)
 {
     static const double values[] = {1.0, -1.0, -1.0, 1.0}, q[] = {-1.0, 0.5};
-    perp_matrix M = dense(values, 2);
+    perp_matrix M = run_dense(values, 2);
     int64_t sweeps[2];
 
     (void)state;
     for (int polish = 0; polish < 2; polish++) {
-        perp_lcp_settings settings = alone(1e-10);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-10);
         run r;
 
         settings.polish = polish;

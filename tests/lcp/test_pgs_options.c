@@ -12,39 +12,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
-
-/* pgs by itself: what it reaches, not what the polish makes of it. */
-static perp_lcp_settings alone(double tol)
-{
-    perp_lcp_settings settings = run_settings(PERP_LCP_PGS);
-
-    settings.polish = 0;
-    settings.tol = tol;
-    return settings;
-}
-
-static perp_matrix dense(const double *values, int32_t n)
-{
-    perp_matrix M;
-
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, values, n), PERP_OK);
-    return M;
-}
+#include "context.h"
 
 /* ---- to and fro ------------------------------------------------------------------------------ */
 
@@ -54,8 +22,8 @@ static void test_the_second_sweep_goes_backwards(void **state)
 {
     enum { SIZE = 21 };
     double values[SIZE * SIZE] = {0.0}, q[SIZE], lower[SIZE], upper[SIZE];
-    perp_matrix M = dense(values, SIZE);
-    perp_lcp_settings settings = alone(1e-12);
+    perp_matrix M = run_dense(values, SIZE);
+    perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-12);
     int64_t sweeps[2];
 
     (void)state;
@@ -84,7 +52,7 @@ static void test_symmetric_sweeps_solve(void **state)
 {
     (void)state;
     for (int k = 0; k < 24; k++) {
-        perp_lcp_settings settings = alone(1e-11);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-11);
         gen_random random;
         gen_lcp problem, sparse;
         run r;
@@ -118,8 +86,8 @@ static void test_rows_of_zeros(void **state)
     static const double loads[] = {3.0, -3.0, 0.0};
     static const double at[] = {-1.0, 5.0, 4.0};
     double lower[] = {-100.0, -1.0}, upper[] = {100.0, 5.0}, start[] = {0.0, 4.0};
-    perp_matrix M = dense(values, 2);
-    perp_lcp_settings settings = alone(1e-12);
+    perp_matrix M = run_dense(values, 2);
+    perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-12);
 
     (void)state;
     for (int k = 0; k < 3; k++) {
@@ -136,8 +104,8 @@ static void test_rows_of_zeros(void **state)
 static void test_rows_of_zeros_without_a_place(void **state)
 {
     static const double values[] = {2.0, 1.0, 0.0, 0.0}, lower[] = {0.0, -INFINITY};
-    perp_matrix M = dense(values, 2);
-    perp_lcp_settings settings = alone(1e-12);
+    perp_matrix M = run_dense(values, 2);
+    perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-12);
 
     (void)state;
     for (int k = 0; k < 3; k++) {
@@ -186,7 +154,7 @@ static void test_settings_change_between_solves(void **state)
     assert_int_equal(perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
                      PERP_OK);
     for (int k = 0; k < 16; k++) {
-        perp_lcp_settings settings = alone(1e-9);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-9);
         double z[SIZE], fresh[SIZE];
         perp_lcp_result result;
         perp_lcp_solver *other = NULL;
@@ -209,7 +177,7 @@ static void test_settings_change_between_solves(void **state)
     assert_int_equal(perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
                      PERP_OK);
     {
-        perp_lcp_settings settings = alone(1e-9);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-9);
         double z[SIZE];
         perp_lcp_result result;
 
@@ -232,7 +200,7 @@ static void test_limits_of_large_problems(void **state)
     (void)state;
     gen_obstacle_2d(&problem, 150); /* beyond the cache: swept four at a time */
     for (int32_t limit = 1; limit <= 9; limit++) {
-        perp_lcp_settings settings = alone(1e-14);
+        perp_lcp_settings settings = run_alone(PERP_LCP_PGS, 1e-14);
         run r;
 
         settings.max_iterations = limit;

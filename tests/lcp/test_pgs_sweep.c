@@ -14,20 +14,7 @@
 #include "gen.h"
 #include "lcp/pgs/sweep.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* ---- a problem and its sweeper --------------------------------------------------------------- */
 
@@ -142,8 +129,8 @@ static void create(bench *b, gen_random *random, enum pattern pattern, int32_t n
                          ? b->omega / (d * d * b->dense.M[(size_t)i * (size_t)n + (size_t)i])
                          : 0.0;
     }
-    perp__arena_init(&b->arena, context);
-    assert_int_equal(perp__arena_fit(&b->arena, layout, b), PERP_OK);
+    memset(&b->arena, 0, sizeof b->arena);
+    assert_int_equal(perp__arena_fit(&b->arena, context, layout, b), PERP_OK);
     perp__rows_read(&b->sweeper.rows, &b->problem, b->step, symmetric);
     b->sweeper.keep = 1.0 - b->omega;
     for (int32_t i = 0; i < n; i++) {

@@ -13,20 +13,7 @@
 #include "gen.h"
 #include "lcp/solver.h"
 
-static perp_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL) != PERP_OK;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* The step for a random residual, put into the scaled equations. Problems are small and well
  * conditioned: 1e-8 is far above rounding and far below any mistake. Returns what `correct` does.
@@ -141,5 +128,5 @@ int main(void)
         cmocka_unit_test(test_methods_that_hold_no_inverse),
     };
 
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, make, destroy);
 }

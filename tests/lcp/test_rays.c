@@ -14,20 +14,7 @@
 #include "run.h"
 #include "scene.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "posed.h"
 
 static const int32_t methods[] = {PERP_LCP_LEMKE, PERP_LCP_AUTO};
 
@@ -186,21 +173,6 @@ static void test_second_opinion(void **state)
     assert_int_equal(starts, 2);
     run_release(&r);
     gen_destroy(&problem);
-}
-
-/* The solver with M, bounds and q in place, all scales 1 or not. */
-static perp_lcp_solver *posed(int32_t n, const double *entries, const double *lower,
-                              const double *upper, const double *q)
-{
-    perp_lcp_solver *solver = NULL;
-    perp_matrix M;
-
-    assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, entries, n);
-    assert_int_equal(perp_lcp_solver_setup(solver, &M, lower, upper), PERP_OK);
-    perp__scale_problem(solver, q);
-    return solver;
 }
 
 /* Along a ray a row that moves has dw = 0, one that rests dw >= 0; slack is for rounding. The sums

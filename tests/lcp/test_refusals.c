@@ -13,6 +13,8 @@
 
 #include "run.h"
 
+#include "context.h"
+
 enum { N = 3 };
 
 /* All arguments of one solve, good as they come; a case spoils one of them. The structs are unions
@@ -36,21 +38,6 @@ typedef struct call {
     double *z_out, *q_in;
     perp_lcp_result *result;
 } call;
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 static void prepare(call *c)
 {

@@ -15,22 +15,9 @@
 #include "memory.h"
 #include "run.h"
 
+#include "context.h"
+
 enum { LARGEST = 16 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 static perp_lcp_sensitivity_info fresh(void)
 {

@@ -13,20 +13,7 @@
 #include "memory.h"
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 typedef struct call {
     double M[4], q[2], lower[2], upper[2], z[2];

@@ -13,20 +13,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* Condition numbers grow to about 1e5 at n = 400 (eigenvalues from 1/2 to a few n); solved to a few
  * eps, |z| below 12: 1e-8 is wide, a wrong active set is off by 1/16. */

@@ -13,20 +13,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* The same matrix once more; `values` is the copy's, NaN wherever no entry lies. */
 static double *lay_out(perp_matrix *view, const gen_lcp *problem, int32_t storage, int32_t gap)

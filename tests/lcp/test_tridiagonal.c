@@ -13,20 +13,7 @@
 
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* An empty problem with a full tridiagonal pattern; values in the order above, diagonal, below. */
 static void allocate(gen_lcp *problem, int32_t n)

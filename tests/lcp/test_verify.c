@@ -16,20 +16,7 @@
 #include "rational.h"
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static perp_lcp_proof verify(const gen_lcp *problem, double *radii, const double *z)
 {

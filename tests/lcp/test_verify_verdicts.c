@@ -17,20 +17,7 @@
 #include "memory.h"
 #include "run.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static perp_matrix view_of(int32_t n, const double *M)
 {

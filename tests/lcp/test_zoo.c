@@ -16,6 +16,8 @@
 
 #include "run.h"
 
+#include "context.h"
+
 enum { MOST = 7, SOLUTIONS = 3 };
 
 /* What covering vector e and the lexicographic rule lead to. */
@@ -138,21 +140,6 @@ static const animal zoo[] = {
      SOLUTION,
      -1},
 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 static void open_cage(gen_lcp *problem, const animal *a)
 {

@@ -76,8 +76,8 @@ static inline void open_bench(bench *b, perp_context *of, pool columns, int32_t 
     b->chosen = check_allocate((size_t)columns.n + 1, sizeof *b->chosen);
     for (i = 0; i < columns.n; i++)
         b->chosen[i] = i;
-    perp__arena_init(&b->arena, of);
-    assert_int_equal(perp__arena_fit(&b->arena, lay_out, b), PERP_OK);
+    memset(&b->arena, 0, sizeof b->arena);
+    assert_int_equal(perp__arena_fit(&b->arena, of, lay_out, b), PERP_OK);
     b->source.user = &b->columns;
     b->source.read = read_column;
 }

@@ -13,6 +13,8 @@
 #include "linalg/factor/factor.h"
 #include "linalg/matrix.h"
 
+#include "context.h"
+
 #define UNIT 0x1p-53
 
 static const perp__factor_type *const types[] = {
@@ -20,21 +22,6 @@ static const perp__factor_type *const types[] = {
     &perp__factor_klu,
 };
 enum { TYPES = sizeof types / sizeof types[0] };
-
-static perp_context *context;
-
-static inline int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static inline int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* A matrix both ways. The CSC pattern is that of the entries that are not zero when it is made. */
 typedef struct matrix {

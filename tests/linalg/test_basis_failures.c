@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "linalg/bases.h"
+#include "memory.h"
 
 /* Two slacks in one row, a column of zeros, two columns that are the same: said to be singular, and
  * what is loaded next is right. Of the two that are the same elimination may leave a rounding error
@@ -59,37 +60,12 @@ static void test_order_zero(void **state)
     close_bench(&b);
 }
 
-/* An allocator that fails at the k-th call and counts what is alive. */
-typedef struct failing {
-    int32_t calls, fail_at, alive;
-} failing;
-
-static void *failing_allocate(size_t size, void *user)
-{
-    failing *f = user;
-    void *pointer;
-
-    if (++f->calls == f->fail_at)
-        return NULL;
-    pointer = malloc(size);
-    f->alive += pointer != NULL;
-    return pointer;
-}
-
-static void failing_release(void *pointer, void *user)
-{
-    failing *f = user;
-
-    f->alive -= pointer != NULL;
-    free(pointer);
-}
-
 /* The first load allocates and may fail, later ones ask for nothing, whatever their kernels. */
 static void test_memory(void **state)
 {
     enum { N = 30 };
     perp_context_settings settings;
-    failing f = {0, 0, 0};
+    memory f = {0, 0, 0};
     perp_context *failing_context;
     perp_status status = PERP_ERROR_MEMORY;
     gen_random random;
@@ -98,25 +74,22 @@ static void test_memory(void **state)
 
     (void)state;
     gen_seed(&random, 55);
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
-    settings.allocate = failing_allocate;
-    settings.release = failing_release;
-    settings.allocator_user = &f;
+    settings = memory_settings(&f);
     assert_int_equal(perp_context_create(&failing_context, &settings), PERP_OK);
     open_bench(&b, failing_context, make_pool(&random, N, N), 4, 4 * N);
     for (k = 1; status != PERP_OK; k++) {
-        const int32_t alive = f.alive;
+        const int32_t alive = f.live;
 
         f.calls = 0;
-        f.fail_at = k;
+        f.fails_at = k;
         status = load(&b);
         if (status != PERP_OK) {
             assert_int_equal(status, PERP_ERROR_MEMORY);
-            assert_int_equal(f.alive, alive);
+            assert_int_equal(f.live, alive);
         }
     }
     assert_true(k > 2);
-    f.calls = f.fail_at = 0;
+    f.calls = f.fails_at = 0;
     for (k = 0; k < 10; k++) {
         for (i = 0; i < N; i++)
             b.chosen[i] = gen_integer(&random, 10) < k ? N + i : i;
@@ -126,7 +99,7 @@ static void test_memory(void **state)
     assert_int_equal(f.calls, 0);
     close_bench(&b);
     perp_context_destroy(failing_context);
-    assert_int_equal(f.alive, 0);
+    assert_int_equal(f.live, 0);
 }
 
 int main(void)

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "linalg/squares.h"
+#include "memory.h"
 
 /* Singular without a doubt: a zero row, a zero column, rows that are equal, NaN and infinities. A
  * matrix that is not comes next and is factored by the same object. */
@@ -88,31 +89,6 @@ static void test_structurally_singular(void **state)
     }
 }
 
-/* An allocator that fails at the k-th call and counts what is alive. */
-typedef struct failing {
-    int32_t calls, fail_at, alive;
-} failing;
-
-static void *failing_allocate(size_t size, void *user)
-{
-    failing *f = user;
-    void *pointer;
-
-    if (++f->calls == f->fail_at)
-        return NULL;
-    pointer = malloc(size);
-    f->alive += pointer != NULL;
-    return pointer;
-}
-
-static void failing_release(void *pointer, void *user)
-{
-    failing *f = user;
-
-    f->alive--;
-    free(pointer);
-}
-
 static void test_allocation_failures(void **state)
 {
     gen_random random;
@@ -127,21 +103,18 @@ static void test_allocation_failures(void **state)
         int32_t k;
 
         for (k = 1; status != PERP_OK; k++) {
-            failing f = {0, 0, 0};
+            memory f = {0, 0, 0};
             perp_context *own;
             perp_context_settings settings;
             perp__factor *factor = NULL;
 
-            perp_context_settings_init(&settings, sizeof settings);
-            settings.allocate = failing_allocate;
-            settings.release = failing_release;
-            settings.allocator_user = &f;
+            settings = memory_settings(&f);
             assert_int_equal(perp_context_create(&own, &settings), PERP_OK);
-            f.fail_at = f.calls + k;
+            f.fails_at = f.calls + k;
             status = types[t]->analyse(own, &factor, &view);
             if (status == PERP_OK) {
                 /* what follows allocates nothing of ours */
-                f.fail_at = f.calls + 1;
+                f.fails_at = f.calls + 1;
                 assert_int_equal(types[t]->factor(factor, &view, 1), PERP_OK);
                 assert_int_equal(types[t]->factor(factor, &view, 1), PERP_OK);
                 check_solves(&random, types[t], factor, &A, tolerance_of(10));
@@ -152,9 +125,9 @@ static void test_allocation_failures(void **state)
                 assert_null(factor);
                 assert_non_null(strstr(perp_context_message(own), "out of memory"));
             }
-            assert_int_equal(f.alive, 1); /* the context */
+            assert_int_equal(f.live, 1); /* the context */
             perp_context_destroy(own);
-            assert_int_equal(f.alive, 0);
+            assert_int_equal(f.live, 0);
         }
         assert_true(k > 3);
         matrix_release(&A);

@@ -11,20 +11,7 @@
 
 #include "linalg/matrix.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static perp_matrix dense(int32_t storage, int32_t rows, int32_t columns, const double *values,
                          int64_t leading_dimension)

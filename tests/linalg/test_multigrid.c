@@ -142,7 +142,8 @@ static void test_grids(void **state)
 
     (void)state;
     gen_seed(&random, 121);
-    perp__multigrid_init(&grid, context);
+    memset(&grid, 0, sizeof grid);
+    grid.context = context;
     for (s = 0; s < SCENES; s++) { /* one object for all */
         gen_lcp problem;
         perp__matrix M;
@@ -180,7 +181,8 @@ static void test_coarse_matrix(void **state)
     for (i = 0; i < n; i++)
         scale[i] = ldexp(1.0, gen_integer(&random, 5) - 2);
     M = view_of_problem(&problem);
-    perp__multigrid_init(&grid, context);
+    memset(&grid, 0, sizeof grid);
+    grid.context = context;
     assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
     m = grid.level[1].n;
     count = choose(&random, n, 2, active);
@@ -240,7 +242,8 @@ static void test_indefinite(void **state)
         active[i] = i;
         b[i] = gen_normal(&random);
     }
-    perp__multigrid_init(&grid, context);
+    memset(&grid, 0, sizeof grid);
+    grid.context = context;
     assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
     assert_true(!perp__multigrid_take_block(&grid, 0, active, problem.n) ||
                 perp__multigrid_solve(&grid, b, b + problem.n, 1e-8, 100) < 0);
@@ -268,7 +271,8 @@ static void test_no_levels(void **state)
     grid_problem(&problem, &random, &options);
     scale = ones(300);
     M = view_of_problem(&problem);
-    perp__multigrid_init(&grid, context);
+    memset(&grid, 0, sizeof grid);
+    grid.context = context;
     assert_int_equal(perp__multigrid_build(&grid, &M, scale), PERP_OK);
     assert_int_equal(grid.levels, 1);
     for (i = 0; i < 300; i++) {

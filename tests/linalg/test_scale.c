@@ -174,6 +174,20 @@ static void test_stored_zeros(void **state)
     assert_true(e[0] == -3 && e[1] == 0 && e[2] == 1);
 }
 
+/* Row 1 has its scale from row 0, before the search in the part without a diagonal: that leaves it.
+ */
+static void test_parts(void **state)
+{
+    static const int32_t expected[4] = {0, -24, 0, 0};
+    double entries[16] = {0.0};
+
+    (void)state;
+    entries[0 + 4 * 0] = 1.0;
+    entries[0 + 4 * 1] = 0x1p24;
+    entries[2 + 4 * 3] = 1.0;
+    expect(4, entries, expected);
+}
+
 static void test_clamp(void **state)
 {
     double entries[25] = {0.0};
@@ -286,6 +300,7 @@ int main(void)
         cmocka_unit_test(test_without_diagonal),
         cmocka_unit_test(test_zero_and_empty),
         cmocka_unit_test(test_stored_zeros),
+        cmocka_unit_test(test_parts),
         cmocka_unit_test(test_clamp),
         cmocka_unit_test(test_disabled),
         cmocka_unit_test(test_invariance_random),

@@ -16,20 +16,7 @@
 #include "linalg/verified.h"
 #include "rational.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -77,9 +64,9 @@ static void test_dense(void **state)
 
         n = 1 + gen_integer(&random, LARGEST);
         random_system(&random, n, round % 2 ? 1000 : 3, A, r, middle, width);
-        perp__arena_init(&arena, context);
+        memset(&arena, 0, sizeof arena);
         v.n = n;
-        assert_int_equal(perp__arena_fit(&arena, layout, &v), PERP_OK);
+        assert_int_equal(perp__arena_fit(&arena, context, layout, &v), PERP_OK);
         for (i = 0; i < n; i++)
             for (j = 0; j < n; j++)
                 v.transposed[j + n * i] = (double)A[i * n + j];
@@ -107,9 +94,9 @@ static void test_contraction_counts(void **state)
     int i, j;
 
     (void)state;
-    perp__arena_init(&arena, context);
+    memset(&arena, 0, sizeof arena);
     v.n = N;
-    assert_int_equal(perp__arena_fit(&arena, layout, &v), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &v), PERP_OK);
     for (i = 0; i < N; i++)
         for (j = 0; j < N; j++) {
             v.transposed[j + N * i] = 5354228880.0 / (i + j + 1);
@@ -198,8 +185,8 @@ static void test_dominance(void **state)
         d.A.values = values;
         d.A.column_starts = starts;
         d.A.row_indices = rows;
-        perp__arena_init(&arena, context);
-        assert_int_equal(perp__arena_fit(&arena, layout_dominance, &d), PERP_OK);
+        memset(&arena, 0, sizeof arena);
+        assert_int_equal(perp__arena_fit(&arena, context, layout_dominance, &d), PERP_OK);
         determinant = rational_solve(n, A, r, x);
         if (perp__dominance_factor(&d, context) == PERP_OK &&
             perp__dominance_bound(&d, middle, width, delta)) {
@@ -233,8 +220,8 @@ static void test_dominance_rounding(void **state)
     d.A.values = values;
     d.A.column_starts = starts;
     d.A.row_indices = rows;
-    perp__arena_init(&arena, context);
-    assert_int_equal(perp__arena_fit(&arena, layout_dominance, &d), PERP_OK);
+    memset(&arena, 0, sizeof arena);
+    assert_int_equal(perp__arena_fit(&arena, context, layout_dominance, &d), PERP_OK);
     assert_int_equal(perp__dominance_factor(&d, context), PERP_OK);
     assert_false(perp__dominance_bound(&d, middle, width, delta));
     perp__dominance_release(&d);

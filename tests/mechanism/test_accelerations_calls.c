@@ -166,6 +166,38 @@ static void test_differences(void **state)
     }
 }
 
+/* A sled of mass 2, of a body and what is tied to it: the body's contact carries 1 with mu = 0.3,
+ * and the other is held by dry friction of 0.4. Where there are too many patterns Lemke's method
+ * finds the same acceleration as all of them do, from rest and in motion. */
+static void test_search_with_all_kinds(void **state)
+{
+    static const double pulls[] = {2.0, 0.5}, expected[] = {(2.0 - 0.3 - 0.4) / 2, 0.0};
+
+    (void)state;
+    for (int most = 0; most < 2; most++)
+        for (int k = 0; k < 3; k++) {
+            table s;
+
+            table_make(&s, 3, 1, 2); /* x and y of the body, the other's x */
+            s.model.bilateral = s.model.dry = 1;
+            s.settings.most_patterns = most ? 1 << 20 : 1;
+            s.H[1] = s.H[3] = 1.0;
+            s.G[0] = s.B[2] = 1.0;
+            s.G[2] = -1.0;
+            s.mu[0] = 0.3;
+            s.bound[0] = 0.4;
+            s.k[0] = pulls[k % 2];
+            s.k[1] = -1.0;
+            s.v[0] = s.v[2] = k / 2;
+            table_open(&s);
+            assert_int_equal(table_ask(&s), 1);
+            assert_int_equal(s.summary.exhaustive, most);
+            for (int i = 0; i < 3; i += 2)
+                table_near(table_get(&s, 0)->acceleration[i], expected[k % 2], 1e-14, "it");
+            table_close(&s);
+        }
+}
+
 /* ---- memory --------------------------------------------------------------------------------- */
 
 /* A family, slips in a plane and the search: everything that takes memory. */
@@ -266,9 +298,13 @@ static void test_repeat(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_arguments), cmocka_unit_test(test_words),
-        cmocka_unit_test(test_callbacks), cmocka_unit_test(test_differences),
-        cmocka_unit_test(test_memory),    cmocka_unit_test(test_repeat),
+        cmocka_unit_test(test_arguments),
+        cmocka_unit_test(test_words),
+        cmocka_unit_test(test_callbacks),
+        cmocka_unit_test(test_differences),
+        cmocka_unit_test(test_search_with_all_kinds),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_repeat),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

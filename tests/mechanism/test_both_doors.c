@@ -135,10 +135,8 @@ static void test_any(void **state)
         draw_load(&c, 1 + k % 3);
         pose_load(&s, &c);
         accelerate(&s, &c, 1, &found);
-        for (i = 0; i < c.n; i++) {
+        for (i = 0; i < c.n; i++)
             c.sign[i] *= fabs(draw());
-            c.mu_static[i] = c.mu[i]; /* a mechanism's step from rest has mu_static to its end */
-        }
         pose_load(&s, &c);
         for (i = 0; i < c.n; i++) /* the masses that are carried along move */
             for (j = 0; j < c.n; j++)
@@ -148,6 +146,37 @@ static void test_any(void **state)
     assert_true(found.of[0] > 20 && found.of[1] > 50 && found.of[2] > 50 && found.of[3] > 0);
     assert_true(ahead.of[0] == 0); /* a step always has an answer */
     assert_true(ahead.of[1] > 50 && ahead.of[3] > 50);
+}
+
+/* Pulled from rest by 5.01 against mu_static N = 5 it leaves with mu N = 3: by every scheme. */
+static void test_leaves_rest(void **state)
+{
+    const load_case c = {1, {1}, {0}, {0}, {1}, {3}, {5}, {5.01}, {0}};
+    const double h = 1e-3;
+    int32_t scheme;
+
+    (void)state;
+    for (scheme = PERP_MECHANISM_FROZEN; scheme <= PERP_MECHANISM_THETA; scheme++) {
+        perp_mechanism_step taken;
+        perp_load_friction *friction;
+        double next, v[TABLE_N];
+        table s;
+
+        pose_load(&s, &c);
+        s.settings.scheme = scheme;
+        table_open(&s);
+        friction = open_load(s.context, &c);
+        assert_int_equal(
+            perp_load_friction_step(friction, &next, NULL, NULL, c.tau, c.sign, NULL, h), PERP_OK);
+        assert_int_equal(perp_mechanism_step_init(&taken, sizeof taken), PERP_OK);
+        assert_int_equal(perp_mechanism_advance(s.mechanism, s.q, v, NULL, NULL, NULL, NULL, &taken,
+                                                0, h, s.q, s.v),
+                         PERP_OK);
+        table_near(next, 2.01 * h, 1e-13, "load friction");
+        table_near(v[0], 2.01 * h, 1e-12, "mechanism");
+        perp_load_friction_destroy(friction);
+        table_close(&s);
+    }
 }
 
 /* ---- the drawer ---------------------------------------------------------------------------- */
@@ -291,9 +320,9 @@ static void test_finger(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_any),           cmocka_unit_test(test_drawer),
-        cmocka_unit_test(test_loaded_drawer), cmocka_unit_test(test_screw),
-        cmocka_unit_test(test_finger),
+        cmocka_unit_test(test_any),    cmocka_unit_test(test_leaves_rest),
+        cmocka_unit_test(test_drawer), cmocka_unit_test(test_loaded_drawer),
+        cmocka_unit_test(test_screw),  cmocka_unit_test(test_finger),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -287,30 +287,21 @@ static perp_status live(const perp_context_settings *from, int32_t law, int32_t 
     return status;
 }
 
+static perp_status with_moreau(const perp_context_settings *settings)
+{
+    return live(settings, PERP_MECHANISM_MOREAU, 0);
+}
+
+static perp_status with_poisson(const perp_context_settings *settings)
+{
+    return live(settings, PERP_MECHANISM_POISSON, 8);
+}
+
 static void test_memory(void **state)
 {
-    static const int32_t laws[] = {PERP_MECHANISM_MOREAU, PERP_MECHANISM_POISSON};
-    static const int32_t cones[] = {0, 8};
-    memory m = {0, 0, 0};
-    perp_context_settings settings;
-    int32_t i, calls, k;
-
     (void)state;
-    for (i = 0; i < 2; i++) {
-        m.fails_at = 0;
-        m.calls = 0;
-        settings = memory_settings(&m);
-        assert_int_equal(live(&settings, laws[i], cones[i]), PERP_OK);
-        assert_int_equal(m.live, 0);
-        calls = m.calls;
-        assert_true(calls > 10);
-        for (k = 1; k <= calls; k++) {
-            m.calls = 0;
-            m.fails_at = k;
-            assert_int_equal(live(&settings, laws[i], cones[i]), PERP_ERROR_MEMORY);
-            assert_int_equal(m.live, 0);
-        }
-    }
+    memory_fails_anywhere(with_moreau, 10);
+    memory_fails_anywhere(with_poisson, 10);
 }
 
 /* A step, or new settings, that run out of memory leave the handle as it was. */

@@ -171,6 +171,51 @@ static void test_tangent(void **state)
     close_body(&b);
 }
 
+/* A point mass whose tangent is its normal again, written twice: one velocity can't be both, unless
+ * it is the only one (a slider that comes to a floor at 45 degrees). */
+static int32_t twice(double *gap, double *H, double *drift, double *mu, double t, const double *q,
+                     void *user)
+{
+    const body *b = user;
+    const int32_t n = b->model.velocities;
+
+    (void)drift;
+    (void)mu;
+    (void)t;
+    gap[0] = q[n - 1];
+    H[n - 1] = 1;
+    H[2 * n - 1] = b->H[0];
+    return 0;
+}
+
+static void test_twice(void **state)
+{
+    const struct {
+        int32_t n, wrong;
+        double tangent;
+    } cases[] = {{2, 1, 1}, {2, 1, -1}, {2, 0, 0.3}, {1, 0, 1}};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        body b;
+
+        open_body(&b, NULL);
+        perp_mechanism_destroy(b.mechanism);
+        assert_int_equal(perp_mechanism_model_init(&b.model, sizeof b.model), PERP_OK);
+        b.model.velocities = cases[k].n;
+        b.model.contacts = 1;
+        b.model.dim = 2;
+        b.model.contact_rows = twice;
+        b.model.user = &b;
+        b.H[0] = cases[k].tangent;
+        assert_int_equal(perp_mechanism_create(b.context, &b.mechanism, NULL, &b.model), PERP_OK);
+        assert_int_equal(ask(&b), PERP_OK);
+        assert_int_equal(b.check.wrong, cases[k].wrong);
+        assert_int_equal(b.check.part, cases[k].wrong ? PERP_MECHANISM_TANGENT : -1);
+        close_body(&b);
+    }
+}
+
 /* Where one side is undefined nothing is said. */
 static void test_edge(void **state)
 {
@@ -376,10 +421,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_right),    cmocka_unit_test(test_each_entry),
-        cmocka_unit_test(test_tangent),  cmocka_unit_test(test_edge),
-        cmocka_unit_test(test_kink),     cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),   cmocka_unit_test(test_overlap),
-        cmocka_unit_test(test_machines),
+        cmocka_unit_test(test_tangent),  cmocka_unit_test(test_twice),
+        cmocka_unit_test(test_edge),     cmocka_unit_test(test_kink),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_overlap),  cmocka_unit_test(test_machines),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -72,6 +72,33 @@ static void test_soft_threshold(void **state)
             }
 }
 
+/* One row or two of any size: what the bound can stop is stopped. */
+static void test_units(void **state)
+{
+    static const struct {
+        double row, mass, v;
+    } cases[] = {{1e-200, 4e-308, 1e100}, {1e-180, 1e-300, 1e100}, {1e180, 1e300, 1e-130}};
+    int32_t k, dim;
+
+    (void)state;
+    for (k = 0; k < 3; k++)
+        for (dim = 1; dim <= 2; dim++) {
+            tabled r;
+
+            tabled_make(&r, 1, 0, 1);
+            r.model.dry = 1;
+            r.model.dry_dim = dim;
+            r.M[0] = cases[k].mass;
+            r.B[0] = cases[k].row;
+            r.v[0] = cases[k].v;
+            r.bound[0] = 2.0; /* stops 2 h row / mass: 1e107, 1e119, 1e-121 and more */
+            tabled_open(&r);
+            assert_int_equal(tabled_advance(&r, 0.5), PERP_OUTCOME_SOLVED);
+            tabled_zero(r.v[0], "v");
+            tabled_close(&r);
+        }
+}
+
 /* Two rows: a disc. The velocity shrinks along itself, with no bias to any direction. */
 static void test_disc(void **state)
 {
@@ -186,9 +213,10 @@ static void test_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ramp),          cmocka_unit_test(test_soft_threshold),
-        cmocka_unit_test(test_disc),          cmocka_unit_test(test_belts),
-        cmocka_unit_test(test_beside_others), cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_ramp),    cmocka_unit_test(test_soft_threshold),
+        cmocka_unit_test(test_units),   cmocka_unit_test(test_disc),
+        cmocka_unit_test(test_belts),   cmocka_unit_test(test_beside_others),
+        cmocka_unit_test(test_nothing),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -16,48 +16,33 @@ static void refuse(tabled *r, perp_status status, const char *text)
     perp_context_destroy(r->context);
 }
 
+#define REFUSED(change, status, text) \
+    do {                              \
+        tabled_make_everything(&r);   \
+        r.change;                     \
+        refuse(&r, status, text);     \
+    } while (0)
+
 static void test_sizes(void **state)
 {
     tabled r;
 
     (void)state;
-    tabled_make_everything(&r);
-    r.model.velocities = 0;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.velocities is 0");
-    tabled_make_everything(&r);
-    r.model.velocities = -3;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.velocities is -3");
-    tabled_make_everything(&r);
-    r.model.coordinates = -1;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.coordinates is -1");
-    tabled_make_everything(&r);
-    r.model.contacts = -1;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.contacts is -1");
-    tabled_make_everything(&r);
-    r.model.contacts = INT32_MAX;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.contacts is 2147483647");
-    tabled_make_everything(&r);
-    r.model.bilateral = -1;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.bilateral is -1");
-    tabled_make_everything(&r);
-    r.model.dry = -1;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.dry is -1");
-    tabled_make_everything(&r);
-    r.model.dry_dim = 3;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.dry_dim is 3");
-    tabled_make_everything(&r);
-    r.dims[1] = 4;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.dims[1] is 4");
+    REFUSED(model.velocities = 0, PERP_ERROR_ARGUMENT, "model.velocities is 0");
+    REFUSED(model.velocities = -3, PERP_ERROR_ARGUMENT, "model.velocities is -3");
+    REFUSED(model.coordinates = -1, PERP_ERROR_ARGUMENT, "model.coordinates is -1");
+    REFUSED(model.contacts = -1, PERP_ERROR_ARGUMENT, "model.contacts is -1");
+    REFUSED(model.contacts = INT32_MAX, PERP_ERROR_ARGUMENT, "model.contacts is 2147483647");
+    REFUSED(model.bilateral = -1, PERP_ERROR_ARGUMENT, "model.bilateral is -1");
+    REFUSED(model.dry = -1, PERP_ERROR_ARGUMENT, "model.dry is -1");
+    REFUSED(model.dry_dim = 3, PERP_ERROR_ARGUMENT, "model.dry_dim is 3");
+    REFUSED(dims[1] = 4, PERP_ERROR_ARGUMENT, "model.dims[1] is 4");
     tabled_make_everything(&r);
     r.model.dims = NULL;
     r.model.dim = 0;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.dim is 0");
-    tabled_make_everything(&r);
-    r.model.struct_size = 8;
-    refuse(&r, PERP_ERROR_ABI, "model.struct_size");
-    tabled_make_everything(&r);
-    r.settings.struct_size = 0;
-    refuse(&r, PERP_ERROR_ABI, "settings.struct_size");
+    REFUSED(model.struct_size = 8, PERP_ERROR_ABI, "model.struct_size");
+    REFUSED(settings.struct_size = 0, PERP_ERROR_ABI, "settings.struct_size");
 }
 
 static void test_missing_callbacks(void **state)
@@ -65,15 +50,9 @@ static void test_missing_callbacks(void **state)
     tabled r;
 
     (void)state;
-    tabled_make_everything(&r);
-    r.model.contact_rows = NULL;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.contact_rows is NULL");
-    tabled_make_everything(&r);
-    r.model.bilateral_rows = NULL;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.bilateral_rows is NULL");
-    tabled_make_everything(&r);
-    r.model.dry_rows = NULL;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.dry_rows is NULL");
+    REFUSED(model.contact_rows = NULL, PERP_ERROR_ARGUMENT, "model.contact_rows is NULL");
+    REFUSED(model.bilateral_rows = NULL, PERP_ERROR_ARGUMENT, "model.bilateral_rows is NULL");
+    REFUSED(model.dry_rows = NULL, PERP_ERROR_ARGUMENT, "model.dry_rows is NULL");
     tabled_make_everything(&r);
     r.model.coordinates = 6;
     r.model.kinematics = NULL;
@@ -105,9 +84,7 @@ static void test_coefficients(void **state)
             strcat(strcat(text, names[k]), wrong[i].what);
             refuse(&r, wrong[i].status, text);
         }
-    tabled_make_everything(&r);
-    r.mu_static[0] = 0.25;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.mu_static[0] = 0.25 < mu[0] = 0.5");
+    REFUSED(mu_static[0] = 0.25, PERP_ERROR_ARGUMENT, "model.mu_static[0] = 0.25 < mu[0] = 0.5");
     for (k = 0; k < 2; k++) { /* no tangents, no friction */
         tabled_make_everything(&r);
         r.dims[1] = 1;
@@ -121,9 +98,7 @@ static void test_coefficients(void **state)
     r.model.mu = NULL; /* 0: the static one may be anything */
     tabled_open(&r);
     tabled_close(&r);
-    tabled_make_everything(&r);
-    r.restitution[1] = 1.25;
-    refuse(&r, PERP_ERROR_ARGUMENT, "model.restitution[1] is 1.25");
+    REFUSED(restitution[1] = 1.25, PERP_ERROR_ARGUMENT, "model.restitution[1] is 1.25");
 }
 
 static void test_settings(void **state)

@@ -76,6 +76,31 @@ static void test_pushed_on(void **state)
     tabled_close(&r);
 }
 
+/* The constraint q0 + q1 = 2 alone leads to (1, 1): that opens q0 >= 1/2 by itself, and leaves q0
+ * >= 2 to be closed. */
+static void test_opened_by_a_constraint(void **state)
+{
+    int32_t closes;
+
+    (void)state;
+    for (closes = 0; closes < 2; closes++) {
+        tabled r;
+
+        tabled_make(&r, 2, 1, 1);
+        r.model.bilateral = 1;
+        r.G[0] = r.G[1] = 1.0;
+        r.c[0] = -2.0;
+        r.H[0] = 1.0;
+        r.gap[0] = closes ? -2.0 : -0.5;
+        tabled_open(&r);
+        assert_int_equal(tabled_advance(&r, 0.5), PERP_OUTCOME_SOLVED);
+        tabled_near(r.q[0], 1.0 + closes, 2e-15, "q[0]"); /* a few roundings */
+        tabled_near(r.q[1], 1.0 - closes, 2e-15, "q[1]");
+        assert_true(r.step.penetration <= 1e-15 && r.step.drift <= 1e-15);
+        tabled_close(&r);
+    }
+}
+
 /* Velocities and impulses are the same bits with and without. */
 static void test_velocities_are_left_alone(void **state)
 {
@@ -241,9 +266,13 @@ static void test_stubborn(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_shares),    cmocka_unit_test(test_drift),
-        cmocka_unit_test(test_pushed_on), cmocka_unit_test(test_velocities_are_left_alone),
-        cmocka_unit_test(test_circle),    cmocka_unit_test(test_kinematics),
+        cmocka_unit_test(test_shares),
+        cmocka_unit_test(test_drift),
+        cmocka_unit_test(test_pushed_on),
+        cmocka_unit_test(test_opened_by_a_constraint),
+        cmocka_unit_test(test_velocities_are_left_alone),
+        cmocka_unit_test(test_circle),
+        cmocka_unit_test(test_kinematics),
         cmocka_unit_test(test_stubborn),
     };
 

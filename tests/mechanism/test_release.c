@@ -11,6 +11,7 @@ typedef struct mass {
     double kg, mu, mu_static;
     double load[MASS_N], rate[MASS_N]; /* forces load + rate t */
     double late;                       /* the loads but the last come at this time */
+    double drag;                       /* and a force -drag v */
     int32_t dome;
 } mass;
 
@@ -30,9 +31,9 @@ static int32_t pull(double *k, double t, const double *q, const double *v, void 
     const mass *m = user;
 
     (void)q;
-    (void)v;
     for (int32_t i = 0; i < m->model.velocities; i++)
-        k[i] = (t < m->late && i + 1 < m->model.velocities ? 0 : m->load[i]) + m->rate[i] * t;
+        k[i] = (t < m->late && i + 1 < m->model.velocities ? 0 : m->load[i]) + m->rate[i] * t -
+               m->drag * v[i];
     return 0;
 }
 
@@ -144,6 +145,28 @@ static void test_block(void **state)
     check_block(3, PERP_MECHANISM_THETA, 0.6, 1e-6);
     check_block(2, PERP_MECHANISM_FROZEN, 0.6, 1e-4);
     check_block(2, PERP_MECHANISM_IMPLICIT, 0.6, 1e-4);
+}
+
+/* Drag and friction, m v' = -d v - mu N, for 3 s: v = (v0 + w) exp(-d t / m) - w, w = mu N / d.
+ * What the iteration for the force may lack has to be less than the error, as thousands of steps
+ * add it up. */
+static void test_drag(void **state)
+{
+    const double mu = 0.45, d = 1.4, start = 60, w = mu * NEWTONS / d;
+    double error;
+
+    (void)state;
+    for (error = 1e-4; error > 0.9e-10; error /= 10) {
+        double q[MASS_N] = {0}, v[MASS_N] = {start};
+        mass m;
+
+        make_mass(&m, 2, mu, mu);
+        m.settings.error = error;
+        m.load[1] = -NEWTONS;
+        m.drag = d;
+        go(&m, q, v, 3, NULL, NULL);
+        near(v[0], (start + w) * exp(-3 * d / m.kg) - w, error * start, "v");
+    }
 }
 
 /* Pulled from the start with more than static friction holds it slips at once, on mu. */
@@ -463,11 +486,12 @@ static void test_belt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_block),         cmocka_unit_test(test_slips_at_once),
-        cmocka_unit_test(test_switch),        cmocka_unit_test(test_changes_sides),
-        cmocka_unit_test(test_comes_to_rest), cmocka_unit_test(test_slip_is_caught),
-        cmocka_unit_test(test_lifts_off),     cmocka_unit_test(test_leaves_dome),
-        cmocka_unit_test(test_wall_opens),    cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_block),          cmocka_unit_test(test_drag),
+        cmocka_unit_test(test_slips_at_once),  cmocka_unit_test(test_switch),
+        cmocka_unit_test(test_changes_sides),  cmocka_unit_test(test_comes_to_rest),
+        cmocka_unit_test(test_slip_is_caught), cmocka_unit_test(test_lifts_off),
+        cmocka_unit_test(test_leaves_dome),    cmocka_unit_test(test_wall_opens),
+        cmocka_unit_test(test_belt),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -345,8 +345,9 @@ static void test_steady_disk(void **state)
         turn(b.q + 3, R);
         turned = remainder(atan2(R[1][2], R[0][2]) - precession, 2 * PI);
         require_few_refused(&result);
-        /* a step may err by 1e-6 beside numbers of 1; the phase of a small circle by more */
-        assert_true(fabs(R[2][2] - cos(angles[k])) <= 1e-6);
+        /* a step may err by 1e-6 beside numbers of 1, and in the tilt hundreds of steps add up to
+         * little more; the phase of a small circle errs by more */
+        assert_true(fabs(R[2][2] - cos(angles[k])) <= 2e-6);
         assert_true(hypot(b.q[0], b.q[1]) <= 1e-6);
         assert_true(fabs(turned) <= ADDED * 1e-6 / sin(angles[k]));
     }

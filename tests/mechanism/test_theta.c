@@ -410,21 +410,8 @@ static perp_status everything(const perp_context_settings *from)
 
 static void test_memory(void **state)
 {
-    memory m = {0, 0, 0};
-    const perp_context_settings settings = memory_settings(&m);
-    int32_t calls, k;
-
     (void)state;
-    assert_int_equal(everything(&settings), PERP_OK);
-    assert_int_equal(m.live, 0);
-    calls = m.calls;
-    assert_true(calls > 4);
-    for (k = 1; k <= calls; k++) {
-        m.calls = 0;
-        m.fails_at = k;
-        assert_int_equal(everything(&settings), PERP_ERROR_MEMORY);
-        assert_int_equal(m.live, 0);
-    }
+    memory_fails_anywhere(everything, 4);
 }
 
 /* The same bits, from handles old and new. */

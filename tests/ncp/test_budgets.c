@@ -1,4 +1,4 @@
-/* Limits hold on every way: in differences, line searches, restarts, the polish and the linear
+/* Limits hold on every way: in differences, line searches, restarts and the linear
  * problems. Counted in calls, for no test may fail for time: a callback waits until the time is
  * over, and nothing but the look at the best point may follow. */
 #include <math.h>
@@ -12,24 +12,11 @@
 #include <cmocka.h>
 #include <perp/perp.h>
 
+#include "context.h"
+
 enum { N = 12 };
 
 #define LIMIT 2e-3 /* seconds */
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* Time of the processor is less than what has passed on the wall. */
 static double now(void)
@@ -120,7 +107,7 @@ static void test_time(void **state)
         }
 }
 
-/* The monitor is asked in the polish, too, and never again once it has said stop. */
+/* The monitor is never asked again once it has said stop. */
 static void test_stop(void **state)
 {
     (void)state;

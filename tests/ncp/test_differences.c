@@ -12,22 +12,9 @@
 #include <cmocka.h>
 #include <perp/perp.h>
 
+#include "context.h"
+
 enum { N = 200 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* -u'' = lambda exp(u) on (0, 1), u(0) = u(1) = 0, by central differences (Bratu). */
 typedef struct bratu {

@@ -10,20 +10,7 @@
 #include <cmocka.h>
 #include <perp/perp.h>
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* How a callback behaves: the value it returns at which call. */
 typedef struct behaviour {

@@ -14,6 +14,8 @@
 #include "check.h"
 #include "gen.h"
 
+#include "context.h"
+
 enum { MOST = 40 };
 
 /* What the callbacks see: and whether they were ever asked outside of the bounds. */
@@ -22,21 +24,6 @@ typedef struct linear {
     int storage;
     int outside, calls;
 } linear;
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 static void look(linear *l, const double *z)
 {

@@ -11,22 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "context.h"
+
 enum { PARTS = 5, LARGEST_PART = 60, MOST = PARTS * LARGEST_PART };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* Problems of the zoo one after the other, in other units: z = 2^a x, F = 2^b f. With `units`,
  * variable i of a single problem counts in 2^units[i] and its row in 2^-units[i]. */

@@ -12,22 +12,9 @@
 
 #include "memory.h"
 
+#include "context.h"
+
 enum { N = 3 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* z_i^3 + 4 z_i - z_{i-1} - z_{i+1} - (i + 1) */
 static int32_t function(double *F, const double *z, void *user)

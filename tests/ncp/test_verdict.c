@@ -13,22 +13,9 @@
 
 #include "problems.h"
 
+#include "context.h"
+
 enum { MOST = 16 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
 
 /* F, and the sum of the magnitudes of each row's terms. */
 typedef void (*equations)(double *F, double *terms, const double *z);

@@ -10,20 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* max |z - z*| over 1 + |z*|, of the nearest solution that is stated */
 static double apart(const zoo_problem *p, const double *z)

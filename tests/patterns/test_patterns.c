@@ -13,20 +13,7 @@
 #include "memory.h"
 #include "patterns/linear.h"
 
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "context.h"
 
 /* ---- the tree ------------------------------------------------------------------------------ */
 
@@ -265,7 +252,7 @@ static void open_plane(plane *l, double a, double b, double c, double d, double 
     const plane made = {{0}, {0}, {a, c, b, d}, {q, r}, {fabs(q), fabs(r)}, {1.0, 1.0}};
 
     *l = made;
-    perp__arena_init(&l->arena, context);
+    memset(&l->arena, 0, sizeof l->arena);
     l->p.length = l->p.rows = l->p.positions = 2;
     l->p.block[0] = l->M;
     l->p.c = l->c;
@@ -273,7 +260,7 @@ static void open_plane(plane *l, double a, double b, double c, double d, double 
     l->p.scale = l->scale;
     l->p.tolerance = 1e-12;
     l->p.conditions = conditions;
-    assert_int_equal(perp__arena_fit(&l->arena, layout, l), PERP_OK);
+    assert_int_equal(perp__arena_fit(&l->arena, context, layout, l), PERP_OK);
 }
 
 /* Free positions of the pattern solved; -1, or the dimension. */

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "world/scene.h"
-#include "world/world.h"
+#include "world/step.h"
 
 #define MOST 16
 

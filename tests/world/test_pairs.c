@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "world/scene.h"
-#include "world/world.h"
+#include "world/step.h"
 
 enum { BODIES = 40 };
 
@@ -215,9 +215,9 @@ static void test_impulses_are_remembered(void **context)
     }
     scene_step(&s, 0.01);
     scene_step(&s, 0.01);
-    count = s.world->contacts.count;
+    count = s.world->last.count;
     assert_int_equal(count, 12); /* the upper corners of the lowest box are none */
-    memcpy(last, s.world->contacts.contacts, (size_t)count * sizeof *last);
+    memcpy(last, s.world->last.contacts, (size_t)count * sizeof *last);
     assert_true(last[0].impulse[0] > 0.0 || last[1].impulse[0] > 0.0);
     SCENE_OK(&s, perp_world_snapshot_size(s.world, &size));
     assert_true(size <= sizeof blob);

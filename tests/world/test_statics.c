@@ -1,5 +1,6 @@
-/* Heavy on light: what statics holds stands at 0.0 whatever the ratio of the masses, and what it
- * does not hold moves. Two unit boxes on the ground, the lower one of 1 kg. */
+/* What statics holds stands at 0.0, and what it does not hold moves: heavy on light whatever the
+ * ratio of the masses, two unit boxes on the ground, the lower one of 1 kg; and piles at every
+ * level, whose impulses balance. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -85,11 +86,119 @@ static void test_slope(void **state)
         }
 }
 
+enum { BASE = 8, BOXES = BASE * (BASE + 1) / 2 };
+
+/* A pyramid of unit boxes of 1 kg, of which gravity leans by a slope along y. */
+static void make_pile(scene *s, perp_body *boxes, int32_t accuracy, double slope)
+{
+    perp_world_settings settings;
+    int count = 0;
+
+    assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+    settings.gravity[1] = GRAVITY * slope / sqrt(1.0 + slope * slope);
+    settings.gravity[2] = -GRAVITY / sqrt(1.0 + slope * slope);
+    settings.accuracy = accuracy;
+    settings.wakeful = 1;
+    scene_create(s, &settings);
+    scene_plane(s, s->ground, 0.0, 0.0, 1.0, 0.0, MU, 0.0);
+    for (int i = 0; i < BASE; i++)
+        for (int k = 0; k < BASE - i; k++) {
+            perp_body_settings box = scene_defaults();
+
+            box.mass = 1.0;
+            box.position[0] = 1.02 * (k + 0.5 * i);
+            box.position[2] = 0.5 + i;
+            boxes[count] = scene_add(s, &box);
+            scene_box(s, boxes[count++], 0.5, 0.5, 0.5, MU, 0.0);
+        }
+}
+
+/* What gravity and all contacts make of a body's momentum, and of its angular momentum: the
+ * largest entry. */
+static double unbalance(scene *s, perp_body box, double h, const double *gravity)
+{
+    const perp_body_state state = scene_state(s, box);
+    double sum[6] = {h * gravity[0], h * gravity[1], h * gravity[2]}, most = 0.0;
+
+    for (int32_t i = 0; i < perp_world_contact_count(s->world); i++) {
+        const perp_world_contact c = scene_contact(s, i);
+        const double side = c.body_b == box ? 1.0 : c.body_a == box ? -1.0 : 0.0;
+        double force[3], arm[3];
+
+        for (int k = 0; k < 3; k++) {
+            force[k] = side * (c.impulse[0] * c.normal[k] + c.impulse[1] * c.tangent_1[k] +
+                               c.impulse[2] * c.tangent_2[k]);
+            arm[k] = c.position[k] - state.position[k];
+        }
+        for (int k = 0; k < 3; k++) {
+            sum[k] += force[k];
+            sum[3 + k] +=
+                arm[(k + 1) % 3] * force[(k + 2) % 3] - arm[(k + 2) % 3] * force[(k + 1) % 3];
+        }
+        assert_true(hypot(c.impulse[1], c.impulse[2]) <= MU * c.impulse[0] * (1.0 + 1e-15));
+    }
+    for (int k = 0; k < 6; k++)
+        most = fmax(most, fabs(sum[k]));
+    return most;
+}
+
+/* A pile that has come to rest has impulses that balance to rounding, at every level, and needs no
+ * iteration more. */
+static void test_pile(void **state)
+{
+    (void)state;
+    for (size_t level = 0; level < 4; level++)
+        for (int leans = 0; leans < (level < 2 ? 2 : 1); leans++) {
+            const double slope = leans ? 0.5 * MU : 0.0, length = sqrt(1.0 + slope * slope);
+            const double gravity[] = {0.0, GRAVITY * slope / length, -GRAVITY / length};
+            perp_step_result result;
+            perp_body boxes[BOXES];
+            scene s;
+
+            make_pile(&s, boxes, levels[level], slope);
+            for (int k = 0; k < 20; k++) {
+                assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+                SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+            }
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            assert_int_equal(result.iterations, 0);
+            assert_true(result.residual <= 1e-12);
+            for (int i = 0; i < BOXES; i++) {
+                assert_true(scene_rests(&s, boxes[i]));
+                assert_true(unbalance(&s, boxes[i], 0.01, gravity) < 1e-12);
+            }
+            scene_close(&s);
+        }
+}
+
+/* More than friction holds. */
+static void test_pile_slides(void **state)
+{
+    (void)state;
+    for (size_t level = 0; level < 4; level++) {
+        perp_body boxes[BOXES];
+        scene s;
+
+        make_pile(&s, boxes, levels[level], 1.01 * MU);
+        for (int k = 0; k < 10; k++) {
+            perp_step_result result;
+
+            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+            SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+        }
+        for (int i = 0; i < BOXES; i++)
+            assert_true(scene_state(&s, boxes[i]).velocity[1] > 0.0);
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_overhang),
         cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_pile),
+        cmocka_unit_test(test_pile_slides),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

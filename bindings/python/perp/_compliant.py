@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, pointer
+from ctypes import byref, pointer, string_at
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -25,7 +25,9 @@ from ._library import defaults, library
 from ._structures import sized
 
 Array = NDArray[np.float64]
-_ENDS = ("time", "stopped", "steps", "failed")
+_ENDS = ("time", "stopped", "steps", "failed", "released", "touched")
+_MODES = ("separate", "stick", "slip")
+_COUNTS = ("steps", "rejected", "stops", "reversals", "starts", "releases")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +49,18 @@ class CompliantRun(Shown):
     x: Array
     v: Array
     normal_force: Array
-    end: str  # "time", "stopped" (a contact stopped sliding), "steps", "failed"
-    contact: Optional[int]  # that stopped
+    friction: Array  # F, along the tangents
+    modes: list[str]  # "separate" "stick" "slip"
+    end: str  # "time", "stopped" (a contact stopped sliding), "released", "touched", "steps", "failed"
+    contact: Optional[int]  # that ended it
     least_normal: float  # on the way
     largest_normal: float
     steps: int
     rejected: int
+    stops: int  # slip that ended in stick
+    reversals: int  # slip that ended in slip the other way
+    starts: int  # stick that ended in slip
+    releases: int  # of one-sided contacts
     samples: Array  # (k, 1 + 2 n + p): t, x, v, N
 
 
@@ -68,12 +76,14 @@ def _matrix(value: Any, name: str, rows: Optional[int], columns: int, kept: list
 
 
 class Compliant:
-    """n coordinates x and p sliding contacts with stiffness and damping in normal direction:
+    """n coordinates x and p contacts with stiffness and damping in normal direction:
 
-        mass x'' + normal' N + tangent' diag(mu sgn(tangent x')) |N| = force
-        N = stiffness delta + damping delta',  delta = normal x
+        mass x'' + normal' N + tangent' F = force,  F = mu sgn(tangent x') |N| where it slides,
+        |F| <= mu_static |N| and tangent x' = 0 where it sticks
+        N = stiffness delta + damping delta',  delta = normal x; one-sided contacts only press
 
-    mass is (n, n); normal and tangent are (p, n); force is (n,), mu (p,), or scalars.
+    mass is (n, n); normal and tangent are (p, n); force is (n,), mu, mu_static (None: mu) and
+    one_sided (p,), or scalars.
     """
 
     def __init__(
@@ -85,6 +95,9 @@ class Compliant:
         stiffness: float,
         damping: float = 0.0,
         force: Optional[ArrayLike] = None,
+        *,
+        mu_static: Optional[ArrayLike] = None,
+        one_sided: ArrayLike = False,
     ) -> None:
         self.n = n = np.atleast_2d(_arrays.real(mass, "mass")).shape[0]
         self.p = p = np.atleast_2d(_arrays.real(normal, "normal")).shape[0]
@@ -94,9 +107,12 @@ class Compliant:
         system.mass = _matrix(mass, "mass", n, n, kept)
         system.normal = _matrix(normal, "normal", p, n, kept)
         system.tangent = _matrix(tangent, "tangent", p, n, kept)
-        load, friction = _arrays.bound(force, "force", n), _arrays.bound(mu, "mu", p)
-        system.force = None if load is None else _arrays.address(load)
-        system.mu = None if friction is None else _arrays.address(friction)
+        for name, value, size in ("force", force, n), ("mu", mu, p), ("mu_static", mu_static, p):
+            array = _arrays.bound(value, name, size)
+            kept.append(array)
+            setattr(system, name, None if array is None else _arrays.address(array))
+        sides = np.ascontiguousarray(np.broadcast_to(one_sided, (p,)), dtype=np.int32)
+        system.one_sided = _arrays.address(sides)
         system.stiffness, system.damping = stiffness, damping
         self._context, self._pointer = Context(), CompliantPointer()
         self._context.check(
@@ -134,20 +150,24 @@ class Compliant:
         v0: ArrayLike,
         t_end: float,
         *,
+        through: bool = False,
         tol: float = 1e-9,
         samples: int = 0,
         most_steps: Optional[int] = None,
     ) -> CompliantRun:
-        """Integrates until t_end or until a contact stops sliding, with this error a step beside
-        the largest value so far; samples: that many equal parts of t_end are recorded."""
+        """Integrates until t_end or until a contact stops sliding (or separates, or touches), with
+        this error a step beside the largest value so far. through: starts at rest, too, and goes
+        on through stick, reversal and release. samples: that many equal parts of t_end are
+        recorded."""
         settings, result = defaults(CompliantSettings), sized(CompliantResult)
-        settings.tol = tol
+        settings.tol, settings.through = tol, through
         if most_steps is not None:
             settings.most_steps = most_steps
         x = _arrays.vector(x0, "x0", self.n).copy()
         v = _arrays.vector(v0, "v0", self.n).copy()
         N = np.empty(self.p)
-        rows, least, largest, steps, rejected, t = [], np.inf, -np.inf, 0, 0, 0.0
+        rows, least, largest, t = [], np.inf, -np.inf, 0.0
+        counts = dict.fromkeys(_COUNTS, 0)
         parts = max(samples, 1)
         for part in range(parts):
             until = t_end * (part + 1) / parts
@@ -165,22 +185,24 @@ class Compliant:
                 )
             )
             least, largest = min(least, result.least_normal), max(largest, result.largest_normal)
-            steps, rejected = steps + result.steps, rejected + result.rejected
-            settings.first_step = result.next_step
+            for name in _COUNTS:
+                counts[name] += getattr(result, name)
+            settings.first_step, settings.resume = result.next_step, 1
             t = until if result.end == 0 else t + result.t
             rows.append(np.concatenate([[t], x, v, N]))
             if result.end:
                 break
         return CompliantRun(
-            t,
-            x,
-            v,
-            N,
-            _ENDS[result.end],
-            None if result.contact < 0 else result.contact,
-            least,
-            largest,
-            steps,
-            rejected,
-            np.array(rows) if samples else np.empty((0, 1 + 2 * self.n + self.p)),
+            t=t,
+            x=x,
+            v=v,
+            normal_force=N,
+            friction=np.frombuffer(string_at(result.friction, 8 * self.p)).copy(),
+            modes=[_MODES[k] for k in np.frombuffer(string_at(result.modes, 4 * self.p), dtype=np.int32)],
+            end=_ENDS[result.end],
+            contact=None if result.contact < 0 else result.contact,
+            least_normal=least,
+            largest_normal=largest,
+            samples=np.array(rows) if samples else np.empty((0, 1 + 2 * self.n + self.p)),
+            **counts,
         )

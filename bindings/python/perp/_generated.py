@@ -106,6 +106,8 @@ CONSTANTS: dict[str, int] = {
     "PERP_COMPLIANT_STOPPED": 1,
     "PERP_COMPLIANT_STEPS": 2,
     "PERP_COMPLIANT_FAILED": 3,
+    "PERP_COMPLIANT_RELEASED": 4,
+    "PERP_COMPLIANT_TOUCHED": 5,
     "PERP_BODY_DYNAMIC": 0,
     "PERP_BODY_STATIC": 1,
     "PERP_BODY_KINEMATIC": 2,
@@ -414,6 +416,73 @@ class ContactSolverHandle(Structure):
 ContactSolverPointer = POINTER(ContactSolverHandle)
 
 
+class ContactWatch(Structure):
+    _fields_ = [
+        ("at", c_void_p),
+        ("seen", c_void_p),
+        ("count", c_int32),
+        ("offset", c_int32),
+        ("stride", c_int32),
+        ("bytes", c_int32),
+    ]
+
+
+class ContactStep(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("contacts", c_int32),
+        ("rows", c_int32),
+        ("bilateral", c_int32),
+        ("M_entries", c_int32),
+        ("H_entries", c_int32),
+        ("G_entries", c_int32),
+        ("gap_count", c_int32),
+        ("J_rows", c_int32),
+        ("warm", c_int32),
+        ("rests", c_int32),
+        ("h", c_double),
+        ("correction", c_double),
+        ("mass", c_void_p),
+        ("damping", c_void_p),
+        ("velocity", c_void_p),
+        ("force", c_void_p),
+        ("J", c_void_p),
+        ("gaps", c_void_p),
+        ("row_force", c_void_p),
+        ("mass_sources", c_void_p),
+        ("mass_diagonal", c_void_p),
+        ("H_sources", c_void_p),
+        ("G_sources", c_void_p),
+        ("H_scale", c_void_p),
+        ("gap_rows", c_void_p),
+        ("gap_sources", c_void_p),
+        ("H_rows", c_void_p),
+        ("G_rows", c_void_p),
+        ("row_scale", c_void_p),
+        ("M", c_void_p),
+        ("H", c_void_p),
+        ("G", c_void_p),
+        ("f", c_void_p),
+        ("w", c_void_p),
+        ("b", c_void_p),
+        ("v", c_void_p),
+        ("r", c_void_p),
+        ("u", c_void_p),
+        ("start", c_void_p),
+        ("modes", c_void_p),
+        ("watches", POINTER(ContactWatch)),
+        ("watch_count", c_int32),
+        ("is_other", c_int32),
+        ("acceleration", c_void_p),
+        ("force_of_rows", c_void_p),
+        ("least_gap", c_double),
+        ("fastest", c_double),
+        ("slips", c_int32),
+        ("was_known", c_int32),
+    ]
+
+
 class ContactSensitivityHandle(Structure):
     pass
 
@@ -545,6 +614,8 @@ class CompliantSystem(Structure):
         ("mu", c_void_p),
         ("stiffness", c_double),
         ("damping", c_double),
+        ("mu_static", c_void_p),
+        ("one_sided", c_void_p),
     ]
 
 
@@ -554,6 +625,8 @@ class CompliantSettings(Structure):
         ("tol", c_double),
         ("first_step", c_double),
         ("most_steps", c_int64),
+        ("through", c_int32),
+        ("resume", c_int32),
     ]
 
 
@@ -568,6 +641,12 @@ class CompliantResult(Structure):
         ("largest_normal", c_double),
         ("steps", c_int64),
         ("rejected", c_int64),
+        ("stops", c_int32),
+        ("reversals", c_int32),
+        ("starts", c_int32),
+        ("releases", c_int32),
+        ("friction", c_void_p),
+        ("modes", c_void_p),
     ]
 
 
@@ -1087,6 +1166,8 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_contact_progress": ContactProgress,
     "perp_contact_settings": ContactSettings,
     "perp_contact_result": ContactResult,
+    "perp_contact_watch": ContactWatch,
+    "perp_contact_step": ContactStep,
     "perp_contact_sensitivity_info": ContactSensitivityInfo,
     "perp_load_system": LoadSystem,
     "perp_load_settings": LoadSettings,
@@ -1227,6 +1308,12 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
         POINTER(ContactSettings), POINTER(ContactLaws), POINTER(Matrix), c_void_p, c_void_p
     ]),
+    "perp_contact_step_init": (c_int32, [POINTER(ContactStep), c_size_t]),
+    "perp_contact_solver_step": (c_int32, [
+        ContactSolverPointer, POINTER(ContactStep), POINTER(ContactResult), POINTER(ContactLaws),
+        POINTER(ContactDynamics)
+    ]),
+    "perp_contact_solver_hand_back": (c_int32, [ContactSolverPointer, POINTER(ContactStep)]),
     "perp_contact_sensitivity_info_init": (c_int32, [POINTER(ContactSensitivityInfo), c_size_t]),
     "perp_contact_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(ContactSensitivityPointer), POINTER(ContactSensitivityInfo),

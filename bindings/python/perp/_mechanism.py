@@ -211,6 +211,7 @@ class Mechanism(MechanismBase):
         select: Selection = "any",
         shortest: float = 0.0,
         longest: float = 0.0,
+        overlap: float = 0.0,
         time_limit: Optional[float] = None,
         callback: Optional[Callable[[MechanismStep], Any]] = None,
     ) -> MechanismRun:
@@ -225,6 +226,9 @@ class Mechanism(MechanismBase):
         error: 0 for equal steps, or the estimated error a step may have, beside the largest value
             of q and dt v so far; then steps are from shortest to longest (0: no limit).
         project: remove penetration, and the drift of bilateral constraints, after each step.
+        overlap: penetration and |c| that a step may end with, in the model's units; with more the
+            run goes on, but its outcome is "stalled". 0: 1e-3 of what gaps are sums of, or as much
+            as at the start; with project=False any.
         select: which velocities a frozen step takes where its problem has several: "any" that the
             solver finds; "nearest" to those before, or the "freest" of impulses, of the stable
             ones of answers(). The last two look for all of them in every step.
@@ -242,6 +246,7 @@ class Mechanism(MechanismBase):
                 error=error,
                 shortest=shortest,
                 longest=longest,
+                overlap=overlap,
                 **_stepping(scheme, cone, tol, theta, project, select, time_limit),
             )
             sizes = self.coordinates, self.n, self._row_count, self._mode_count

@@ -1,12 +1,13 @@
 """One step of somebody else's robot: the contact solver over arrays that are this package's own.
 
 ContactSolver checks and converts what a caller gives it, at 50 to 150 us a call. Here sizes and
-types are known, arrays are kept as long as the sizes stay, and the library checks their numbers.
+types are known, arrays are kept as long as the same bodies touch, and a step is one call:
+perp_contact_solver_step in perp/contact.h.
 """
 
 from __future__ import annotations
 
-from ctypes import byref, pointer
+from ctypes import addressof, byref, c_void_p, pointer
 from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
@@ -20,6 +21,8 @@ from ._generated import (
     ContactLaws,
     ContactSettings,
     ContactSolverPointer,
+    ContactStep,
+    ContactWatch,
     Matrix,
 )
 from ._generated import ContactResult as CResult
@@ -55,9 +58,58 @@ class Laws(NamedTuple):
     upper: Array
 
 
+class Pattern(NamedTuple):
+    """Of a sparse J: entries of each row, where they begin, and their columns."""
+
+    counts: Indices
+    starts: Indices
+    columns: Indices
+
+    def places(self, rows: Indices) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Of the entries of some rows: which of these, and where among all."""
+        counts = self.counts[rows]
+        ends = np.cumsum(counts)
+        places = np.arange(ends[-1] if len(ends) else 0)
+        return np.repeat(np.arange(len(rows)), counts), places + np.repeat(
+            self.starts[rows] - ends + counts, counts
+        )
+
+
+class Rows(NamedTuple):
+    """Which rows of the robot's J are H and G, and their laws."""
+
+    laws: Laws
+    H: Indices
+    G: Indices
+    gaps: Indices  # the rows of H that have gaps
+    scale: Optional[Array] = None  # of each row of H
+    pattern: Optional[Pattern] = None  # of a sparse J
+
+
+class _Entries:
+    """Of some rows of J: where their numbers are, as a matrix of their own has them."""
+
+    def __init__(self, rows: Indices, n: int, scale: Optional[Array], J: Optional[Pattern]) -> None:
+        self.starts = self.indices = self.scale = None  # type: Optional[NDArray[Any]]
+        if J is None:
+            sources = (rows[:, None] * n + np.arange(n)).ravel()
+            row = np.repeat(np.arange(len(rows)), n)
+        else:
+            row, sources = J.places(rows)
+            columns = J.columns[sources]
+            order = np.argsort(columns, kind="stable")
+            row, sources = row[order], sources[order]
+            self.starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
+            self.indices = row.astype(np.int32)
+        self.sources = sources.astype(np.int32)
+        self.values = np.zeros(len(sources))
+        if scale is not None:
+            self.scale = scale[row]
+
+
 class RowSolver(Handle):
-    """M v = f + H.T r + G.T s, u = H v + w, 0 = G v + b. The caller fills M, H, G, f, w and b,
-    calls solve(), and reads v, r (of H, then of G) and modes."""
+    """M v = f + H.T r + G.T s, u = H v + w, 0 = G v + b, of a robot whose numbers are where bind()
+    says. Answers are v, r (of H, then of G), u and modes."""
 
     _create = library.perp_contact_solver_create
     _destroy = library.perp_contact_solver_destroy
@@ -68,107 +120,119 @@ class RowSolver(Handle):
         _fill(self._settings, method, "exact", tol, max_iterations, limit)
         super().__init__(byref(self._settings))
         self.n = n
-        self.f, self.v = np.zeros(n), np.zeros(n)
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
-        self._owners: dict[int, Any] = {}
         self._views = M, H, _ = sized(Matrix), sized(Matrix), sized(Matrix)
-        self.result = sized(CResult)
         self._dynamics.n, self._laws.dim = n, 3
         self._dynamics.M, self._dynamics.H = pointer(M), pointer(H)
-        self._by_reference = byref(self._laws), byref(self._dynamics), byref(self.result)
-        self.rows = self.bilateral = -1
+        self.numbers, self.result = sized(ContactStep), sized(CResult)
+        structs = self.numbers, self.result, self._laws, self._dynamics
+        self._by_reference = tuple(byref(x) for x in structs)
+        self._f, self.v, self.acceleration, self.force = np.zeros((4, n))
+        self.numbers.n = n
+        self.bind(
+            f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force
+        )
+        self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self._patience = self._pause = 0
-        self._at_rest: Optional[tuple[Solved, list[NDArray[Any]]]] = None
-        self._is_known = False
+        self.known = self.is_other = False
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
-        self.r = np.zeros(0)
+        self.r = self.start = np.zeros(0)
+        self.rows = 0
 
-    def set_mass(self, M: Array, starts: Optional[Indices] = None, rows: Any = None) -> None:
-        """A dense (n, n) array, or the values of a matrix in columns; it is read at every solve."""
-        self._view(self._views[0], M, self.n, starts, rows)
+    def bind(self, **arrays: Optional[NDArray[Any]]) -> None:
+        """Where numbers of the step are (perp_contact_step); who calls keeps them alive."""
+        for name, array in arrays.items():
+            setattr(self.numbers, name, None if array is None else _arrays.address(array))
 
-    def set_laws(self, laws: Laws, rows: int, bilateral: int) -> None:
-        """Makes room for so many rows of H and G, and takes their laws."""
-        mine, address = self._laws, _arrays.address
-        self._kept, self._at_rest = laws, None
-        mine.contacts, mine.bounded = len(laws.dims), len(laws.lower)
-        for name, array in laws._asdict().items():
-            setattr(mine, name, address(array))
-        if (rows, bilateral) == (self.rows, self.bilateral):
-            return
-        self.rows, self.bilateral = rows, bilateral
-        size, n = rows + bilateral, self.n
-        self.H, self.G = np.zeros((rows, n)), np.zeros((bilateral, n))
-        self._view(self._views[1], self.H, rows)
-        self._view(self._views[2], self.G, bilateral)
-        self._dynamics.G = pointer(self._views[2]) if bilateral else None
-        self.w, self.b, self.r, self.u = np.zeros(rows), np.zeros(bilateral), *np.zeros((2, size))
-        self.start = np.zeros(size)
-        self.modes = np.zeros(size + 1, dtype=np.int32)
-        arrays = self.v, self.r, self.u, self.modes
-        self._out = [address(x) for x in arrays]
-        self._in = [address(self.f), address(self.w), address(self.b) if bilateral else None]
-        self._start = address(self.start)
+    def bind_rows(self, J: Array, gaps: Array) -> None:
+        """J and the gaps of its rows, where they do not move from step to step."""
+        self._cells = c_void_p(_arrays.address(J)), c_void_p(_arrays.address(gaps))
+        self.numbers.J, self.numbers.gaps = (addressof(x) for x in self._cells)
 
-    def set_rows(self, values: Array, starts: Indices, indices: Indices) -> None:
-        """H as a sparse matrix, by columns."""
-        self._view(self._views[1], values, self.rows, starts, indices)
-
-    def _view(
-        self,
-        matrix: Matrix,
-        values: Array,
-        rows: int,
-        starts: Optional[Indices] = None,
-        indices: Optional[Indices] = None,
+    def set_mass(
+        self, sources: Indices, diagonal: Indices, starts: Any = None, indices: Any = None
     ) -> None:
-        self._owners[id(matrix)] = values, starts, indices
+        """Which number of the robot's mass each entry of M is, -1 for 0: of a dense one row by
+        row, or of a sparse one by columns."""
+        self.M = np.zeros(len(sources))
+        self._mass = sources, diagonal, starts, indices
+        self.numbers.M_entries = len(sources)
+        self.bind(M=self.M, mass_sources=sources, mass_diagonal=diagonal)
+        self._view(self._views[0], self.M, self.n, starts, indices)
+
+    def arrange(self, rows: Rows, J_rows: int) -> None:
+        """Other rows touch; start is 0."""
+        laws, numbers = rows.laws, self.numbers
+        H = _Entries(rows.H, self.n, rows.scale, rows.pattern)
+        G = _Entries(rows.G, self.n, None, rows.pattern)
+        self.rows, bilateral = len(rows.H), len(rows.G)
+        size = self.rows + bilateral
+        self.w, self._b = np.zeros(self.rows), np.zeros(bilateral)
+        self.r, self.u, self.start = np.zeros((3, size))
+        self.modes = np.zeros(size + 1, dtype=np.int32)
+        sources = rows.H[rows.gaps]
+        self._kept = laws, rows, H, G, sources
+        self.H = H.values if H.starts is not None else H.values.reshape(self.rows, self.n)
+        self._laws.contacts, self._laws.bounded = len(laws.dims), len(laws.lower)
+        for name, array in laws._asdict().items():
+            setattr(self._laws, name, _arrays.address(array))
+        self._view(self._views[1], H.values, self.rows, H.starts, H.indices)
+        self._view(self._views[2], G.values, bilateral, G.starts, G.indices)
+        self._dynamics.G = pointer(self._views[2]) if bilateral else None
+        numbers.contacts, numbers.rows, numbers.bilateral = len(laws.dims), self.rows, bilateral
+        numbers.H_entries, numbers.G_entries = len(H.values), len(G.values)
+        numbers.gap_count, numbers.J_rows, numbers.rests = len(rows.gaps), J_rows, 0
+        self.bind(
+            H=H.values, H_sources=H.sources, H_scale=H.scale, H_rows=rows.H, row_scale=rows.scale,
+            G=G.values, G_sources=G.sources, G_rows=rows.G, gap_rows=rows.gaps,
+            gap_sources=sources, w=self.w, b=self._b, r=self.r, u=self.u, start=self.start,
+            modes=self.modes,
+        )  # fmt: skip
+
+    def watch(self, kept: list[NDArray[Any]], strides: list[int]) -> Any:
+        """What the rows that were arranged go by, as it is: copies of arrays whose elements lie so
+        far apart. Returns the watches, whose `at` and `offset` the caller tells."""
+        watches = (ContactWatch * len(kept))()
+        for one, array, stride in zip(watches, kept, strides):
+            one.seen, one.count, one.stride = array.ctypes.data, len(array), stride
+            one.bytes = array.nbytes // max(len(array), 1)
+        self._watched = watches, kept
+        self.numbers.watches, self.numbers.watch_count = watches, len(kept)
+        return watches
+
+    def _view(self, matrix: Matrix, values: Array, rows: int, starts: Any, indices: Any) -> None:
         matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
         matrix.storage = _arrays.ROW_MAJOR if starts is None else _arrays.CSC
         matrix.values = _arrays.address(values)
         matrix.column_starts = None if starts is None else _arrays.address(starts)
         matrix.row_indices = None if indices is None else _arrays.address(indices)
 
-    def solve(self, warm: bool) -> Solved:
-        """From `start` where it is warm. At rest the problem stays the same to the last bit, and so
-        does its answer, which is then not computed again."""
-        self._is_known = warm and self._at_rest is not None and self._is_the_same()
-        if self._is_known and self._at_rest is not None:
-            return self._at_rest[0]
-        return self._solve(warm)
-
-    def keep(self, how: Solved) -> None:
-        """Takes the answer for the next start; and, where nothing moves, for the next answer."""
-        if self._is_known:
-            return
-        rests = how.ok and not self.v.any() and (self.start == self.r).all()
-        self._at_rest = (how, [x.copy() for x in self._inputs()]) if rests else None
-        np.copyto(self.start, self.r)
-
-    def _inputs(self) -> list[NDArray[Any]]:
-        matrices = [x for owner in self._owners.values() for x in owner if x is not None]
-        return [self.f, self.w, self.b, *matrices]
-
-    def _is_the_same(self) -> bool:
-        before = [] if self._at_rest is None else self._at_rest[1]
-        return all(a.tobytes() == b.tobytes() for a, b in zip(self._inputs(), before))
-
-    def _solve(self, warm: bool) -> Solved:
-        laws, dynamics, result = self._by_reference
+    def step(self, warm: bool) -> Solved:
+        """From `start` where it is warm; that becomes r. Not where is_other says so; known: as the
+        last one, to the bit."""
+        numbers = self.numbers
+        numbers.warm = warm
         with self._lock:
-            solver = self._alive()
-            status = library.perp_contact_solver_setup_dynamics(solver, laws, dynamics)
-            if status == 0:
-                status = library.perp_contact_solver_solve_dynamics(
-                    solver, *self._out, None, result, *self._in, self._start if warm else None
-                )
+            status = library.perp_contact_solver_step(self._alive(), *self._by_reference)
             if status:
                 self._context.check(status)
-        end = self.result
-        word = OUTCOMES[end.outcome]
-        good = end.outcome in GOOD_OUTCOMES
-        return Solved(word, good, end.residual, end.iterations, CONTACT_METHODS[end.method])
+        self.known = bool(numbers.was_known)
+        if self.known:
+            self.is_other = False
+            return self._how
+        self.is_other = bool(numbers.is_other)
+        if not self.is_other:
+            end = self.result
+            good = end.outcome in GOOD_OUTCOMES
+            self._how = Solved(
+                OUTCOMES[end.outcome], good, end.residual, end.iterations,
+                CONTACT_METHODS[end.method],
+            )  # fmt: skip
+        return self._how
+
+    def _hand_back(self) -> None:
+        self._call(library.perp_contact_solver_hand_back, self._by_reference[0])
 
     def settle(self, how: Solved, first: NDArray[Any], fastest: Callable[[], float]) -> Solved:
         """Looks for impulses that hold what no longer slides.
@@ -181,22 +245,24 @@ class RowSolver(Handle):
         first: the contacts' normals among the rows. fastest: the largest velocity of a row
             without impulses.
         """
-        slips = self.modes[: len(first)] == _SLIP
         self._patience -= 1
-        if self._patience > 0 or not slips.any():
+        if self._patience > 0 or not self.numbers.slips:
             return how
-        of_contacts = np.abs(self.u[: self.rows - len(self._kept.lower)])
+        laws, slips = self._kept[0], self.modes[: len(first)] == _SLIP
+        of_contacts = np.abs(self.u[: self.rows - len(laws.lower)])
         speeds = np.maximum.reduceat(of_contacts, first)[slips]
         tol = self._settings.tol
         if speeds.max() > 100.0 * tol * fastest():
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
-        turns = self._kept.rolling.any() or self._kept.spinning.any()
+        turns = laws.rolling.any() or laws.spinning.any()
         again = self._solve_by("auto" if turns else "newton", 1e-3 * tol)
-        if again.ok and (self.modes[: len(first)] == _SLIP).sum() < slips.sum():
+        if again.ok and self.numbers.slips < slips.sum():
             return again
         self._patience = _PATIENCE
         self.v[:], self.r[:], self.u[:], self.modes[:] = kept
+        self._how = how
+        self._hand_back()
         return how
 
     def _solve_by(self, method: str, tol: float) -> Solved:
@@ -206,37 +272,56 @@ class RowSolver(Handle):
         other.method, other.tol = _METHOD_CODES[method], tol
         self._call(library.perp_contact_solver_set, byref(other))
         try:
-            return self.solve(False)
+            return self.step(False)
         finally:
             self._call(library.perp_contact_solver_set, byref(mine))
 
     def hold(self) -> None:
         """Exact zeros in v, which the library leaves to those who know M where its blocks have more
         than 12 unknowns: H v = -w = 0 in the rows that hold, and what they determine is 0."""
+        self._pause -= 1
+        if self._pause > 0 and not len(self._held):
+            return
         rows = self.rows
         holds = (self.u[:rows] == 0.0) & (self.w == 0.0)
         A = self.H[holds]
         key = holds.tobytes(), A.tobytes()
-        self._pause -= 1
         if key != self._held_by and self._pause <= 0:
             self._held_by, self._held = key, _determined(A)
             self._pause = 0 if len(self._held) == self.n else _PATIENCE
         if key == self._held_by:
             self.v[self._held] = 0.0
+            self._hand_back()
+        else:  # what held them moves
+            self._held = self._held[:0]
+
+
+class Overlaps:
+    """The velocity that takes a share of overlaps away: the least, in the metric of M, that opens
+    what overlaps and closes nothing else."""
+
+    def __init__(self, solver: RowSolver) -> None:
+        """solver: with M and no more."""
+        self._solver, self._of = solver, None  # type: RowSolver, Optional[Rows]
+        self._nothing = np.zeros(solver.n)
+        solver.bind(velocity=self._nothing, force=self._nothing)
 
     def open(
-        self, H: Array, G: Array, gaps: Array, slop: float, share: float, h: float
+        self, rows: Rows, gaps: Array, slop: float, share: float, numbers: ContactStep
     ) -> Optional[Array]:
-        """The velocity that takes a share of overlaps away within h, or None: the least, in the
-        metric of M, that opens what overlaps and closes nothing else. H: the rows of the gaps."""
-        if (self.rows, self.bilateral) != (len(gaps), len(G)):
+        """rows, gaps, numbers: of the step, whose J this is. None where there is no answer."""
+        solver = self._solver
+        if self._of is not rows:
             none = np.zeros(0)
             limits = np.zeros(len(gaps)), np.full(len(gaps), np.inf)
             laws = Laws(np.zeros(0, np.int32), none, none, none, *limits)
-            self.set_laws(laws, len(gaps), len(G))
-        self.H[:], self.G[:] = H, G
-        self.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / h
-        return self.v if self.solve(False).ok else None
+            self._of, nowhere = rows, rows.gaps[:0]
+            own = Rows(laws, rows.H[rows.gaps], rows.G, nowhere, None, rows.pattern)
+            solver.arrange(own, numbers.J_rows)
+        for name in "h", "J", "gaps", "mass", "damping":
+            setattr(solver.numbers, name, getattr(numbers, name))
+        solver.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / numbers.h
+        return solver.v if solver.step(False).ok else None
 
 
 def _determined(A: Array) -> NDArray[Any]:

@@ -6,6 +6,10 @@ A file holds one problem, 'local' (with the Delassus matrix W) or 'global' (with
 guesses and a solution. FCLIB's H is the transpose of perp's: M v = H r + G l + f, u = H' v + w,
 G' v + b = 0; a Problem holds perp's. Its components are normal first, as here.
 
+Rows with bounds and contacts that hold both ways have no place in FCLIB: problems with them (or with
+a dim for each contact) are written alike, in a group perp_local or perp_global, which no reader of
+FCLIB takes for one of its own, with dims, two_sided and the vectors lower and upper beside mu.
+
 Source: Acary, Bremond, Koziara & Perignon, "FCLIB: a collection of discrete 3D frictional contact
 problems", INRIA RT-0444 (2014), and its C library, which reads what write() writes.
 
@@ -51,7 +55,7 @@ class Problem:
     global: M v = f + H' r + G' l,  u = H v + w,  0 = G v + b
     """
 
-    dim: int  # 2 or 3, of all contacts
+    dim: Union[int, NDArray[Any]]  # 2 or 3, of all contacts; or one a contact
     mu: Array
     W: Any = None
     q: Optional[Array] = None
@@ -69,6 +73,14 @@ class Problem:
     math_info: str = ""
     guesses: list[Solution] = field(default_factory=list)
     solution: Optional[Solution] = None
+    two_sided: Optional[NDArray[Any]] = None  # a contact each: normals that hold both ways
+    lower: Optional[Array] = None  # of the last rows of H (of W), which have bounds of their own
+    upper: Optional[Array] = None
+
+    @property
+    def own(self) -> bool:
+        """Whether it says what FCLIB can't."""
+        return np.ndim(self.dim) > 0 or self.two_sided is not None or self.lower is not None
 
     @property
     def kind(self) -> str:
@@ -84,6 +96,10 @@ class Problem:
         the options go."""
         from . import contact, contact_delassus
 
+        if self.two_sided is not None:
+            options["two_sided"] = self.two_sided
+        if self.lower is not None:
+            options["bounds"] = (self.lower, self.upper)
         if self.kind == "global":
             if self.G is not None:
                 options["bilateral"] = (self.G, self.b)
@@ -191,20 +207,32 @@ def _read_solution(group: Any) -> Solution:
     return Solution(**parts)
 
 
-def _rows(group: Any, matrix: Any, columns: bool, dim: int) -> tuple[int, int]:
-    """Rows of the contacts and contacts of W (columns of FCLIB's H)."""
-    size = matrix.shape[1 if columns else 0]
-    if size % dim:
-        raise _bad(group, f"{size} rows are no multiple of spacedim {dim}")
-    return size, size // dim
+def _make(group: Any, matrix: Any, columns: bool, dim: int) -> tuple[int, Problem]:
+    """Rows of W (columns of FCLIB's H), and a problem of that many with the laws alone; dim is 0
+    where each contact has its own."""
+    size, vectors = matrix.shape[1 if columns else 0], group["vectors"]
+    if dim:
+        if size % dim:
+            raise _bad(group, f"{size} rows are no multiple of spacedim {dim}")
+        return size, Problem(dim, _vector(vectors, ["mu"], size // dim))
+    contacts, bounded = np.size(group["dims"][()]), np.size(vectors["lower"][()])
+    dims = _indices(group, "dims", contacts, 5)
+    if dims.sum() + bounded != size:
+        raise _bad(group, f"dims and lower make {dims.sum() + bounded} rows, expected {size}")
+    problem = Problem(dims, _vector(vectors, ["mu"], contacts))
+    problem.two_sided = _indices(group, "two_sided", contacts, 3)
+    if bounded:
+        problem.lower = _vector(vectors, ["lower"], bounded)
+        problem.upper = _vector(vectors, ["upper"], bounded)
+    return size, problem
 
 
 def _read_local(group: Any, dim: int) -> Problem:
     W = _read_matrix(group["W"])
     vectors = group["vectors"]
-    size, contacts = _rows(group, W, False, dim)
+    size, problem = _make(group, W, False, dim)
+    problem.W = W
     # The C library has written q under the name of a.
-    problem = Problem(dim, _vector(vectors, ["mu"], contacts), W=W)
     problem.q = _vector(vectors, ["q", "a"], size)
     if "V" in group:
         problem.V, problem.R = _read_matrix(group["V"]), _read_matrix(group["R"])
@@ -215,8 +243,8 @@ def _read_local(group: Any, dim: int) -> Problem:
 def _read_global(group: Any, dim: int) -> Problem:
     M, H = _read_matrix(group["M"]), _read_matrix(group["H"])
     vectors = group["vectors"]
-    size, contacts = _rows(group, H, True, dim)
-    problem = Problem(dim, _vector(vectors, ["mu"], contacts), M=M, H=H.T.tocsc())
+    size, problem = _make(group, H, True, dim)
+    problem.M, problem.H = M, H.T.tocsc()
     problem.f = _vector(vectors, ["f"], M.shape[0])
     problem.w = _vector(vectors, ["w"], size)
     if "G" in group:
@@ -233,12 +261,13 @@ def read(path: Path) -> Problem:
     """
     _, h5py = _libraries()
     with h5py.File(os.fspath(path), "r") as file:
-        for name, reader in (("fclib_local", _read_local), ("fclib_global", _read_global)):
+        for name in ("fclib_local", "fclib_global", "perp_local", "perp_global"):
             if name not in file:
                 continue
             group = file[name]
-            dim = _number(group, "spacedim")
-            if dim not in (2, 3):
+            reader = _read_local if name.endswith("local") else _read_global
+            dim = _number(group, "spacedim") if name.startswith("fclib") else 0
+            if dim not in (2, 3) and name.startswith("fclib"):
                 raise _bad(group, f"spacedim is {dim}, expected 2 or 3")
             try:
                 problem = reader(group, dim)
@@ -279,6 +308,16 @@ def _write_solution(group: Any, solution: Solution) -> None:
             _write_vector(group, name, getattr(solution, name))
 
 
+def _write_own(group: Any, problem: Problem) -> None:
+    both = 0 if problem.two_sided is None else problem.two_sided
+    for name, value in (("dims", problem.dim), ("two_sided", both)):
+        each = np.broadcast_to(np.asarray(value, dtype=np.int32), (problem.contacts,))
+        group.create_dataset(name, data=each)
+    for name in ("lower", "upper"):
+        value = getattr(problem, name)
+        _write_vector(group.require_group("vectors"), name, [] if value is None else value)
+
+
 def write(path: Path, problem: Problem) -> None:
     """Writes a problem, with its guesses and solution; an existing file is replaced."""
     _, h5py = _libraries()
@@ -297,8 +336,11 @@ def write(path: Path, problem: Problem) -> None:
         if value is None:
             raise _errors.argument_error(f"{name} is missing")
     with h5py.File(os.fspath(path), "w") as file:
-        group = file.create_group(f"fclib_{problem.kind}")
-        group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
+        group = file.create_group(f"{'perp' if problem.own else 'fclib'}_{problem.kind}")
+        if problem.own:
+            _write_own(group, problem)
+        else:
+            group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
         for name, value in matrices.items():
             _write_matrix(group.create_group(name), value)
         for name in vectors:

@@ -15,6 +15,8 @@ docs/mujoco.md. Needs the package mujoco (pip install 'perp[mujoco]').
 
 from __future__ import annotations
 
+import ctypes
+import functools
 import time as _clock
 import weakref
 from typing import Any, Callable, NamedTuple, Optional
@@ -27,7 +29,8 @@ try:
 except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
-from ._stepper import Array, Laws, RowSolver, Solved
+from . import _arrays
+from ._stepper import Array, Laws, Overlaps, Pattern, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = ["Run", "Solved", "Stepper", "simulate", "step", "view"]
@@ -44,69 +47,46 @@ _NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 _ROWS = np.full((7, 6), -1)
 _ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
 _THERE = _ROWS >= 0
-_NONE = np.zeros(0, dtype=np.int64)
+_NONE = np.zeros(0, dtype=np.int32)
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
 
 
-class _Mass:
-    """M and what implicit integration adds to it, as perp reads it: dense, or by columns."""
-
-    def __init__(self, model: Any, solvers: tuple[RowSolver, ...]) -> None:
-        n = model.nv
-        row = np.repeat(np.arange(n), model.M_rownnz)  # of the lower triangle
-        entry = np.arange(len(row)) + np.repeat(
-            model.M_rowadr - np.cumsum(model.M_rownnz) + model.M_rownnz, model.M_rownnz
-        )
-        column = model.M_colind[entry]
-        below = row != column
-        rows = np.concatenate([row, column[below]])
-        columns = np.concatenate([column, row[below]])
-        order = np.lexsort((rows, columns))
-        self.diagonal = entry[~below]
-        self._entries = np.concatenate([entry, entry[below]])[order]
-        self._rows = rows[order].astype(np.int32)
-        self._starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
-        self._places = rows[order] * n + columns[order]
-        self._values = np.zeros(len(order))
-        self._dense = np.zeros((n, n)) if n <= _DENSE else None
-        for solver in solvers:
-            if self._dense is None:
-                solver.set_mass(self._values, self._starts, self._rows)
-            else:
-                solver.set_mass(self._dense)
-
-    def fill(self, values: Array) -> None:
-        """From entries as MuJoCo stores them."""
-        np.take(values, self._entries, out=self._values, mode="clip")
-        if self._dense is not None:
-            self._dense.ravel()[self._places] = self._values
-
-    def times(self, v: Array) -> Array:
-        if self._dense is not None:
-            product: Array = self._dense.dot(v)
-            return product
-        product = np.add.reduceat(self._values * v[self._rows], self._starts[:-1])
-        return product
+def _set_mass(model: Any, solver: RowSolver) -> None:
+    """M from its lower triangle, as MuJoCo has it."""
+    n = model.nv
+    row = np.repeat(np.arange(n), model.M_rownnz)
+    entry = np.arange(len(row)) + np.repeat(
+        model.M_rowadr - np.cumsum(model.M_rownnz) + model.M_rownnz, model.M_rownnz
+    )
+    column = model.M_colind[entry]
+    below = row != column
+    rows = np.concatenate([row, column[below]])
+    columns = np.concatenate([column, row[below]])
+    sources = np.concatenate([entry, entry[below]])
+    if n <= _DENSE:
+        dense = np.full((n, n), -1, dtype=np.int32)
+        dense[rows, columns] = sources
+        solver.set_mass(dense.ravel(), (np.arange(n) * (n + 1)).astype(np.int32))
+        return
+    order = np.lexsort((rows, columns))
+    rows, columns, sources = (x[order].astype(np.int32) for x in (rows, columns, sources))
+    starts = np.searchsorted(columns, np.arange(n + 1)).astype(np.int32)
+    solver.set_mass(sources, np.flatnonzero(rows == columns).astype(np.int32), starts, rows)
 
 
-class _Rows(NamedTuple):
-    """Where perp's rows stand among MuJoCo's, as long as the same things touch."""
+class _Touching(NamedTuple):
+    """Perp's rows among MuJoCo's, as long as the same things touch."""
 
     key: tuple[Any, ...]
+    rows: Rows
     first: NDArray[Any]  # of each contact: its normal among H's rows
-    order: NDArray[Any]  # of each row of H: contacts, then dry friction and limits
-    scale: Optional[Array]  # of each row, where friction depends on the direction
-    gaps: NDArray[Any]  # the rows of H that have gaps: normals and limits
-    sources: NDArray[Any]  # the same among MuJoCo's
-    equations: NDArray[Any]  # the rows of G among MuJoCo's
-    laws: Laws
     names: NDArray[Any]  # of each contact and row with bounds: the same as long as it lasts
     there: NDArray[Any]  # (names, 6): which rows it has
 
 
-def _rows(
+def _touching(
     key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any, address: Any
-) -> _Rows:
+) -> _Touching:
     contact, ne, nb = data.contact, data.ne, data.nf + data.nl
     which = np.flatnonzero(address >= 0)
     address, dim = address[which], contact.dim[which]
@@ -127,16 +107,18 @@ def _rows(
         np.concatenate([bounds, np.full(data.nl, np.inf)]),
     )
     normals = np.cumsum(there.sum(1)) - there.sum(1)
-    limits = np.arange(ne + data.nf, ne + nb)
-    return _Rows(
-        key,
-        normals,
-        np.concatenate([order, np.arange(ne, ne + nb)]),
-        None if (scale == 1.0).all() else scale,
-        np.concatenate([normals, len(order) + data.nf + np.arange(data.nl)]),
-        np.concatenate([address, limits]),
-        equations,
+    rows = Rows(
         laws,
+        np.concatenate([order, np.arange(ne, ne + nb)]).astype(np.int32),
+        equations.astype(np.int32),
+        np.concatenate([normals, len(order) + data.nf + np.arange(data.nl)]).astype(np.int32),
+        None if (scale == 1.0).all() else scale,
+        None if model.nv <= _DENSE else _pattern(data),
+    )
+    return _Touching(
+        key,
+        rows,
+        normals,
         _names(model, contact.geom[which], data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb]),
         np.concatenate([there, np.tile(_THERE[1], (nb, 1))]),
     )
@@ -186,132 +168,132 @@ class Stepper:
         self.corrections = 0
         settings = method, tol, max_iterations, time_limit
         self._solver = RowSolver(model.nv, *settings)
-        self._overlaps = RowSolver(model.nv, *settings)
-        self._mass = _Mass(model, (self._solver, self._overlaps))
-        self._rows: Optional[_Rows] = None
+        overlaps = RowSolver(model.nv, *settings)
+        self._overlaps = Overlaps(overlaps)
+        for solver in self._solver, overlaps:
+            _set_mass(model, solver)
+        self._solver.numbers.correction = correction
+        self._mass = np.zeros(model.nC)  # of implicit integrators
+        self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
+        self._bound_by: tuple[int, int] = (-1, -1)
+        self._touching: Optional[_Touching] = None
         self._warm = self._some_move_nothing = False
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
         self._advances = bool(model.na or model.nplugin or getattr(model, "nhistory", 0))
+        # what costs a tenth of a microsecond or two to be asked for in every step
+        self._options, self._senses = model.opt, bool(model.nsensor)
+        self._jacobian = _AS_DENSE if model.nv <= _DENSE else _AS_SPARSE
 
     def step(self, data: Any) -> Solved:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
-        model, options, solver = self.model, self.model.opt, self._solver
+        model, options, solver = self.model, self._options, self._solver
         h = options.timestep
-        options.cone = _ELLIPTIC
-        options.jacobian = _AS_DENSE if model.nv <= _DENSE else _AS_SPARSE
+        options.cone, options.jacobian = _ELLIPTIC, self._jacobian
         mj.mj_step1(model, data)
         mj.mj_fwdActuation(model, data)
         mj.mj_fwdAcceleration(model, data)
-        place = self._fill_mass(data, h)
-        v = data.qvel
-        np.add(self._mass.times(v), h * data.qfrc_smooth, out=solver.f)
-        rows = self._take_rows(data, h)
-        gaps = data.efc_pos[rows.sources]
-        solver.w[rows.gaps] = np.maximum(gaps, 0.0) / h
-        if len(rows.equations):
-            np.multiply(data.efc_pos[rows.equations], self.correction / h, out=solver.b)
+        place = self._bind(data, options, h)
         try:
-            how = solver.solve(self._warm)
+            how = self._solve(data, h)
         except ValueError:  # a contact that moved something does so no more?
             if self._some_move_nothing:
                 raise
-            self._some_move_nothing = True
-            rows = self._take_rows(data, h)
-            how = solver.solve(False)
-        if self._warm and how.ok:
-            how = solver.settle(how, rows.first, lambda: self._fastest(data, h))
-        if self._large and how.ok and self._nearly_rests(data, h):
-            solver.hold()
-        self._warm = how.ok
-        solver.keep(how)
-        data.qacc[:] = (solver.v - v) / h
-        self._give_forces(data, rows, h)
-        shift = self._correct(data, rows, gaps, h)
-        self._advance(data, h, place, shift)
+            self._some_move_nothing, self._warm = True, False
+            how = self._solve(data, h)
+        touching, numbers, known = self._touching, solver.numbers, solver.known
+        assert touching is not None
+        if not known:
+            if self._warm and how.ok and numbers.slips:
+                how = solver.settle(how, touching.first, lambda: self._fastest(data, h))
+            if self._large and how.ok and self._nearly_rests(data, h):
+                solver.hold()
+            self._warm = how.ok
+        if self._senses:
+            mj.mj_sensorAcc(model, data)
+        shift = None
+        if numbers.least_gap < -2.0 * self.slop:
+            shift = self._correct(data, touching.rows)
+        if known and shift is None and not self._advances and place is None:
+            data.time += h  # qvel and qpos would become what they are
+        else:
+            self._advance(data, h, place, shift)
         return how
 
-    def _fill_mass(self, data: Any, h: float) -> Optional[Array]:
-        """M with the implicit part of MuJoCo's integrator. Returns qpos where data has been
-        advanced for it, in all but place and velocity."""
-        model = self.model
-        if model.opt.integrator in _IMPLICIT:
-            place: Array = data.qpos.copy()
-            v = data.qvel.copy()
+    def _bind(self, data: Any, options: Any, h: float) -> Optional[Array]:
+        """Where the step's numbers are. Returns qpos where data has been advanced for the implicit
+        part of MuJoCo's integrator, in all but place and velocity."""
+        model, solver = self.model, self._solver
+        integrator, flags, place = options.integrator, options.disableflags, None
+        if self._bound() is not data or self._bound_by != (integrator, flags):
+            self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
+            self._at, self._touching = _pointers(data), None
+            for name, field in ("J", "efc_J"), ("gaps", "efc_pos"), ("row_force", "efc_force"):
+                setattr(solver.numbers, name, self._at[field])
+            implicit = integrator in _IMPLICIT
+            damped = not implicit and not flags & _NO_EULER_DAMPING
+            solver.bind(
+                mass=self._mass if implicit else data.M,
+                damping=model.dof_damping if damped else None,
+                velocity=data.qvel, force=data.qfrc_smooth, acceleration=data.qacc,
+                force_of_rows=data.qfrc_constraint,
+            )  # fmt: skip
+        if integrator in _IMPLICIT:
+            place, v = data.qpos.copy(), data.qvel.copy()
             mj.mj_implicit(model, data)
             data.qpos[:], data.qvel[:] = place, v
-            self._mass.fill(data.M - h * data.qDeriv[model.mapD2M])
-            return place
-        M = data.M.copy()
-        if not model.opt.disableflags & _NO_EULER_DAMPING:
-            M[self._mass.diagonal] += h * model.dof_damping
-        self._mass.fill(M)
-        return None
+            np.subtract(data.M, h * data.qDeriv[model.mapD2M], out=self._mass)
+        solver.numbers.h = h
+        return place
 
-    def _take_rows(self, data: Any, h: float) -> _Rows:
-        """Fills H and G; new laws, and the start's impulses, where other things touch."""
-        ne, nf, nl, contact = data.ne, data.nf, data.nl, data.contact
-        dense = self.model.nv <= _DENSE
-        J = data.efc_J.reshape(data.nefc, self.model.nv) if dense else None
-        live = np.flatnonzero(_moves(data, J, np.arange(ne))) if ne else _NONE
-        address = contact.efc_address
+    def _solve(self, data: Any, h: float) -> Solved:
+        """With the rows of the last step, where the same things touch."""
+        solver, ne, address = self._solver, data.ne, None
+        live = np.flatnonzero(_moves(self.model, data, np.arange(ne))) if ne else _NONE
         if self._some_move_nothing:
-            address = np.where((address >= 0) & _moves(data, J, address), address, -1)
+            address = data.contact.efc_address
+            address = np.where((address >= 0) & _moves(self.model, data, address), address, -1)
         key = (
-            ne, nf, nl, h, live.tobytes(), contact.geom.tobytes(), address.tobytes(),
-            contact.friction.tobytes(), data.efc_id[ne : ne + nf + nl].tobytes(),
-            data.efc_frictionloss[ne : ne + nf].tobytes(),
+            ne, data.nf, data.nl, data.ncon, h, live.tobytes() if ne else b"",
+            b"" if address is None else address.tobytes(),
         )  # fmt: skip
-        rows, solver = self._rows, self._solver
-        if rows is None or rows.key != key:
-            last, rows = rows, _rows(key, self.model, data, h, live, address)
-            if not self._some_move_nothing and not _moves(data, J, address[address >= 0]).all():
+        if self._touching is not None and key == self._touching.key:
+            how = solver.step(self._warm)
+            if not solver.is_other:
+                return how
+        if address is None:
+            address = data.contact.efc_address
+            if not _moves(self.model, data, address[address >= 0]).all():
                 self._some_move_nothing = True
-                return self._take_rows(data, h)
-            old = solver.r.copy()
-            solver.set_laws(rows.laws, len(rows.order), len(live))
-            solver.w[:] = 0.0
-            if last is not None:
-                _hand_over(solver.start, rows, old, last)
-            self._rows = rows
-        if J is not None:
-            np.take(J, rows.order, axis=0, out=solver.H, mode="clip")
-            if rows.scale is not None:
-                solver.H *= rows.scale[:, None]
-            if len(live):
-                np.take(J, live, axis=0, out=solver.G, mode="clip")
-        else:
-            self._take_sparse(data, rows)
-        return rows
+                return self._solve(data, h)
+        self._take_rows(_touching(key, self.model, data, h, live, address), data)
+        return solver.step(self._warm)
 
-    def _take_sparse(self, data: Any, rows: _Rows) -> None:
-        solver, n = self._solver, self.model.nv
-        row, column, values = _entries(data, rows.order)
-        if rows.scale is not None:
-            values = values * rows.scale[row]
-        order = np.argsort(column, kind="stable")
-        starts = np.searchsorted(column[order], np.arange(n + 1)).astype(np.int32)
-        solver.set_rows(values[order], starts, row[order].astype(np.int32))
-        if len(rows.equations):
-            _fill_dense(solver.G, data, rows.equations)
-
-    def _give_forces(self, data: Any, rows: _Rows, h: float) -> None:
-        """What MuJoCo's sensors and mj_contactForce read."""
-        model, solver, force, size = self.model, self._solver, data.efc_force, len(rows.order)
-        if len(force):
-            r = solver.r[:size] if rows.scale is None else solver.r[:size] * rows.scale
-            force[: data.ne] = 0.0
-            force[rows.order] = r / h
-            force[rows.equations] = solver.r[size:] / h
-        mj.mj_mulJacTVec(model, data, data.qfrc_constraint, force)
-        if model.nsensor:
-            mj.mj_sensorAcc(model, data)
+    def _take_rows(self, touching: _Touching, data: Any) -> None:
+        """Other rows, the start's impulses, and what is looked at to find these the same."""
+        solver, last, watched = self._solver, self._touching, list(_WATCHED)
+        old = solver.start
+        solver.arrange(touching.rows, data.nefc)
+        if last is not None:
+            _hand_over(solver.start, touching, old, last)
+        self._touching = touching
+        if self.model.nv > _DENSE:
+            watched += _PATTERN
+        kept = [getattr(data.contact, name).copy() for name in _OF_CONTACTS]
+        kept += [getattr(data, name).copy() for name in watched]
+        strides = [_layout().stride] * len(_OF_CONTACTS)
+        strides += [x.itemsize for x in kept[len(strides) :]]
+        watches, offsets = solver.watch(kept, strides), _layout().of_contacts
+        for watch, offset in zip(watches, offsets):
+            watch.at, watch.offset = self._at["contact"], offset
+        for watch, name in zip(watches[len(offsets) :], watched):
+            watch.at = self._at[name]
 
     def _nearly_rests(self, data: Any, h: float) -> bool:
         """Whether a search for what is held is worth its cost: it says nothing of what is."""
-        fastest = np.abs(self._solver.v).max()
+        fastest = self._solver.numbers.fastest
         return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
 
     def _fastest(self, data: Any, h: float) -> float:
@@ -319,16 +301,10 @@ class Stepper:
         mj.mj_mulJacVec(self.model, data, velocities, data.qvel + h * data.qacc_smooth)
         return float(np.abs(velocities).max())
 
-    def _correct(self, data: Any, rows: _Rows, gaps: Array, h: float) -> Optional[Array]:
-        if not len(gaps) or gaps.min() >= -2.0 * self.slop:
-            return None
+    def _correct(self, data: Any, rows: Rows) -> Optional[Array]:
         self.corrections += 1
-        if self.model.nv <= _DENSE:
-            H = self._solver.H[rows.gaps]
-        else:
-            H = np.zeros((len(gaps), self.model.nv))
-            _fill_dense(H, data, rows.sources)
-        return self._overlaps.open(H, self._solver.G, gaps, self.slop, self.correction, h)
+        gaps, numbers = data.efc_pos[rows.H[rows.gaps]], self._solver.numbers
+        return self._overlaps.open(rows, gaps, self.slop, self.correction, numbers)
 
     def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
@@ -344,44 +320,72 @@ class Stepper:
         mj.mj_integratePos(model, data.qpos, v if shift is None else v + shift, h)
 
 
-def _entries(data: Any, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], Array]:
-    """Row, column and value of each entry of some rows of a sparse J."""
-    counts = data.efc_J_rownnz[rows]
-    ends = np.cumsum(counts)
-    places = np.arange(ends[-1] if len(ends) else 0)
-    places += np.repeat(data.efc_J_rowadr[rows] - ends + counts, counts)
-    J = data.efc_J.ravel()
-    return np.repeat(np.arange(len(rows)), counts), data.efc_J_colind[places], J[places]
+def _pattern(data: Any) -> Pattern:
+    return Pattern(data.efc_J_rownnz.copy(), data.efc_J_rowadr.copy(), data.efc_J_colind.copy())
 
 
-def _moves(data: Any, J: Optional[Array], rows: NDArray[Any]) -> NDArray[Any]:
+def _moves(model: Any, data: Any, rows: NDArray[Any]) -> NDArray[Any]:
     """Whether each row moves anything: a wall's contact with a planar robot may not."""
-    if J is not None:
-        return np.asarray(J[rows].any(1))
-    row, _, values = _entries(data, rows)
-    return np.bincount(row, np.abs(values), len(rows)) > 0.0
+    J = data.efc_J
+    if model.nv <= _DENSE:
+        return np.asarray(J.reshape(data.nefc, model.nv)[rows].any(1))
+    row, places = _pattern(data).places(rows)
+    return np.bincount(row, np.abs(J.ravel()[places]), len(rows)) > 0.0
 
 
-def _fill_dense(out: Array, data: Any, rows: NDArray[Any]) -> None:
-    row, column, values = _entries(data, rows)
-    out[:] = 0.0
-    out[row, column] = values
-
-
-def _hand_over(start: Array, rows: _Rows, old: Array, last: _Rows) -> None:
+def _hand_over(start: Array, now: _Touching, old: Array, last: _Touching) -> None:
     """The impulses of what touched already."""
-    start[:] = 0.0
-    if not len(last.names) or not len(rows.names):
-        return
-    before = np.zeros(last.there.shape)
-    before[last.there] = old[: len(last.order)]
-    order = np.argsort(last.names)
-    place = np.minimum(np.searchsorted(last.names[order], rows.names), len(order) - 1)
-    same = last.names[order[place]] == rows.names
-    now = np.where(same[:, None], before[order[place]], 0.0)
-    start[: len(rows.order)] = now[rows.there]
-    if len(rows.equations) == len(last.equations):
-        start[len(rows.order) :] = old[len(last.order) :]
+    count, before = len(now.rows.H), np.zeros(last.there.shape)
+    if len(last.names) and len(now.names):
+        before[last.there] = old[: len(last.rows.H)]
+        order = np.argsort(last.names)
+        place = np.minimum(np.searchsorted(last.names[order], now.names), len(order) - 1)
+        same = last.names[order[place]] == now.names
+        start[:count] = np.where(same[:, None], before[order[place]], 0.0)[now.there]
+        if len(now.rows.G) == len(last.rows.G):
+            start[count:] = old[len(last.rows.H) :]
+
+
+_OF_CONTACTS = "geom", "efc_address", "friction"
+_WATCHED, _PATTERN = ("efc_id", "efc_frictionloss"), ("efc_J_rownnz", "efc_J_colind")
+
+
+class _Layout(NamedTuple):
+    """Where MuJoCo's structs have what a step reads, in bytes."""
+
+    pointers: dict[str, int]  # of mjData
+    of_contacts: list[int]  # of mjContact
+    stride: int
+
+
+@functools.lru_cache(maxsize=None)
+def _layout() -> _Layout:
+    """Found in a small scene, where all of these are there. Its arrays move from step to step, and
+    each costs half a microsecond to be asked for."""
+    data = mj.MjData(mj.MjModel.from_xml_string(_SCENE))
+    mj.mj_step1(data.model, data)
+    names = "efc_J", "efc_pos", "efc_force", *_WATCHED, *_PATTERN
+    looked_for = {getattr(data, name).ctypes.data: name for name in names}
+    first = data.contact.dist.ctypes.data
+    looked_for[first] = "contact"
+    found, place = {}, 0  # type: dict[str, int], int
+    while len(found) < len(looked_for):
+        name = looked_for.get(ctypes.c_uint64.from_address(data._address + place).value)
+        if name is not None:
+            found[name] = place
+        place += 8
+    offsets = [getattr(data.contact, name).ctypes.data - first for name in _OF_CONTACTS]
+    return _Layout(found, offsets, data.contact.dist.strides[0])
+
+
+_SCENE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" size="1 1 1"/>
+<body><freejoint/><geom size=".1"/></body><body pos="0 0 1"><freejoint/><geom size=".1"/></body>
+<body pos="0 0 1.1"><freejoint/><geom size=".1"/></body></worldbody></mujoco>"""
+
+
+def _pointers(data: Any) -> dict[str, Any]:
+    """Where data has its pointers to these arrays."""
+    return {name: data._address + k for name, k in _layout().pointers.items()}
 
 
 _kept: weakref.WeakKeyDictionary[Any, tuple[Any, Stepper]] = weakref.WeakKeyDictionary()

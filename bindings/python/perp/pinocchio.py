@@ -27,7 +27,7 @@ except ImportError as error:
     raise ImportError("perp.pinocchio needs Pinocchio: pip install 'perp[pinocchio]'") from error
 
 from . import _arrays, _errors
-from ._stepper import Array, Laws, RowSolver, Solved
+from ._stepper import Array, Laws, Overlaps, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = ["Contacts", "Geometry", "Ground", "Solved", "Step", "Stepper"]
@@ -169,10 +169,17 @@ class Stepper:
         self.sources, self.equations = list(sources), equations
         self.correction, self.slop = correction, slop
         self._solver = RowSolver(n, method, tol, max_iterations, time_limit)
-        self._overlaps = RowSolver(n, method, tol, max_iterations, time_limit)
+        overlaps = RowSolver(n, method, tol, max_iterations, time_limit)
+        entries, diagonal = np.arange(n * n, dtype=np.int32), np.arange(0, n * n, n + 1)
+        for solver in self._solver, overlaps:
+            solver.set_mass(entries, diagonal.astype(np.int32))
+        self._overlaps = Overlaps(overlaps)
         self._M = np.zeros((n, n))
-        self._solver.set_mass(self._M)
-        self._overlaps.set_mass(self._M)
+        self._v, self._force, self._damping = np.zeros((3, n))
+        self._solver.bind(
+            mass=self._M, velocity=self._v, force=self._force, damping=self._damping
+        )
+        self._solver.numbers.h, self._solver.numbers.correction = h, correction
         self._supports = np.zeros((model.njoints, n), dtype=bool)
         for j in range(1, model.njoints):
             for k in model.supports[j]:
@@ -188,14 +195,13 @@ class Stepper:
         """Where q and v go in h, with torques tau; the arguments stay as they are."""
         model, data, h, solver = self.model, self.data, self.h, self._solver
         q, v = _arrays.vector(q, "q", model.nq), _arrays.vector(v, "v", model.nv)
-        force = -pin.nonLinearEffects(model, data, q, v)
-        force -= model.damping * v
+        self._v[:], self._damping[:] = v, model.damping
+        np.negative(pin.nonLinearEffects(model, data, q, v), out=self._force)
+        self._force -= self._damping * v
         if tau is not None:
-            force += _arrays.vector(tau, "tau", model.nv)
+            self._force += _arrays.vector(tau, "tau", model.nv)
         M = pin.crba(model, data, q)
         self._M[:] = np.triu(M) + np.triu(M, 1).T
-        np.fill_diagonal(self._M, self._M.diagonal() + h * model.damping)
-        solver.f[:] = self._M.dot(v) + h * force
         pin.computeJointJacobians(model, data, q)
         contacts = [source(model, data, q) for source in self.sources]
         joined = _join(contacts)
@@ -204,20 +210,18 @@ class Stepper:
         G, error = _NO_EQUATIONS if self.equations is None else self.equations(model, data, q)
         self._set_laws(joined, limits, sign, len(G))
         self._fill(joined, limits, sign)
+        self._gaps[self._rows.gaps] = gaps
         if len(G):
-            solver.G[:], solver.b[:] = G, self.correction / h * error
+            self._J[solver.rows :], self._gaps[solver.rows :] = G, error
         count = len(joined.gaps)
-        opens = np.concatenate([3 * np.arange(count), 3 * count + np.arange(len(slack))])
-        solver.w[opens] = np.maximum(gaps, 0.0) / h
-        how = solver.solve(self._warm)
+        how = solver.step(self._warm)
         if self._warm and how.ok and count:
-            how = solver.settle(how, opens[:count], self._fastest)
+            how = solver.settle(how, self._rows.gaps[:count], self._fastest)
         self._warm = how.ok
-        solver.keep(how)
         after = moved = solver.v.copy()
         if len(gaps) and gaps.min() < -2.0 * self.slop:
             shift = self._overlaps.open(
-                solver.H[opens], solver.G, gaps, self.slop, self.correction, h
+                self._rows, gaps, self.slop, self.correction, solver.numbers
             )
             moved = after if shift is None else after + shift
         impulses = solver.r[: 3 * count].reshape(count, 3).copy()
@@ -251,8 +255,15 @@ class Stepper:
             np.concatenate([np.full(len(limits), np.inf), bounds[1]]),
         )  # fmt: skip
         before = dict(zip(self._names.tolist(), self._parts(solver.r)))
-        solver.set_laws(laws, 3 * count + len(limits) + len(self._dry), equations)
-        solver.w[:] = solver.start[:] = 0.0
+        size = 3 * count + len(limits) + len(self._dry)
+        numbers = np.arange(size + equations, dtype=np.int32)
+        opens = [3 * np.arange(count), 3 * count + np.arange(len(limits))]
+        self._rows = Rows(
+            laws, numbers[:size], numbers[size:], np.concatenate(opens).astype(np.int32)
+        )
+        solver.arrange(self._rows, len(numbers))
+        self._J, self._gaps = np.zeros((len(numbers), model.nv)), np.zeros(len(numbers))
+        solver.bind_rows(self._J, self._gaps)
         self._key, self._names, self._contacts = key, names, count
         for name, part in zip(names.tolist(), self._parts(solver.start)):
             if name in before:
@@ -269,7 +280,7 @@ class Stepper:
     def _fill(self, contacts: Contacts, limits: NDArray[Any], sign: Array) -> None:
         """H. A row of a contact is (direction, point x direction) times the difference of both
         bodies' twists at the origin, whose columns are those of the joints that carry them."""
-        H, count = self._solver.H, len(contacts.gaps)
+        H, count = self._J[: self._solver.rows], len(contacts.gaps)
         D = frames(contacts.normals)
         wrench = np.concatenate([D, np.cross(contacts.points[:, None, :], D)], axis=2)
         first, second = contacts.joints.T
@@ -285,7 +296,8 @@ class Stepper:
 
     def _fastest(self) -> float:
         solver = self._solver
-        free = np.linalg.solve(self._M, solver.f)
+        M = solver.M.reshape(solver.n, solver.n)
+        free = self._v + self.h * np.linalg.solve(M, self._force)
         return float(np.abs(solver.H.dot(free)).max())
 
 

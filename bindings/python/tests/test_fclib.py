@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+import scipy.sparse.linalg
 
 h5py = pytest.importorskip("h5py")
 
@@ -43,6 +44,39 @@ def write_matrix(group, matrix, form):
         group["i"], group["p"] = stored.row, stored.col
     else:
         group["i"], group["p"] = stored.indices, stored.indptr
+
+
+def arm(kind):
+    """A guide, a contact with friction and a motor on three velocities: FCLIB has no such rows."""
+    M, f = sparse.diags([2.0, 3.0, 0.5], format="csc"), np.array([1.0, -2.0, 3.0])
+    H = sparse.csc_matrix([[0, 1.0, 0.2], [1, 0, 0.6], [1, 1, 0], [0, 1, -1], [0, 0, 1.0]])
+    laws = dict(dim=np.array([2, 2]), mu=np.array([0.3, 0.2]), two_sided=np.array([1, 0]),
+                lower=np.array([-0.4]), upper=np.array([0.4]))
+    if kind == "global":
+        return fclib.Problem(M=M, f=f, H=H, w=np.zeros(5), **laws)
+    v = sparse.linalg.spsolve(M, f)
+    return fclib.Problem(W=H @ sparse.linalg.spsolve(M, H.T.tocsc()), q=H @ v, **laws)
+
+
+@pytest.mark.parametrize("kind", ["local", "global"])
+def test_rows_that_fclib_has_no_place_for(tmp_path, kind):
+    problem, path = arm(kind), tmp_path / "arm.hdf5"
+    fclib.write(path, problem)
+    with h5py.File(path) as file:
+        assert "fclib_" + kind not in file  # FCLIB's readers don't take it for one of theirs
+    again = fclib.read(path)
+    assert np.array_equal(again.dim, [2, 2]) and np.array_equal(again.two_sided, [1, 0])
+    assert again.lower == [-0.4] and again.upper == [0.4] and again.contacts == 2
+    first, second = problem.solve(tol=1e-12), again.solve(tol=1e-12)
+    assert first.ok and np.array_equal(first.impulse, second.impulse)
+    assert np.array_equal(first.modes, second.modes) and len(first.modes) == 3
+    other = arm("global" if kind == "local" else "local").solve(tol=1e-12)
+    assert first.impulse == pytest.approx(other.impulse, abs=1e-9)
+    with h5py.File(path, "a") as file:
+        del file["perp_" + kind]["dims"]
+        file["perp_" + kind]["dims"] = [2, 3]
+    with pytest.raises(perp.Error, match="make 6 rows, expected 5"):
+        fclib.read(path)
 
 
 @pytest.mark.parametrize("form", ["csc", "csr", "triplet"])

@@ -234,6 +234,32 @@ def test_compliant_screw():
     assert run.t == pytest.approx(0.0011570925232247487, rel=1e-7)
 
 
+def test_compliant_through():
+    """One coordinate falls on a spring and slides until its friction has stopped it; a scalar
+    one_sided, samples within stick, and what the run tells of its end."""
+    k, g, v = 1e4, 10.0, 3.0
+    block = perp.Compliant(np.eye(2), [[0, -1]], [[1, 0]], 0.25, k, 200.0, [0, -g],
+                           mu_static=0.5, one_sided=True)
+    run = block.run([0, 0.01], [v, 0], 5.0, through=True, samples=10)
+    assert run.end == "time" and run.modes == ["stick"] and run.stops == 1 and run.releases <= 3
+    assert run.v[0] == 0.0 and run.samples[-1, 3] == 0.0 and run.samples[-1, 1] == run.x[0]
+    assert run.normal_force == pytest.approx([g], rel=1e-9)
+    assert run.friction == pytest.approx([0.0], abs=1e-9)
+    assert block.run([0, -g / k], [0, 0], 1.0, through=True).v[0] == 0.0
+
+
+def test_samples_do_not_tighten_the_error():
+    """What sticks swings less and less: recorded in pieces the run keeps its scale, so it takes
+    the same steps and at most three more a piece, to end there and to grow again."""
+    k, g = 1e4, 10.0
+    block = perp.Compliant(np.eye(2), [[0, -1]], [[1, 0]], 0.25, k, 20.0, [0, -g], mu_static=0.5)
+    whole = block.run([0, 0.0], [0, 0], 4.0, through=True)
+    parts = block.run([0, 0.0], [0, 0], 4.0, through=True, samples=20)
+    assert parts.steps <= whole.steps + 3 * 20
+    # exact: y + g/k = g/k exp(-10 t) (...), by which all has decayed at 2
+    assert parts.samples[9:, 2] == pytest.approx([-g / k] * 11, rel=1e-7)
+
+
 def test_compliant_refusals():
     with pytest.raises(ValueError, match="does not slide"):
         screw(1e9).run([0, 0], [0, 0], 1.0)

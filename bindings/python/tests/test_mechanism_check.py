@@ -43,6 +43,13 @@ def test_wrong_models_are_refused(model, complaint):
     rod(**model, check=False).step(0, START, [0, 0, 0], 0.01)
 
 
+def test_a_tangent_that_is_the_normal_again_is_refused():
+    ball = perp.Mechanism(2, force=[1, -9.81], mu=0.3,
+                          contacts=lambda q: (q[1], [[0, 1]], [[0, 1]]))
+    with pytest.raises(ValueError, match="tangent row 0 is a multiple of the normal of contact 0"):
+        ball.step(0, [0, 1], [0, 0], 0.1)
+
+
 def test_friction_without_tangents_is_refused_unless_none_is_meant():
     def ball(**settings):
         return perp.Mechanism(2, force=[1, -9.81], contacts=lambda q: (q[1], [[0, 1]]), **settings)
@@ -113,3 +120,13 @@ def test_check_tells_without_refusing():
     step = perp.Mechanism(1, contacts=lambda q: (0.25, [[1.0]]))
     assert step.check([0.0]).constant == 1 and not step.check([0.0]).ok
     assert step.step(0, [0.0], [0.0], 0.1).ok
+
+
+def test_a_drift_above_overlap_is_told():
+    """A pendulum in x and y whose constraint is not projected drifts, c = (h v)^2 a step."""
+    pendulum = perp.Mechanism(
+        2, force=[0, -9.81], bilateral=lambda q: (q @ q - 1, [2 * q])
+    )
+    for overlap, outcome in ((0.0, "solved"), (0.2, "solved"), (0.05, "stalled")):
+        run = pendulum.simulate([1, 0], [0, 0], 1, 1e-2, project=False, overlap=overlap)
+        assert run.outcome == outcome and 0.05 < run.q[-1] @ run.q[-1] - 1 < 0.2

@@ -8,22 +8,11 @@
 #include "base/context.h"
 #include "base/groups.h"
 
-void perp__bodies_init(perp__bodies *bodies, perp_context *context)
-{
-    memset(bodies, 0, sizeof *bodies);
-    perp__arena_init(&bodies->units_arena, context);
-    perp__arena_init(&bodies->blocks_arena, context);
-    perp__arena_init(&bodies->pieces_arena, context);
-}
-
 void perp__bodies_release(perp__bodies *bodies)
 {
-    perp_context *context = bodies->units_arena.context;
-
     perp__arena_release(&bodies->units_arena);
     perp__arena_release(&bodies->blocks_arena);
     perp__arena_release(&bodies->pieces_arena);
-    perp__bodies_init(bodies, context);
 }
 
 static void layout_units(perp__arena *arena, void *object)
@@ -210,7 +199,7 @@ static perp_status fill_blocks(perp__bodies *bodies, const perp__bodies_input *i
             factor_block(bodies->factors + (size_t)b * width * width, bodies->width);
 
         if (wrong >= 0)
-            return perp__fail(bodies->units_arena.context, PERP_ERROR_ARGUMENT,
+            return perp__fail(bodies->context, PERP_ERROR_ARGUMENT,
                               "M is not positive definite: found at unknown %d",
                               (int)bodies->dofs[(size_t)b * width + (size_t)wrong]);
     }
@@ -226,16 +215,15 @@ perp_status perp__bodies_setup(perp__bodies *bodies, const perp__bodies_input *i
     bodies->contacts = input->contacts;
     bodies->size = input->size;
     bodies->units = input->contacts + input->size - input->starts[input->contacts];
-    status = perp__arena_fit(&bodies->units_arena, layout_units, bodies);
+    status = perp__arena_fit(&bodies->units_arena, bodies->context, layout_units, bodies);
     if (status != PERP_OK)
         return status;
     fill_units(bodies, input);
     *suits = find_blocks(bodies, input);
     if (!*suits)
         return PERP_OK;
-    status = perp__arena_fit(&bodies->blocks_arena, layout_blocks, bodies);
-    if (status == PERP_OK)
-        status = fill_blocks(bodies, input);
+    status = perp__arena_fit(&bodies->blocks_arena, bodies->context, layout_blocks, bodies);
+    PERP__THEN(status, fill_blocks(bodies, input));
     if (status != PERP_OK)
         return status;
     return perp__bodies_fill_pieces(bodies, input);

@@ -16,7 +16,9 @@
 /* The largest block. */
 enum { PERP__BODY_WIDTH_MOST = 12 };
 
+/* At first all 0 but for the context. */
 typedef struct perp__bodies {
+    perp_context *context;
     perp__arena units_arena, blocks_arena, pieces_arena;
     size_t fitted[5];                 /* rigid bodies: what units_arena was laid out for */
     int32_t n, contacts, units, size; /* size: rows of all units */
@@ -55,7 +57,6 @@ typedef struct perp__bodies_input {
     const double *compliance;      /* size; may be NULL */
 } perp__bodies_input;
 
-void perp__bodies_init(perp__bodies *bodies, perp_context *context);
 void perp__bodies_release(perp__bodies *bodies);
 
 /* Reads everything that f and w do not change. *suits is 0, and the bodies are of no use, where M

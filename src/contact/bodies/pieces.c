@@ -150,7 +150,7 @@ perp_status perp__bodies_fill_pieces(perp__bodies *bodies, const perp__bodies_in
     perp_status status;
 
     count_pieces(bodies, input);
-    status = perp__arena_fit(&bodies->pieces_arena, layout_pieces, bodies);
+    status = perp__arena_fit(&bodies->pieces_arena, bodies->context, layout_pieces, bodies);
     if (status == PERP_OK)
         fill_pieces(bodies, input);
     return status;

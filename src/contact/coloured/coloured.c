@@ -1,13 +1,6 @@
-/* The step by substeps of one pass each, or by accelerated passes over the whole step.
- *
- * A substep of length h/n starts from the impulses r/n of the one before, whose sum F = P'r is kept
- * per body, and ends with one forward pass:
- *
- *   y := y + (y_free - y_start)/n + F,   b = max(gap - guard, 0) n/h,   pass,
- *   F := F + what the pass changed,      gap := gap + (h/n) (P_n y + w_n).
- *
- * Passes over the whole step are Gauss-Seidel with Nesterov's momentum, restarted where it leads
- * back (O'Donoghue & Candes 2015), and end on a plain one. */
+/* Passes over the whole step: Gauss-Seidel with Nesterov's momentum, restarted where it leads back
+ * (O'Donoghue & Candes 2015), that ends on a plain one. A normal row wants u_n >= -max(gap, 0) / h:
+ * what the exact methods solve, of which this is what a budget gives. */
 #include "contact/coloured/coloured.h"
 
 #include <math.h>
@@ -32,8 +25,7 @@ void perp__coloured_init(perp__coloured *c, perp_context *context)
     memset(c, 0, sizeof *c);
     perp__coloured_find_kernels(found);
     c->kernels = found[0];
-    perp__arena_init(&c->arena, context);
-    perp__arena_init(&c->point_arena, context);
+    c->context = context;
 }
 
 void perp__coloured_release(perp__coloured *c)
@@ -60,71 +52,14 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
     perp__solve_small(C + 21, 3, 6, y + 3, 1);
 }
 
-/* start := y of the start, change := that of free velocities less start. */
-static void weigh_velocities(perp__coloured *c, const perp__rigid_problem *problem,
-                             const perp__substeps *step)
-{
-    const int32_t width = c->width;
-    double difference[6];
-    int32_t body;
-
-    for (body = 0; body < c->bodies; body++) {
-        const double *start = step->start + width * body, *free = problem->free + width * body;
-
-        for (int32_t k = 0; k < width; k++)
-            difference[k] = free[k] - start[k];
-        weigh_velocity(c, problem->factors, body, start, c->start + 8 * body);
-        weigh_velocity(c, problem->factors, body, difference, c->change + 8 * body);
-    }
-    memset(c->start + 8 * c->bodies, 0, 8 * sizeof *c->start);
-    memset(c->change + 8 * c->bodies, 0, 8 * sizeof *c->change);
-}
-
 /* b of the normal rows: what a contact may still close by. */
 static void write_bias(perp__coloured *c, double h)
 {
     for (int32_t p = 0; p < c->points; p++) {
         perp__lane_point *point = &c->point[p];
 
-        for (int32_t l = 0; l < PERP__GROUP; l++) {
-            const double gap = point->gap[l] - point->guard[l];
-
-            point->bias[l] = point->w[0][l] + (gap > 0.0 ? gap / h : 0.0);
-        }
-    }
-}
-
-static void add_to_sums(perp__coloured *c)
-{
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t k = 0; k < 3; k++)
-            for (int32_t l = 0; l < PERP__GROUP; l++)
-                c->other_r[p][k][l] += c->point[p].r[k][l];
-}
-
-static void run_substeps(perp__coloured *c, const perp__substeps *step)
-{
-    const double n = step->substeps, h = step->h / n;
-    const size_t size = 8 * ((size_t)c->bodies + 1);
-
-    memcpy(c->y, c->start, size * sizeof *c->y);
-    memset(c->push, 0, size * sizeof *c->push);
-    memset(c->moved, 0, size * sizeof *c->moved);
-    memset(c->other_r, 0, (size_t)c->points * sizeof *c->other_r);
-    c->kernels->add_impulses(c, c->push);
-    for (int32_t s = 0; s < step->substeps; s++) {
-        for (size_t i = 0; i < size; i++) {
-            c->y[i] += c->change[i] / n + c->push[i];
-            c->before[i] = c->y[i];
-        }
-        write_bias(c, h);
-        c->kernels->sweep(c, c->y);
-        for (size_t i = 0; i < size; i++) {
-            c->push[i] += c->y[i] - c->before[i];
-            c->moved[i] += c->y[i] / n;
-        }
-        c->kernels->add_gaps(c, c->y, h);
-        add_to_sums(c);
+        for (int32_t l = 0; l < PERP__GROUP; l++)
+            point->bias[l] = point->w[0][l] + (point->gap[l] > 0.0 ? point->gap[l] / h : 0.0);
     }
 }
 
@@ -154,24 +89,27 @@ PERP__KERNEL static void gain_momentum_loops(perp__coloured *c, double *theta)
     beta = fmin((*theta - 1.0) / next, MOMENTUM);
     go_on(c->y, c->moved, size, beta);
     for (int32_t p = 0; p < c->points; p++)
-        go_on(c->point[p].r[0], c->other_r[p][0], (size_t)3 * PERP__GROUP, beta);
+        go_on(c->point[p].r[0], c->last_r[p][0], (size_t)3 * PERP__GROUP, beta);
     *theta = next;
 }
 
 PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
 
-static void run_passes(perp__coloured *c, const perp__substeps *step)
+static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
+                       const perp__passes *step)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     double theta = 1.0;
 
-    for (size_t i = 0; i < size; i++)
-        c->y[i] = c->start[i] + c->change[i];
+    for (int32_t i = 0; i < c->bodies; i++)
+        weigh_velocity(c, problem->factors, i, problem->free + c->width * i, c->free + 8 * i);
+    memset(c->free + 8 * c->bodies, 0, 8 * sizeof *c->free);
+    memcpy(c->y, c->free, size * sizeof *c->y);
     if (!step->pushed)
         c->kernels->add_impulses(c, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (int32_t p = 0; p < c->points; p++)
-        memcpy(c->other_r[p], c->point[p].r, sizeof c->other_r[p]);
+        memcpy(c->last_r[p], c->point[p].r, sizeof c->last_r[p]);
     write_bias(c, step->h);
     for (int32_t pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
@@ -183,7 +121,7 @@ static void run_passes(perp__coloured *c, const perp__substeps *step)
 }
 
 /* Adds to `moved` what takes a share of the penetration away. */
-static void clear_penetration(perp__coloured *c, const perp__substeps *step)
+static void clear_penetration(perp__coloured *c, const perp__passes *step)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     int32_t p, l, k, deep = 0;
@@ -224,7 +162,7 @@ static void write_velocity(const perp__coloured *c, const perp__rigid_problem *p
         double dy[6];
 
         for (int32_t j = 0; j < width; j++)
-            dy[j] = y[8 * body + j] - (c->start[8 * body + j] + c->change[8 * body + j]);
+            dy[j] = y[8 * body + j] - c->free[8 * body + j];
         for (int32_t i = 0; i < width; i++) {
             double sum = 0.0;
 
@@ -235,41 +173,31 @@ static void write_velocity(const perp__coloured *c, const perp__rigid_problem *p
     }
 }
 
-/* Impulses of the whole step, and those to start the next one from. */
-static void write_impulses(const perp__coloured *c, double *impulse, const perp__substeps *step)
+static void write_impulses(const perp__coloured *c, double *impulse)
 {
     for (int32_t p = 0; p < c->points; p++)
         for (int32_t l = 0; l < PERP__GROUP; l++) {
             const int32_t contact = c->point[p].contact[l];
 
-            for (int32_t k = 0; k < 3 && contact >= 0; k++) {
-                const double r = c->point[p].r[k][l];
-
-                impulse[3 * contact + k] = step->substeps > 0 ? c->other_r[p][k][l] : r;
-                if (step->next_warm)
-                    step->next_warm[3 * contact + k] = step->substeps > 0 ? step->substeps * r : r;
-            }
+            for (int32_t k = 0; k < 3 && contact >= 0; k++)
+                impulse[3 * contact + k] = c->point[p].r[k][l];
         }
 }
 
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
-                                const perp__rigid_problem *problem, const perp__substeps *step)
+                                const perp__rigid_problem *problem, const perp__passes *step)
 {
     perp_status status = perp__coloured_pack(c, problem, step);
 
     if (status != PERP_OK)
         return status;
-    weigh_velocities(c, problem, step);
-    if (step->substeps > 0)
-        run_substeps(c, step);
-    else
-        run_passes(c, step);
+    run_passes(c, problem, step);
     if (step->clear > 0)
         clear_penetration(c, step);
     write_velocity(c, problem, c->y, answer->v);
     if (moving)
         write_velocity(c, problem, c->moved, moving);
-    write_impulses(c, answer->impulse, step);
-    answer->iterations = step->substeps > 0 ? step->substeps : step->passes;
+    write_impulses(c, answer->impulse);
+    answer->iterations = step->passes;
     return PERP_OK;
 }

@@ -1,4 +1,4 @@
-/* Sweeps over many contacts side by side, and the substeps that they make cheap.
+/* Sweeps over many contacts side by side.
  *
  * In y = C^-1 v, body by body (M^-1 = C C'), a contact's rows are P = J C and u = P y + w. Pairs of
  * bodies are coloured so that no two of one colour share a body that impulses move; eight of a
@@ -41,15 +41,16 @@ typedef struct perp__lane_group {
 
 typedef struct perp__coloured {
     const struct perp__coloured_kernels *kernels;
+    perp_context *context;
     perp__arena arena, point_arena;
     int32_t bodies, width; /* of the problem at hand */
     int32_t groups, points;
     int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
     perp__lane_group *group;
     perp__lane_point *point;
-    double (*other_r)[3][PERP__GROUP]; /* points: sums over substeps, or r of the pass before */
+    double (*last_r)[3][PERP__GROUP]; /* points: r of the pass before */
     /* bodies + 1 by 8; the last one is what nothing moves */
-    double *y, *start, *change, *push, *before, *moved;
+    double *y, *free, *before, *moved;
     int8_t *splits;    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
     uint64_t *colours; /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts */
@@ -58,26 +59,22 @@ typedef struct perp__coloured {
 void perp__coloured_init(perp__coloured *c, perp_context *context);
 void perp__coloured_release(perp__coloured *c);
 
-/* What a step of length h asks for beside the problem: contacts by pairs of bodies, contiguously;
- * bias of the rows is what impulses do not change, without gaps. */
-typedef struct perp__substeps {
-    double h;
-    int32_t substeps;    /* each of one pass; 0: passes alone, over the whole step */
-    int32_t passes;      /* of the latter, accelerated */
+/* What is asked for beside the problem: contacts by pairs of bodies, contiguously; bias of the rows
+ * is what impulses do not change, without gaps. */
+typedef struct perp__passes {
+    double h; /* length of the step */
+    int32_t passes;
     int32_t clear;       /* passes that remove penetration */
-    int32_t pushed;      /* passes alone: free velocities have the impulses problem->warm in them */
-    const double *start; /* bodies by width: velocities before the step */
+    int32_t pushed;      /* free velocities have the impulses problem->warm in them */
     const double *gap;   /* contacts; NULL: none, as clear = 0 */
-    const double *guard; /* contacts: a length that gap and penetration are not told apart from */
-    double *next_warm;   /* 3 a contact: impulses for the next step to start from; NULL: none */
-} perp__substeps;
+    const double *guard; /* contacts: a penetration up to this length is left */
+} perp__passes;
 
-/* The step, from the impulses problem->warm: answer->impulse and ->v and, bodies by width, the mean
- * velocities that move the positions, where `moving` is not NULL. v is that of the impulses.
- * Nothing is judged. Costs about substeps (or passes) times contacts. PERP_OK or PERP_ERROR_MEMORY.
- */
+/* Passes over the whole step, from the impulses problem->warm: answer->impulse and ->v and, bodies
+ * by width, the velocities that move the positions, where `moving` is not NULL. v is that of the
+ * impulses. Nothing is judged. Costs about passes times contacts. PERP_OK or PERP_ERROR_MEMORY. */
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
-                                const perp__rigid_problem *problem, const perp__substeps *step);
+                                const perp__rigid_problem *problem, const perp__passes *step);
 
 /* The sweeps alone, for tests and benchmarks: the passes that a set of instructions gives. */
 typedef struct perp__coloured_kernels {
@@ -85,7 +82,6 @@ typedef struct perp__coloured_kernels {
     void (*sweep)(perp__coloured *c, double *y);
     void (*sweep_normals)(perp__coloured *c, double *y);
     void (*add_impulses)(const perp__coloured *c, double *y);
-    void (*add_gaps)(perp__coloured *c, const double *y, double h);
 } perp__coloured_kernels;
 
 /* Those that this processor has, the fastest first; returns how many. They give the same bits. */
@@ -94,6 +90,6 @@ int32_t perp__coloured_find_kernels(const perp__coloured_kernels **found);
 
 /* Packs the problem into groups: pack.c. */
 perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
-                                const perp__substeps *step);
+                                const perp__passes *step);
 
 #endif

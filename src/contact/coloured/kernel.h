@@ -174,28 +174,6 @@ TARGET static void NAME(add_impulses)(const perp__coloured *c, double *y)
     }
 }
 
-/* gap += h (P_n y + w_n). */
-TARGET static void NAME(add_gaps)(perp__coloured *c, const double *y, double h)
-{
-    for (int32_t g = 0; g < c->groups; g++) {
-        const perp__lane_group *group = &c->group[g];
-
-        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
-            lanes A[8], B[8];
-
-            NAME(take)(A, group->a + at, y);
-            NAME(take)(B, group->b + at, y);
-            for (int32_t k = 0; k < group->points; k++) {
-                perp__lane_point *p = &c->point[group->first + k];
-                const lanes u = add(NAME(along)((const double(*)[PERP__GROUP]) & p->P[0][at], A, B),
-                                    load(p->w[0] + at));
-
-                store(p->gap + at, plus_fused(load(p->gap + at), u, spread(h)));
-            }
-        }
-    }
-}
-
 /* The normal rows alone, from pushes of their own, towards u_n >= -bias. */
 TARGET static void NAME(sweep_normals)(perp__coloured *c, double *y)
 {

@@ -11,7 +11,7 @@
 #define NAME(x) x##_avx512
 #include "contact/coloured/kernel.h"
 static const perp__coloured_kernels kernels_avx512 = {SET, sweep_avx512, sweep_normals_avx512,
-                                                      add_impulses_avx512, add_gaps_avx512};
+                                                      add_impulses_avx512};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
@@ -19,7 +19,7 @@ static const perp__coloured_kernels kernels_avx512 = {SET, sweep_avx512, sweep_n
 #define NAME(x) x##_avx2
 #include "contact/coloured/kernel.h"
 static const perp__coloured_kernels kernels_avx2 = {SET, sweep_avx2, sweep_normals_avx2,
-                                                    add_impulses_avx2, add_gaps_avx2};
+                                                    add_impulses_avx2};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
@@ -29,7 +29,7 @@ static const perp__coloured_kernels kernels_avx2 = {SET, sweep_avx2, sweep_norma
 #define NAME(x) x##_any
 #include "contact/coloured/kernel.h"
 static const perp__coloured_kernels kernels_any = {SET, sweep_any, sweep_normals_any,
-                                                   add_impulses_any, add_gaps_any};
+                                                   add_impulses_any};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 

@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "contact/coloured/coloured.h"
 
 enum { KEYS = PERP__COLOURS * PERP__PAIR_POINTS };
@@ -13,9 +12,7 @@ static void lay_out_lists(perp__arena *arena, void *object)
     const size_t bodies = (size_t)c->most_bodies + 1, contacts = (size_t)c->most_contacts;
 
     c->y = perp__arena_take(arena, 8 * bodies, sizeof *c->y);
-    c->start = perp__arena_take(arena, 8 * bodies, sizeof *c->start);
-    c->change = perp__arena_take(arena, 8 * bodies, sizeof *c->change);
-    c->push = perp__arena_take(arena, 8 * bodies, sizeof *c->push);
+    c->free = perp__arena_take(arena, 8 * bodies, sizeof *c->free);
     c->before = perp__arena_take(arena, 8 * bodies, sizeof *c->before);
     c->moved = perp__arena_take(arena, 8 * bodies, sizeof *c->moved);
     c->splits = perp__arena_take(arena, bodies, sizeof *c->splits);
@@ -32,7 +29,7 @@ static void lay_out_points(perp__arena *arena, void *object)
 
     c->group = perp__arena_take(arena, (size_t)c->most_groups, sizeof *c->group);
     c->point = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->point);
-    c->other_r = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->other_r);
+    c->last_r = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->last_r);
 }
 
 static int32_t moves(const perp__rigid_problem *problem, int32_t body)
@@ -169,10 +166,9 @@ static double invert(double x)
 }
 
 static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int32_t contact,
-                      const perp__rigid_problem *problem, const perp__substeps *step)
+                      const perp__rigid_problem *problem, const perp__passes *step)
 {
     const perp__rigid_rows *rows = &problem->rows[contact];
-    const double share = step->substeps > 0 ? 1.0 / step->substeps : 1.0;
     const int32_t width = c->width;
     double P[3][12], a, b, d;
 
@@ -191,7 +187,7 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
                 weigh(c, problem->factors + width * width * body, body, row, P[i] + 6 * side);
         }
         p->w[i][lane] = w;
-        p->r[i][lane] = problem->warm ? share * problem->warm[3 * contact + i] : 0.0;
+        p->r[i][lane] = problem->warm ? problem->warm[3 * contact + i] : 0.0;
         for (int32_t k = 0; k < 12; k++)
             p->P[12 * i + k][lane] = P[i][k];
     }
@@ -207,7 +203,7 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
 }
 
 static void fill_points(perp__coloured *c, const perp__rigid_problem *problem,
-                        const perp__substeps *step)
+                        const perp__passes *step)
 {
     for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
@@ -245,14 +241,14 @@ static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
 }
 
 perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
-                                const perp__substeps *step)
+                                const perp__passes *step)
 {
     int32_t starts[KEYS + 2], pairs;
     perp_status status;
 
     perp__raise_room(&c->most_bodies, problem->bodies);
     perp__raise_room(&c->most_contacts, problem->contacts);
-    status = perp__arena_fit(&c->arena, lay_out_lists, c);
+    status = perp__arena_fit(&c->arena, c->context, lay_out_lists, c);
     if (status != PERP_OK)
         return status;
     c->bodies = problem->bodies;
@@ -263,7 +259,7 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     form_groups(c, problem, pairs, starts, 0);
     perp__raise_room(&c->most_groups, c->groups);
     perp__raise_room(&c->most_points, c->points);
-    status = perp__arena_fit(&c->point_arena, lay_out_points, c);
+    status = perp__arena_fit(&c->point_arena, c->context, lay_out_points, c);
     if (status != PERP_OK)
         return status;
     form_groups(c, problem, pairs, starts, 1);

@@ -13,6 +13,11 @@
 /* What a sum that should be 0 may come out as, of its terms. */
 #define ROUNDING (256.0 * DBL_EPSILON)
 
+/* Zeros in v may take so much of what acts there: in units of tol what impulses may be wrong by,
+ * and what M^-1 rounds to. */
+#define KNOWN 10.0
+#define SMALL 1e-7
+
 typedef struct point {
     const double *r, *u, *terms; /* size; terms: |W||r| + |q| */
     const int8_t *modes;
@@ -168,35 +173,86 @@ static void write_held_zeros(perp_contact_solver *solver, double *u)
     }
 }
 
+typedef struct terms {
+    const double *x; /* impulses of rows */
+    double sum;
+} terms;
+
+static void add_term(void *user, int32_t row, int32_t column, double value)
+{
+    terms *t = user;
+
+    (void)column;
+    t->sum += fabs(value) * t->x[row];
+}
+
+/* push := what zeros in v may take of the momentum in each coordinate: what the impulses there may
+ * be wrong by, that is tol of all that their contacts' velocities are made of, and rounding of what
+ * acts. */
+static void find_slack(perp_contact_solver *solver)
+{
+    const perp__dynamics *d = &solver->dynamics;
+    const perp__bodies *b = &solver->bodies;
+    double *x = solver->high;
+
+    perp__absolute_bodies(b, solver->best.r, solver->load, b->y, solver->scale);
+    for (int32_t k = 0; k < solver->units; k++) {
+        const double size = perp__contact_length(solver->scale, b->rows[k], b->rows[k + 1]);
+
+        for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++)
+            x[i] = size / solver->trace[k];
+    }
+    for (int32_t j = 0; j < solver->n; j++) {
+        terms of = {x, 0.0}, of_G = {x + d->H.rows, 0.0};
+
+        perp__visit_column(&d->H, j, add_term, &of);
+        if (d->G.rows > 0)
+            perp__visit_column(&d->G, j, add_term, &of_G);
+        of.sum += of_G.sum;
+        solver->push[j] =
+            KNOWN * solver->settings.tol * of.sum + SMALL * (of.sum + fabs(solver->call->f[j]));
+    }
+}
+
+/* Whether the momentum of the whole block can do without the velocity of coordinate j. */
+static int32_t is_spare(const perp_contact_solver *solver, int32_t block, int32_t j,
+                        double velocity)
+{
+    const perp__bodies *b = &solver->bodies;
+    const int32_t width = b->width;
+    const double *L = b->factors + (size_t)block * (size_t)(width * width);
+
+    for (int32_t i = 0; i < width; i++) {
+        const int32_t dof = b->dofs[block * width + i];
+        double mass = 0.0;
+
+        for (int32_t k = 0; k <= i && k <= j; k++)
+            mass += L[i * width + k] * L[j * width + k];
+        if (dof >= 0 && !(fabs(mass * velocity) <= solver->push[dof]))
+            return 0;
+    }
+    return 1;
+}
+
 /* What moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new. Beside a
- * body of next to no mass W tells little of the impulses on the others: a block whose zeros would
- * take more than sqrt(tol) of what acts on it, in its own coordinates, keeps what they make of it.
- */
+ * body of next to no mass W tells little of the impulses on the others, and beside a coordinate of
+ * next to no mass of those on the other coordinates: where a zero would take more than what acts
+ * there is worth, v keeps what the impulses make of it. */
 static void take_zeros(perp_contact_solver *solver)
 {
     const perp__bodies *b = &solver->bodies;
-    const double slack = sqrt(solver->settings.tol);
-    int32_t knows_terms = 0;
+    int32_t knows_slack = 0;
 
-    for (int32_t block = 0; block < b->blocks; block++) {
-        const int32_t begin = block * b->width, end = begin + b->width;
-        double taken[PERP__BODY_WIDTH_MOST] = {0.0}, own[PERP__BODY_WIDTH_MOST], size, acts;
+    for (int32_t k = 0; k < b->blocks * b->width; k++) {
+        double *v = b->dofs[k] >= 0 ? &solver->best_v[b->dofs[k]] : NULL;
 
-        for (int32_t k = begin; k < end; k++)
-            if (b->dofs[k] >= 0 && solver->v[b->dofs[k]] == 0.0)
-                taken[k - begin] = solver->best_v[b->dofs[k]];
-        perp__bodies_to_own(b, block, taken, own);
-        size = perp__contact_length(own, 0, b->width);
-        acts = perp__contact_length(b->free, begin, end);
-        if (size > slack * acts && !knows_terms) {
-            perp__absolute_bodies(b, solver->best.r, solver->q, b->y, solver->scale);
-            knows_terms = 1;
-        }
-        if (size > slack * acts && size > slack * (acts + perp__contact_length(b->y, begin, end)))
+        if (!v || *v == 0.0 || solver->v[b->dofs[k]] != 0.0)
             continue;
-        for (int32_t k = begin; k < end; k++)
-            if (b->dofs[k] >= 0 && solver->v[b->dofs[k]] == 0.0)
-                solver->best_v[b->dofs[k]] = 0.0;
+        if (!knows_slack)
+            find_slack(solver);
+        knows_slack = 1;
+        if (is_spare(solver, k / b->width, k % b->width, *v))
+            *v = 0.0;
     }
 }
 
@@ -211,8 +267,7 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
         perp__contact_write_zeros(solver, best->modes, best->u);
         return PERP_OK;
     }
-    if (solver->n > 0)
-        memcpy(solver->v, solver->best_v, (size_t)solver->n * sizeof *solver->v);
+    perp__copy(solver->v, solver->best_v, solver->n);
     status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->v);
     if (status != PERP_OK)
         return status;

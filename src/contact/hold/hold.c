@@ -6,13 +6,6 @@
 /* What is left of a row of length 1 beside others, for it to be independent of them. */
 #define INDEPENDENT 1e-7
 
-void perp__hold_init(perp__hold *hold, perp_context *context)
-{
-    memset(hold, 0, sizeof *hold);
-    perp__arena_init(&hold->arena, context);
-    perp__arena_init(&hold->dense_arena, context);
-}
-
 void perp__hold_release(perp__hold *hold)
 {
     perp__arena_release(&hold->arena);
@@ -77,15 +70,16 @@ perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
     perp_status status;
 
     hold->bodies = bodies;
-    status = perp__arena_fit_sizes(&hold->arena, lay_out, hold, hold->fitted, sizes, 3);
+    status =
+        perp__arena_fit_sizes(&hold->arena, bodies->context, lay_out, hold, hold->fitted, sizes, 3);
     if (status != PERP_OK)
         return status;
     find_room(hold);
     dense[0] = (size_t)hold->room_rows;
     dense[1] = (size_t)hold->room_columns;
     dense[2] = hold->room_entries;
-    return perp__arena_fit_sizes(&hold->dense_arena, lay_out_dense, hold, hold->dense_fitted, dense,
-                                 3);
+    return perp__arena_fit_sizes(&hold->dense_arena, bodies->context, lay_out_dense, hold,
+                                 hold->dense_fitted, dense, 3);
 }
 
 /* ---- carriers ---------------------------------------------------------------------------------

@@ -56,7 +56,6 @@ typedef struct perp__hold {
     double *loose;
 } perp__hold;
 
-void perp__hold_init(perp__hold *hold, perp_context *context);
 void perp__hold_release(perp__hold *hold);
 
 /* Room for these bodies; then the caller fills what is in. PERP_OK or PERP_ERROR_MEMORY. */

@@ -3,7 +3,6 @@
 #include "contact/proximal/proximal.h"
 
 #include <math.h>
-#include <string.h>
 
 #include <perp/contact.h>
 

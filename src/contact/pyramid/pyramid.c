@@ -17,7 +17,6 @@
  *
  * A row with one tangent takes two opposite directions, which is exact. */
 #include <math.h>
-#include <string.h>
 
 #include <perp/contact.h>
 
@@ -33,9 +32,6 @@
 #define WIDTH 0.2  /* of attempt 1 */
 #define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
 #define NARROWER 0.125
-
-/* A time limit that is over. */
-#define SOON 1e-9
 
 /* More unknowns than this are more than pivoting serves. */
 enum { MOST_UNKNOWNS = 20000 };
@@ -65,7 +61,7 @@ static void layout(perp__arena *arena, void *work)
     p->n = (int32_t)n;
     p->unknowns = perp__arena_take(arena, n, sizeof(perp__unknown));
     p->M = perp__arena_take(arena, n, n * sizeof(double));
-    PERP__DOUBLES(arena, n, &p->q, &p->lower, &p->z, &p->direction, &p->guess);
+    PERP__DOUBLES(arena, n, &p->q, &p->lower, &p->z, &p->direction);
     PERP__DOUBLES(arena, 3 * (size_t)problem->contacts, &p->angles, &p->widths, &p->sides);
     PERP__DOUBLES(arena, size, &p->impulse, &p->per_velocity);
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
@@ -117,45 +113,6 @@ static void set_sides(perp__pyramid *p, const double *r, const double *u)
     }
 }
 
-/* z of the last answer: every disc pushes along the vertex in the middle of its new window. */
-static void set_guess(perp__pyramid *p, const double *r, const double *u)
-{
-    const perp__contact_problem *problem = p->base.problem;
-    int32_t at = 0, k, c, j;
-
-    for (k = 0; k < problem->contacts; k++) {
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-
-        double along = 0.0;
-
-        for (int32_t i = 0; i < perp__contact_normals(problem, k); i++)
-            p->guess[at++] = r[problem->starts[k] + i] / p->impulse[k];
-        for (int32_t i = 0; i < perp__contact_two_sided(problem, k); i++)
-            along += p->sides[3 * k + i] * r[problem->starts[k] + i];
-        if (perp__contact_two_sided(problem, k) > 0)
-            p->guess[at++] = fmax(0.0, -along) / p->impulse[k];
-        for (c = 0; c < count; c++) {
-            const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
-            const double *x = r + parts[c].row, *y = u + parts[c].row;
-            const double length = parts[c].size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
-            const double radius = parts[c].coefficient * perp__contact_pressure(problem, k, r);
-
-            for (j = 0; j < edges; j++)
-                p->guess[at + j] = 0.0;
-            if (edges == 0)
-                continue;
-            p->guess[at + (parts[c].size == 1 && x[0] < 0.0)] = length / p->impulse[k];
-            p->guess[at + edges] = length < 0.999 * radius ? 0.0
-                                   : parts[c].size == 1    ? fabs(y[0]) * p->per_velocity[k]
-                                                           : hypot(y[0], y[1]) * p->per_velocity[k];
-            at += edges + 1;
-        }
-    }
-    for (k = problem->rows; k < problem->size; k++)
-        p->guess[at++] = r[k] / p->impulse[problem->contacts + k - problem->rows];
-}
-
 static int32_t watch(const perp_lcp_progress *progress, void *user)
 {
     const perp__contact_control *control = user;
@@ -175,15 +132,14 @@ static perp_status prepare(perp__pyramid *p)
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;
     if (problem->control->deadline > 0.0)
-        settings.time_limit = fmax(SOON, problem->control->deadline - perp__now());
+        settings.time_limit = perp__time_left(problem->control->deadline);
     if (problem->iteration_limit > 0)
         settings.max_iterations = (int32_t)problem->iteration_limit;
     if (status == PERP_OK && !p->lcp)
         status = perp__lcp_create(problem->context, &p->lcp, &settings);
     if (p->lcp)
         perp__lcp_insist(p->lcp, problem->two_sided != NULL);
-    if (status == PERP_OK)
-        status = perp__lcp_set(p->lcp, &settings);
+    PERP__THEN(status, perp__lcp_set(p->lcp, &settings));
     return status == PERP_OK ? perp__lcp_setup(p->lcp, &M, p->lower, NULL) : status;
 }
 
@@ -204,9 +160,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
         return status; /* with the start */
     perp__pyramid_fill_speeds(p);
     status = prepare(p);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q,
-                                 p->regular ? NULL : p->guess);
+    PERP__THEN(status, perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q, NULL));
     if (status != PERP_OK)
         return status;
     perp__pyramid_gather(p, p->z, iterate->r);
@@ -215,7 +169,6 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
         iterate->u[i] += problem->q[i];
     set_windows(p, iterate->r, iterate->u);
     set_sides(p, iterate->r, iterate->u);
-    set_guess(p, iterate->r, iterate->u);
     iterate->outcome = result.outcome;
     iterate->iterations = result.iterations;
     if (result.outcome == PERP_OUTCOME_RAY)

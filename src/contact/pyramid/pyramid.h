@@ -23,13 +23,10 @@ typedef struct perp__pyramid {
     double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
     double *sides;           /* 3 contacts: e of those that hold both ways */
     int32_t regular;         /* polygons, without a window */
-    double *guess;           /* z of the last answer with respect to new windows */
     double *impulse;         /* contacts and bilateral rows: the unit of z; and 1 over that of */
     double *per_velocity;    /* the rows; for slip speeds the other way round */
 } perp__pyramid;
 
-/* Vertices of a part's polygon; 0 where its coefficient is. */
-int32_t perp__pyramid_edges(const perp__contact_problem *problem, const perp__contact_part *part);
 int64_t perp__pyramid_count(const perp__contact_problem *problem);
 
 /* Contact by contact: r_n, or r_N and z, then for each part its betas and its lambda; then the

@@ -14,7 +14,8 @@ enum { EDGES = 10 };
 /* Radians from the middle of a window: the last vertex before the opposite one. */
 #define WIDEST 2.0
 
-int32_t perp__pyramid_edges(const perp__contact_problem *problem, const perp__contact_part *part)
+/* Vertices of a part's polygon; 0 where its coefficient is. */
+static int32_t edges_of(const perp__contact_problem *problem, const perp__contact_part *part)
 {
     if (part->coefficient == 0.0)
         return 0;
@@ -31,8 +32,8 @@ int64_t perp__pyramid_count(const perp__contact_problem *problem)
 
         n += 1 + perp__contact_two_sided(problem, k);
         for (int32_t p = 0; p < count; p++)
-            if (perp__pyramid_edges(problem, &parts[p]) > 0)
-                n += perp__pyramid_edges(problem, &parts[p]) + 1;
+            if (edges_of(problem, &parts[p]) > 0)
+                n += edges_of(problem, &parts[p]) + 1;
     }
     return n;
 }
@@ -92,7 +93,7 @@ void perp__pyramid_number(perp__pyramid *p)
         if (perp__contact_two_sided(problem, k) > 0)
             add_unknown(p, k, -1, 0, 0.0, 0.0);
         for (int32_t c = 0; c < count; c++) {
-            const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
+            const int32_t edges = edges_of(problem, &parts[c]);
 
             for (int32_t j = 0; j < edges; j++) {
                 double d[2] = {j == 0 ? 1.0 : -1.0, 0.0};
@@ -221,7 +222,7 @@ void perp__pyramid_fill_speeds(perp__pyramid *p)
             fill_side(p, k, normal);
         at += both + 1;
         for (int32_t c = 0; c < count; c++) {
-            const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
+            const int32_t edges = edges_of(problem, &parts[c]);
             const size_t lambda = at + (size_t)edges;
 
             for (int32_t j = 0; j < edges; j++, at++) {
@@ -256,7 +257,7 @@ void perp__pyramid_modes(const perp__pyramid *p, int8_t *modes)
 
         modes[k] = p->z[at++] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
         for (c = 0; c < count; c++) {
-            const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
+            const int32_t edges = edges_of(problem, &parts[c]);
 
             at += edges > 0 ? edges + 1 : 0;
             if (modes[k] == PERP_CONTACT_STICK && (edges == 0 || p->z[at - 1] > 0.0))

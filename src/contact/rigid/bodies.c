@@ -133,7 +133,7 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     sizes[2] = (size_t)b->size * (size_t)b->width;
     sizes[3] = (size_t)b->blocks;
     sizes[4] = (size_t)b->n;
-    status = perp__arena_fit_sizes(&b->units_arena, layout, b, b->fitted, sizes, 5);
+    status = perp__arena_fit_sizes(&b->units_arena, b->context, layout, b, b->fitted, sizes, 5);
     if (status != PERP_OK)
         return status;
     for (int32_t k = 0, row = 0; k < problem->contacts + problem->joints; k++)

@@ -2,7 +2,6 @@
  * but P = J C, and asked for no proofs unless the caller wants them. */
 #include "contact/rigid/rigid.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -23,7 +22,6 @@ perp_status perp__rigid_create(perp_context *context, perp__rigid_solver **solve
     if (!made)
         return perp__fail_memory(context, "a contact solver");
     memset(made, 0, sizeof *made);
-    perp__arena_init(&made->arena, context);
     status = perp__contact_create(context, &made->solver, NULL);
     if (status == PERP_OK)
         *solver = made;
@@ -85,7 +83,8 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->sizes[2] = (size_t)s->units;
     s->sizes[3] = (size_t)s->n;
     s->sizes[4] = (size_t)s->bodies.blocks;
-    status = perp__arena_fit_sizes(&s->arena, perp__contact_lay_out, s, s->fitted, s->sizes, 5);
+    status = perp__arena_fit_sizes(&s->arena, s->context, perp__contact_lay_out, s, s->fitted,
+                                   s->sizes, 5);
     if (status != PERP_OK)
         return status;
     keep_rows(s, problem);
@@ -135,8 +134,7 @@ static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
     unpack(problem, best->r, answer->impulse);
     if (answer->velocity)
         unpack(problem, best->u, answer->velocity);
-    if (s->n > 0)
-        memcpy(answer->v, s->best_v, (size_t)s->n * sizeof(double));
+    perp__copy(answer->v, s->best_v, s->n);
     for (int32_t k = 0; answer->modes && k < problem->contacts; k++)
         answer->modes[k] = best->modes[k];
     answer->outcome = best->outcome;
@@ -160,7 +158,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     }
     if (status == PERP_OK && problem->warm && s->size > solver->room) {
         solver->room = s->size;
-        status = perp__arena_fit(&solver->arena, lay_out, solver);
+        status = perp__arena_fit(&solver->arena, s->context, lay_out, solver);
         if (status != PERP_OK)
             solver->room = 0;
     }
@@ -228,8 +226,7 @@ perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *ans
     if (status == PERP_OK) {
         if (answer->velocity)
             unpack(problem, s->u, answer->velocity);
-        if (s->n > 0)
-            memcpy(answer->v, s->v, (size_t)s->n * sizeof(double));
+        perp__copy(answer->v, s->v, s->n);
     }
     s->rigid = NULL;
     s->call = NULL;

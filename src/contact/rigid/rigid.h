@@ -17,7 +17,7 @@ struct perp__rigid_solver {
     int32_t is_set_up;
 };
 
-/* v and q of the free velocities. */
+/* v and q of the free velocities, and in `load` the sizes of the terms of q. */
 void perp__rigid_load(perp_contact_solver *solver);
 
 /* v and u of solver->r. */

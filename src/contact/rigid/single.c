@@ -1,84 +1,22 @@
 /* One body that contacts join with the world at rest, as most that slide or lie are: whether the
- * impulses to start from are the answer, and the velocities that what holds leaves (hold.h), with
- * all numbers on the stack.
+ * impulses to start from are the answer, or else the least ones that hold it, and the velocities
+ * that what holds leaves (hold.h), with all numbers on the stack.
  *
  * The residuals are those of verdict.c with the terms of the contacts alone below, in plain
  * doubles, and what rounding may have made of them added: a point that passes here passes there.
  * Where one does not, that says nothing. */
-#include "contact/contact.h"
+#include "contact/rigid/single.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "base/outcome.h"
-#include "contact/law.h"
-#include "contact/rigid/rigid.h"
-#include "linalg/lanes/lanes.h"
-#include "linalg/lanes/multiversion.h"
 
-/* Vectors are filled up with zeros: one group of lanes in the plane, two in space. */
-enum { LANES = 4, WIDTH = 2 * LANES, MOST = 8, ROWS = 3 * MOST };
-
-/* As in held.c, orthogonal.c and clusters.c. */
+/* As in held.c. */
 #define ROUNDING (256.0 * DBL_EPSILON)
-#define RANK_TOLERANCE 1e-8
-#define PIVOT_THRESHOLD 0.5
-#define SPAN 1e-10
 
-typedef struct single {
-    const perp__rigid_problem *problem;
-    int32_t rows, starts[MOST + 1], dims[MOST], modes[MOST], held[MOST];
-    double C[WIDTH][WIDTH];     /* the factor, a row a vector */
-    double sizes[WIDTH][WIDTH]; /* |C| */
-    double v[WIDTH];
-    double P[ROWS][WIDTH];                         /* J C */
-    double A[ROWS][WIDTH];                         /* |J| |C| */
-    double q[ROWS], r[ROWS], u[ROWS], scale[ROWS]; /* |P| |P'| |r| + |q| */
-    double error[ROWS];                            /* at least what rounding made of u */
-    double mu[MOST], trace[MOST], root[MOST], omega[MOST];
-    double y[WIDTH];            /* P'r */
-    double basis[WIDTH][WIDTH]; /* of the rows that hold */
-    int32_t rank;
-} single;
-
-PERP__KERNEL static double dot(const double *a, const double *b, int32_t n)
-{
-    perp__lanes sum = PERP__CONST_LANES_AT(a) * PERP__CONST_LANES_AT(b);
-
-    if (n > LANES)
-        sum += PERP__CONST_LANES_AT(a + LANES) * PERP__CONST_LANES_AT(b + LANES);
-    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
-
-/* y += s x */
-PERP__KERNEL static void add(double *y, double s, const double *x, int32_t n)
-{
-    for (int32_t i = 0; i < n; i += LANES)
-        PERP__LANES_AT(y + i) += PERP__SAME_LANES(s) * PERP__CONST_LANES_AT(x + i);
-}
-
-/* y += |s x| */
-PERP__KERNEL static void add_size(double *y, double s, const double *x, int32_t n)
-{
-    for (int32_t i = 0; i < n; i += LANES) {
-        const perp__lanes term = PERP__SAME_LANES(s) * PERP__CONST_LANES_AT(x + i);
-
-        PERP__LANES_AT(y + i) += PERP__ABSOLUTE_LANES(term);
-    }
-}
-
-/* |a|'b, b >= 0 */
-PERP__KERNEL static double size_of(const double *a, const double *b, int32_t n)
-{
-    perp__lanes sum = {0.0, 0.0, 0.0, 0.0};
-
-    for (int32_t i = 0; i < n; i += LANES) {
-        const perp__lanes part = PERP__CONST_LANES_AT(a + i);
-
-        sum += PERP__ABSOLUTE_LANES(part) * PERP__CONST_LANES_AT(b + i);
-    }
-    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
+/* Squares of numbers between this and its inverse lose nothing to the range of doubles. */
+#define LEAST 1e-100
 
 static int32_t is_single(const perp__rigid_problem *problem)
 {
@@ -92,330 +30,321 @@ static int32_t is_single(const perp__rigid_problem *problem)
     return 1;
 }
 
-static const double (*rows_of(const perp__rigid_rows *g))[6]
-{
-    return g->rows[g->body[0] != 0];
-}
-
-/* P = J C and |J| |C| of one row. */
-PERP__KERNEL static void whiten(single *s, int32_t row, const double *J, int32_t n)
-{
-    for (int32_t i = 0; i < n; i += LANES) {
-        perp__lanes sum = PERP__SAME_LANES(0.0), size = PERP__SAME_LANES(0.0);
-
-        for (int32_t l = 0; l < n; l++) {
-            sum += PERP__SAME_LANES(J[l]) * PERP__CONST_LANES_AT(s->C[l] + i);
-            size += PERP__SAME_LANES(fabs(J[l])) * PERP__CONST_LANES_AT(s->sizes[l] + i);
-        }
-        PERP__LANES_AT(s->P[row] + i) = sum;
-        PERP__LANES_AT(s->A[row] + i) = size;
-    }
-}
-
-/* P, q and what bounds their errors, of one contact. */
-PERP__KERNEL static void load(single *s, int32_t k, int32_t n)
-{
-    const perp__rigid_rows *g = &s->problem->rows[k];
-    const double(*J)[6] = rows_of(g);
-    const int32_t from = s->starts[k];
-    double square = 0.0;
-
-    for (int32_t i = 0; i < s->dims[k]; i++) {
-        double q = g->bias[i], size = fabs(g->bias[i]);
-
-        whiten(s, from + i, J[i], n);
-        for (int32_t l = 0; l < n; l++) {
-            q += J[i][l] * s->v[l];
-            size += fabs(J[i][l] * s->v[l]);
-        }
-        square += dot(s->P[from + i], s->P[from + i], n);
-        s->q[from + i] = q;
-        s->error[from + i] = size;
-        s->r[from + i] = s->problem->warm[3 * k + i];
-    }
-    s->trace[k] = square;
-    s->root[k] = sqrt(square);
-}
-
-PERP__KERNEL static void load_all(single *s, int32_t n)
+/* Rows, bias and impulses as the caller has them; lanes without a row are 0. */
+PERP__KERNEL static void load(perp__single *s, int32_t n)
 {
     const perp__rigid_problem *p = s->problem;
 
-    memset(s->C, 0, sizeof s->C);
-    memset(s->v, 0, sizeof s->v);
-    memcpy(s->v, p->free, (size_t)n * sizeof *s->v);
-    for (int32_t i = 0; i < n; i++) {
-        memcpy(s->C[i], p->factors + n * i, (size_t)n * sizeof(double));
-        for (int32_t k = 0; k < n; k += LANES) {
-            const perp__lanes part = PERP__CONST_LANES_AT(s->C[i] + k);
+    s->groups = (p->contacts + LANES - 1) / LANES;
+    memset(s->J, 0, (size_t)s->groups * sizeof s->J[0]);
+    memset(s->bias, 0, (size_t)s->groups * sizeof s->bias[0]);
+    memset(s->r, 0, (size_t)s->groups * sizeof s->r[0]);
+    memset(s->columns, 0, sizeof s->columns);
+    for (int32_t k = 0; k < p->contacts; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+        const double(*J)[6] = g->rows[g->body[0] != 0];
 
-            PERP__LANES_AT(s->sizes[i] + k) = PERP__ABSOLUTE_LANES(part);
+        s->dims[k] = g->dim;
+        s->mu[k] = g->dim > 1 ? g->mu : 0.0;
+        for (int32_t a = 0; a < g->dim; a++) {
+            PERP__OF(s->bias, k, a) = g->bias[a];
+            PERP__OF(s->r, k, a) = p->warm[AXES * k + a];
+            for (int32_t i = 0; i < n; i++)
+                s->J[k / LANES][a][i][k % LANES] = J[a][i];
         }
     }
-    s->starts[0] = 0;
-    for (int32_t k = 0; k < p->contacts; k++) {
-        s->dims[k] = p->rows[k].dim;
-        s->mu[k] = s->dims[k] > 1 ? p->rows[k].mu : 0.0;
-        s->starts[k + 1] = s->starts[k] + s->dims[k];
-        load(s, k, n);
-    }
-    s->rows = s->starts[p->contacts];
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = 0; j < n; j++)
+            s->columns[j][i] = p->factors[n * i + j];
 }
 
-/* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 3 n + 4 terms. */
-PERP__KERNEL static void find_velocities(single *s, int32_t n)
+/* P, |J| |C| and the squares of P's rows, of a group. */
+PERP__KERNEL static void whiten(perp__single *s, int32_t g, int32_t n)
 {
-    const double unit = (s->rows + 3 * n + 4) * DBL_EPSILON;
-    double terms[WIDTH] = {0.0}, most[WIDTH] = {0.0};
+    memset(s->squares[g], 0, sizeof s->squares[g]);
+    for (int32_t i = 0; i < n; i++) {
+        perp__lanes sum[AXES] = {{0.0}, {0.0}, {0.0}}, size[AXES] = {{0.0}, {0.0}, {0.0}};
 
-    memset(s->y, 0, sizeof s->y);
-    for (int32_t i = 0; i < s->rows; i++) {
-        add(s->y, s->r[i], s->P[i], n);
-        add_size(terms, s->r[i], s->P[i], n);
-        add_size(most, s->r[i], s->A[i], n);
+        for (int32_t l = 0; l < n; l++) {
+            if (s->columns[i][l] == 0.0)
+                continue;
+            for (int32_t a = 0; a < AXES; a++) {
+                const perp__lanes term =
+                    PERP__SAME_LANES(s->columns[i][l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
+
+                sum[a] += term;
+                size[a] += PERP__ABSOLUTE_LANES(term);
+            }
+        }
+        for (int32_t a = 0; a < AXES; a++) {
+            PERP__LANES_AT(s->P[g][a][i]) = sum[a];
+            PERP__LANES_AT(s->A[g][a][i]) = size[a];
+            PERP__LANES_AT(s->squares[g][a]) += sum[a] * sum[a];
+        }
     }
-    for (int32_t i = 0; i < s->rows; i++) {
-        s->u[i] = dot(s->P[i], s->y, n) + s->q[i];
-        s->scale[i] = fabs(s->q[i]) + size_of(s->P[i], terms, n);
-        s->error[i] = unit * (s->error[i] + dot(s->A[i], most, n));
+}
+
+/* q = J v + bias and its terms, of a group. */
+PERP__KERNEL static void drift(perp__single *s, int32_t g, int32_t n)
+{
+    for (int32_t a = 0; a < AXES; a++) {
+        perp__lanes sum = PERP__CONST_LANES_AT(s->bias[g][a]), size = PERP__ABSOLUTE_LANES(sum);
+
+        for (int32_t l = 0; l < n; l++) {
+            const perp__lanes term =
+                PERP__SAME_LANES(s->problem->free[l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
+
+            sum += term;
+            size += PERP__ABSOLUTE_LANES(term);
+        }
+        PERP__LANES_AT(s->drift[g][a]) = sum;
+        PERP__LANES_AT(s->terms[g][a]) = size;
     }
+}
+
+/* Lengths of three numbers of each contact of a group. */
+PERP__KERNEL static void measure(double *length, const double (*x)[LANES])
+{
+    for (int32_t l = 0; l < LANES; l++)
+        length[l] = sqrt(x[0][l] * x[0][l] + x[1][l] * x[1][l] + x[2][l] * x[2][l]);
+}
+
+PERP__KERNEL static void load_width(perp__single *s, int32_t n)
+{
+    load(s, n);
+    for (int32_t g = 0; g < s->groups; g++) {
+        const double(*square)[LANES] = (const double(*)[LANES])s->squares[g];
+
+        whiten(s, g, n);
+        drift(s, g, n);
+        for (int32_t l = 0; l < LANES; l++) {
+            s->trace[LANES * g + l] = square[0][l] + square[1][l] + square[2][l];
+            s->root[LANES * g + l] = sqrt(s->trace[LANES * g + l]);
+        }
+    }
+}
+
+PERP__KERNEL static void set_up_loops(perp__single *s)
+{
+    if (s->problem->width == 6)
+        load_width(s, 6);
+    else
+        load_width(s, 3);
+}
+
+PERP__MULTIVERSION(set_up, (perp__single * s), (s))
+
+/* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 3 n + 4 terms. */
+PERP__KERNEL static void velocities_width(perp__single *s, int32_t n)
+{
+    const double unit = (AXES * s->problem->contacts + 3 * n + 4) * DBL_EPSILON;
+    double terms[WIDTH], most[WIDTH];
+
+    perp__single_push(s, (const double(*)[AXES][LANES])s->r, s->y, terms, most, n);
+    for (int32_t g = 0; g < s->groups; g++) {
+        for (int32_t a = 0; a < AXES; a++) {
+            const perp__lanes q = PERP__CONST_LANES_AT(s->drift[g][a]);
+            perp__lanes sum = {0.0}, size = {0.0}, bound = {0.0};
+
+            for (int32_t i = 0; i < n; i++) {
+                const perp__lanes P = PERP__CONST_LANES_AT(s->P[g][a][i]);
+
+                sum += P * PERP__SAME_LANES(s->y[i]);
+                size += PERP__ABSOLUTE_LANES(P) * PERP__SAME_LANES(terms[i]);
+                bound += PERP__CONST_LANES_AT(s->A[g][a][i]) * PERP__SAME_LANES(most[i]);
+            }
+            PERP__LANES_AT(s->u[g][a]) = sum + q;
+            PERP__LANES_AT(s->scale[g][a]) = size + PERP__ABSOLUTE_LANES(q);
+            PERP__LANES_AT(s->error[g][a]) =
+                PERP__SAME_LANES(unit) * (bound + PERP__CONST_LANES_AT(s->terms[g][a]));
+        }
+        measure(s->scales + LANES * g, (const double(*)[LANES])s->scale[g]);
+        measure(s->errors + LANES * g, (const double(*)[LANES])s->error[g]);
+    }
+}
+
+PERP__KERNEL static void find_velocities_loops(perp__single *s)
+{
+    if (s->problem->width == 6)
+        velocities_width(s, 6);
+    else
+        velocities_width(s, 3);
+}
+
+PERP__MULTIVERSION(find_velocities, (perp__single * s), (s))
+
+static double norm2(double a, double b)
+{
+    return sqrt(a * a + b * b);
+}
+
+static double norm3(const double *x)
+{
+    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
+/* Into the cone, as in law.c. */
+static void clip(perp__single *s, int32_t k)
+{
+    double *r = &PERP__OF(s->r, k, 0);
+    const double pressure = r[0] > 0.0 ? r[0] : 0.0, radius = s->mu[k] * pressure;
+    const double length = norm2(r[LANES], r[2 * LANES]);
+    const double share = length > radius ? radius / length : 1.0;
+
+    r[0] = pressure;
+    r[LANES] = radius > 0.0 ? share * r[LANES] : 0.0;
+    r[2 * LANES] = radius > 0.0 ? share * r[2 * LANES] : 0.0;
+}
+
+/* |r - P_K(r - (u + s e_n) / t)| and the mode, as in law.c. */
+static double natural(const double *r, const double *u, double mu, double t, int32_t *mode)
+{
+    const double d[2] = {u[1] / t, u[2] / t}, speed = norm2(d[0], d[1]);
+    const double x[2] = {r[1] - d[0], r[2] - d[1]}, length = norm2(x[0], x[1]);
+    const double d_n = u[0] / t + mu * speed, x_n = r[0] - d_n;
+    double over, c;
+
+    *mode = PERP_CONTACT_SEPARATE;
+    if (mu * length <= -x_n || (mu == 0.0 && x_n <= 0.0))
+        return norm3(r);
+    *mode = mu * x_n >= length ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
+    if (mu == 0.0)
+        return fabs(d_n);
+    if (*mode == PERP_CONTACT_STICK)
+        return norm2(d_n, speed);
+    over = norm2(r[1], r[2]);
+    over += (d[0] * (d[0] - 2.0 * r[1]) + d[1] * (d[1] - 2.0 * r[2])) / (length + over) +
+            mu * (d_n - r[0]);
+    c = over / (1.0 + mu * mu);
+    return norm3(
+        (const double[3]){d_n - mu * c, d[0] + c * x[0] / length, d[1] + c * x[1] / length});
+}
+
+/* The largest |q| / root of a contact; 0 where squares might leave the range of numbers. */
+static double find_drive(const perp__single *s)
+{
+    double drive = 0.0;
+
+    for (int32_t k = 0; k < s->problem->contacts; k++) {
+        const double q[AXES] = {PERP__OF(s->drift, k, 0), PERP__OF(s->drift, k, 1),
+                                PERP__OF(s->drift, k, 2)};
+        const double own = norm3(q) / s->root[k];
+
+        drive = own > drive ? own : drive;
+        if (!(s->trace[k] > LEAST && s->trace[k] < 1.0 / LEAST))
+            return 0.0;
+    }
+    return drive > LEAST && drive < 1.0 / LEAST ? drive : 0.0;
 }
 
 /* The residuals, as they are or larger. Returns 0 where contacts that press separate. */
-PERP__KERNEL static int32_t judge(single *s, perp__evidence *worth, int32_t n)
+static int32_t judge(perp__single *s, perp__evidence *worth)
 {
-    perp__contact_problem law;
-    double drive = 0.0;
+    for (int32_t k = 0; k < s->problem->contacts; k++)
+        clip(s, k);
+    find_velocities(s);
+    s->omega = find_drive(s);
+    for (int32_t k = 0; k < s->problem->contacts; k++) {
+        const double r[AXES] = {PERP__OF(s->r, k, 0), PERP__OF(s->r, k, 1), PERP__OF(s->r, k, 2)};
+        const double u[AXES] = {PERP__OF(s->u, k, 0), PERP__OF(s->u, k, 1), PERP__OF(s->u, k, 2)};
+        const double error = 2.0 * (1.0 + s->mu[k]) * s->errors[k];
+        double lack = s->trace[k] * natural(r, u, s->mu[k], s->trace[k], &s->modes[k]), held = 0.0;
 
-    memset(&law, 0, sizeof law);
-    law.contacts = s->problem->contacts;
-    law.rows = law.size = s->rows;
-    law.starts = s->starts;
-    law.dims = s->dims;
-    law.mu = s->mu;
-    law.trace = s->trace;
-    law.q = s->q;
-    for (int32_t k = 0; k < law.contacts; k++)
-        perp__contact_clip(&law, k, s->r);
-    find_velocities(s, n);
-    perp__contact_omegas(&law, NULL, 1, &drive, s->omega);
-    for (int32_t k = 0; k < law.contacts; k++) {
-        const int32_t from = s->starts[k], to = s->starts[k + 1];
-        const double natural = perp__contact_natural(&law, k, s->r, s->u, &s->modes[k]);
-        const double error = 2.0 * (1.0 + s->mu[k]) * perp__contact_length(s->error, from, to);
-        double lack = s->trace[k] * natural;
-
-        if (s->r[from] == 0.0)
+        if (r[0] == 0.0)
             s->modes[k] = PERP_CONTACT_SEPARATE;
         else if (s->modes[k] == PERP_CONTACT_SEPARATE)
             return 0;
-        if (s->modes[k] == PERP_CONTACT_STICK)
-            lack = fmax(lack, perp__contact_length(s->u, from, to));
-        else if (s->modes[k] == PERP_CONTACT_SLIP)
-            lack = fmax(lack, fabs(s->u[from]));
-        perp__raise_to(&worth->tested, (lack + error) / (s->root[k] * s->omega[k]));
-        perp__raise_to(&worth->own, (lack + error) / perp__contact_length(s->scale, from, to));
+        if (s->modes[k] != PERP_CONTACT_SEPARATE)
+            held = s->modes[k] == PERP_CONTACT_STICK ? norm3(u) : fabs(u[0]);
+        lack = (held > lack ? held : lack) + error;
+        perp__raise_to(&worth->tested, lack / (s->root[k] * s->omega));
+        perp__raise_to(&worth->own, lack / s->scales[k]);
     }
-    return drive > 0.0;
+    return s->omega > 0.0;
+}
+
+static int32_t is_rounding(const perp__single *s, int32_t k, int32_t a)
+{
+    return fabs(PERP__OF(s->u, k, a)) <= ROUNDING * PERP__OF(s->scale, k, a);
+}
+
+static int32_t is_answer(perp__single *s, perp__evidence *worth, double tol)
+{
+    *worth = (perp__evidence){0.0, 0.0, 1.0, 1};
+    return judge(s, worth) && perp__is_good(perp__gate(worth, tol, -1));
 }
 
 /* How many rows of a contact hold, as in held.c. */
-static int32_t count_held(const single *s, int32_t k)
+static int32_t count_held(const perp__single *s, int32_t k)
 {
-    const int32_t from = s->starts[k], to = s->starts[k + 1], mode = s->modes[k];
-    const double slack = sqrt(s->problem->tol) * s->omega[k] * s->root[k];
-    int32_t rounds = mode == PERP_CONTACT_STICK;
+    const double slack = sqrt(s->problem->tol) * s->omega * s->root[k];
+    const int32_t rows = s->dims[k], mode = s->modes[k];
 
-    if (!(fabs(s->u[from]) <= slack))
+    if (!(fabs(PERP__OF(s->u, k, 0)) <= slack))
         return 0;
-    if (mode == PERP_CONTACT_SEPARATE && !(fabs(s->u[from]) <= ROUNDING * s->scale[from]))
+    if (mode == PERP_CONTACT_SEPARATE && !is_rounding(s, k, 0))
         return 0;
-    for (int32_t i = from + 1; i < to; i++)
-        if (!(fabs(s->u[i]) <= slack) || (!rounds && !(fabs(s->u[i]) <= ROUNDING * s->scale[i])))
+    for (int32_t a = 1; a < rows; a++)
+        if (!(fabs(PERP__OF(s->u, k, a)) <= slack) ||
+            (mode != PERP_CONTACT_STICK && !is_rounding(s, k, a)))
             return 1;
-    return s->mu[k] > 0.0 ? to - from : 1;
+    return s->mu[k] > 0.0 ? rows : 1;
 }
 
-/* The rows that hold, normals first, at length 1, and the velocities along them without what they
- * push. */
-PERP__KERNEL static int32_t gather(const single *s, const double *loose, double (*rows)[WIDTH],
-                                   double *targets, int32_t n)
+/* Whether nothing that moves would have to hold. */
+static int32_t may_hold(perp__single *s)
 {
-    int32_t count = 0;
+    int32_t may = 1;
 
-    for (int32_t tangents = 0; tangents < 2; tangents++)
-        for (int32_t k = 0; k < s->problem->contacts; k++) {
-            const int32_t from = s->starts[k];
-
-            for (int32_t i = tangents; i < (tangents ? s->held[k] : s->held[k] > 0); i++) {
-                const double *P = s->P[from + i], square = dot(P, P, n);
-                const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
-
-                memset(rows[count], 0, sizeof *rows);
-                add(rows[count], scale, P, n);
-                targets[count++] = -scale * (s->q[from + i] + dot(P, loose, n));
-            }
-        }
-    return count;
-}
-
-/* move := the least that takes the rows to their targets; modified Gram-Schmidt, each row twice. */
-PERP__KERNEL static void solve(single *s, double (*rows)[WIDTH], double *targets, int32_t count,
-                               double *move, int32_t n)
-{
-    double squares[ROWS];
-
-    for (int32_t i = 0; i < count; i++)
-        squares[i] = dot(rows[i], rows[i], n);
-    for (s->rank = 0; s->rank < n; s->rank++) {
-        double largest = 0.0, *b = s->basis[s->rank], length;
-        int32_t pick = 0;
-
-        for (int32_t i = 0; i < count; i++)
-            largest = squares[i] > largest ? squares[i] : largest;
-        if (!(largest > RANK_TOLERANCE * RANK_TOLERANCE))
-            return;
-        while (!(squares[pick] >= PIVOT_THRESHOLD * PIVOT_THRESHOLD * largest))
-            pick++;
-        memcpy(b, rows[pick], sizeof *rows);
-        for (int32_t k = 0; k < s->rank; k++) {
-            const double share = dot(s->basis[k], b, n);
-
-            add(b, -share, s->basis[k], n);
-            targets[pick] -= share * dot(s->basis[k], move, n);
-        }
-        length = sqrt(dot(b, b, n));
-        for (int32_t j = 0; j < n; j++)
-            b[j] /= length;
-        squares[pick] = -1.0; /* taken */
-        add(move, targets[pick] / length, b, n);
-        for (int32_t i = 0; i < count; i++) {
-            const double share = dot(b, rows[i], n);
-
-            if (squares[i] < 0.0)
-                continue;
-            add(rows[i], -share, b, n);
-            targets[i] -= share * (targets[pick] / length);
-            squares[i] = dot(rows[i], rows[i], n);
-        }
-    }
-}
-
-/* Whether the rows that hold determine a coordinate of the body; as in clusters.c. */
-PERP__KERNEL static int32_t is_at_rest(const single *s, const double *row, int32_t n)
-{
-    const double square = dot(row, row, n);
-    double x[WIDTH], share = 0.0;
-
-    for (int32_t k = 0; k < s->rank; k++) {
-        const double along = dot(s->basis[k], row, n);
-
-        share += along * along;
-    }
-    if (!(share > 0.5 * square))
-        return 0;
-    memcpy(x, row, sizeof x);
-    for (int32_t k = 0; k < 2 * s->rank; k++) {
-        const double *b = s->basis[k % s->rank], along = dot(b, x, n);
-
-        add(x, -along, b, n);
-    }
-    return dot(x, x, n) <= SPAN * SPAN * square;
-}
-
-/* v, and the change beside the solution's velocities as a share of their terms; INFINITY where
- * something that moves would have to hold. */
-PERP__KERNEL static double hold(single *s, int32_t n)
-{
-    const perp__rigid_problem *p = s->problem;
-    double rows[ROWS][WIDTH], targets[ROWS], loose[WIDTH] = {0.0}, move[WIDTH] = {0.0};
-    double change = 0.0, strength = 0.0;
-
-    for (int32_t k = 0; k < p->contacts; k++) {
+    s->axes = 0;
+    memset(s->held, 0, sizeof s->held); /* lanes without a contact too */
+    for (int32_t k = 0; k < s->problem->contacts; k++) {
         s->held[k] = count_held(s, k);
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++) {
-            const int32_t holds = i < s->starts[k] + s->held[k];
-
-            if (holds && p->rows[k].bias[i - s->starts[k]] != 0.0)
-                return INFINITY;
-            strength += fabs(s->r[i]) * sqrt(dot(s->P[i], s->P[i], n));
-            if (!holds)
-                add(loose, s->r[i], s->P[i], n);
-        }
+        s->axes = s->held[k] > s->axes ? s->held[k] : s->axes;
+        for (int32_t a = 0; a < s->held[k]; a++)
+            may = may && s->problem->rows[k].bias[a] == 0.0;
     }
-    solve(s, rows, targets, gather(s, loose, rows, targets, n), move, n);
-    for (int32_t j = 0; j < n; j++) {
-        move[j] += loose[j];
-        change += (move[j] - s->y[j]) * (move[j] - s->y[j]);
-    }
-    for (int32_t i = 0; i < n; i++) {
-        s->v[i] = s->rank == n ? 0.0 : p->free[i] + dot(s->C[i], move, n);
-        if (s->v[i] == 0.0 || is_at_rest(s, s->C[i], n))
-            s->v[i] = 0.0; /* never -0.0 */
-    }
-    return change > 0.0 ? sqrt(change) / strength : 0.0;
+    return may;
 }
 
-static void write(const single *s, perp__rigid_answer *answer)
+static void write(const perp__single *s, perp__rigid_answer *answer)
 {
     const perp__rigid_problem *p = s->problem;
 
     memcpy(answer->v, s->v, (size_t)p->width * sizeof *answer->v);
     for (int32_t k = 0; k < p->contacts; k++) {
-        const double(*J)[6] = rows_of(&p->rows[k]);
-
-        for (int32_t i = 0; i < 3; i++) {
-            const int32_t row = s->starts[k] + i, is_row = i < s->dims[k];
-            double u = is_row && i >= s->held[k] ? p->rows[k].bias[i] : 0.0;
-
-            for (int32_t j = 0; is_row && i >= s->held[k] && j < p->width; j++)
-                u += J[i][j] * s->v[j];
-            answer->impulse[3 * k + i] = is_row ? s->r[row] : 0.0;
-            answer->velocity[3 * k + i] = u;
+        for (int32_t a = 0; a < AXES; a++) {
+            answer->impulse[AXES * k + a] = PERP__OF(s->r, k, a);
+            answer->velocity[AXES * k + a] = a < s->held[k] ? 0.0 : PERP__OF(s->after, k, a);
         }
         answer->modes[k] = s->modes[k];
     }
     answer->carrier[0] = s->rank == p->width ? PERP__RIGID_AT_REST : PERP__RIGID_FREE;
 }
 
-PERP__KERNEL static int32_t solve_width(single *s, perp__rigid_answer *answer, double tol,
-                                        int32_t n)
-{
-    perp__evidence worth = {0.0, 0.0, 1.0, 1};
-
-    load_all(s, n);
-    if (!judge(s, &worth, n) || !perp__is_good(perp__gate(&worth, tol, -1)))
-        return 0;
-    answer->tested = worth.tested;
-    perp__raise_to(&worth.own, hold(s, n));
-    worth.sound = perp__all_finite(s->v, WIDTH) && perp__all_finite(s->u, (size_t)s->rows);
-    answer->outcome = perp__gate(&worth, s->problem->tol, -1);
-    answer->own = worth.own;
-    answer->backward = worth.backward;
-    return perp__is_good(answer->outcome);
-}
-
-PERP__KERNEL static void solve_single_loops(single *s, perp__rigid_answer *answer, double tol,
-                                            int32_t *is_answer)
-{
-    *is_answer =
-        s->problem->width == 6 ? solve_width(s, answer, tol, 6) : solve_width(s, answer, tol, 3);
-}
-
-PERP__MULTIVERSION(solve_single,
-                   (single * s, perp__rigid_answer *answer, double tol, int32_t *is_answer),
-                   (s, answer, tol, is_answer))
-
 int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
                            double tol)
 {
-    int32_t is_answer = 0;
-    single s;
+    perp__evidence worth;
+    perp__single s;
 
     s.problem = problem;
-    if (is_single(problem))
-        solve_single(&s, answer, tol, &is_answer);
-    if (!is_answer)
+    if (!is_single(problem))
+        return 0;
+    set_up(&s);
+    if (!is_answer(&s, &worth, tol) && !(perp__single_guess(&s) && is_answer(&s, &worth, tol)))
+        return 0;
+    if (!may_hold(&s))
+        return 0;
+    answer->tested = worth.tested;
+    perp__single_hold(&s);
+    perp__raise_to(&worth.own, s.change);
+    worth.sound = perp__all_finite(s.v, WIDTH) &&
+                  perp__all_finite(&s.u[0][0][0], (size_t)(s.groups * AXES * LANES));
+    answer->outcome = perp__gate(&worth, problem->tol, -1);
+    answer->own = worth.own;
+    answer->backward = worth.backward;
+    if (!perp__is_good(answer->outcome))
         return 0;
     write(&s, answer);
     answer->held = 1;

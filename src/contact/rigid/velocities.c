@@ -79,50 +79,83 @@ PERP__MULTIVERSION(relative_doubled,
                    (const perp__rigid_problem *p, const double *v, const double *v_low, double *u),
                    (p, v, v_low, u))
 
-/* q of the units of one contact or joint, in plain doubles */
+/* q of the units of one contact or joint, in plain doubles, and the sizes of its terms */
 PERP__KERNEL static void load_rows(int32_t width, int32_t dim, const perp__rigid_problem *p,
-                                   const perp__rigid_rows *g, double *q)
+                                   const perp__rigid_rows *g, double *q, double *sizes)
 {
     double sum[3] = {g->bias[0], g->bias[1], g->bias[2]};
+    double size[3] = {fabs(sum[0]), fabs(sum[1]), fabs(sum[2])};
 
     for (int32_t side = 0; side < 2; side++) {
         const double *v = p->free + (int64_t)g->body[side] * width;
 
         for (int32_t i = 0; g->body[side] >= 0 && i < dim; i++)
-            for (int32_t j = 0; j < width; j++)
-                sum[i] += g->rows[side][i][j] * v[j];
+            for (int32_t j = 0; j < width; j++) {
+                const double term = g->rows[side][i][j] * v[j];
+
+                sum[i] += term;
+                size[i] += fabs(term);
+            }
     }
-    for (int32_t i = 0; i < dim; i++)
+    for (int32_t i = 0; i < dim; i++) {
         q[i] = sum[i];
+        sizes[i] = size[i];
+    }
 }
 
-PERP__KERNEL static void load_loops(const perp__rigid_problem *p, double *q)
+#define SUM(four, two) ((((four)[0] + (four)[2]) + ((four)[1] + (four)[3])) + ((two)[0] + (two)[1]))
+
+/* The same for three rows of six, in vectors: the first four columns and the last two. */
+PERP__KERNEL static void load_6(const perp__rigid_problem *p, const perp__rigid_rows *g, double *q,
+                                double *sizes)
+{
+    static const double rest[18]; /* rows of what is at rest are not read */
+    const double *x = g->body[0] >= 0 ? p->free + 6 * (int64_t)g->body[0] : rest;
+    const double *y = g->body[1] >= 0 ? p->free + 6 * (int64_t)g->body[1] : rest;
+    const double *a = g->body[0] >= 0 ? g->rows[0][0] : rest;
+    const double *b = g->body[1] >= 0 ? g->rows[1][0] : rest;
+
+    for (int32_t i = 0; i < 3; i++, a += 6, b += 6) {
+        const perp__lanes one = PERP__CONST_LANES_AT(a) * PERP__CONST_LANES_AT(x);
+        const perp__lanes other = PERP__CONST_LANES_AT(b) * PERP__CONST_LANES_AT(y);
+        const perp__lane_pair end = PERP__CONST_PAIR_AT(a + 4) * PERP__CONST_PAIR_AT(x + 4);
+        const perp__lane_pair other_end = PERP__CONST_PAIR_AT(b + 4) * PERP__CONST_PAIR_AT(y + 4);
+        const perp__lanes sum = one + other;
+        const perp__lanes size = PERP__ABSOLUTE_LANES(one) + PERP__ABSOLUTE_LANES(other);
+        const perp__lane_pair end_sum = end + other_end;
+        const perp__lane_pair end_size = PERP__ABSOLUTE_PAIR(end) + PERP__ABSOLUTE_PAIR(other_end);
+
+        q[i] = g->bias[i] + SUM(sum, end_sum);
+        sizes[i] = fabs(g->bias[i]) + SUM(size, end_size);
+    }
+}
+
+PERP__KERNEL static void load_loops(const perp__rigid_problem *p, double *q, double *sizes)
 {
     for (int32_t k = 0; k < p->contacts + p->joints; k++) {
         const perp__rigid_rows *g = &p->rows[k];
 
         if (p->width == 6 && g->dim == 3)
-            load_rows(6, 3, p, g, q);
+            load_6(p, g, q, sizes);
         else if (p->width == 3 && g->dim == 2)
-            load_rows(3, 2, p, g, q);
+            load_rows(3, 2, p, g, q, sizes);
         else
-            load_rows(p->width, g->dim, p, g, q);
+            load_rows(p->width, g->dim, p, g, q, sizes);
         q += g->dim;
+        sizes += g->dim;
     }
 }
 
-PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q), (p, q))
+PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q, double *sizes), (p, q, sizes))
 
 void perp__rigid_load(perp_contact_solver *solver)
 {
     const perp__rigid_problem *p = solver->rigid;
 
-    if (solver->n > 0)
-        memcpy(solver->v, p->free, (size_t)solver->n * sizeof *solver->v);
-    if (solver->is_lean) {
-        load(p, solver->q);
+    perp__copy(solver->v, p->free, solver->n);
+    load(p, solver->q, solver->load);
+    if (solver->is_lean)
         return;
-    }
     if (solver->n > 0)
         memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
     relative_doubled(p, solver->v, solver->v_low, solver->q);
@@ -388,8 +421,6 @@ PERP__KERNEL static void push_6(const perp__bodies *b, int32_t k, const double *
         PERP__PAIR_AT(terms + at + 4) = end_size;
     }
 }
-
-#define SUM(four, two) ((((four)[0] + (four)[2]) + ((four)[1] + (four)[3])) + ((two)[0] + (two)[1]))
 
 PERP__KERNEL static void move_6(const perp__bodies *b, int32_t k, const double *y,
                                 const double *terms, const double *q, double *u, double *scale)

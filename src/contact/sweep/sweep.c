@@ -28,8 +28,8 @@
 #define STAGNATION_SWEEPS 500
 #define STAGNATION_FACTOR 0.99
 
-/* The rate is looked at every so many sweeps. */
-#define LOOK 20
+/* The rate is looked at after so many sweeps, and whenever they have doubled. */
+#define FIRST_LOOK 10
 
 /* The kind of sweep changes where the change fell by less than this within so many. */
 #define WINDOW_SWEEPS 60
@@ -113,19 +113,23 @@ static int32_t hopeless(perp__sweep_work *work, double change)
     return 0;
 }
 
-/* Whether what is left, at the rate of the last sweeps, is more than the limit leaves room for. */
+/* Whether what is left is more than the limit leaves room for, at the rate since there were a
+ * quarter as many sweeps: over less they often stand still, and go on. */
 static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
 {
     const perp__contact_problem *problem = work->common.problem;
-    const double before = work->least_looked;
+    const double before = work->looked[0];
     double sweeps;
 
-    if (!problem->leads || work->sweeps % LOOK != 0)
+    if (!problem->leads || work->sweeps != work->next_look)
         return 0;
-    work->least_looked = work->least;
+    work->next_look *= 2;
+    work->looked[0] = work->looked[1];
+    work->looked[1] = work->least;
     if (!(before < INFINITY) || work->least <= problem->tol)
         return 0;
-    sweeps = LOOK * log(problem->tol / work->least) / log(work->least / before);
+    sweeps =
+        0.75 * (double)work->sweeps * log(problem->tol / work->least) / log(work->least / before);
     return !(sweeps >= 0.0 && sweeps <= (double)(limit - work->sweeps));
 }
 
@@ -214,7 +218,8 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
-    work->least_looked = INFINITY;
+    work->looked[0] = work->looked[1] = INFINITY;
+    work->next_look = FIRST_LOOK;
     work->share = 1.0;
     work->sweeps = work->next_test = 0;
     work->symmetric = work->phase = 0;

@@ -75,14 +75,20 @@ static void gather(const perp__active_block *b, int32_t j, int32_t row, int32_t 
 
 static void collect(perp__active_block *b, const int8_t *places)
 {
-    b->count = b->kept = b->changes = 0;
-    for (int32_t i = 0; i < b->M.rows; i++) {
-        b->position[i] = b->column_of[i] = -1;
-        if (places[i] != PERP__BETWEEN)
-            continue;
-        b->position[i] = b->count;
-        b->order[b->count++] = i;
+    int32_t *position = b->position, *column_of = b->column_of, *order = b->order;
+    const int32_t n = b->M.rows;
+    int32_t count = 0;
+
+    for (int32_t i = 0; i < n; i++) {
+        const int32_t is_between = places[i] == PERP__BETWEEN;
+
+        position[i] = is_between ? count : -1;
+        column_of[i] = -1;
+        if (is_between)
+            order[count++] = i;
     }
+    b->count = count;
+    b->kept = b->changes = 0;
 }
 
 /* No pivot that rounding could have made, and for `definite` a determinant > 0. Without `pivots`

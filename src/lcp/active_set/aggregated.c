@@ -11,7 +11,6 @@
 #include "lcp/active_set/aggregated.h"
 
 #include <math.h>
-#include <string.h>
 
 #define SMALLEST 1000 /* below, a few more factorisations cost less than the levels */
 #define COARSEST 400
@@ -146,7 +145,7 @@ static perp_status coarsen(perp__aggregated *coarse, int32_t k, int32_t *useful)
 
     level->n = pair(coarse, fine);
     level->entries = entries;
-    status = perp__arena_fit(&level->arena, layout_level, level);
+    status = perp__arena_fit(&level->arena, coarse->context, layout_level, level);
     if (status != PERP_OK)
         return status;
     for (int32_t a = 0; a < level->n; a++)
@@ -171,15 +170,12 @@ perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_pro
     if (coarse->levels > 0)
         return PERP_OK;
     coarse->context = problem->context;
-    coarse->arena.context = problem->context;
-    for (k = 0; k < PERP__LEVELS; k++)
-        coarse->level[k].arena.context = problem->context;
     finest->n = problem->n;
     finest->M = *problem->M;
     finest->entries = 0;
-    status = perp__arena_fit(&coarse->arena, layout_shared, coarse);
+    status = perp__arena_fit(&coarse->arena, coarse->context, layout_shared, coarse);
     if (status == PERP_OK)
-        status = perp__arena_fit(&finest->arena, layout_level, finest);
+        status = perp__arena_fit(&finest->arena, coarse->context, layout_level, finest);
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < problem->n; i++) {

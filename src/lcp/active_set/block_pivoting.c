@@ -24,6 +24,7 @@ void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, in
     perp__active_block_layout(arena, &b->active, n, lent);
     b->places = perp__arena_take(arena, size, sizeof(int8_t));
     b->trial_places = perp__arena_take(arena, size, sizeof(int8_t));
+    b->next = perp__arena_take(arena, size, sizeof(int8_t));
     PERP__DOUBLES(arena, size, &b->trial_z, &b->z, &b->w, &b->x);
 }
 
@@ -83,76 +84,88 @@ static enum perp__block_state solve_places(perp__block_pivoting *b)
         multiply(b);
     else
         memcpy(b->w, p->q, (size_t)p->n * sizeof *b->w);
-    for (i = 0; i < p->n; i++)
-        b->w[i] = -b->w[i];
+    if (b->active.count + b->active.changes == 0) /* nothing is between */
+        return state;
     perp__active_block_solve(&b->active, b->trial_places, b->w);
     for (i = 0; i < p->n; i++)
         if (b->trial_places[i] == PERP__BETWEEN)
-            b->trial_z[i] = b->w[i] + 0.0; /* no -0 */
+            b->trial_z[i] = 0.0 - b->w[i]; /* no -0 */
     multiply(b);
     return state;
 }
 
-/* Where index i belongs; its own place if it is feasible. */
-static int8_t belongs(const perp__block_pivoting *b, int32_t i, double z_largest)
+/* Where index i, between its bounds, belongs. */
+static inline int8_t side_of(const perp__lcp_problem *p, int32_t i, double z, double z_largest)
 {
-    const perp__lcp_problem *p = b->problem;
-    const int8_t place = b->trial_places[i];
-    const double noise =
-        PERP__NOISE *
-        (place == PERP__BETWEEN ? z_largest : p->row_norms[i] * z_largest + fabs(p->q[i]));
+    const double noise = PERP__NOISE * z_largest;
 
-    if (place == PERP__BETWEEN && b->trial_z[i] < p->lower[i] - noise)
-        return PERP__AT_LOWER;
-    if (place == PERP__BETWEEN && b->trial_z[i] > p->upper[i] + noise)
-        return PERP__AT_UPPER;
-    if ((place == PERP__AT_LOWER && b->w[i] < -noise) ||
-        (place == PERP__AT_UPPER && b->w[i] > noise))
-        return PERP__BETWEEN;
-    return place;
+    return z < p->lower[i] - noise   ? PERP__AT_LOWER
+           : z > p->upper[i] + noise ? PERP__AT_UPPER
+                                     : PERP__BETWEEN;
 }
 
-/* How many indices are infeasible; -1 if z is not finite. */
-static int32_t count_infeasible(const perp__block_pivoting *b, double *z_largest)
+/* Where it belongs at one of them. */
+static inline int8_t release(const perp__lcp_problem *p, int32_t i, int8_t place, double w,
+                             double z_largest)
 {
-    int32_t count = 0, i;
+    const int32_t is_wrong =
+        (place == PERP__AT_LOWER && w < 0.0) || (place == PERP__AT_UPPER && w > 0.0);
 
-    *z_largest = 0.0;
-    for (i = 0; i < b->problem->n; i++) {
-        if (!isfinite(b->trial_z[i]) || !isfinite(b->w[i]))
-            return -1;
-        *z_largest = fmax(*z_largest, fabs(b->trial_z[i]));
+    return is_wrong && fabs(w) > PERP__NOISE * (p->row_norms[i] * z_largest + fabs(p->q[i]))
+               ? PERP__BETWEEN
+               : place;
+}
+
+/* Finds `next`, where every index belongs. Returns how many are elsewhere; -1 if z is not finite.
+ */
+static int32_t find_next(perp__block_pivoting *b)
+{
+    const perp__lcp_problem p = *b->problem; /* out of the way of what is written */
+    const double *z = b->trial_z, *w = b->w;
+    const int8_t *places = b->trial_places;
+    double z_largest = 0.0, nothing = 0.0; /* NaN once a NaN or an infinity is met */
+    int8_t *next = b->next;
+    int32_t count = 0;
+
+    for (int32_t i = 0; i < p.n; i++) {
+        const double size = fabs(z[i]);
+
+        nothing += 0.0 * z[i] + 0.0 * w[i];
+        z_largest = size > z_largest ? size : z_largest;
     }
-    for (i = 0; i < b->problem->n; i++)
-        count += belongs(b, i, *z_largest) != b->trial_places[i];
-    return count;
+    for (int32_t i = 0; i < p.n; i++) {
+        next[i] = places[i] == PERP__BETWEEN ? side_of(&p, i, z[i], z_largest)
+                                             : release(&p, i, places[i], w[i], z_largest);
+        count += next[i] != places[i];
+    }
+    return nothing == 0.0 ? count : -1;
 }
 
 /* All infeasible indices, or the last one. */
-static void exchange(perp__block_pivoting *b, double z_largest, int32_t single)
+static void exchange(perp__block_pivoting *b, int32_t single)
 {
-    int32_t i, done = 0;
+    int32_t i = b->problem->n - 1;
 
-    for (i = b->problem->n - 1; i >= 0 && !(single && done); i--) {
-        const int8_t place = belongs(b, i, z_largest);
-
-        done |= place != b->trial_places[i];
-        b->trial_places[i] = place;
+    if (!single) {
+        memcpy(b->trial_places, b->next, (size_t)b->problem->n);
+        return;
     }
+    while (b->next[i] == b->trial_places[i])
+        i--;
+    b->trial_places[i] = b->next[i];
 }
 
 perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
 {
     const size_t bytes = (size_t)b->problem->n;
     int32_t waited = 0, count;
-    double z_largest;
 
     memcpy(b->trial_places, b->places, bytes);
     b->infeasible = INT32_MAX;
     for (b->rounds = 0;; b->rounds++) {
         perp_outcome stop;
 
-        if (solve_places(b) != PERP__BLOCK_READY || (count = count_infeasible(b, &z_largest)) < 0)
+        if (solve_places(b) != PERP__BLOCK_READY || (count = find_next(b)) < 0)
             return PERP_OUTCOME_SINGULAR;
         if (count < b->infeasible) {
             b->infeasible = count;
@@ -169,7 +182,7 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
         stop = perp__lcp_tick(b->problem->control, b->rounds, INFINITY);
         if (stop >= 0)
             return stop;
-        exchange(b, z_largest, waited > b->patience);
+        exchange(b, waited > b->patience);
     }
 }
 

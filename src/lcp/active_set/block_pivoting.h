@@ -14,6 +14,7 @@ typedef struct perp__block_pivoting {
     int8_t *places;          /* n, enum perp__place: the start; at the end the best index set met */
     double *z;               /* n, scaled: its point */
     int8_t *trial_places;    /* n */
+    int8_t *next;            /* n: where the trial's indices belong */
     double *trial_z, *w, *x; /* n */
     int64_t rounds;          /* exchanges made */
     int32_t infeasible;      /* indices of the best set; 0: it solves the problem */

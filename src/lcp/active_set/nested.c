@@ -50,8 +50,7 @@ static void layout(perp__arena *arena, void *object)
 perp_status perp__nested_fit(perp__nested *nested, perp__multigrid *grid)
 {
     nested->grid = grid;
-    nested->arena.context = grid->context;
-    return perp__arena_fit(&nested->arena, layout, nested);
+    return perp__arena_fit(&nested->arena, grid->context, layout, nested);
 }
 
 void perp__nested_release(perp__nested *nested)

@@ -253,8 +253,7 @@ static perp_status solve_level(perp__sparse_active_set *work, const perp__lcp_pr
     perp__lcp_problem own;
     perp_status status;
 
-    if (!work->coarse_block.context)
-        perp__sparse_block_init(&work->coarse_block, problem->context);
+    work->coarse_block.context = problem->context;
     perp__aggregated_pose(&work->coarse, k, problem, &work->coarse_block, &own);
     status = perp__sparse_block_read(&work->coarse_block, own.M, own.factors);
     if (status != PERP_OK)

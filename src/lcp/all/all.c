@@ -147,8 +147,7 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
         status = perp__fail(context, PERP_ERROR_ARGUMENT,
                             "M has %d rows: all solutions are searched for up to %d",
                             (int)solver->n, PERP__LARGEST_ALL);
-    if (status == PERP_OK)
-        status = perp__check_vector(context, "q", q, (size_t)solver->n);
+    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
     return status;
 }
 
@@ -174,7 +173,6 @@ static void all_init(perp__lcp_all *all, perp_lcp_solver *solver)
     all->answers.holds = perp__lcp_all_holds;
     all->answers.user = all;
     all->polyhedron.least = all->polyhedron.row_rounding = PERP__ALL_NOISE;
-    perp__arena_init(&all->arena, context);
 }
 
 /* Lays out the memory and the equilibrated matrix of the solver's problem, which is scaled
@@ -186,10 +184,8 @@ static perp_status all_prepare(perp__lcp_all *all)
     perp__lcp_problem problem;
     perp_status status = perp__polish_fit(solver);
 
-    if (status == PERP_OK)
-        status = perp__arena_fit(&all->arena, layout, all);
-    if (status == PERP_OK)
-        status = perp__cone_fit(&all->polyhedron.cone, 2 * n + 1, n + 1);
+    PERP__THEN(status, perp__arena_fit(&all->arena, all->context, layout, all));
+    PERP__THEN(status, perp__cone_fit(&all->polyhedron.cone, 2 * n + 1, n + 1));
     if (status != PERP_OK)
         return status;
     all->answers.length = all->answers.positions = all->polyhedron.length = n;
@@ -260,8 +256,8 @@ static perp_status run(perp__lcp_all *all, const double *q)
     all->result.outcome = PERP_OUTCOME_SOLVED;
     if (status == PERP_OK && !is_finite(all))
         all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
-    else if (status == PERP_OK)
-        status = perp__lcp_all_search(all);
+    else
+        PERP__THEN(status, perp__lcp_all_search(all));
     for (answer = all->answers.first; status == PERP_OK && !all->aborted && answer;
          answer = answer->next)
         perp__lcp_all_report(all, answer);
@@ -282,8 +278,7 @@ static perp_status find_all(perp_lcp_solver *solver, perp_lcp_enumeration *resul
     all_init(&all, solver);
     all.visit = visitor;
     all.user = user;
-    if (status == PERP_OK)
-        status = run(&all, q);
+    PERP__THEN(status, run(&all, q));
     if (status == PERP_OK)
         perp__struct_write(result, &all.result, sizeof all.result);
     all_release(&all);
@@ -304,8 +299,7 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
     if (status != PERP_OK)
         return perp__leave(context, status);
     status = perp__lcp_setup(solver, M, lower, upper);
-    if (status == PERP_OK)
-        status = find_all(solver, result, q, visitor, user);
+    PERP__THEN(status, find_all(solver, result, q, visitor, user));
     perp__lcp_destroy(solver);
     return perp__leave(context, status);
 }
@@ -345,28 +339,32 @@ void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists)
 
 perp_status perp__last_word(perp_lcp_solver *solver)
 {
-    perp__lcp_all *tree = tree_of(solver);
+    const int64_t budget = solver->settings.max_iterations;
+    perp__lcp_all *tree;
     perp_status status;
 
+    if (budget > 0 && solver->spent >= budget) {
+        solver->ended = PERP_OUTCOME_ITERATION_LIMIT;
+        return PERP_OK;
+    }
+    tree = tree_of(solver);
     if (!tree)
         return perp__fail_memory(solver->context, "the tree of index sets");
     tree->aborted = tree->found = 0;
     memset(&tree->result, 0, sizeof tree->result);
-    if (solver->settings.max_iterations > 0)
-        tree->limit = solver->settings.max_iterations - solver->spent;
+    tree->limit = budget > 0 ? budget - solver->spent : 0;
     solver->control.method = PERP_LCP_PATTERNS;
     solver->control.deadline = solver->deadline;
     solver->correct = NULL;
     status = all_prepare(tree);
-    if (status == PERP_OK)
-        status = perp__lcp_all_search(tree);
+    PERP__THEN(status, perp__lcp_all_search(tree));
     if (status == PERP_OK && tree->aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
     if (status != PERP_OK)
         return status;
     solver->spent += tree->result.nodes;
     if (tree->found)
-        perp__consider_point(solver, PERP_LCP_PATTERNS);
+        perp__consider_point(solver, PERP_LCP_PATTERNS, PERP_OUTCOME_STALLED);
     else if (tree->tree.ended)
         solver->ended = tree->result.outcome;
     return PERP_OK;

@@ -322,8 +322,8 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     status = perp__polyhedron_enumerate(&all->polyhedron, &all->answers);
     if (status == PERP_OK && all->first)
         offer_vertices(all);
-    else if (status == PERP_OK)
-        status = perp__polyhedron_list(&all->polyhedron, &all->answers, &answer);
+    else
+        PERP__THEN(status, perp__polyhedron_list(&all->polyhedron, &all->answers, &answer));
     if (!answer)
         return status;
     check_points(all, answer);

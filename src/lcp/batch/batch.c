@@ -49,7 +49,6 @@ static void begin_worker(batch_worker *worker, batch *b, int64_t first, int64_t 
     worker->first = first;
     worker->end = end;
     perp__tasks_context(b->tasks, &worker->context);
-    perp__arena_init(&worker->arena, &worker->context);
 }
 
 static void end_worker(batch_worker *worker)
@@ -109,15 +108,12 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
         return PERP_OK;
     }
     status = fit_solver(worker);
-    if (status == PERP_OK)
-        status = perp_lcp_result_init(&result, sizeof result);
-    if (status == PERP_OK)
-        status = perp__lcp_setup(worker->solver, &M, data->lower ? data->lower + at : NULL,
-                                 data->upper ? data->upper + at : NULL);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(worker->solver, b->answers.z + at,
-                                 b->answers.w ? b->answers.w + at : NULL, NULL, &result,
-                                 data->q + at, NULL);
+    PERP__THEN(status, perp_lcp_result_init(&result, sizeof result));
+    PERP__THEN(status, perp__lcp_setup(worker->solver, &M, data->lower ? data->lower + at : NULL,
+                                       data->upper ? data->upper + at : NULL));
+    PERP__THEN(status, perp__lcp_solve(worker->solver, b->answers.z + at,
+                                       b->answers.w ? b->answers.w + at : NULL, NULL, &result,
+                                       data->q + at, NULL));
     if (status == PERP_OK) {
         b->answers.outcomes[problem] = result.outcome;
         b->answers.residuals[problem] = result.residual;
@@ -168,7 +164,8 @@ static void work(int32_t which, void *workers)
     if (b->kernel) {
         worker->group.n = b->data.n;
         worker->group.width = b->kernel->width;
-        worker->status = perp__arena_fit(&worker->arena, perp__batch_group_layout, &worker->group);
+        worker->status = perp__arena_fit(&worker->arena, &worker->context, perp__batch_group_layout,
+                                         &worker->group);
     }
     for (int64_t at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
         if (is_late(b))
@@ -190,8 +187,7 @@ static perp_status fail_as(const batch *b, const batch_worker *worker)
         status = perp__check_finite(b->context, "M", b->data.M, all * n);
     if (worker->status == PERP_ERROR_NOT_FINITE && status == PERP_OK)
         status = perp__check_finite(b->context, "q", b->data.q, all);
-    if (status == PERP_OK)
-        status = perp__fail(b->context, worker->status, "%s", worker->context.message);
+    PERP__THEN(status, perp__fail(b->context, worker->status, "%s", worker->context.message));
     return status;
 }
 
@@ -237,13 +233,10 @@ static perp_status check(perp_context *context, const batch *b, const double *z,
                               "count is %lld, too many problems of n = %d", (long long)data->count,
                               (int)data->n);
         status = perp__check_pointer(context, "z", z);
-        if (status == PERP_OK)
-            status = perp__check_pointer(context, "M", data->M);
-        if (status == PERP_OK)
-            status = perp__check_pointer(context, "q", data->q);
-        if (status == PERP_OK)
-            status = perp__check_bounds(context, data->lower, data->upper,
-                                        (size_t)data->count * (size_t)data->n);
+        PERP__THEN(status, perp__check_pointer(context, "M", data->M));
+        PERP__THEN(status, perp__check_pointer(context, "q", data->q));
+        PERP__THEN(status, perp__check_bounds(context, data->lower, data->upper,
+                                              (size_t)data->count * (size_t)data->n));
     }
     return status;
 }
@@ -265,15 +258,14 @@ static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
     batch_worker *workers;
     perp_status status;
 
-    status = perp__arena_fit(arena, layout, b);
+    status = perp__arena_fit(arena, b->context, layout, b);
     if (status != PERP_OK)
         return status;
     workers = perp__allocate(b->context, (size_t)threads, sizeof *workers);
     if (!workers)
         return perp__fail_memory(b->context, "the threads");
     status = perp__tasks_create(b->context, &b->tasks, threads, NULL, NULL);
-    if (status == PERP_OK)
-        status = run(b, workers, threads);
+    PERP__THEN(status, run(b, workers, threads));
     perp__tasks_destroy(b->tasks);
     perp__release(b->context, workers);
     return status;
@@ -300,7 +292,7 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
                            const double *lower, const double *upper)
 {
     perp_lcp_settings own;
-    perp__arena arena;
+    perp__arena arena = {0};
     batch b;
     perp_status status = perp__enter(context);
 
@@ -315,10 +307,8 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
     b.data.lower = lower;
     b.data.upper = upper;
     b.wants_w = w != NULL;
-    perp__arena_init(&arena, context);
     status = perp__lcp_settings_read(context, &own, settings);
-    if (status == PERP_OK)
-        status = check(context, &b, z, threads);
+    PERP__THEN(status, check(context, &b, z, threads));
     if (status == PERP_OK) {
         if (own.time_limit > 0.0)
             b.deadline = perp__now() + own.time_limit;

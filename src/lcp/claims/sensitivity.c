@@ -99,8 +99,7 @@ static perp_status factor(perp_lcp_sensitivity *s, double *condition)
     perp_status status = perp__kept_factor_analyse(&s->kept, s->context, type, &A);
 
     *condition = INFINITY;
-    if (status == PERP_OK)
-        status = type->factor(s->kept.factor, &A, 0);
+    PERP__THEN(status, type->factor(s->kept.factor, &A, 0));
     if (status == PERP_OK)
         *condition = 1.0 / type->condition(s->kept.factor, &A);
     return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
@@ -128,6 +127,27 @@ static int32_t find_worst(const perp_lcp_solver *solver)
     return worst;
 }
 
+int32_t perp__lcp_verdict(int32_t good, double condition, double margin, double tol)
+{
+    if (!good)
+        return PERP_VERDICT_NOT_A_SOLUTION;
+    if (!(condition * DBL_EPSILON < 1.0))
+        return PERP_VERDICT_SINGULAR;
+    return margin > tol ? PERP_VERDICT_REGULAR : PERP_VERDICT_DEGENERATE;
+}
+
+perp_status perp__lcp_check_verdict(perp_context *context, const char *name, const char *set,
+                                    int32_t verdict)
+{
+    if (verdict == PERP_VERDICT_REGULAR || verdict == PERP_VERDICT_DEGENERATE)
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s has no derivatives: it is %s%s%s%s", name,
+                      verdict == PERP_VERDICT_SINGULAR ? "a solution whose " : "",
+                      verdict == PERP_VERDICT_SINGULAR ? set : "",
+                      verdict == PERP_VERDICT_SINGULAR ? " is " : "",
+                      perp_lcp_verdict_text(verdict));
+}
+
 static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
                   const perp__evaluation *worth)
 {
@@ -143,18 +163,12 @@ static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
             least = i;
         }
     }
-    info->index = -1;
-    if (!perp__is_good(perp__gate(&evidence, s->solver->settings.tol, -1))) {
-        info->verdict = PERP_VERDICT_NOT_A_SOLUTION;
-        info->index = find_worst(s->solver);
-    } else if (!(info->condition * DBL_EPSILON < 1.0)) {
-        info->verdict = PERP_VERDICT_SINGULAR;
-    } else if (!(info->margin > s->solver->settings.tol)) {
-        info->verdict = PERP_VERDICT_DEGENERATE;
-        info->index = least;
-    } else {
-        info->verdict = PERP_VERDICT_REGULAR;
-    }
+    info->verdict =
+        perp__lcp_verdict(perp__is_good(perp__gate(&evidence, s->solver->settings.tol, -1)),
+                          info->condition, info->margin, s->solver->settings.tol);
+    info->index = info->verdict == PERP_VERDICT_NOT_A_SOLUTION ? find_worst(s->solver)
+                  : info->verdict == PERP_VERDICT_DEGENERATE   ? least
+                                                               : -1;
     s->verdict = info->verdict;
 }
 
@@ -169,7 +183,7 @@ static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *i
     s->count = 0;
     for (int32_t i = 0; i < s->n; i++)
         s->count += s->solver->places[i] == PERP__BETWEEN;
-    status = perp__arena_fit(&s->arena, layout, s);
+    status = perp__arena_fit(&s->arena, s->context, layout, s);
     if (status != PERP_OK)
         return status;
     collect(s);
@@ -219,14 +233,12 @@ static perp_status take_problem(perp_lcp_sensitivity *s, const claim *given)
 {
     perp_status status = perp__lcp_create(s->context, &s->solver, given->settings);
 
-    if (status == PERP_OK)
-        status = perp__lcp_setup(s->solver, given->M, given->lower, given->upper);
+    PERP__THEN(status, perp__lcp_setup(s->solver, given->M, given->lower, given->upper));
     if (status != PERP_OK)
         return status;
     s->n = s->solver->n;
     status = perp__check_vector(s->context, "q", given->q, (size_t)s->n);
-    if (status == PERP_OK)
-        status = perp__check_vector(s->context, "z", given->z, (size_t)s->n);
+    PERP__THEN(status, perp__check_vector(s->context, "z", given->z, (size_t)s->n));
     if (status != PERP_OK)
         return status;
     perp__scale_problem(s->solver, given->q);
@@ -242,17 +254,14 @@ static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitiv
     perp_lcp_sensitivity *made;
     perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
 
-    if (status == PERP_OK)
-        status = PERP__CHECK(perp_lcp_sensitivity_info, context, info);
+    PERP__THEN(status, PERP__CHECK(perp_lcp_sensitivity_info, context, info));
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
     if (!made)
         return PERP_ERROR_MEMORY;
-    perp__arena_init(&made->arena, context);
     status = take_problem(made, given);
-    if (status == PERP_OK)
-        status = prepare(made, &own);
+    PERP__THEN(status, prepare(made, &own));
     if (status != PERP_OK) {
         perp__handle_end(made);
         return status;
@@ -287,28 +296,7 @@ static perp_status enter(perp_lcp_sensitivity *s)
 
 static perp_status check_verdict(const perp_lcp_sensitivity *s)
 {
-    if (s->verdict == PERP_VERDICT_REGULAR || s->verdict == PERP_VERDICT_DEGENERATE)
-        return PERP_OK;
-    return perp__fail(s->context, PERP_ERROR_ARGUMENT, "z has no derivatives: it is %s%s",
-                      s->verdict == PERP_VERDICT_SINGULAR ? "a solution whose block is " : "",
-                      perp_lcp_verdict_text(s->verdict));
-}
-
-/* NULL is allowed, for 0. */
-static perp_status check_change(const perp_lcp_sensitivity *s, const char *name, const double *x)
-{
-    return x ? perp__check_finite(s->context, name, x, (size_t)s->n) : PERP_OK;
-}
-
-static perp_status read_change(const perp_lcp_sensitivity *s, perp__matrix *own,
-                               const perp_matrix *dM)
-{
-    perp_status status = perp__matrix_read(s->context, "dM", own, dM);
-
-    if (status == PERP_OK && (own->rows != s->n || own->columns != s->n))
-        status = perp__fail(s->context, PERP_ERROR_ARGUMENT, "dM is %d by %d, expected %d by %d",
-                            (int)own->rows, (int)own->columns, (int)s->n, (int)s->n);
-    return status;
+    return perp__lcp_check_verdict(s->context, "z", "block", s->verdict);
 }
 
 /* rhs := dM z + M_.N dz_N + dq, dz_N := the movement of the bounds */
@@ -342,14 +330,11 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
 
     if (status == PERP_OK && s->n > 0)
         status = perp__check_pointer(s->context, "dz", dz);
-    if (status == PERP_OK)
-        status = check_change(s, "dq", dq);
-    if (status == PERP_OK)
-        status = check_change(s, "dlower", dlower);
-    if (status == PERP_OK)
-        status = check_change(s, "dupper", dupper);
+    PERP__THEN(status, perp__check_finite(s->context, "dq", dq, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "dlower", dlower, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "dupper", dupper, (size_t)s->n));
     if (status == PERP_OK && dM)
-        status = read_change(s, &own, dM);
+        status = perp__matrix_read_sized(s->context, "dM", &own, dM, s->n, s->n);
     if (status != PERP_OK)
         return status;
     find_rhs(s, dM ? &own : NULL, dq, dlower, dupper);
@@ -377,8 +362,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
 {
     perp_status status = check_verdict(s);
 
-    if (status == PERP_OK)
-        status = perp__check_vector(s->context, "g", g, (size_t)s->n);
+    PERP__THEN(status, perp__check_vector(s->context, "g", g, (size_t)s->n));
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < s->n; i++) {
@@ -395,8 +379,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
                             : s->move[i] + perp__column_times(&s->solver->M, i, s->rhs);
     }
     status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
-    if (status == PERP_OK)
-        status = perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n);
+    PERP__THEN(status, perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n));
     for (int32_t i = 0; i < s->n && status == PERP_OK; i++) {
         const int32_t is_upper = s->places[i] == PERP__AT_UPPER;
 

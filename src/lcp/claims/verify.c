@@ -291,7 +291,7 @@ static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
     perp_status status;
 
     v->uses_dense = 1;
-    status = perp__arena_fit(&v->dense_arena, layout_dense, v);
+    status = perp__arena_fit(&v->dense_arena, v->context, layout_dense, v);
     if (status != PERP_OK)
         return status;
     perp__principal_dense(&v->M, &block, v->dense.transposed, (size_t)v->count, 1);
@@ -449,13 +449,11 @@ static perp_status check(perp__verify *v, const perp_lcp_proof *proof, const per
 {
     perp_status status = PERP__CHECK(perp_lcp_proof, v->context, proof);
 
-    if (status == PERP_OK)
-        status = perp__lcp_problem_read(v->context, &v->M, M, v->lower_caller, v->upper_caller);
+    PERP__THEN(status,
+               perp__lcp_problem_read(v->context, &v->M, M, v->lower_caller, v->upper_caller));
     v->n = v->M.rows;
-    if (status == PERP_OK)
-        status = perp__check_vector(v->context, "q", q, (size_t)v->n);
-    if (status == PERP_OK)
-        status = perp__check_vector(v->context, "z", v->z_caller, (size_t)v->n);
+    PERP__THEN(status, perp__check_vector(v->context, "q", q, (size_t)v->n));
+    PERP__THEN(status, perp__check_vector(v->context, "z", v->z_caller, (size_t)v->n));
     return status;
 }
 
@@ -482,7 +480,7 @@ static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proo
 static perp_status prove(perp__verify *v, double *radii, perp_lcp_proof *proof, const double *q)
 {
     const perp__matrix M = v->M;
-    perp_status status = perp__arena_fit(&v->arena, layout, v);
+    perp_status status = perp__arena_fit(&v->arena, v->context, layout, v);
     int32_t verdict = PERP_VERDICT_SINGULAR, index = -1;
 
     if (status != PERP_OK)
@@ -504,8 +502,6 @@ static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
 
     if (status != PERP_OK)
         return status;
-    perp__arena_init(&v->arena, v->context);
-    perp__arena_init(&v->dense_arena, v->context);
     status = prove(v, radii, proof, q);
     perp__dominance_release(&v->dominance);
     perp__arena_release(&v->dense_arena);

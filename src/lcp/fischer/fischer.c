@@ -132,7 +132,7 @@ static void sweep(perp__fischer_state *f)
     const perp__lcp_problem *p = f->common.problem;
 
     for (int32_t j = 0; j < p->n; j++) {
-        double diagonal = perp__fischer_matrix_diagonal(&f->S, j);
+        double diagonal = perp__diagonal_entry(&f->S.S, j);
         double z = f->z[j];
 
         if (!(diagonal > 0.0))
@@ -309,13 +309,6 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     return status;
 }
 
-static void release(void *object)
-{
-    perp__fischer_state *f = object;
-
-    perp__fischer_matrix_release(&f->S);
-}
-
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, NULL, layout, solve, release,
+    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, NULL, layout, solve, NULL,
 };

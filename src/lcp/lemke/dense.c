@@ -6,7 +6,6 @@
  * problems whose matrix is positive definite, and a start that the caller gives names a basis. Only
  * the cold start keeps what makes Lemke's method process copositive matrices, so every other one is
  * a first try, after which the cold one follows. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -17,9 +16,8 @@
 /* Pivots that are smaller than this part of their column's largest entry make no good basis. */
 #define SMALLEST_PIVOT 1e-8
 
-/* From these sizes on a crash costs less than the pivots that it saves: one round is a Cholesky
- * factorisation of the active block where M is symmetric, else LU. */
-#define CRASH_FROM 8
+/* A round of a crash is a Cholesky factorisation of the active block where M is symmetric, else LU:
+ * from this size on that costs less than the pivots that it saves. */
 #define CRASH_LU_FROM 256
 /* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
 #define CRASH_SKEW 1.5
@@ -363,7 +361,7 @@ static void examine(perp__lemke *l)
         return;
     l->examined = 1;
     l->crashes = l->symmetric = 0;
-    l->positive = p->n >= CRASH_FROM && perp__diagonal_is_positive(p->M);
+    l->positive = perp__diagonal_is_positive(p->M);
     if (!l->positive)
         return;
     l->symmetric = perp__is_symmetric(p);

@@ -84,8 +84,7 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
     size_t pairs;
     perp_status status;
 
-    d->arena.context = l->head.problem->context;
-    status = perp__arena_fit(&d->arena, layout, l);
+    status = perp__arena_fit(&d->arena, l->head.problem->context, layout, l);
     if (status != PERP_OK)
         return status;
     status = perp__lemke_dense.start(l, iterate);

@@ -123,7 +123,7 @@ double perp__lemke_largest_entry(const perp__lemke *l)
     double largest = 0.0;
 
     for (int32_t r = 0; r < l->pairs; r++)
-        largest = fmax(largest, fabs(l->column[r]));
+        largest = fabs(l->column[r]) > largest ? fabs(l->column[r]) : largest;
     return largest;
 }
 

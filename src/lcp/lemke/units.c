@@ -25,7 +25,7 @@ static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
 
     /* products beyond the range of doubles have no logarithm to go by */
     return product > 0.0 && product < INFINITY &&
-           product >= SIGNIFICANT * fmin(l->row_unit[i], l->row_unit[j]);
+           (product >= SIGNIFICANT * l->row_unit[i] || product >= SIGNIFICANT * l->row_unit[j]);
 }
 
 /* row_unit := the row's largest |M_ij M_ji|, for is_coupled. */
@@ -37,40 +37,41 @@ static void find_strongest(perp__lemke *l)
         for (int32_t i = 0; i <= j; i++) {
             const double product = size_of(l, i, j) * size_of(l, j, i);
 
-            l->row_unit[i] = fmax(l->row_unit[i], product);
-            l->row_unit[j] = fmax(l->row_unit[j], product);
+            if (product > l->row_unit[i])
+                l->row_unit[i] = product;
+            if (product > l->row_unit[j])
+                l->row_unit[j] = product;
         }
 }
 
-/* column_unit := log2 sqrt(R), breadth first from one row of every component, with mean 0 there. */
+/* column_unit := log2 sqrt(R), breadth first from one row of every component, with mean 0 there.
+ * The rows from `end` on in the queue are not reached yet. */
 static void find_units(perp__lemke *l)
 {
     const int32_t n = l->pairs;
-    int32_t *queue = l->queue;
-    int32_t root, begin = 0, end = 0, first, i, k;
+    int32_t *queue = l->queue, begin = 0, end = 0;
 
-    for (i = 0; i < n; i++)
-        l->column_unit[i] = NAN;
-    for (root = 0; root < n; root++) {
+    for (int32_t i = 0; i < n; i++)
+        queue[i] = i;
+    while (end < n) {
+        const int32_t first = end;
         double mean = 0.0;
 
-        if (!isnan(l->column_unit[root]))
-            continue;
-        first = end;
-        l->column_unit[root] = 0.0;
-        for (queue[end++] = root; begin < end; begin++) {
-            const int32_t j = queue[begin];
+        l->column_unit[queue[end++]] = 0.0;
+        for (; begin < end; begin++)
+            for (int32_t k = end; k < n; k++) {
+                const int32_t i = queue[k], j = queue[begin];
 
-            for (i = 0; i < n; i++)
-                if (isnan(l->column_unit[i]) && is_coupled(l, i, j)) {
-                    l->column_unit[i] =
-                        l->column_unit[j] + 0.5 * (log2(size_of(l, i, j)) - log2(size_of(l, j, i)));
-                    queue[end++] = i;
-                }
-        }
-        for (k = first; k < end; k++)
+                if (!is_coupled(l, i, j))
+                    continue;
+                l->column_unit[i] =
+                    l->column_unit[j] + 0.5 * (log2(size_of(l, i, j)) - log2(size_of(l, j, i)));
+                queue[k] = queue[end];
+                queue[end++] = i;
+            }
+        for (int32_t k = first; k < end; k++)
             mean += l->column_unit[queue[k]] / (end - first);
-        for (k = first; k < end; k++)
+        for (int32_t k = first; k < end; k++)
             l->column_unit[queue[k]] -= mean;
     }
 }
@@ -89,10 +90,14 @@ static int32_t is_symmetric(perp__lemke *l)
         return 0; /* it does already; or the range of doubles is too small */
     for (int32_t j = 0; j < l->pairs; j++)
         for (int32_t i = 0; i < j; i++) {
-            const double factor = l->column_unit[j] / l->column_unit[i];
-            const double above = size_of(l, i, j) * factor, below = size_of(l, j, i) / factor;
+            double factor, above, below;
 
-            if (is_coupled(l, i, j) && !(above <= 2.0 * below && below <= 2.0 * above))
+            if (!is_coupled(l, i, j))
+                continue;
+            factor = l->column_unit[j] / l->column_unit[i];
+            above = size_of(l, i, j) * factor;
+            below = size_of(l, j, i) / factor;
+            if (!(above <= 2.0 * below && below <= 2.0 * above))
                 return 0;
         }
     return 1;

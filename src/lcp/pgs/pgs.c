@@ -43,6 +43,10 @@
 /* Several sweeps go through the matrix together where it does not fit into 256 kB of cache. */
 #define ENTRIES_IN_CACHE 32768
 
+/* Before another method, the rate is looked at after so many sweeps, and whenever they have
+ * doubled. */
+#define FIRST_LOOK 4
+
 /* The polish is asked to finish when the active set has stayed the same for a third of all sweeps,
  * and at least so many; again when there are four times as many. Looked at every so many sweeps. */
 #define SWEEPS_UNCHANGED 30
@@ -61,6 +65,8 @@ typedef struct pgs_progress {
     double best;
     double best_before; /* at the end of the last window */
     int64_t window;
+    double looked; /* the best when the rate was looked at */
+    int64_t next_look;
 } pgs_progress;
 
 typedef struct pgs_work {
@@ -246,6 +252,23 @@ static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps,
     return 0;
 }
 
+/* Whether what is left is more than the limit leaves room for, at the rate since there were half as
+ * many sweeps. It falls as sweeps go on: who is too slow now will not be in time. */
+static int32_t is_too_slow(pgs_progress *progress, double tol, int64_t sweeps, int64_t limit)
+{
+    const double before = progress->looked;
+    double needed;
+
+    if (sweeps < progress->next_look)
+        return 0;
+    progress->next_look = 2 * sweeps;
+    progress->looked = progress->best;
+    if (!(before < INFINITY) || progress->best <= tol)
+        return 0;
+    needed = 0.5 * (double)sweeps * log(tol / progress->best) / log(progress->best / before);
+    return !(needed >= 0.0 && needed <= (double)(limit - sweeps));
+}
+
 /* Keeps z where the residual has halved: copies are few, and none comes back much too late. */
 static void remember(pgs_work *work, double residual)
 {
@@ -403,7 +426,8 @@ static void start(pgs_work *work, const double *z)
     const int32_t accelerated =
         problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT;
 
-    work->progress.best = work->progress.best_before = INFINITY;
+    work->progress.best = work->progress.best_before = work->progress.looked = INFINITY;
+    work->progress.next_look = FIRST_LOOK;
     work->progress.window =
         2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n : STAGNATION_SWEEPS;
     memcpy(work->best, z, (size_t)problem->n * sizeof *z);
@@ -431,6 +455,9 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
         int32_t count = advance(work, limit, residuals);
 
         outcome = look_at(work, residuals, count);
+        if (outcome < 0 && problem->leads &&
+            is_too_slow(&work->progress, problem->tol, work->sweeps, limit))
+            break;
         if (problem->settings->polish && work->sweeps / SWEEPS_BETWEEN_LOOKS != look)
             iterate->paused = outcome < 0 && is_settled(work);
     }

@@ -1,6 +1,5 @@
 #include "lcp/pgs/sweep.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

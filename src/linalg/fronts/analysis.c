@@ -264,10 +264,9 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
 
     if (is_known(f, nodes, width, starts, neighbours))
         return PERP_OK;
-    f->graph_arena.context = f->pattern_arena.context = f->value_arena.context = context;
     f->nodes = nodes;
     f->width = width;
-    status = perp__arena_fit(&f->graph_arena, layout_graph, f);
+    status = perp__arena_fit(&f->graph_arena, context, layout_graph, f);
     /* AMD reads the pattern only, but does not say so in its types */
     if (status == PERP_OK && nodes > 0 &&
         amd_order(nodes, (int *)starts, (int *)neighbours, f->order, NULL, NULL) < AMD_OK)
@@ -280,7 +279,7 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
         find_tree(f, starts, neighbours);
         find_pattern(f, starts, neighbours, NULL);
         f->work[0] = starts[nodes];
-        status = perp__arena_fit(&f->pattern_arena, layout_pattern, f);
+        status = perp__arena_fit(&f->pattern_arena, context, layout_pattern, f);
     }
     if (status == PERP_OK) {
         memcpy(f->starts, starts, ((size_t)nodes + 1) * sizeof *starts);
@@ -289,7 +288,7 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
         find_fronts(f);
         link_fronts(f);
         list_entries(f);
-        status = perp__arena_fit(&f->value_arena, layout_values, f);
+        status = perp__arena_fit(&f->value_arena, context, layout_values, f);
     }
     if (status != PERP_OK)
         f->nodes = 0;

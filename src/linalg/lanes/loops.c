@@ -4,7 +4,7 @@
 
 #include "linalg/lanes/multiversion.h"
 
-enum { LANES = 8 };
+enum { LANES = 8, FEW = 12 };
 
 static const double *column(const double *A, int32_t lda, int32_t j)
 {
@@ -21,9 +21,6 @@ PERP__KERNEL static void subtract_4_loops(size_t m, const double *a, size_t lda,
     for (size_t i = 0; i < m; i++)
         y[i] = (((y[i] - a0[i] * x0) - a1[i] * x1) - a2[i] * x2) - a3[i] * x3;
 }
-PERP__MULTIVERSION(subtract_4,
-                   (size_t m, const double *a, size_t lda, const double *x, size_t incx, double *y),
-                   (m, a, lda, x, incx, y))
 
 PERP__KERNEL static void subtract_1_loops(size_t m, const double *a, double x, double *restrict y)
 {
@@ -32,16 +29,25 @@ PERP__KERNEL static void subtract_1_loops(size_t m, const double *a, double x, d
 }
 PERP__MULTIVERSION(subtract_1, (size_t m, const double *a, double x, double *y), (m, a, x, y))
 
+PERP__KERNEL static void subtract_product_loops(size_t m, size_t n, const double *A, size_t lda,
+                                                const double *x, size_t incx, double *y)
+{
+    size_t j;
+
+    for (j = 0; j + 4 <= n; j += 4)
+        subtract_4_loops(m, A + j * lda, lda, x + j * incx, incx, y);
+    for (; j < n; j++)
+        subtract_1_loops(m, A + j * lda, x[j * incx], y);
+}
+PERP__MULTIVERSION(subtract_product,
+                   (size_t m, size_t n, const double *A, size_t lda, const double *x, size_t incx,
+                    double *y),
+                   (m, n, A, lda, x, incx, y))
+
 void perp__loops_gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
                                int32_t incx, double *y)
 {
-    const size_t stride = (size_t)incx;
-    int32_t j;
-
-    for (j = 0; j + 4 <= n; j += 4)
-        subtract_4((size_t)m, column(A, lda, j), (size_t)lda, x + (size_t)j * stride, stride, y);
-    for (; j < n; j++)
-        subtract_1((size_t)m, column(A, lda, j), x[(size_t)j * stride], y);
+    subtract_product((size_t)m, (size_t)n, A, (size_t)lda, x, (size_t)incx, y);
 }
 
 /* Two columns of C minus four of A times a 4 by 2 block of B; each entry's order of summation is
@@ -147,44 +153,65 @@ static void swap_rows(int32_t n, double *A, int32_t lda, int32_t i, int32_t k)
     }
 }
 
-int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots)
+PERP__KERNEL static void lu_panel_loops(int32_t m, int32_t n, double *A, int32_t lda,
+                                        int32_t *pivots, int32_t *zero_pivot)
 {
-    int32_t zero_pivot = 0, i, j, k;
-
-    for (k = 0; k < n; k++) {
+    for (int32_t k = 0; k < n; k++) {
         double *a = A + (size_t)lda * (size_t)k;
         const int32_t p = largest(a, k, m);
+        const double pivot = a[p];
 
         pivots[k] = p + 1;
         if (p != k)
             swap_rows(n, A, lda, k, p);
-        if (a[k] == 0.0) {
-            if (zero_pivot == 0)
-                zero_pivot = k + 1;
+        if (pivot == 0.0) {
+            if (*zero_pivot == 0)
+                *zero_pivot = k + 1;
             continue;
         }
-        for (i = k + 1; i < m; i++)
-            a[i] /= a[k];
-        for (j = k + 1; j < n; j++) {
+        for (int32_t i = k + 1; i < m; i++)
+            a[i] /= pivot;
+        for (int32_t j = k + 1; j < n; j++) {
             double *b = A + (size_t)lda * (size_t)j;
 
             if (b[k] != 0.0)
-                subtract_1((size_t)(m - k - 1), a + k + 1, b[k], b + k + 1);
+                subtract_1_loops((size_t)(m - k - 1), a + k + 1, b[k], b + k + 1);
         }
     }
+}
+PERP__MULTIVERSION(lu_panel,
+                   (int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots,
+                    int32_t *zero_pivot),
+                   (m, n, A, lda, pivots, zero_pivot))
+
+int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots)
+{
+    int32_t zero_pivot = 0;
+
+    lu_panel(m, n, A, lda, pivots, &zero_pivot);
     return zero_pivot;
 }
 
-void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
-                                  double *B, int32_t ldb)
+PERP__KERNEL static void solve_unit_lower_loops(int32_t n, int32_t columns, const double *A,
+                                                int32_t lda, double *B, int32_t ldb)
 {
     for (int32_t j = 0; j < columns; j++) {
         double *b = B + (size_t)ldb * (size_t)j;
 
         for (int32_t k = 0; k < n; k++)
             if (b[k] != 0.0)
-                subtract_1((size_t)(n - k - 1), column(A, lda, k) + k + 1, b[k], b + k + 1);
+                subtract_1_loops((size_t)(n - k - 1), column(A, lda, k) + k + 1, b[k], b + k + 1);
     }
+}
+PERP__MULTIVERSION(solve_unit_lower,
+                   (int32_t n, int32_t columns, const double *A, int32_t lda, double *B,
+                    int32_t ldb),
+                   (n, columns, A, lda, B, ldb))
+
+void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
+                                  double *B, int32_t ldb)
+{
+    solve_unit_lower(n, columns, A, lda, B, ldb);
 }
 
 static void swap_entries(double *x, int32_t i, int32_t k)
@@ -196,17 +223,21 @@ static void swap_entries(double *x, int32_t i, int32_t k)
 }
 
 /* P A = L U: x := U^-1 L^-1 P x */
-static void solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x)
+PERP__KERNEL static void solve_loops(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
+                                     double *x)
 {
     for (int32_t k = 0; k < n; k++)
         swap_entries(x, k, pivots[k] - 1);
-    perp__loops_solve_unit_lower(n, 1, A, lda, x, n);
+    solve_unit_lower_loops(n, 1, A, lda, x, n);
     for (int32_t k = n - 1; k >= 0; k--) {
         x[k] /= column(A, lda, k)[k];
         if (x[k] != 0.0)
-            subtract_1((size_t)k, column(A, lda, k), x[k], x);
+            subtract_1_loops((size_t)k, column(A, lda, k), x[k], x);
     }
 }
+PERP__MULTIVERSION(solve,
+                   (int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x),
+                   (n, A, lda, pivots, x))
 
 /* x := P' L^-T U^-T x */
 static void solve_transposed(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
@@ -238,40 +269,98 @@ void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t
 
 /* ---- Cholesky's factorisation, column by column ---- */
 
-/* Left-looking: column k less L(k:, :k) L(k, :k)', then divided by the root of its first entry. */
+/* Left-looking: column k less L(k:, :k) L(k, :k)', then divided by the root of its first entry.
+ * *wrong: the column whose pivot is not positive, from 1 on; or 0. */
+PERP__KERNEL static void cholesky_loops(size_t n, double *A, size_t lda, int32_t *wrong)
+{
+    *wrong = 0;
+    for (size_t k = 0; k < n; k++) {
+        double *column = A + k + k * lda, root;
+
+        subtract_product_loops(n - k, k, A + k, lda, A + k, lda, column);
+        if (!(column[0] > 0.0) || !isfinite(column[0])) {
+            *wrong = (int32_t)k + 1;
+            return;
+        }
+        root = column[0] = sqrt(column[0]);
+        for (size_t i = 1; i < n - k; i++)
+            column[i] /= root;
+    }
+}
+PERP__MULTIVERSION(cholesky, (size_t n, double *A, size_t lda, int32_t *wrong), (n, A, lda, wrong))
+
+/* Entry by entry, where vectors would not be filled: the same sums in the same order. */
+static int32_t cholesky_of_few(size_t n, double *A, size_t lda)
+{
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = k; i < n; i++) {
+            double x = A[i + k * lda];
+
+            for (size_t j = 0; j < k; j++)
+                x -= A[i + j * lda] * A[k + j * lda];
+            if (i == k && (!(x > 0.0) || !isfinite(x)))
+                return (int32_t)k + 1;
+            A[i + k * lda] = i == k ? sqrt(x) : x / A[k + k * lda];
+        }
+    return 0;
+}
+
 int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda)
 {
-    for (int32_t k = 0; k < n; k++) {
-        double *column = A + (size_t)k + (size_t)k * (size_t)lda;
+    int32_t wrong;
 
-        perp__loops_gemv_subtract(n - k, k, A + k, lda, A + k, lda, column);
-        if (!(column[0] > 0.0) || !isfinite(column[0]))
-            return k + 1;
-        column[0] = sqrt(column[0]);
-        for (int32_t i = 1; i < n - k; i++)
-            column[i] /= column[0];
+    if (n <= FEW)
+        return cholesky_of_few((size_t)n, A, (size_t)lda);
+    cholesky((size_t)n, A, (size_t)lda, &wrong);
+    return wrong;
+}
+
+PERP__KERNEL static void cholesky_solve_loops(size_t n, size_t columns, const double *L, size_t lda,
+                                              double *B, size_t ldb)
+{
+    for (size_t j = 0; j < columns; j++) {
+        double *b = B + j * ldb;
+
+        for (size_t k = 0; k < n; k++) {
+            const double *column = L + k + k * lda;
+
+            b[k] /= column[0];
+            subtract_1_loops(n - k - 1, column + 1, b[k], b + k + 1);
+        }
+        for (size_t k = n; k-- > 0;) {
+            const double *column = L + k + k * lda;
+
+            b[k] = (b[k] - sum_of_lanes(n - k - 1, column + 1, b + k + 1)) / column[0];
+        }
     }
-    return 0;
+}
+PERP__MULTIVERSION(cholesky_solve,
+                   (size_t n, size_t columns, const double *L, size_t lda, double *B, size_t ldb),
+                   (n, columns, L, lda, B, ldb))
+
+static void cholesky_solve_few(size_t n, const double *L, size_t lda, double *b)
+{
+    for (size_t k = 0; k < n; k++) {
+        double x = b[k];
+
+        for (size_t j = 0; j < k; j++)
+            x -= L[k + j * lda] * b[j];
+        b[k] = x / L[k + k * lda];
+    }
+    for (size_t k = n; k-- > 0;) {
+        double x = b[k];
+
+        for (size_t j = k + 1; j < n; j++)
+            x -= L[j + k * lda] * b[j];
+        b[k] = x / L[k + k * lda];
+    }
 }
 
 void perp__loops_cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
                                 int32_t ldb)
 {
-    for (int32_t j = 0; j < columns; j++) {
-        double *b = B + (size_t)j * (size_t)ldb;
-
-        for (int32_t k = 0; k < n; k++) {
-            const double *column = L + (size_t)k + (size_t)k * (size_t)lda;
-
-            b[k] /= column[0];
-            perp__loops_gemv_subtract(n - k - 1, 1, column + 1, lda, b + k, 1, b + k + 1);
-        }
-        for (int32_t k = n - 1; k >= 0; k--) {
-            const double *column = L + (size_t)k + (size_t)k * (size_t)lda;
-
-            perp__loops_gemv_transposed_subtract(n - k - 1, 1, column + 1, lda, b + k + 1, 1,
-                                                 b + k);
-            b[k] /= column[0];
-        }
-    }
+    if (n > FEW)
+        cholesky_solve((size_t)n, (size_t)columns, L, (size_t)lda, B, (size_t)ldb);
+    for (int32_t j = 0; n <= FEW && j < columns; j++)
+        cholesky_solve_few((size_t)n, L, (size_t)lda, B + (size_t)j * (size_t)ldb);
 }

@@ -74,7 +74,7 @@ perp_status perp__acceleration_make_room(perp__acceleration *a)
     perp__linear *p = &a->linear;
 
     p->length = p->rows = a->polyhedron.length = a->active;
-    if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
+    if (perp__arena_fit(&a->blocks, a->m->context, layout_blocks, a) != PERP_OK)
         return perp__fail_memory(a->m->context, "accelerations");
     p->block[0] = a->W;
     p->c = a->beta;
@@ -115,7 +115,6 @@ static perp_status make(perp_mechanism *m)
     a->answers.user = a;
     a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
     a->polyhedron.least = PERP__FAMILY_TOLERANCE;
-    perp__arena_init(&a->blocks, m->context);
     memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
     m->accelerations = a;
     return PERP_OK;
@@ -183,17 +182,14 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
     int32_t impact;
     perp_status status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
 
-    if (status == PERP_OK)
-        status = perp__mechanism_check_state(m, t, q, v);
-    if (status == PERP_OK)
-        status = perp__acceleration_open(m);
+    PERP__THEN(status, perp__mechanism_check_state(m, t, q, v));
+    PERP__THEN(status, perp__acceleration_open(m));
     if (status != PERP_OK)
         return status;
     a = m->accelerations;
     perp_mechanism_summary_init(&own, sizeof own);
     status = perp__acceleration_state(a, &impact, t, q, v);
-    if (status == PERP_OK)
-        status = perp__acceleration_look(a, &own, impact);
+    PERP__THEN(status, perp__acceleration_look(a, &own, impact));
     if (status != PERP_OK) {
         perp__answers_clear(&a->answers);
         return status;

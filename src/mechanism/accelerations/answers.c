@@ -175,7 +175,7 @@ static void find_acceleration(perp__acceleration *a, perp__answer *answer)
     perp__acceleration_mark_rows(a, answer, held.holds);
     memcpy(held.v, terms.k, (size_t)m->n * sizeof *held.v);
     perp__add_impulses(m, &terms, held.v, held.r);
-    perp__solve_mass(m, &terms, held.v);
+    perp__solve_mass(m, &terms, held.v, held.v);
     perp__hold_velocities(m, &held, &problem);
 }
 
@@ -465,8 +465,7 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
         return PERP_OK;
     }
     status = perp__polyhedron_enumerate(&a->polyhedron, &a->answers);
-    if (status == PERP_OK)
-        status = perp__polyhedron_list(&a->polyhedron, &a->answers, made);
+    PERP__THEN(status, perp__polyhedron_list(&a->polyhedron, &a->answers, made));
     if (!*made)
         return status;
     set_pattern(a, *made);

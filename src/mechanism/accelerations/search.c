@@ -338,10 +338,8 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
         rescale(s, s->scale, 0);
         settings.time_limit = perp__mechanism_time_left(a->m);
         status = perp__lcp_set(solver, &settings);
-        if (status == PERP_OK)
-            status = perp__lcp_setup(solver, &view, s->lower, NULL);
-        if (status == PERP_OK)
-            status = perp__lcp_solve(solver, s->z, NULL, NULL, &result, s->q, NULL);
+        PERP__THEN(status, perp__lcp_setup(solver, &view, s->lower, NULL));
+        PERP__THEN(status, perp__lcp_solve(solver, s->z, NULL, NULL, &result, s->q, NULL));
         rescale(s, s->scale, 1);
         for (int32_t i = 0; i < s->size && status == PERP_OK; i++)
             s->z[i] *= s->scale[i];

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/blas.h"
 #include "mechanism/accelerations/accelerations.h"
 
 /* Of gaps and velocities, beside the terms of their sums. */
@@ -143,8 +142,7 @@ static perp_status evaluate(perp__acceleration *a, differences *d, double *to, d
     perp_mechanism *m = a->m;
     perp_status status = perp__evaluate_move(m, m->moved, d->q, s, d->v);
 
-    if (status == PERP_OK)
-        status = perp__evaluate_rows(m, &m->end, d->t + s, m->moved, d->v);
+    PERP__THEN(status, perp__evaluate_rows(m, &m->end, d->t + s, m->moved, d->v));
     if (status != PERP_OK)
         return status;
     perp__row_velocities(m, &m->end, to, d->v);
@@ -220,8 +218,7 @@ static perp_status difference(perp__acceleration *a, differences *d, double s)
         d->previous = d->current;
         d->current = swap;
         status = evaluate(a, d, d->plus, s);
-        if (status == PERP_OK)
-            status = evaluate(a, d, d->minus, -s);
+        PERP__THEN(status, evaluate(a, d, d->minus, -s));
         if (status == PERP__OUTSIDE && retreats++ < MOST_RETREATS) {
             level = gained = 0;
             s /= RATIO;
@@ -283,8 +280,7 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
     d.error = INFINITY;
     memset(d.size, 0, rows * sizeof *d.size);
     status = first_step(a, &d, &s);
-    if (status == PERP_OK)
-        status = difference(a, &d, s);
+    PERP__THEN(status, difference(a, &d, s));
     for (size_t i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
         a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__ACCELERATION_TOLERANCE);
     return status;
@@ -335,8 +331,7 @@ perp_status perp__acceleration_reduce(perp__acceleration *a)
 
     if (status != PERP_OK)
         return status;
-    memcpy(a->velocity, m->begin.k, n * sizeof *a->velocity);
-    perp__solve_mass(m, &m->begin, a->velocity);
+    perp__solve_mass(m, &m->begin, a->velocity, m->begin.k);
     for (size_t i = 0; i < active; i++) {
         const size_t row = (size_t)a->row_of[i];
         const double *J = m->begin.J + row * n;
@@ -350,8 +345,7 @@ perp_status perp__acceleration_reduce(perp__acceleration *a)
             a->load[i] += fabs(J[k] * a->velocity[k]);
             moves = moves || J[k] != 0.0;
         }
-        memcpy(a->work, J, n * sizeof *a->work);
-        perp__solve_mass(m, &m->begin, a->work);
+        perp__solve_mass(m, &m->begin, a->work, J);
         for (size_t j = 0; j <= i; j++) {
             const double *other = m->begin.J + (size_t)a->row_of[j] * n;
             double sum = 0.0;

@@ -45,8 +45,7 @@ static perp_status check_stribeck(perp_context *context, perp_bristle *law)
 {
     perp_status status = check_size(context, "law.kinetic", law->kinetic, 1);
 
-    if (status == PERP_OK)
-        status = check_size(context, "law.breakaway", law->breakaway, 0);
+    PERP__THEN(status, check_size(context, "law.breakaway", law->breakaway, 0));
     if (status != PERP_OK)
         return status;
     if (law->breakaway == 0.0)
@@ -56,8 +55,7 @@ static perp_status check_stribeck(perp_context *context, perp_bristle *law)
                           "law.breakaway is %g, below law.kinetic = %g", law->breakaway,
                           law->kinetic);
     status = check_size(context, "law.speed", law->speed, law->breakaway > law->kinetic);
-    if (status == PERP_OK)
-        status = check_size(context, "law.viscosity", law->viscosity, 0);
+    PERP__THEN(status, check_size(context, "law.viscosity", law->viscosity, 0));
     return status;
 }
 
@@ -68,10 +66,8 @@ static perp_status take(perp_context *context, perp_bristle *own, const perp_bri
     perp_status status = perp__check_pointer(context, "law", law);
 
     perp_bristle_init(own, sizeof *own);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_bristle, context, own, law);
-    if (status == PERP_OK)
-        status = check_stribeck(context, own);
+    PERP__THEN(status, PERP__READ(perp_bristle, context, own, law));
+    PERP__THEN(status, check_stribeck(context, own));
     if (status == PERP_OK && bristles)
         status = check_size(context, "law.stiffness", own->stiffness, 1);
     if (status == PERP_OK && bristles)
@@ -90,8 +86,7 @@ static perp_status begin(perp_context *context, perp_bristle *own, const perp_br
     if (status != PERP_OK)
         return status;
     status = perp__check_pointer(context, name, out);
-    if (status == PERP_OK)
-        status = take(context, own, law, bristles);
+    PERP__THEN(status, take(context, own, law, bristles));
     return status == PERP_OK || !context ? status : perp__leave(context, status);
 }
 
@@ -219,8 +214,7 @@ perp_status perp_lugre_force(perp_context *context, double *force, double *rate,
     if (status != PERP_OK)
         return status;
     status = check_number(context, "z", z);
-    if (status == PERP_OK)
-        status = check_number(context, "v", v);
+    PERP__THEN(status, check_number(context, "v", v));
     if (status == PERP_OK) {
         const double bend = v - ratio_of(own.stiffness, fabs(v), z, stribeck(&own, v).force);
 
@@ -240,12 +234,9 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
     if (status != PERP_OK)
         return status;
     status = perp__check_pointer(context, "force", force);
-    if (status == PERP_OK)
-        status = check_number(context, "z", z);
-    if (status == PERP_OK)
-        status = check_number(context, "v", v);
-    if (status == PERP_OK)
-        status = check_size(context, "h", h, 1);
+    PERP__THEN(status, check_number(context, "z", z));
+    PERP__THEN(status, check_number(context, "v", v));
+    PERP__THEN(status, check_size(context, "h", h, 1));
     if (status == PERP_OK) {
         const curve g = stribeck(&own, v);
         const double x = ratio_of(own.stiffness, fabs(v), h, g.force);

@@ -11,21 +11,19 @@
 
 PERP__INIT(perp_compliant_system)
 
-perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_compliant_settings));
-
-    if (status == PERP_OK) {
-        settings->tol = 1e-9;
-        settings->most_steps = 1000000;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_compliant_settings, .tol = 1e-9, .most_steps = 1000000)
 
 PERP__INIT(perp_compliant_result)
 PERP__INIT(perp_compliant_stability)
 
 /* ---- the system ---------------------------------------------------------------------------- */
+
+static void layout_response(perp__arena *arena, perp__response *r, size_t n, size_t p)
+{
+    r->free = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n * p, &r->response, &r->drag);
+    PERP__DOUBLES(arena, p * p, &r->P, &r->Q);
+}
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -33,43 +31,65 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)c->n, p = (size_t)c->p;
 
     c->mass = perp__arena_take(arena, n * n, sizeof(double));
-    PERP__DOUBLES(arena, n, &c->force, &c->free, &c->x, &c->v, &c->V, &c->zx, &c->zv, &c->next_x,
-                  &c->next_v, &c->error_x, &c->error_v, &c->top_x, &c->top_v);
-    PERP__DOUBLES(arena, p, &c->mu, &c->slip, &c->side, &c->N, &c->right, &c->top_delta);
-    PERP__DOUBLES(arena, n * p, &c->normal, &c->tangent, &c->response, &c->drag);
-    PERP__DOUBLES(arena, p * p, &c->P, &c->Q, &c->matrix);
+    PERP__DOUBLES(arena, n, &c->force, &c->x, &c->v, &c->V, &c->zx, &c->zv, &c->next_x, &c->next_v,
+                  &c->error_x, &c->error_v, &c->size, &c->top_x, &c->top_v);
+    PERP__DOUBLES(arena, p, &c->mu, &c->mu_static, &c->side, &c->N, &c->right, &c->top_delta,
+                  &c->flank, &c->sense, &c->sense_before, &c->share, &c->friction, &c->lower,
+                  &c->upper, &c->q, &c->w);
+    PERP__DOUBLES(arena, n * p, &c->normal, &c->tangent);
+    PERP__DOUBLES(arena, p * p, &c->slip_response, &c->factor, &c->matrix);
+    PERP__INTEGERS(arena, p, &c->one_sided, &c->modes, &c->modes_before, &c->gives, &c->stuck,
+                   &c->pivots);
+    layout_response(arena, &c->all, n, p);
+    layout_response(arena, &c->held, n, p);
     for (size_t k = 0; k < PERP__STAGES; k++) {
         PERP__DOUBLES(arena, n, &c->kx[k], &c->kv[k]);
     }
     c->gamma = perp__arena_take(arena, 2 * p, sizeof(double));
     c->roots = perp__arena_take(arena, 4 * p, sizeof(double));
-    c->pivots = perp__arena_take(arena, p, sizeof(int32_t));
+    perp__held_rows_layout(&c->rows, arena, n * p, p, n);
 }
 
-/* to := mass^-1 from' (n by p), columns scaled. */
-static void respond(const perp_compliant *c, double *to, const double *from, const double *scale)
+/* to := mass^-1 from' (n by p). */
+static void respond(const perp_compliant *c, double *to, const double *from)
 {
     const size_t n = (size_t)c->n, p = (size_t)c->p;
 
     for (size_t k = 0; k < p; k++)
         for (size_t i = 0; i < n; i++)
-            to[i + n * k] = from[k + p * i] * (scale ? scale[k] : 1.0);
+            to[i + n * k] = from[k + p * i];
     perp__cholesky_solve(c->n, c->p, c->mass, c->n, to, c->n);
 }
 
-/* to := normal from (p by p). */
-static void couple(const perp_compliant *c, double *to, const double *from)
+double perp__compliant_row(const perp_compliant *c, const double *A, int32_t row, const double *x)
 {
-    const size_t n = (size_t)c->n, p = (size_t)c->p;
+    double sum = 0.0;
 
-    for (size_t l = 0; l < p; l++)
-        for (size_t k = 0; k < p; k++) {
-            double sum = 0.0;
+    for (int32_t i = 0; i < c->n; i++)
+        sum += A[(size_t)row + (size_t)c->p * (size_t)i] * x[i];
+    return sum;
+}
 
-            for (size_t i = 0; i < n; i++)
-                sum += c->normal[k + p * i] * from[i + n * l];
-            to[k + p * l] = sum;
-        }
+/* to := rows from (p by p). */
+static void multiply(const perp_compliant *c, double *to, const double *rows, const double *from)
+{
+    for (int32_t l = 0; l < c->p; l++)
+        for (int32_t k = 0; k < c->p; k++)
+            to[(size_t)k + (size_t)c->p * (size_t)l] =
+                perp__compliant_row(c, rows, k, from + (size_t)c->n * (size_t)l);
+}
+
+void perp__compliant_couple(const perp_compliant *c, perp__response *r)
+{
+    multiply(c, r->P, c->normal, r->response);
+    multiply(c, r->Q, c->normal, r->drag);
+}
+
+void perp__compliant_normals(const perp_compliant *c, double *to, const double *x, const double *v)
+{
+    for (int32_t k = 0; k < c->p; k++)
+        to[k] = c->stiffness * perp__compliant_row(c, c->normal, k, x) +
+                c->damping * perp__compliant_row(c, c->normal, k, v);
 }
 
 /* Numbers that are finite each may overflow together. */
@@ -77,47 +97,48 @@ static perp_status check_finite(perp_compliant *c)
 {
     const size_t n = (size_t)c->n, p = (size_t)c->p;
 
-    if (perp__all_finite(c->free, n) && perp__all_finite(c->response, n * p) &&
-        perp__all_finite(c->drag, n * p) && perp__all_finite(c->P, p * p) &&
-        perp__all_finite(c->Q, p * p))
+    if (perp__all_finite(c->all.free, n) && perp__all_finite(c->all.response, n * p) &&
+        perp__all_finite(c->all.drag, n * p) && perp__all_finite(c->all.P, p * p) &&
+        perp__all_finite(c->all.Q, p * p) && perp__all_finite(c->slip_response, p * p))
         return PERP_OK;
     return perp__fail(c->context, PERP_ERROR_NOT_FINITE,
-                      "mass^-1 force, or normal mass^-1 (normal' + tangent' mu), overflows");
+                      "mass^-1 force, or (normal, tangent) mass^-1 (normal', tangent'), overflows");
+}
+
+static perp_status take_sides(perp_compliant *c, const int32_t *one_sided)
+{
+    for (int32_t k = 0; k < c->p; k++) {
+        c->one_sided[k] = one_sided ? one_sided[k] : 0;
+        if (c->one_sided[k] != 0 && c->one_sided[k] != 1)
+            return perp__fail(c->context, PERP_ERROR_ARGUMENT, "one_sided[%d] is %d, not 0 or 1",
+                              (int)k, (int)c->one_sided[k]);
+    }
+    return PERP_OK;
 }
 
 static perp_status take(perp_compliant *c, const perp_compliant_system *s)
 {
+    const perp__coefficients friction = {s->mu, s->mu_static};
     perp_context *context = c->context;
     perp_status status = perp__copy_matrix(context, "mass", c->n, c->n, c->mass, s->mass);
 
-    if (status == PERP_OK)
-        status = perp__copy_matrix(context, "normal", c->p, c->n, c->normal, s->normal);
-    if (status == PERP_OK)
-        status = perp__copy_matrix(context, "tangent", c->p, c->n, c->tangent, s->tangent);
-    if (status == PERP_OK)
-        status = perp__copy_vector(context, "force", c->n, c->force, s->force);
-    if (status == PERP_OK)
-        status = perp__check_pointer(context, "mu", s->mu);
-    if (status == PERP_OK)
-        status = perp__copy_vector(context, "mu", c->p, c->mu, s->mu);
-    for (int32_t k = 0; k < c->p && status == PERP_OK; k++)
-        if (c->mu[k] < 0.0)
-            status = perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)k,
-                                c->mu[k]);
-    if (status == PERP_OK)
-        status = perp__check_compliance(context, s->stiffness, s->damping);
-    if (status == PERP_OK)
-        status = perp__check_inertia(context, "mass", c->n, c->mass, c->mass);
+    PERP__THEN(status, perp__copy_matrix(context, "normal", c->p, c->n, c->normal, s->normal));
+    PERP__THEN(status, perp__copy_matrix(context, "tangent", c->p, c->n, c->tangent, s->tangent));
+    PERP__THEN(status, perp__copy_vector(context, "force", c->n, c->force, s->force));
+    PERP__THEN(status, perp__copy_coefficients(context, c->p, c->mu, c->mu_static, &friction));
+    PERP__THEN(status, take_sides(c, s->one_sided));
+    PERP__THEN(status, perp__check_compliance(context, s->stiffness, s->damping));
+    PERP__THEN(status, perp__check_inertia(context, "mass", c->n, c->mass, c->mass));
     if (status != PERP_OK)
         return status;
     c->stiffness = s->stiffness;
     c->damping = s->damping;
-    memcpy(c->free, c->force, (size_t)c->n * sizeof *c->free);
-    perp__cholesky_solve(c->n, 1, c->mass, c->n, c->free, c->n);
-    respond(c, c->response, c->normal, NULL);
-    respond(c, c->drag, c->tangent, c->mu);
-    couple(c, c->P, c->response);
-    couple(c, c->Q, c->drag);
+    memcpy(c->all.free, c->force, (size_t)c->n * sizeof *c->all.free);
+    perp__cholesky_solve(c->n, 1, c->mass, c->n, c->all.free, c->n);
+    respond(c, c->all.response, c->normal);
+    respond(c, c->all.drag, c->tangent);
+    perp__compliant_couple(c, &c->all);
+    multiply(c, c->slip_response, c->tangent, c->all.drag);
     return check_finite(c);
 }
 
@@ -125,6 +146,7 @@ static void release(void *object)
 {
     perp_compliant *c = object;
 
+    perp__lcp_destroy(c->choice);
     perp__arena_release(&c->arena);
 }
 
@@ -148,12 +170,9 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
     perp_status status = perp__check_pointer(context, "compliant", compliant);
 
     memset(&read, 0, sizeof read);
-    if (status == PERP_OK)
-        status = perp__check_pointer(context, "system", system);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_compliant_system, context, &read, system);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "system", &read, sizes);
+    PERP__THEN(status, perp__check_pointer(context, "system", system));
+    PERP__THEN(status, PERP__READ(perp_compliant_system, context, &read, system));
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "system", &read, sizes));
     if (status != PERP_OK)
         return status;
     c = perp__handle_create(context, &kind);
@@ -161,10 +180,8 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
         return PERP_ERROR_MEMORY;
     c->n = read.n;
     c->p = read.contacts;
-    perp__arena_init(&c->arena, context);
-    status = perp__arena_fit(&c->arena, layout, c);
-    if (status == PERP_OK)
-        status = take(c, &read);
+    status = perp__arena_fit(&c->arena, context, layout, c);
+    PERP__THEN(status, take(c, &read));
     if (status != PERP_OK) {
         perp__handle_end(c);
         return status;
@@ -206,15 +223,14 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
     perp__stability verdict;
     perp_status status = PERP__CHECK(perp_compliant_stability, c->context, stability);
 
-    if (status == PERP_OK)
-        status = check_signs(c, "slip", slip, 0);
-    if (status == PERP_OK)
-        status = check_signs(c, "load", load, 1);
+    PERP__THEN(status, check_signs(c, "slip", slip, 0));
+    PERP__THEN(status, check_signs(c, "load", load, 1));
     if (status != PERP_OK)
         return status;
     for (size_t l = 0; l < p; l++)
         for (size_t k = 0; k < p; k++)
-            c->matrix[k + p * l] = c->P[k + p * l] + c->Q[k + p * l] * (slip[l] * load[l]);
+            c->matrix[k + p * l] =
+                c->all.P[k + p * l] + c->all.Q[k + p * l] * (c->mu[l] * (slip[l] * load[l]));
     verdict = perp__stability_of(c->p, c->matrix, c->stiffness, c->damping, c->gamma, c->roots);
     if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
         return perp__fail(c->context, PERP_ERROR_NOT_FINITE,

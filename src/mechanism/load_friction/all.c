@@ -148,8 +148,7 @@ static perp_status solve_lcp(perp_load_friction *f, double *M, double *q, double
     if (status != PERP_OK)
         return status;
     status = perp__lcp_setup(solver, &view, lower, NULL);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(solver, z, NULL, NULL, &result, q, NULL);
+    PERP__THEN(status, perp__lcp_solve(solver, z, NULL, NULL, &result, q, NULL));
     perp__lcp_destroy(solver);
     for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
         f->pattern.mode[i] = PERP_LOAD_SLIDE;

@@ -260,8 +260,7 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
             break;
         perp__linear_cut(&f->linear, &f->pattern, &f->polyhedron);
         status = perp__polyhedron_enumerate(&f->polyhedron, &f->answers);
-        if (status == PERP_OK)
-            status = keep_polyhedron(f);
+        PERP__THEN(status, keep_polyhedron(f));
     }
     for (int32_t i = 0; i < f->n; i++)
         if (is_bounded(f, i))

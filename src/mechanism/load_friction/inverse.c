@@ -90,10 +90,8 @@ static perp_status invert(perp_load_friction *f, double *tau, perp_load_inverse 
     memset(&own, 0, sizeof own);
     if (status == PERP_OK && inverse)
         status = PERP__CHECK(perp_load_inverse, f->context, inverse);
-    if (status == PERP_OK)
-        status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
-    if (status == PERP_OK)
-        status = perp__check_vector(f->context, "acceleration", acceleration, (size_t)f->n);
+    PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
+    PERP__THEN(status, perp__check_vector(f->context, "acceleration", acceleration, (size_t)f->n));
     if (status != PERP_OK)
         return status;
     own.undetermined = find_torque(f, velocity, acceleration);

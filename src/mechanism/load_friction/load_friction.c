@@ -1,7 +1,6 @@
 /* Load-dependent friction, the front door: the system is checked and copied, questions are put. */
 #include "mechanism/load_friction/load_friction.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -10,28 +9,9 @@
 
 /* ---- structs and words --------------------------------------------------------------------- */
 
-perp_status perp_load_system_init(perp_load_system *system, size_t size)
-{
-    perp_status status = perp__struct_init(system, size, PERP__FIRST(perp_load_system));
+PERP__INIT_WITH(perp_load_system, .stiffness = 1.0, .damping = 2.0)
 
-    if (status == PERP_OK) {
-        system->stiffness = 1.0;
-        system->damping = 2.0;
-    }
-    return status;
-}
-
-perp_status perp_load_settings_init(perp_load_settings *settings, size_t size)
-{
-    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_load_settings));
-
-    if (status == PERP_OK) {
-        settings->tol = 1e-13;
-        settings->most_patterns = 1 << 21;
-        settings->starts = 64;
-    }
-    return status;
-}
+PERP__INIT_WITH(perp_load_settings, .tol = 1e-13, .most_patterns = 1 << 21, .starts = 64)
 
 PERP__INIT(perp_load_found)
 
@@ -75,28 +55,9 @@ static const perp__field settings_fields[] = {
     PERP__INTEGER(perp_load_settings, starts, 1, INFINITY),
 };
 
-static const perp__field sizes[] = {PERP__INTEGER(perp_load_system, n, 1, 20000)};
+static PERP__SETTINGS_READER(read_settings, perp_load_settings, settings_fields, PERP_OK)
 
-static perp_status copy_friction(perp_load_friction *f, const perp_load_system *system)
-{
-    perp_context *context = f->context;
-    perp_status status = perp__check_pointer(context, "mu", system->mu);
-
-    if (status == PERP_OK)
-        status = perp__copy_vector(context, "mu", f->n, f->mu, system->mu);
-    if (status == PERP_OK)
-        status = perp__copy_vector(context, "mu_static", f->n, f->mu_static,
-                                   system->mu_static ? system->mu_static : system->mu);
-    for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
-        if (f->mu[i] < 0.0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)i,
-                              f->mu[i]);
-        if (f->mu_static[i] < f->mu[i])
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "mu_static[%d] = %g < mu[%d] = %g",
-                              (int)i, f->mu_static[i], (int)i, f->mu[i]);
-    }
-    return status;
-}
+    static const perp__field sizes[] = {PERP__INTEGER(perp_load_system, n, 1, 20000)};
 
 /* ---- the system ---------------------------------------------------------------------------- */
 
@@ -124,11 +85,11 @@ static void derive(perp_load_friction *f)
 
 static perp_status take(perp_load_friction *f, const perp_load_system *system)
 {
+    const perp__coefficients friction = {system->mu, system->mu_static};
     perp_context *context = f->context;
     perp_status status = perp__copy_matrix(context, "A", f->n, f->n, f->A, system->A);
 
-    if (status == PERP_OK)
-        status = perp__copy_matrix(context, "C", f->n, f->n, f->C, system->C);
+    PERP__THEN(status, perp__copy_matrix(context, "C", f->n, f->n, f->C, system->C));
     if (status == PERP_OK && system->normal_inertia)
         status =
             perp__copy_matrix(context, "normal_inertia", f->n, f->n, f->S, system->normal_inertia);
@@ -136,18 +97,12 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
         memset(f->S, 0, (size_t)f->n * (size_t)f->n * sizeof *f->S);
     for (int32_t i = 0; i < f->n && !system->normal_inertia; i++)
         f->S[(size_t)i * ((size_t)f->n + 1)] = 1.0;
-    if (status == PERP_OK)
-        status = perp__copy_vector(context, "b", f->n, f->b, system->b);
-    if (status == PERP_OK)
-        status = perp__copy_vector(context, "d", f->n, f->d, system->d);
-    if (status == PERP_OK)
-        status = copy_friction(f, system);
-    if (status == PERP_OK)
-        status = perp__check_compliance(context, system->stiffness, system->damping);
-    if (status == PERP_OK)
-        status = perp__check_inertia(context, "normal_inertia", f->n, f->S, f->work);
-    if (status == PERP_OK)
-        status = perp__check_inertia(context, "A", f->n, f->A, f->work);
+    PERP__THEN(status, perp__copy_vector(context, "b", f->n, f->b, system->b));
+    PERP__THEN(status, perp__copy_vector(context, "d", f->n, f->d, system->d));
+    PERP__THEN(status, perp__copy_coefficients(context, f->n, f->mu, f->mu_static, &friction));
+    PERP__THEN(status, perp__check_compliance(context, system->stiffness, system->damping));
+    PERP__THEN(status, perp__check_inertia(context, "normal_inertia", f->n, f->S, f->work));
+    PERP__THEN(status, perp__check_inertia(context, "A", f->n, f->A, f->work));
     if (status != PERP_OK)
         return status;
     f->stiffness = system->stiffness;
@@ -220,8 +175,19 @@ static void prepare(perp_load_friction *f)
     f->polyhedron.least = PERP__FRICTION_SAME;
 }
 
-/* A handle with room for n coordinates. */
-static perp_status make(perp_context *context, perp_load_friction **friction, int32_t n)
+static perp_status read_system(perp_context *context, perp_load_system *read,
+                               const perp_load_system *system)
+{
+    perp_status status = perp__check_pointer(context, "system", system);
+
+    perp_load_system_init(read, sizeof *read);
+    PERP__THEN(status, PERP__READ(perp_load_system, context, read, system));
+    return status == PERP_OK ? PERP__CHECK_FIELDS(context, "system", read, sizes) : status;
+}
+
+/* A handle with a system. */
+static perp_status make(perp_context *context, perp_load_friction **made,
+                        const perp_load_settings *settings, const perp_load_system *system)
 {
     perp_load_friction *f = perp__handle_create(context, &kind);
     perp_status status;
@@ -229,41 +195,14 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
     if (!f)
         return PERP_ERROR_MEMORY;
     f->answers.context = f->polyhedron.cone.context = context;
-    f->n = f->linear.length = n;
-    f->linear.rows = 2 * n;
-    perp__arena_init(&f->arena, context);
-    status = perp__arena_fit(&f->arena, layout, f);
-    if (status != PERP_OK) {
-        perp__handle_end(f);
-        return status;
-    }
-    prepare(f);
-    *friction = f;
-    return PERP_OK;
-}
-
-static perp_status read_system(perp_context *context, perp_load_system *read,
-                               const perp_load_system *system)
-{
-    perp_status status = perp__check_pointer(context, "system", system);
-
-    perp_load_system_init(read, sizeof *read);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_load_system, context, read, system);
-    return status == PERP_OK ? PERP__CHECK_FIELDS(context, "system", read, sizes) : status;
-}
-
-/* The same with a system. */
-static perp_status make_with(perp_context *context, perp_load_friction **made,
-                             const perp_load_settings *settings, const perp_load_system *system)
-{
-    perp_load_friction *f;
-    perp_status status = make(context, &f, system->n);
-
-    if (status != PERP_OK)
-        return status;
     f->settings = *settings;
-    status = take(f, system);
+    f->n = f->linear.length = system->n;
+    f->linear.rows = 2 * f->n;
+    status = perp__arena_fit(&f->arena, context, layout, f);
+    if (status == PERP_OK) {
+        prepare(f);
+        status = take(f, system);
+    }
     if (status == PERP_OK)
         *made = f;
     else
@@ -278,14 +217,9 @@ static perp_status create(perp_context *context, perp_load_friction **friction,
     perp_load_system read;
     perp_status status = perp__check_pointer(context, "friction", friction);
 
-    perp_load_settings_init(&own, sizeof own);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_load_settings, context, &own, settings);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "settings", &own, settings_fields);
-    if (status == PERP_OK)
-        status = read_system(context, &read, system);
-    return status == PERP_OK ? make_with(context, friction, &own, &read) : status;
+    PERP__THEN(status, read_settings(context, &own, settings));
+    PERP__THEN(status, read_system(context, &read, system));
+    return status == PERP_OK ? make(context, friction, &own, &read) : status;
 }
 
 perp_status perp_load_friction_create(perp_context *context, perp_load_friction **friction,
@@ -309,8 +243,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
     if (status == PERP_OK && read.n != f->n)
         status = perp__fail(f->context, PERP_ERROR_ARGUMENT, "system.n is %d, it was %d",
                             (int)read.n, (int)f->n);
-    if (status == PERP_OK)
-        status = make_with(f->context, &made, &f->settings, &read);
+    PERP__THEN(status, make(f->context, &made, &f->settings, &read));
     if (status != PERP_OK)
         return status;
     kept = *f;
@@ -349,12 +282,9 @@ static perp_status solve(perp_load_friction *f, perp_load_summary *summary, cons
     perp_load_summary own;
     perp_status status = PERP__CHECK(perp_load_summary, f->context, summary);
 
-    if (status == PERP_OK)
-        status = perp__check_vector(f->context, "tau", tau, (size_t)f->n);
-    if (status == PERP_OK)
-        status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
-    if (status == PERP_OK)
-        status = perp__friction_solve(f, &own, tau, velocity);
+    PERP__THEN(status, perp__check_vector(f->context, "tau", tau, (size_t)f->n));
+    PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
+    PERP__THEN(status, perp__friction_solve(f, &own, tau, velocity));
     if (status == PERP_OK)
         perp__struct_write(summary, &own, sizeof own);
     return status;

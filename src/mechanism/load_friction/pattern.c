@@ -6,7 +6,6 @@
  * doubled precision, then compared with what the pattern assumes. */
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 #include "base/outcome.h"
 #include "mechanism/load_friction/load_friction.h"

@@ -124,8 +124,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
         return status;
     ask_step(f, velocity, h);
     status = perp__check_vector(f->context, "velocity / h", f->question.stop, (size_t)f->n);
-    if (status == PERP_OK)
-        status = perp__friction_answer_all(f, &summary);
+    PERP__THEN(status, perp__friction_answer_all(f, &summary));
     if (status != PERP_OK)
         return status;
     own->answers = summary.count;
@@ -156,10 +155,8 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
 
     if (status == PERP_OK && step)
         status = PERP__CHECK(perp_load_step, f->context, step);
-    if (status == PERP_OK)
-        status = perp__check_vector(f->context, "tau", tau, (size_t)f->n);
-    if (status == PERP_OK)
-        status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
+    PERP__THEN(status, perp__check_vector(f->context, "tau", tau, (size_t)f->n));
+    PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
     for (int32_t i = 0; i < f->n && status == PERP_OK && previous; i++)
         if (isinf(previous[i]))
             status = perp__fail(f->context, PERP_ERROR_NOT_FINITE, "previous[%d] is %g", (int)i,

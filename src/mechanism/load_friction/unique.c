@@ -146,42 +146,23 @@ static double find_radius(perp_load_friction *f)
     return bound;
 }
 
-/* Whether s^2 I - G'G is positive definite; G'G in f->linear.null. */
-static int32_t is_above(perp_load_friction *f, double s)
-{
-    const size_t n = (size_t)f->n;
-
-    for (size_t i = 0; i < n * n; i++)
-        factor_of(f)[i] = -f->linear.null[i];
-    for (size_t i = 0; i < n; i++)
-        factor_of(f)[i + n * i] += s * s;
-    return perp__cholesky_factor(f->n, factor_of(f), f->n) == 0;
-}
-
-/* ||G||_2 from above, to 1e-12: bisection by Cholesky. */
+/* ||G||_2 from above, to 1e-12: the largest eigenvalue of G'G. */
 static double find_norm(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n, square = square_of(f);
-    double low = 0.0, high = 0.0, frobenius = 0.0;
+    double *real = f->work + square, largest = 0.0;
 
     for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++) {
+        for (size_t i = 0; i < n; i++)
             f->work[j + n * i] = -f->linear.system.K[i + n * j];
-            frobenius += f->linear.system.K[i + n * j] * f->linear.system.K[i + n * j];
-        }
     memset(f->linear.null, 0, square * sizeof *f->linear.null);
     perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->linear.system.K, f->n, f->linear.null,
                         f->n);
-    high = sqrt(frobenius) * (1.0 + 1e-12);
-    for (int32_t round = 0; round < 64 && high - low > 1e-12 * high; round++) {
-        const double middle = 0.5 * (low + high);
-
-        if (is_above(f, middle))
-            high = middle;
-        else
-            low = middle;
-    }
-    return high;
+    if (perp__eigenvalues(f->n, f->linear.null, real, real + n) != 0)
+        return INFINITY;
+    for (size_t i = 0; i < n; i++)
+        largest = fmax(largest, real[i]);
+    return sqrt(largest) * (1.0 + 1e-12);
 }
 
 /* For large n: norms, and a few determinants for a proof of the contrary. */

@@ -12,9 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/clock.h"
-#include "base/context.h"
-
 #define SAFETY 0.9
 #define GROWTH 5.0
 #define SHRINKING 0.1
@@ -37,11 +34,12 @@ static void layout(perp__arena *arena, void *object)
                                &a->planned, &a->tried,   &a->after};
 
     PERP__DOUBLES(arena, (size_t)a->m->coordinates, &a->largest, &a->scale, &a->rate, &a->moved);
-    PERP__DOUBLES(arena, (size_t)a->m->n, &a->difference, &a->scratch, &a->force[0], &a->force[1],
-                  &a->force[2]);
+    PERP__DOUBLES(arena, (size_t)a->m->n, &a->difference, &a->scratch, &a->expected, &a->force[0],
+                  &a->force[1], &a->force[2]);
     for (size_t k = 0; k < sizeof places / sizeof *places; k++)
         *places[k] = perp__arena_take(arena, (size_t)(a->m->contacts + a->m->dry), 1);
     PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
+    PERP__DOUBLES(arena, (size_t)a->m->contacts, &a->inertia[0], &a->inertia[1], &a->inertia[2]);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */
@@ -66,45 +64,81 @@ static int32_t is_solved(const perp__adaptive *a)
 /* A step. A contact whose slip turns round comes to rest on the way, and there static friction
  * counts: a step that is short behind the turn ends in it. */
 static perp_status advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
-                           double h, const perp__motion *from)
+                           double h, const perp__motion *state)
 {
-    perp_status status = perp__advance(m, to, step, t, h, from->q, from->v);
+    const perp__start from = {t, h, state->q, state->v};
+    perp_status status = perp__take_step(m, to, step, &from);
     int32_t slips;
 
     if (status != PERP_OK || !perp__outcome_moves(step->outcome) || !perp__adaptive_catch(m, to))
         return status;
-    status = perp__advance(m, to, step, t, h, from->q, from->v);
+    status = perp__take_step(m, to, step, &from);
     slips = perp__adaptive_release_caught(m, to);
-    return status == PERP_OK && slips ? perp__advance(m, to, step, t, h, from->q, from->v) : status;
+    return status == PERP_OK && slips ? perp__take_step(m, to, step, &from) : status;
+}
+
+static int32_t same_modes(const perp_mechanism *m, const perp__motion *one,
+                          const perp__motion *other)
+{
+    return memcmp(one->modes, other->modes, (size_t)(m->contacts + m->dry) * sizeof *one->modes) ==
+           0;
+}
+
+/* m->acceleration := that between two states; 0 where it is no guide to what comes. */
+static void expect(perp_mechanism *m, const perp__motion *from, const perp__motion *to, double h,
+                   int32_t lasts)
+{
+    for (int32_t i = 0; i < m->n; i++)
+        m->acceleration[i] = lasts ? (to->v[i] - from->v[i]) / h : 0.0;
+}
+
+/* Part 0 of a step from t, the whole of it, or half 1 or 2, and what happens in it. */
+static perp_status attempt_part(perp_mechanism *m, perp__adaptive *a, double t, double h,
+                                int32_t part)
+{
+    const perp__motion *const from = part < 2 ? &m->now : &m->half;
+    perp__motion *const to[] = {&m->trial, &m->half, &m->next};
+    perp_mechanism_step *const steps[] = {&a->full, &a->first, &a->second};
+    const double length = part > 0 ? 0.5 * h : h, start = part < 2 ? 0.0 : length;
+    perp_status status = advance(m, to[part], steps[part], t + start, length, from);
+
+    if (part > 0)
+        perp__adaptive_let_go(m, NULL, NULL);
+    if (status != PERP_OK || !moves(a))
+        return status;
+    perp__adaptive_inertia(m, a, part);
+    if (part == 1)
+        status = perp__adaptive_scale(m, a, t);
+    if (part > 0)
+        PERP__THEN(status, perp__adaptive_events(m, a, from, to[part], start, length));
+    if (part == 1)
+        expect(m, from, &m->half, length,
+               a->started && a->first.impacts == 0 && a->event.late == 0.0 &&
+                   same_modes(m, from, &m->half));
+    return status;
 }
 
 /* The step in one and in two, and the estimates. Where one of them does not move, it is the last
  * that was tried. */
 static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, double h)
 {
-    const double half = 0.5 * h;
-    perp_status status;
+    perp_status status = PERP_OK;
 
-    perp__adaptive_let_go(m, a->does[0], &m->now);
-    status = advance(m, &m->trial, &a->full, t, h, &m->now);
+    a->jam = -1;
+    a->release = 0;
     memset(&a->event, 0, sizeof a->event);
     perp_mechanism_step_init(&a->first, sizeof a->first);
     perp_mechanism_step_init(&a->second, sizeof a->second);
-    if (status == PERP_OK && moves(a))
-        status = advance(m, &m->half, &a->first, t, half, &m->now);
-    perp__adaptive_let_go(m, NULL, NULL);
-    if (status == PERP_OK && moves(a))
-        status = perp__adaptive_scale(m, a, t);
-    if (status == PERP_OK && moves(a))
-        status = perp__adaptive_events(m, a, &m->now, &m->half, 0.0, half);
-    if (status == PERP_OK && moves(a))
-        status = advance(m, &m->next, &a->second, t + half, half, &m->half);
-    if (status == PERP_OK && moves(a))
-        status = perp__adaptive_events(m, a, &m->half, &m->next, half, half);
-    if (status == PERP_OK && moves(a))
-        status = perp__adaptive_estimate(m, a, t, h);
-    a->release = 0;
-    if (status == PERP_OK && moves(a) && is_solved(a) && !a->plans)
+    perp__adaptive_let_go(m, a->does[0], &m->now);
+    memcpy(m->acceleration, a->expected, (size_t)m->n * sizeof *a->expected);
+    for (int32_t part = 0; part < 3; part++) {
+        status = attempt_part(m, a, t, h, part);
+        if (status != PERP_OK || !moves(a))
+            return status;
+    }
+    status = perp__adaptive_estimate(m, a, t, h);
+    PERP__THEN(status, perp__adaptive_look_for_jam(m, a, h));
+    if (status == PERP_OK && is_solved(a) && !a->plans && a->jam < 0)
         status = perp__adaptive_releases(m, a, t, h);
     return status;
 }
@@ -122,39 +156,12 @@ static double verdict(const perp__adaptive *a)
 
 /* ---- extrapolation ------------------------------------------------------------------------- */
 
-static int32_t same_modes(const perp_mechanism *m, const perp__motion *one,
-                          const perp__motion *other)
+static int32_t is_smooth(const perp_mechanism *m, const perp__adaptive *a)
 {
-    return memcmp(one->modes, other->modes, (size_t)(m->contacts + m->dry) * sizeof *one->modes) ==
-           0;
-}
-
-static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
-{
-    const double u = m->next.u[row];
-
-    return u != 0.0 && (u + weight * (u - m->trial.u[row])) * u <= 0.0;
-}
-
-/* Whether an extrapolated slip would turn round. */
-static int32_t turns(const perp_mechanism *m, double weight)
-{
-    for (int32_t j = 0; j < m->contacts; j++)
-        for (int32_t i = m->tangent[j]; i < m->starts[j + 1]; i++)
-            if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
-                return 1;
-    for (int32_t i = m->rows - m->dry_rows; i < m->rows; i++)
-        if (row_turns(m, i, weight))
-            return 1;
-    return 0;
-}
-
-static int32_t is_smooth(const perp_mechanism *m, const perp__adaptive *a, double weight)
-{
-    return a->event.late == 0.0 && a->full.impacts + a->first.impacts + a->second.impacts == 0 &&
-           is_solved(a) && same_modes(m, &m->trial, &m->next) &&
-           same_modes(m, &m->half, &m->next) && (!a->started || same_modes(m, &m->now, &m->next)) &&
-           !turns(m, weight);
+    return a->jam < 0 && a->event.late == 0.0 &&
+           a->full.impacts + a->first.impacts + a->second.impacts == 0 && is_solved(a) &&
+           same_modes(m, &m->trial, &m->next) && same_modes(m, &m->half, &m->next) &&
+           (!a->started || same_modes(m, &m->now, &m->next));
 }
 
 static void extrapolate(double *full, const double *halves, double weight, int32_t count)
@@ -183,10 +190,28 @@ static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, doubl
 
 /* ---- what comes of it ---------------------------------------------------------------------- */
 
-static int32_t worse_scheme(const perp_mechanism *m, const perp_mechanism_step *one,
-                            const perp_mechanism_step *other)
+/* The report of the step that was taken; improved: the whole step has a part in it. */
+static void report(const perp_mechanism *m, const perp__adaptive *a, perp_mechanism_step *step,
+                   int32_t improved)
 {
-    return one->scheme != m->settings.scheme ? one->scheme : other->scheme;
+    const perp_mechanism_step *const others[] = {&a->first, &a->full};
+
+    *step = a->second;
+    for (int32_t k = 0; k < 2; k++) {
+        const perp_mechanism_step *other = others[k];
+
+        step->seconds += other->seconds;
+        step->iterations += other->iterations;
+        step->evaluations += other->evaluations;
+        if (k > 0 && !improved)
+            continue;
+        step->outcome = perp__worse_outcome(step->outcome, other->outcome);
+        perp__raise_to(&step->residual, other->residual);
+    }
+    if (a->first.scheme != m->settings.scheme)
+        step->scheme = a->first.scheme;
+    step->impacts += a->first.impacts;
+    step->error = a->error;
 }
 
 static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
@@ -196,10 +221,14 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     const perp__motion *answer = &m->next;
     perp_mechanism_step step;
     perp_status status = PERP__OUTSIDE;
+    int32_t smooth;
 
     for (int32_t i = 0; i < m->rows; i++)
         m->next.r[i] += m->half.r[i];
-    if (is_smooth(m, a, weight))
+    smooth = is_smooth(m, a);
+    expect(m, &m->half, &m->next, 0.5 * h, smooth);
+    memcpy(a->expected, m->acceleration, (size_t)m->n * sizeof *a->expected);
+    if (smooth)
         status = improve(m, a, t, weight);
     if (status == PERP_OK)
         answer = &m->trial;
@@ -207,26 +236,22 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
         status = perp__mechanism_check_end(m, answer);
     if (status != PERP_OK)
         return status;
-    step = a->second;
-    step.outcome = halves_outcome(a);
-    if (answer == &m->trial) { /* the whole step has a part in it */
-        step.outcome = perp__worse_outcome(step.outcome, a->full.outcome);
-        perp__raise_to(&step.residual, a->full.residual);
-    }
-    step.scheme = worse_scheme(m, &a->first, &a->second);
-    step.impacts += a->first.impacts;
-    perp__raise_to(&step.residual, a->first.residual);
-    step.seconds += a->full.seconds + a->first.seconds;
-    step.iterations += a->full.iterations + a->first.iterations;
-    step.evaluations += a->full.evaluations + a->first.evaluations;
-    step.error = a->error;
+    report(m, a, &step, answer == &m->trial);
+    if (a->jam >= 0)
+        status = perp__adaptive_jam(m, a, &step, &m->next, t);
+    if (status != PERP_OK)
+        return status;
     run->result.error += a->error;
     perp__adaptive_learn(m, a);
     memcpy(a->does[0], a->plans ? a->planned : a->does[2], (size_t)(m->contacts + m->dry));
     a->plans = 0;
     a->started = 1;
     a->refused = 0;
-    return perp__run_take(run, answer, t, h, &step);
+    status = perp__run_take(run, answer, t, h, &step);
+    if (status != PERP_OK || a->jam < 0 || run->ended)
+        return status;
+    a->started = 0;
+    return perp__adaptive_look_at_start(m, a, t);
 }
 
 /* After a step was taken. */
@@ -352,6 +377,7 @@ static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
 
     memset(a->largest, 0, (size_t)m->coordinates * sizeof *a->largest);
     memset(a->scale, 0, (size_t)m->coordinates * sizeof *a->scale);
+    memset(a->expected, 0, (size_t)m->n * sizeof *a->expected);
     a->length = 0.0;
     a->fastest = 0.0;
     a->longest = settings->longest > 0.0 ? fmin(settings->longest, span) : span;
@@ -381,6 +407,7 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     while (status == PERP_OK && !run->ended && run->t < t1)
         status = step(run, m->adaptive, t1);
     perp__adaptive_let_go(m, NULL, NULL);
+    memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
     if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */
         run->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
         run->ended = 1;

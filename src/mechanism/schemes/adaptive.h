@@ -12,12 +12,18 @@ typedef struct perp__event {
     int32_t impact; /* velocities jump */
 } perp__event;
 
+/* What a contact or dry group does: the more, the more it holds. And that a contact which holds
+ * both ways, with one normal, and slides, presses against its other side: friction has a kink where
+ * it changes sides. */
+enum { PERP__FREE = 0, PERP__SLIDES = 1, PERP__STICKS = 2, PERP__HOLD = 3, PERP__OTHER_SIDE = 4 };
+
 struct perp__adaptive {
     PERP__WORK;
     double *largest;              /* coordinates: of |q|, so far, or what stands in for it */
     double *scale;                /* coordinates: the same, with the step at hand */
     double *rate, *moved;         /* coordinates: scratch */
     double *difference, *scratch; /* n */
+    double *expected;             /* n: m->acceleration at the start; 0: not known */
     double *force[3];             /* n: k at the start, in the middle, at the end */
     perp_mechanism_step full, first, second;
     perp__event event;           /* of the step at hand */
@@ -42,9 +48,14 @@ struct perp__adaptive {
     int32_t release;       /* in which half of the step at hand something lets go; 0: none */
     int32_t plans;         /* 1: the next step ends where something lets go */
     int64_t searched;      /* iterations of trials */
+    /* jams */
+    double *inertia[3]; /* contacts: p in the step, in its halves; NAN: not sliding */
+    int32_t jam;        /* the contact that jams where the step at hand ends; -1: none */
 };
 
 /* ---- adaptive_error.c ---- */
+/* Largest |x_i| beside the scale. */
+double perp__adaptive_beside(const perp_mechanism *m, const double *x, const double *scale);
 /* After the half step `to` of `length` from `from`, begun `start` after the step's start: a->event
  * where one in it matters most. */
 perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
@@ -73,6 +84,20 @@ void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__mo
  * And takes it away again; whether they slip nevertheless. */
 int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to);
 int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to);
+
+/* With m->begin at (t, state): m->answer := accelerations, and forces of what is held. PERP_OK:
+ * also where there are none; its outcome tells. */
+perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, double t,
+                                       const perp__motion *state, const int8_t *does);
+
+/* ---- adaptive_jam.c ---- */
+/* a->inertia[part] after that advance: 0, the step; 1 and 2, its halves. */
+void perp__adaptive_inertia(perp_mechanism *m, perp__adaptive *a, int32_t part);
+/* a->jam, and a->event, of a step with all three. */
+perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, double h);
+/* The jam of contact a->jam at (t, to): v, r and u after it. */
+perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechanism_step *step,
+                               perp__motion *to, double t);
 
 /* ---- adaptive.c ---- */
 perp_status perp__run_adaptive(perp__run *run, double t1, double h);

@@ -22,8 +22,7 @@
 
 /* ---- scales -------------------------------------------------------------------------------- */
 
-/* Largest |x_i| beside the scale. */
-static double beside_scale(const perp_mechanism *m, const double *x, const double *scale)
+double perp__adaptive_beside(const perp_mechanism *m, const double *x, const double *scale)
 {
     double largest = 0.0;
 
@@ -45,8 +44,7 @@ static perp_status scale_by_force(perp_mechanism *m, perp__adaptive *a, const do
     double *acceleration = a->difference;
     perp_status status;
 
-    memcpy(acceleration, force, (size_t)m->n * sizeof *acceleration);
-    perp__solve_mass(m, &m->begin, acceleration);
+    perp__solve_mass(m, &m->begin, acceleration, force);
     a->speed_scale = fmax(a->speed_scale, a->unit * perp__speed(m, &m->begin, acceleration));
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
@@ -152,10 +150,10 @@ static perp_status weigh(perp_mechanism *m, perp__adaptive *a, const double comb
     for (int32_t i = 0; i < m->n; i++)
         a->difference[i] = w * (combination[0] * a->force[0][i] + combination[1] * a->force[1][i] +
                                 combination[2] * a->force[2][i]);
-    perp__solve_mass(m, &m->begin, a->difference);
+    perp__solve_mass(m, &m->begin, a->difference, a->difference);
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK)
-        *size = fmax(*size, h * beside_scale(m, a->rate, a->scale));
+        *size = fmax(*size, h * perp__adaptive_beside(m, a->rate, a->scale));
     return status;
 }
 
@@ -164,10 +162,8 @@ static perp_status estimate_hidden(perp_mechanism *m, perp__adaptive *a, double 
     static const double change[3] = {-1.0, 0.0, 1.0}, bend[3] = {1.0, -2.0, 1.0};
     perp_status status = perp__evaluate_force(m, a->force[1], t + 0.5 * h, m->half.q, m->half.v);
 
-    if (status == PERP_OK)
-        status = perp__evaluate_force(m, a->force[2], t + h, m->next.q, m->next.v);
-    if (status == PERP_OK)
-        status = weigh(m, a, bend, a->order == 2 ? h / 12.0 : h / 4.0, h, &a->hidden);
+    PERP__THEN(status, perp__evaluate_force(m, a->force[2], t + h, m->next.q, m->next.v));
+    PERP__THEN(status, weigh(m, a, bend, a->order == 2 ? h / 12.0 : h / 4.0, h, &a->hidden));
     if (status == PERP_OK && a->order == 1)
         status = weigh(m, a, change, h / 4.0, h, &a->hidden);
     return status;
@@ -180,12 +176,12 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
 
     for (int32_t i = 0; i < m->coordinates; i++)
         a->moved[i] = weight * (m->next.q[i] - m->trial.q[i]);
-    a->error = beside_scale(m, a->moved, a->scale);
+    a->error = perp__adaptive_beside(m, a->moved, a->scale);
     for (int32_t i = 0; i < m->n; i++)
         a->difference[i] = weight * (m->next.v[i] - m->trial.v[i]);
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK) {
-        a->error = fmax(a->error, h * beside_scale(m, a->rate, a->scale));
+        a->error = fmax(a->error, h * perp__adaptive_beside(m, a->rate, a->scale));
         a->speed = chatters(m) ? 0.0 : free_speed(m, a, a->difference);
         a->speed = a->speed > 0.0 ? a->speed / a->speed_scale : 0.0;
     }
@@ -228,7 +224,7 @@ static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++)
         perp__add_row(m, &m->begin, i, r[i], a->difference);
-    perp__solve_mass(m, &m->begin, a->difference);
+    perp__solve_mass(m, &m->begin, a->difference, a->difference);
 }
 
 /* Whether contact j was hit, approached faster than the forces of the step make it; its speed
@@ -247,32 +243,22 @@ static int32_t is_hit(perp_mechanism *m, perp__adaptive *a, const perp__motion *
     return before < -fabs(*free - before); /* else it rests */
 }
 
-/* By how much contact j was met late, with its jump in a->difference; 0: it was not hit. */
-static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                       const perp__motion *to, double length, int32_t j)
-{
-    const int32_t row = m->starts[j];
-    const double gap = fmax(m->begin.gap[j], 0.0);
-    double free;
-
-    if (!is_hit(m, a, from, to, j, &free))
-        return 0.0;
-    if (gap <= perp__gap_rounding(m, &m->begin, row, from->q))
-        return m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
-    return fmin(fmax(length + gap / free, 0.0), length);
-}
-
 static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
                                    const perp__motion *to, double start, double length, int32_t j)
 {
-    const double late = lateness(m, a, from, to, length, j);
+    const double gap = fmax(m->begin.gap[j], 0.0);
+    double free, late;
     perp_status status;
 
-    if (late == 0.0)
+    if (!is_hit(m, a, from, to, j, &free))
         return PERP_OK;
+    if (gap <= perp__gap_rounding(m, &m->begin, m->starts[j], from->q))
+        late = m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
+    else
+        late = fmin(fmax(length + gap / free, 0.0), length);
     status = perp__evaluate_rate(m, a->rate, to->q, a->difference);
     if (status == PERP_OK)
-        keep(a, late, late * beside_scale(m, a->rate, a->scale), start + length - late, 1);
+        keep(a, late, late * perp__adaptive_beside(m, a->rate, a->scale), start + length - late, 1);
     return status;
 }
 
@@ -305,13 +291,7 @@ static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *
 {
     double all, free;
 
-    perp__held_rows_begin(&m->held, m->n);
-    for (int32_t j = 0; j < m->contacts; j++)
-        for (int32_t i = 0; i < m->two_sided[j]; i++)
-            perp__hold_row(m, &m->begin, m->starts[j] + i, 0.0);
-    for (int32_t i = 0; i < m->bilateral; i++)
-        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
-    perp__held_rows_solve(&m->held);
+    perp__hold_constraints(m);
     memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
     for (int32_t i = 0; i < f->count; i++)
         perp__add_row(m, &m->begin, f->row + i, d[i], a->scratch);

@@ -16,11 +16,6 @@
 #include <math.h>
 #include <string.h>
 
-/* What a contact or dry group does: the more, the more it holds. And that a contact which holds
- * both ways, with one normal, and slides, presses against its other side: friction has a kink where
- * it changes sides. */
-enum { FREE = 0, SLIDES = 1, STICKS = 2, HOLD = 3, OTHER_SIDE = 4 };
-
 /* A slip is faster than accelerations by this factor. In three dimensions its direction is made
  * exact by repetition. */
 #define FAST 64.0
@@ -34,15 +29,6 @@ enum { FREE = 0, SLIDES = 1, STICKS = 2, HOLD = 3, OTHER_SIDE = 4 };
 #define SHARE_OF_UNIT 1e-3
 
 #define MOST_LENGTHS 60
-
-static double length(const double *x, int32_t count)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < count; i++)
-        sum = hypot(sum, x[i]);
-    return sum;
-}
 
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
@@ -73,11 +59,12 @@ static int32_t is_rough(const perp_mechanism *m, int32_t j)
 static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const double *r)
 {
     if (!is_rough(m, j))
-        return SLIDES;
+        return PERP__SLIDES;
     if (sticks)
-        return STICKS;
-    return j < m->contacts && m->two_sided[j] == 1 && r[m->starts[j]] < 0.0 ? SLIDES | OTHER_SIDE
-                                                                            : SLIDES;
+        return PERP__STICKS;
+    return j < m->contacts && m->two_sided[j] == 1 && r[m->starts[j]] < 0.0
+               ? PERP__SLIDES | PERP__OTHER_SIDE
+               : PERP__SLIDES;
 }
 
 static void read_state(const perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
@@ -86,14 +73,15 @@ static void read_state(const perp_mechanism *m, const perp__adaptive *a, const p
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
         does[j] = j >= m->contacts || is_closed(m, a, state, j)
                       ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK, state->r)
-                      : (int8_t)FREE;
+                      : (int8_t)PERP__FREE;
 }
 
 /* Whether what was held is held less, or on its other side. */
 static int32_t lets_go(int8_t before, int8_t after)
 {
-    return (after & HOLD) < (before & HOLD) ||
-           (before != after && (after & HOLD) == SLIDES && (before & HOLD) == SLIDES);
+    return (after & PERP__HOLD) < (before & PERP__HOLD) ||
+           (before != after && (after & PERP__HOLD) == PERP__SLIDES &&
+            (before & PERP__HOLD) == PERP__SLIDES);
 }
 
 static int32_t is_lost(const perp_mechanism *m, const int8_t *before, const int8_t *after)
@@ -109,7 +97,7 @@ static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
                       const perp_mechanism_step *step, const int8_t *before)
 {
     for (int32_t j = 0; j < m->contacts; j++)
-        if (before[j] == FREE && state->r[m->starts[j]] > 0.0)
+        if (before[j] == PERP__FREE && state->r[m->starts[j]] > 0.0)
             return 1;
     return step->impacts > 0;
 }
@@ -131,8 +119,7 @@ static perp_status find_bias(perp_mechanism *m, perp__adaptive *a, double t, con
         const double s = places[k] * a->span;
 
         status = perp__evaluate_move(m, m->moved, q, s, v);
-        if (status == PERP_OK)
-            status = perp__evaluate_rows(m, &m->end, t + s, m->moved, v);
+        PERP__THEN(status, perp__evaluate_rows(m, &m->end, t + s, m->moved, v));
         if (status != PERP_OK)
             return status;
         perp__row_velocities(m, &m->end, u, v);
@@ -147,8 +134,7 @@ static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
 {
     double *x = m->work, largest = 0.0;
 
-    memcpy(x, m->begin.k, (size_t)m->n * sizeof *x);
-    perp__solve_mass(m, &m->begin, x);
+    perp__solve_mass(m, &m->begin, x, m->begin.k);
     for (int32_t i = 0; i < m->rows; i++) {
         const double *J = m->begin.J + (size_t)i * (size_t)m->n;
         double size = fabs(a->bias[i]);
@@ -170,7 +156,8 @@ static int32_t drive(perp_mechanism *m, perp__adaptive *a, const perp__motion *s
 
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], count = m->tangents[j];
-        const double speed = (does[j] & HOLD) == SLIDES ? length(state->u + first, count) : 0.0;
+        const double speed =
+            (does[j] & PERP__HOLD) == PERP__SLIDES ? perp__length(state->u + first, count) : 0.0;
 
         for (int32_t i = first; i < first + count && speed > 0.0; i++) {
             const double before = a->drift[i];
@@ -184,9 +171,8 @@ static int32_t drive(perp_mechanism *m, perp__adaptive *a, const perp__motion *s
     return turns;
 }
 
-/* m->answer := accelerations and forces. PERP_OK: also where there are none; its outcome tells. */
-static perp_status find_forces(perp_mechanism *m, perp__adaptive *a, double t,
-                               const perp__motion *state, const int8_t *does)
+perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, double t,
+                                       const perp__motion *state, const int8_t *does)
 {
     perp__terms terms = m->begin;
     perp__velocity_problem problem;
@@ -199,10 +185,10 @@ static perp_status find_forces(perp_mechanism *m, perp__adaptive *a, double t,
     perp__friction_of_speed(m, &m->begin, m->friction, state->u, state->v);
     memcpy(m->start_velocity, state->u, (size_t)m->rows * sizeof *m->start_velocity);
     for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t sticks = does[j] == STICKS;
+        const int32_t sticks = does[j] == PERP__STICKS;
 
-        m->included[j] = does[j] != FREE;
-        m->start_speed[j] = sticks ? 0.0 : length(state->u + m->tangent[j], m->tangents[j]);
+        m->included[j] = does[j] != PERP__FREE;
+        m->start_speed[j] = sticks ? 0.0 : perp__length(state->u + m->tangent[j], m->tangents[j]);
         if (sticks)
             m->friction[j] = fmax(m->mu_static[j], m->begin.mu[j]);
     }
@@ -244,39 +230,27 @@ static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const pe
 
     read_state(m, a, state, does);
     for (int32_t j = 0; j < count; j++)
-        after[j] = (does[j] & HOLD) > (before[j] & HOLD) ? does[j] : before[j];
+        after[j] = (does[j] & PERP__HOLD) > (before[j] & PERP__HOLD) ? does[j] : before[j];
     status = perp__evaluate_all(m, &m->begin, t, state->q, state->v);
-    if (status == PERP_OK)
-        status = find_forces(m, a, t, state, after);
+    PERP__THEN(status, perp__adaptive_find_forces(m, a, t, state, after));
     a->known = status == PERP_OK && perp__is_good(m->answer.outcome);
     for (int32_t j = 0; j < count && a->known; j++) {
         const int32_t one_sided = j < m->contacts && m->two_sided[j] == 0;
 
-        if (one_sided && after[j] != FREE && starts(m, a, m->starts[j], 1))
-            after[j] = FREE;
-        else if (after[j] != FREE)
+        if (one_sided && after[j] != PERP__FREE && starts(m, a, m->starts[j], 1))
+            after[j] = PERP__FREE;
+        else if (after[j] != PERP__FREE)
             after[j] =
-                held(m, j, after[j] == STICKS && !starts(m, a, m->tangent[j], m->tangents[j]),
+                held(m, j, after[j] == PERP__STICKS && !starts(m, a, m->tangent[j], m->tangents[j]),
                      m->answer.r);
-        if ((after[j] & HOLD) <= (does[j] & HOLD) ||
-            (does[j] == FREE && is_near(m, a, m->starts[j], m->begin.gap[j])))
+        if ((after[j] & PERP__HOLD) <= (does[j] & PERP__HOLD) ||
+            (does[j] == PERP__FREE && is_near(m, a, m->starts[j], m->begin.gap[j])))
             does[j] = after[j];
     }
     return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
 }
 
 /* ---- how much is left ---------------------------------------------------------------------- */
-
-/* J M^-1 J' of the row. */
-static double mobility(perp_mechanism *m, int32_t row)
-{
-    double *x = m->work;
-
-    memset(x, 0, (size_t)m->n * sizeof *x);
-    perp__add_row(m, &m->begin, row, 1.0, x);
-    perp__solve_mass(m, &m->begin, x);
-    return perp__row_times(m, &m->begin, row, 0.0, x);
-}
 
 /* The least force that is left of what was held; below 0, that which is missing. */
 static double margin(perp_mechanism *m, const int8_t *before, const int8_t *after)
@@ -289,17 +263,18 @@ static double margin(perp_mechanism *m, const int8_t *before, const int8_t *afte
         const int32_t first = m->tangent[j], count = m->tangents[j];
         double bound;
 
-        if (before[j] == FREE)
+        if (before[j] == PERP__FREE)
             continue;
-        if (after[j] == FREE)
-            least = fmin(least, -now->u[row] / mobility(m, row));
+        if (after[j] == PERP__FREE)
+            least = fmin(least, -now->u[row] / perp__row_mobility(m, row));
         else if (!dry)
             least = fmin(least, now->r[row]);
-        if (before[j] != STICKS || after[j] == FREE)
+        if (before[j] != PERP__STICKS || after[j] == PERP__FREE)
             continue;
         bound = dry ? m->begin.bound[j - m->contacts] : m->friction[j] * now->r[row];
-        least = fmin(least, after[j] == SLIDES ? -length(now->u + first, count) / mobility(m, first)
-                                               : bound - length(now->r + first, count));
+        least = fmin(least, after[j] == PERP__SLIDES ? -perp__length(now->u + first, count) /
+                                                           perp__row_mobility(m, first)
+                                                     : bound - perp__length(now->r + first, count));
     }
     return least;
 }
@@ -315,13 +290,13 @@ static int32_t is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t 
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t dry = j >= m->contacts, one_sided = !dry && m->two_sided[j] == 0;
 
-        if (does[j] == FREE)
+        if (does[j] == PERP__FREE)
             continue;
         if ((one_sided && !(r[m->starts[j]] > 0.0)) ||
-            (does[j] != STICKS && held(m, j, 0, r) != does[j]))
+            (does[j] != PERP__STICKS && held(m, j, 0, r) != does[j]))
             return 0;
-        if (does[j] == STICKS &&
-            !(length(r + m->tangent[j], m->tangents[j]) <
+        if (does[j] == PERP__STICKS &&
+            !(perp__length(r + m->tangent[j], m->tangents[j]) <
               (dry ? m->dry_bound[j - m->contacts] : m->friction[j] * perp__load_of(m, r, j))))
             return 0;
     }
@@ -332,45 +307,42 @@ static int32_t is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t 
 
 perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double t, double h)
 {
+    const perp__motion *const states[] = {&m->half, &m->next};
+    const perp_mechanism_step *const steps[] = {&a->first, &a->second};
     const size_t size = (size_t)(m->contacts + m->dry);
-    perp_status status;
+    int32_t calm = 1;
+    perp_status status = PERP_OK;
 
-    a->release = 0;
-    if (size == 0)
-        return PERP_OK;
     a->span = fmax(SHARE * h, SHARE_OF_UNIT * a->unit);
     a->length = 0.5 * h;
-    read_state(m, a, &m->half, a->does[1]);
-    read_state(m, a, &m->next, a->does[2]);
-    if (memcmp(a->does[0], a->does[1], size) == 0 && memcmp(a->does[0], a->does[2], size) == 0 &&
-        !is_hit(m, &m->half, &a->first, a->does[0]) &&
-        !is_hit(m, &m->next, &a->second, a->does[0]) && is_calm(m, a, a->does[0]))
-        return PERP_OK;
-    status = look(m, a, t + 0.5 * h, &m->half, a->does[0], a->does[1], a->after);
-    if (status == PERP_OK && is_lost(m, a->does[0], a->after) &&
-        !is_hit(m, &m->half, &a->first, a->does[0])) {
-        a->release = 1;
-        return PERP_OK;
+    for (int32_t k = 0; k < 2; k++) {
+        read_state(m, a, states[k], a->does[k + 1]);
+        calm = calm && memcmp(a->does[0], a->does[k + 1], size) == 0 &&
+               !is_hit(m, states[k], steps[k], a->does[0]);
     }
-    if (status == PERP_OK)
-        status = look(m, a, t + h, &m->next, a->does[1], a->does[2], a->after);
-    if (status == PERP_OK && is_lost(m, a->does[1], a->after) &&
-        !is_hit(m, &m->next, &a->second, a->does[1]))
-        a->release = 2;
+    if (calm && is_calm(m, a, a->does[0]))
+        return PERP_OK;
+    for (int32_t k = 0; k < 2 && a->release == 0 && status == PERP_OK; k++) {
+        status =
+            look(m, a, t + (k + 1) * (0.5 * h), states[k], a->does[k], a->does[k + 1], a->after);
+        if (status == PERP_OK && is_lost(m, a->does[k], a->after) &&
+            !is_hit(m, states[k], steps[k], a->does[k]))
+            a->release = k + 1;
+    }
     return status;
 }
 
 /* a->after: what goes on from the end of a single step of that length, and the least force left. */
 static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, double h,
-                              const perp__motion *from, const int8_t *held_before, double *left)
+                              const perp__motion *state, const int8_t *held_before, double *left)
 {
+    const perp__start from = {t, h, state->q, state->v};
     perp_mechanism_step step;
-    perp_status status = perp__advance(m, &m->trial, &step, t, h, from->q, from->v);
+    perp_status status = perp__take_step(m, &m->trial, &step, &from);
 
     a->searched += step.iterations;
     a->length = h;
-    if (status == PERP_OK)
-        status = look(m, a, t + h, &m->trial, held_before, a->tried, a->after);
+    PERP__THEN(status, look(m, a, t + h, &m->trial, held_before, a->tried, a->after));
     if (status == PERP_OK)
         *left = a->known ? margin(m, held_before, a->after) : INFINITY;
     return status;
@@ -405,8 +377,10 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     perp_status status = PERP_OK;
 
     memcpy(a->planned, a->does[a->release], size);
-    if (a->release == 1)
+    if (a->release == 1) {
         perp__adaptive_let_go(m, a->does[0], &m->now);
+        memcpy(m->acceleration, a->expected, (size_t)m->n * sizeof *a->expected);
+    }
     for (int32_t pass = 1; high - low > least && pass < MOST_LENGTHS && status == PERP_OK; pass++) {
         const double x = next_length(low, high, left, missing, whole, 0.5 * least, pass);
         double found = INFINITY;
@@ -436,8 +410,8 @@ void perp__adaptive_give_way(const perp_mechanism *m, perp__adaptive *a)
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state)
 {
     for (int32_t j = 0; j < m->contacts; j++)
-        m->let_go[j] = does && (does[j] & HOLD) == SLIDES &&
-                       length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
+        m->let_go[j] = does && (does[j] & PERP__HOLD) == PERP__SLIDES &&
+                       perp__length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
 }
 
 /* Whether contact j slips back at the end of a step, though it would have stuck on the way. */
@@ -495,13 +469,13 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
 
         for (int32_t i = first; i < end; i++)
             size = hypot(size, perp__row_size(m, &m->begin, i, now->v));
-        rests = length(now->u + first, m->tangents[j]) <= NOTHING * size;
+        rests = perp__length(now->u + first, m->tangents[j]) <= NOTHING * size;
         for (int32_t i = first; i < end && rests; i++)
             now->u[i] = 0.0;
         a->does[0][j] = j >= m->contacts || m->two_sided[j] > 0 ||
                                 touches(m, now, m->starts[j], m->begin.gap[j])
                             ? held(m, j, rests, now->r)
-                            : (int8_t)FREE;
+                            : (int8_t)PERP__FREE;
     }
     a->span = SHARE_OF_UNIT * a->unit;
     return look(m, a, t, now, a->does[0], a->tried, a->does[0]);

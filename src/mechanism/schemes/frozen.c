@@ -10,35 +10,39 @@
 #include <math.h>
 #include <string.h>
 
-void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const double *v0)
+void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
 {
-    perp__row_velocities(m, &m->begin, m->start_velocity, v0);
+    perp__row_velocities(m, &m->begin, m->start_velocity, from->v);
     for (int32_t j = 0; j < m->contacts; j++) {
-        if (fabs(m->begin.gap[j]) <= perp__gap_rounding(m, &m->begin, m->starts[j], q0))
+        if (fabs(m->begin.gap[j]) <= perp__gap_rounding(m, &m->begin, m->starts[j], from->q))
             m->begin.gap[j] = 0.0;
         if (m->settings.law == PERP_MECHANISM_POISSON || m->two_sided[j] > 0) /* nobody else asks */
-            m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, v0);
-        m->shift[j] = fmax(m->begin.gap[j], 0.0) / h;
+            m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, from->v);
+        m->shift[j] = fmax(m->begin.gap[j], 0.0) / from->h;
         m->included[j] = m->begin.gap[j] <= 0.0;
     }
 }
 
-void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0)
+void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const perp__start *from)
 {
-    perp__multiply_mass(m, &m->begin, m->momentum, v0);
+    perp__multiply_mass(m, terms, m->momentum, from->v);
     for (int32_t i = 0; i < m->n; i++)
-        m->momentum[i] += h * m->begin.k[i];
-    perp__prepare_contacts(m, h, q0, v0);
-    perp__include_reached(m, &m->begin);
-    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v0);
+        m->momentum[i] += from->h * terms->k[i];
     for (int32_t i = 0; i < m->dry; i++)
-        m->dry_bound[i] = h * m->begin.bound[i];
+        m->dry_bound[i] = from->h * terms->bound[i];
+}
+
+void perp__prepare_step(perp_mechanism *m, const perp__start *from)
+{
+    perp__prepare_impulses(m, &m->begin, from);
+    perp__prepare_contacts(m, from);
+    perp__include_reached(m, &m->begin);
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, from->v);
 }
 
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms)
 {
-    memcpy(m->free, m->momentum, (size_t)m->n * sizeof *m->free);
-    perp__solve_mass(m, terms, m->free);
+    perp__solve_mass(m, terms, m->free, m->momentum);
     perp__row_velocities(m, &m->begin, m->free_velocity, m->free);
     for (int32_t j = 0; j < m->contacts; j++)
         if (m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
@@ -138,20 +142,20 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
 }
 
 perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                 double t, double h, const double *q0, const double *v0)
+                                 const perp__start *from)
 {
     perp__velocity_problem problem;
-    perp_status status = perp__evaluate_all(m, &m->begin, t, q0, v0);
+    perp_status status = perp__evaluate_all(m, &m->begin, from->t, from->q, from->v);
 
     step->scheme = PERP_MECHANISM_FROZEN;
     if (status != PERP_OK)
         return status;
-    perp__prepare_step(m, h, q0, v0);
+    perp__prepare_step(m, from);
     perp__pose(m, &problem);
     status = perp__solve_frozen(m, &problem);
     if (status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY)
-        status = perp__select_answer(m, step, &problem, h, v0);
+        status = perp__select_answer(m, step, &problem, from);
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
-        status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
-    return status == PERP_OK ? perp__finish_step(m, to, step, t + h, &problem) : status;
+        status = perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v);
+    return status == PERP_OK ? perp__finish_step(m, to, step, from->t + from->h, &problem) : status;
 }

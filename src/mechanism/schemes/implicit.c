@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "ncp/ncp.h"
 
 #define COARSEST 1e-6 /* tolerance, however short the step is */
@@ -44,8 +43,7 @@ static perp_status set_up(perp_mechanism *m, perp__implicit *s)
     problem.lower = s->lower;
     problem.upper = s->upper;
     problem.user = m;
-    if (status == PERP_OK)
-        status = perp__ncp_setup(s->solver, &problem);
+    PERP__THEN(status, perp__ncp_setup(s->solver, &problem));
     return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "the implicit step");
 }
 
@@ -60,8 +58,7 @@ static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
         s->lower[i] = -INFINITY;
         s->upper[i] = INFINITY;
     }
-    if (status == PERP_OK)
-        status = perp__ncp_create(m->context, &s->solver, &s->settings);
+    PERP__THEN(status, perp__ncp_create(m->context, &s->solver, &s->settings));
     if (status != PERP_OK)
         return perp__mechanism_fail_in(m, status, "the implicit step");
     s->size = s->most;
@@ -81,9 +78,8 @@ perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
     if (!s)
         return PERP_ERROR_MEMORY;
     s->most = perp__implicit_most(m, settings->cone);
-    status = perp__arena_fit(&s->arena, layout, s);
-    if (status == PERP_OK)
-        status = create_solver(m, s);
+    status = perp__arena_fit(&s->arena, m->context, layout, s);
+    PERP__THEN(status, create_solver(m, s));
     if (status == PERP_OK)
         *made = s;
     else
@@ -124,8 +120,7 @@ static perp_status ask_again(const perp_mechanism *m, perp__implicit *s, perp_nc
     s->settings.tol = COARSEST;
     memcpy(s->start, s->z, (size_t)s->size * sizeof *s->z);
     status = perp__ncp_set(s->solver, &s->settings);
-    if (status == PERP_OK)
-        status = perp__ncp_solve(s->solver, s->z, s->w, result, s->start);
+    PERP__THEN(status, perp__ncp_solve(s->solver, s->z, s->w, result, s->start));
     result->iterations += iterations;
     return status;
 }
@@ -144,14 +139,10 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     perp__implicit_start(m, s, s->start);
     s->settings.tol = fmin(fmax(m->settings.tol, s->noise), fmax(m->settings.tol, COARSEST));
     s->settings.time_limit = perp__mechanism_time_left(m);
-    if (status == PERP_OK)
-        status = perp__ncp_set(s->solver, &s->settings);
-    if (status == PERP_OK)
-        status = set_up(m, s);
-    if (status == PERP_OK)
-        status = perp__ncp_solve(s->solver, s->z, s->w, &result, s->start);
-    if (status == PERP_OK)
-        status = ask_again(m, s, &result);
+    PERP__THEN(status, perp__ncp_set(s->solver, &s->settings));
+    PERP__THEN(status, set_up(m, s));
+    PERP__THEN(status, perp__ncp_solve(s->solver, s->z, s->w, &result, s->start));
+    PERP__THEN(status, ask_again(m, s, &result));
     if (s->failed != PERP_OK) { /* what the callback said, not what came of it */
         memcpy(m->context->message, s->message, sizeof s->message);
         return s->failed;
@@ -194,12 +185,12 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
 {
     perp__implicit *s = m->implicit;
     perp__velocity_problem problem;
-    perp_status status = perp__evaluate_all(m, &m->begin, s->t, s->q0, s->v0);
+    perp_status status = perp__evaluate_all(m, &m->begin, s->from.t, s->from.q, s->from.v);
 
     *found = 0;
     if (status != PERP_OK)
         return status;
-    perp__prepare_step(m, s->h, s->q0, s->v0);
+    perp__prepare_step(m, &s->from);
     perp__pose(m, &problem);
     status = perp__solve_frozen(m, &problem);
     if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
@@ -215,28 +206,24 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
 }
 
 perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                   double t, double h, const double *q0, const double *v0)
+                                   const perp__start *from)
 {
     perp__implicit *s = m->implicit;
     perp__velocity_problem problem;
     perp_status status;
     int32_t found;
 
-    s->t = t;
-    s->h = h;
-    s->q0 = q0;
-    s->v0 = v0;
+    s->from = *from;
     status = find(m, step, &found);
     if (status == PERP_OK && !found) {
         step->iterations += m->answer.iterations; /* which the frozen step counts anew */
-        return perp__advance_frozen(m, to, step, t, h, q0, v0);
+        return perp__advance_frozen(m, to, step, from);
     }
-    if (status == PERP_OK)
-        status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
+    PERP__THEN(status, perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v));
     if (status != PERP_OK)
         return status;
     step->scheme = PERP_MECHANISM_IMPLICIT;
     perp__pose(m, &problem);
     problem.terms = &m->end;
-    return perp__finish_step(m, to, step, t + h, &problem);
+    return perp__finish_step(m, to, step, from->t + from->h, &problem);
 }

@@ -56,8 +56,7 @@ struct perp__implicit {
     int32_t is_bent;
     int32_t outcome; /* of the solver */
     double residual;
-    double t, h; /* of the step, and where it starts */
-    const double *q0, *v0;
+    perp__start from;   /* of the step */
     perp_status failed; /* of a callback that asked to abort, and its message */
     char message[PERP__MESSAGE_SIZE];
 };

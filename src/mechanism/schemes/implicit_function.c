@@ -12,7 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "mechanism/schemes/implicit.h"
 
 #define FORWARD 0x1p-26 /* about sqrt(eps), of a speed: a step of differences */
@@ -21,9 +20,10 @@
 double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t row, double now,
                                 double before)
 {
-    const double curvature = (now - before) / s->h - s->u[row];
+    const double curvature = (now - before) / s->from.h - s->u[row];
 
-    return fabs(curvature) * s->h <= perp__gap_rounding(m, &m->end, row, s->q) ? 0.0 : curvature;
+    return fabs(curvature) * s->from.h <= perp__gap_rounding(m, &m->end, row, s->q) ? 0.0
+                                                                                    : curvature;
 }
 
 static void fill_impulses(perp_mechanism *m, perp__implicit *s, const double *z)
@@ -73,63 +73,54 @@ static void fill_friction(const perp_mechanism *m, const perp__implicit *s,
     }
 }
 
-/* Of a constraint's impulse. */
-static int32_t unknown_of(const perp_mechanism *m, const perp__implicit *s, int32_t constraint)
+/* (c(q+) - c(q)) / h. */
+static double speed_of(perp_mechanism *m, perp__implicit *s, int32_t constraint)
 {
     const int32_t row = m->constraint_row[constraint];
 
-    for (int32_t k = 0; k < s->discs_count && constraint >= m->bilateral; k++) {
-        const perp__implicit_disc *disc = s->discs + k;
-        const int32_t i = disc->normal >= 0 ? row - m->starts[disc->contact] : -1;
-
-        if (i >= 0 && i < disc->normals)
-            return disc->normal + i;
-    }
-    return s->bilateral + constraint;
+    return s->u[row] +
+           perp__implicit_curvature(m, s, row, m->end.c[constraint], m->begin.c[constraint]);
 }
 
 static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *z)
 {
     const perp__terms *end = &m->end;
     const size_t n = (size_t)m->n;
-    int32_t i;
-    size_t j;
+    int32_t held = m->bilateral; /* of the constraints: the contacts' own come behind these */
 
-    for (j = 0; j < n; j++) {
-        F[j] = -s->h * end->k[j];
+    for (size_t j = 0; j < n; j++) {
+        F[j] = -s->from.h * end->k[j];
         for (size_t l = 0; l < n; l++)
-            F[j] += end->M[j * n + l] * (z[l] - s->v0[l]);
+            F[j] += end->M[j * n + l] * (z[l] - s->from.v[l]);
     }
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         perp__add_row(m, end, i, -s->r[i], F);
+    for (int32_t i = 0; i < m->bilateral; i++)
+        F[s->bilateral + i] = speed_of(m, s, i);
     for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const int32_t c = disc->contact;
 
         if (disc->normal >= 0 && m->two_sided[c] == 0)
             F[disc->normal] =
-                fmax(m->begin.gap[c], 0.0) / s->h + s->u[m->starts[c]] +
+                fmax(m->begin.gap[c], 0.0) / s->from.h + s->u[m->starts[c]] +
                 perp__implicit_curvature(m, s, m->starts[c], end->gap[c], m->begin.gap[c]);
+        else
+            for (int32_t i = 0; i < disc->normals; i++)
+                F[disc->normal + i] = speed_of(m, s, held++);
         fill_friction(m, s, disc, F, z);
-    }
-    for (i = 0; i < m->constraints; i++) {
-        const int32_t row = m->constraint_row[i];
-
-        F[unknown_of(m, s, i)] =
-            s->u[row] + perp__implicit_curvature(m, s, row, end->c[i], m->begin.c[i]);
     }
 }
 
 /* Into F, s->q, s->u, s->r, m->end and m->friction. */
 static perp_status evaluate_at(perp_mechanism *m, perp__implicit *s, double *F, const double *z)
 {
-    perp_status status = perp__evaluate_move(m, s->q, s->q0, s->h, z);
+    perp_status status = perp__evaluate_move(m, s->q, s->from.q, s->from.h, z);
 
-    if (status == PERP_OK)
-        status = perp__evaluate_all(m, &m->end, s->t + s->h, s->q, z);
+    PERP__THEN(status, perp__evaluate_all(m, &m->end, s->from.t + s->from.h, s->q, z));
     if (status != PERP_OK)
         return status;
-    perp__friction_of_speed(m, &m->end, m->friction, m->start_velocity, s->v0);
+    perp__friction_of_speed(m, &m->end, m->friction, m->start_velocity, s->from.v);
     perp__row_velocities(m, &m->end, s->u, z);
     fill_impulses(m, s, z);
     fill(m, s, F, z);
@@ -234,16 +225,6 @@ static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J
         perp__add_row(m, &m->end, m->contact_rows + i, -1.0, J + (size_t)(s->bilateral + i) * size);
 }
 
-static int32_t is_gap(const perp_mechanism *m, const perp__implicit *s, int32_t i)
-{
-    if (i >= s->bilateral && i < s->bilateral + m->bilateral)
-        return 1;
-    for (int32_t k = 0; k < s->discs_count; k++)
-        if (i >= s->discs[k].normal && i < s->discs[k].normal + s->discs[k].normals)
-            return 1;
-    return 0;
-}
-
 /* column += factor J of the row, at row `to` of all columns of v. */
 static void add_speed(const perp_mechanism *m, const perp__implicit *s, double *J, int32_t to,
                       int32_t row, double factor)
@@ -287,6 +268,7 @@ static perp_status bend(perp_mechanism *m, perp__implicit *s, const double *J, c
 {
     const double step = FORWARD * fmax(fabs(z[i]), s->steps[i]);
     const size_t at = (size_t)i * (size_t)s->size;
+    double *column = s->bent + at;
     perp_status status = PERP__OUTSIDE;
 
     memcpy(s->shifted, z, (size_t)s->size * sizeof *z);
@@ -299,10 +281,11 @@ static perp_status bend(perp_mechanism *m, perp__implicit *s, const double *J, c
     if (status != PERP_OK)
         return status;
     for (int32_t k = 0; k < s->size; k++)
-        s->bent[at + (size_t)k] =
-            is_gap(m, s, k)
-                ? 0.0
-                : (s->changed[k] - s->F[k]) / (s->shifted[i] - z[i]) - J[at + (size_t)k];
+        column[k] = (s->changed[k] - s->F[k]) / (s->shifted[i] - z[i]) - J[at + (size_t)k];
+    memset(column + s->bilateral, 0, (size_t)m->bilateral * sizeof *column); /* c and gaps */
+    for (int32_t k = 0; k < s->discs_count; k++)
+        memset(column + s->discs[k].first - s->discs[k].normals, 0,
+               (size_t)s->discs[k].normals * sizeof *column);
     return PERP_OK;
 }
 

@@ -29,42 +29,33 @@ int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges)
     return count + m->dry * unknowns_of(m->model.dry_dim, edges);
 }
 
-/* J_i M^-1 J_i'. */
-static double inverse_mass(perp_mechanism *m, int32_t row)
+/* s->noise, with the gap or the c behind the row. */
+static void add_noise(const perp_mechanism *m, perp__implicit *s, int32_t row)
 {
-    memcpy(m->work, m->begin.J + (size_t)row * (size_t)m->n, (size_t)m->n * sizeof *m->work);
-    perp__solve_mass(m, &m->begin, m->work);
-    return perp__row_times(m, &m->begin, row, 0.0, m->work);
-}
+    const double unit = s->from.h * s->speed * sqrt(s->inverse_mass[row]);
 
-/* Whether a gap or a c is behind the row. */
-static int32_t is_constraint(const perp_mechanism *m, int32_t row)
-{
-    for (int32_t c = 0; c < m->constraints; c++)
-        if (m->constraint_row[c] == row)
-            return 1;
-    return row < m->contact_rows && m->normal_of[row] >= 0 && m->included[m->normal_of[row]];
+    if (unit > 0.0)
+        s->noise = fmax(s->noise, perp__gap_rounding(m, &m->begin, row, s->from.q) / unit);
 }
 
 /* The sizes of the step's speeds and impulses, from energies, so that units of q do not count. */
 static void find_sizes(perp_mechanism *m, perp__implicit *s)
 {
-    double noise = 0.0;
-
-    s->speed = fmax(perp__speed(m, &m->begin, s->v0), fmax(perp__speed(m, &m->begin, m->free),
-                                                           perp__speed(m, &m->begin, m->answer.v)));
+    s->speed =
+        fmax(perp__speed(m, &m->begin, s->from.v),
+             fmax(perp__speed(m, &m->begin, m->free), perp__speed(m, &m->begin, m->answer.v)));
     if (s->speed == 0.0)
         s->speed = 1.0; /* nothing moves and nothing pulls */
     for (int32_t i = 0; i < m->n; i++)
         s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
-    for (int32_t i = 0; i < m->rows; i++) {
-        s->inverse_mass[i] = inverse_mass(m, i);
-        if (!is_constraint(m, i) || !(s->inverse_mass[i] > 0.0))
-            continue;
-        noise = fmax(noise, perp__gap_rounding(m, &m->begin, i, s->q0) /
-                                (s->h * s->speed * sqrt(s->inverse_mass[i])));
-    }
-    s->noise = noise;
+    for (int32_t i = 0; i < m->rows; i++)
+        s->inverse_mass[i] = perp__row_mobility(m, i);
+    s->noise = 0.0;
+    for (int32_t i = 0; i < m->constraints; i++)
+        add_noise(m, s, m->constraint_row[i]);
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (m->included[j] && m->two_sided[j] == 0)
+            add_noise(m, s, m->starts[j]);
 }
 
 static void bound(perp__implicit *s, int32_t i, double lower, double upper)
@@ -131,7 +122,7 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z)
 {
     if (disc->normal < 0)
-        return s->h * m->end.bound[disc->contact - m->contacts];
+        return s->from.h * m->end.bound[disc->contact - m->contacts];
     if (m->two_sided[disc->contact] > 0)
         return m->friction[disc->contact] * perp__length(z + disc->normal, disc->normals);
     return m->friction[disc->contact] * z[disc->normal];
@@ -277,24 +268,17 @@ static void take(perp_mechanism *m, const perp__implicit *s, const perp__implici
 /* Momentum, shifts and bounds of the problem at q+. c's curvature goes into its drift. */
 static void prepare(perp_mechanism *m, perp__implicit *s)
 {
-    const size_t n = (size_t)m->n;
-    int32_t j;
-
-    for (j = 0; j < m->constraints; j++) {
+    for (int32_t j = 0; j < m->constraints; j++) {
         const int32_t row = m->constraint_row[j];
 
         m->end.drift[row] += perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
     }
-    perp__multiply_mass(m, &m->end, m->momentum, s->v0);
-    for (size_t i = 0; i < n; i++)
-        m->momentum[i] += s->h * m->end.k[i];
-    for (j = 0; j < m->contacts; j++)
+    perp__prepare_impulses(m, &m->end, &s->from);
+    for (int32_t j = 0; j < m->contacts; j++)
         if (m->two_sided[j] == 0)
             m->shift[j] =
-                fmax(m->begin.gap[j], 0.0) / s->h +
+                fmax(m->begin.gap[j], 0.0) / s->from.h +
                 perp__implicit_curvature(m, s, m->starts[j], m->end.gap[j], m->begin.gap[j]);
-    for (j = 0; j < m->dry; j++)
-        m->dry_bound[j] = s->h * m->end.bound[j];
 }
 
 void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w)

@@ -5,10 +5,12 @@
  *   q+ = q + h N (theta v+ + (1 - theta) v),   with v+ alone where velocities jump,
  *   0 <= r_n perp max(gap, 0)/h + u_n+ >= 0,   friction of u_t+.
  *
- * M is taken at q + (1 - theta) h N v, and J = theta J(q) + (1 - theta) J(q*), q* = q + h N v the
- * predicted end: for theta = 1/2 both are in the middle, up to h^2. The speeds u+ of the laws are
- * those at the end, J(q*) v+ + drift(q*); what differs from J v+ is taken from the last iterate, so
- * that the contact problem keeps its symmetry. With theta = 1 all geometry is that of the start.
+ * M is taken at q + (1 - theta) h N v, and J = theta J(q) + (1 - theta) J(q*), q* the predicted
+ * end: q + h N v, in chosen steps q + h N (v + h a/2) with the acceleration of the step before, so
+ * that u+ is 0 at the true end up to h^3; for theta = 1/2 both are in the middle, up to h^2. The
+ * speeds u+ of the laws are those at the end, J(q*) v+ + drift(q*); what differs from J v+ is taken
+ * from the last iterate, so that the contact problem keeps its symmetry. With theta = 1 all
+ * geometry is that of the start.
  *
  * Friction and contact act through v+ alone: weighted like k they would ring (u_n+ = -u_n). A
  * contact that the step reaches keeps the speed gap/h that brings it to 0; it has gap 0 when the
@@ -21,6 +23,10 @@
 #include "linalg/blas.h"
 
 #define MOST_ITERATES 60
+
+/* Of the error of an adaptive run's step: what the iteration may lack, which thousands of steps add
+ * up. */
+#define UNSEEN 1e-3
 
 /* Iterations that gain less than this factor are given a matrix of their own. */
 #define SLOW 0.1
@@ -37,8 +43,7 @@
 /* What the steps of the scheme keep. */
 struct perp__theta {
     PERP__WORK;
-    double t, h; /* of the step, and where it starts */
-    const double *q0, *v0;
+    perp__start from;   /* of the step */
     double *A, *factor; /* n by n: iteration matrix and its L, columns */
     double *force;      /* n: k at the end, of the iterate */
     double *p, *last;   /* n: M v0 + h (theta k+ + (1 - theta) k), and that of the last iterate */
@@ -68,12 +73,16 @@ static void layout(perp__arena *arena, void *object)
 /* m->end: the rows at the predicted end, or at the start where the model has none there. */
 static perp_status predict_rows(perp_mechanism *m, perp__theta *w)
 {
-    perp_status status = perp__evaluate_move(m, w->q, w->q0, w->h, w->v0);
+    perp_status status;
 
-    if (status == PERP_OK)
-        status = perp__evaluate_rows(m, &m->end, w->t + w->h, w->q, w->v0);
-    return status == PERP__OUTSIDE ? perp__evaluate_rows(m, &m->end, w->t + w->h, w->q0, w->v0)
-                                   : status;
+    for (int32_t i = 0; i < m->n; i++)
+        w->middle[i] = w->from.v[i] + 0.5 * w->from.h * m->acceleration[i];
+    status = perp__evaluate_move(m, w->q, w->from.q, w->from.h, w->middle);
+
+    PERP__THEN(status, perp__evaluate_rows(m, &m->end, w->from.t + w->from.h, w->q, w->from.v));
+    return status == PERP__OUTSIDE
+               ? perp__evaluate_rows(m, &m->end, w->from.t + w->from.h, w->from.q, w->from.v)
+               : status;
 }
 
 /* begin.J := J, end.J := what the rows of the end have more, begin.mu and begin.bound between. */
@@ -102,13 +111,12 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     perp_status status = PERP_OK;
 
     w->corrected = 0;
-    memcpy(w->at, w->q0, (size_t)m->coordinates * sizeof *w->at);
+    memcpy(w->at, w->from.q, (size_t)m->coordinates * sizeof *w->at);
     if (ahead > 0.0)
-        status = perp__evaluate_move(m, w->at, w->q0, ahead * w->h, w->v0);
-    if (status == PERP_OK)
-        status = perp__evaluate_mass(m, &m->begin, w->at);
+        status = perp__evaluate_move(m, w->at, w->from.q, ahead * w->from.h, w->from.v);
+    PERP__THEN(status, perp__evaluate_mass(m, &m->begin, w->at));
     if (status == PERP__OUTSIDE)
-        status = perp__evaluate_mass(m, &m->begin, w->q0);
+        status = perp__evaluate_mass(m, &m->begin, w->from.q);
     if (status == PERP_OK && ahead > 0.0 && m->rows > 0) {
         status = predict_rows(m, w);
         if (status == PERP_OK)
@@ -120,19 +128,18 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
 
 static perp_status prepare(perp_mechanism *m, perp__theta *w)
 {
-    perp_status status = perp__evaluate_force(m, m->begin.k, w->t, w->q0, w->v0);
+    perp_status status = perp__evaluate_force(m, m->begin.k, w->from.t, w->from.q, w->from.v);
 
-    if (status == PERP_OK)
-        status = perp__evaluate_rows(m, &m->begin, w->t, w->q0, w->v0);
+    PERP__THEN(status, perp__evaluate_rows(m, &m->begin, w->from.t, w->from.q, w->from.v));
     if (status != PERP_OK)
         return status;
-    perp__prepare_contacts(m, w->h, w->q0, w->v0);
+    perp__prepare_contacts(m, &w->from);
     status = evaluate_geometry(m, w);
     if (status != PERP_OK)
         return status;
-    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, w->v0);
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, w->from.v);
     for (int32_t j = 0; j < m->dry; j++)
-        m->dry_bound[j] = w->h * m->begin.bound[j];
+        m->dry_bound[j] = w->from.h * m->begin.bound[j];
     w->terms = m->begin;
     w->has_matrix = w->tried_matrix = 0;
     return PERP_OK;
@@ -152,11 +159,12 @@ static perp_status move(perp_mechanism *m, perp__theta *w, double *q, const doub
     perp_status status = PERP_OK;
 
     for (int32_t i = 0; i < m->n; i++)
-        w->middle[i] = theta * v[i] + (1.0 - theta) * w->v0[i];
+        w->middle[i] = theta * v[i] + (1.0 - theta) * w->from.v[i];
     if (!m->model.kinematics || theta == 1.0)
-        return perp__evaluate_move(m, q, w->q0, w->h, w->middle);
-    status = perp__evaluate_move(m, w->at, w->q0, (1.0 - theta) * w->h, w->middle);
-    return status == PERP_OK ? perp__evaluate_move_at(m, q, w->q0, w->at, w->h, w->middle) : status;
+        return perp__evaluate_move(m, q, w->from.q, w->from.h, w->middle);
+    status = perp__evaluate_move(m, w->at, w->from.q, (1.0 - theta) * w->from.h, w->middle);
+    return status == PERP_OK ? perp__evaluate_move_at(m, q, w->from.q, w->at, w->from.h, w->middle)
+                             : status;
 }
 
 /* w->q := q0 moved by h N (theta v + (1 - theta) v0), and w->force := k there. */
@@ -164,29 +172,29 @@ static perp_status find_force(perp_mechanism *m, perp__theta *w, const double *v
 {
     perp_status status = move(m, w, w->q, v);
 
-    return status == PERP_OK ? perp__evaluate_force(m, w->force, w->t + w->h, w->q, v) : status;
+    return status == PERP_OK ? perp__evaluate_force(m, w->force, w->from.t + w->from.h, w->q, v)
+                             : status;
 }
 
 /* A := M - h theta K, K by columns. */
 static perp_status difference(perp_mechanism *m, perp__theta *w)
 {
     const size_t n = (size_t)m->n;
-    const double weight = w->h * m->settings.theta;
+    const double weight = w->from.h * m->settings.theta;
     double largest = 0.0;
     perp_status status = PERP_OK;
 
     for (size_t i = 0; i < n; i++)
-        largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->v0[i])));
+        largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->from.v[i])));
     memcpy(w->x, w->v, n * sizeof *w->x);
     for (size_t j = 0; j < n && status == PERP_OK; j++) {
-        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->v0[j])), FLOOR * largest);
+        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->from.v[j])), FLOOR * largest);
         double delta;
 
         w->x[j] = w->v[j] + DIFFERENCE * size;
         delta = w->x[j] - w->v[j];
         status = move(m, w, w->probe, w->x);
-        if (status == PERP_OK)
-            status = perp__evaluate_force(m, w->y, w->t + w->h, w->probe, w->x);
+        PERP__THEN(status, perp__evaluate_force(m, w->y, w->from.t + w->from.h, w->probe, w->x));
         for (size_t i = 0; i < n && status == PERP_OK; i++)
             w->A[i + n * j] = m->begin.M[i * n + j] -
                               (delta > 0.0 ? weight * (w->y[i] - w->force[i]) / delta : 0.0);
@@ -236,9 +244,18 @@ static void gather_impulse(perp_mechanism *m, perp__theta *w)
     const double theta = m->settings.theta;
 
     memcpy(w->last, w->p, (size_t)m->n * sizeof *w->last);
-    perp__multiply_mass(m, &m->begin, w->p, w->v0);
+    perp__multiply_mass(m, &m->begin, w->p, w->from.v);
     for (int32_t i = 0; i < m->n; i++)
-        w->p[i] += w->h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
+        w->p[i] += w->from.h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
+}
+
+/* to := to + (A - M) x. */
+static void add_excess(perp_mechanism *m, perp__theta *w, double *to, const double *x)
+{
+    perp__multiply_mass(m, &w->terms, w->x, x);
+    perp__multiply_mass(m, &m->begin, w->y, x);
+    for (int32_t i = 0; i < m->n; i++)
+        to[i] += w->x[i] - w->y[i];
 }
 
 /* Solves for the velocities after the iterate w->v. */
@@ -248,12 +265,8 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
     perp_status status;
 
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
-    if (w->has_matrix) {
-        perp__multiply_mass(m, &w->terms, w->x, w->v);
-        perp__multiply_mass(m, &m->begin, w->y, w->v);
-        for (int32_t i = 0; i < m->n; i++)
-            m->momentum[i] += w->x[i] - w->y[i];
-    }
+    if (w->has_matrix)
+        add_excess(m, w, m->momentum, w->v);
     perp__include_reached(m, &w->terms);
     perp__pose(m, &problem);
     problem.terms = &w->terms;
@@ -279,20 +292,15 @@ static double dual_norm(const perp_mechanism *m, double *x)
 /* Size of what the momentum balance still lacks: p - p_last + (A - M)(v - v_last). */
 static double defect(perp_mechanism *m, perp__theta *w)
 {
-    memset(w->x, 0, (size_t)m->n * sizeof *w->x);
-    if (w->has_matrix) {
-        double *change = w->middle;
+    double *change = w->middle, *left = m->work;
 
-        for (int32_t i = 0; i < m->n; i++)
-            change[i] = w->v[i] - w->last_v[i];
-        perp__multiply_mass(m, &w->terms, w->x, change);
-        perp__multiply_mass(m, &m->begin, w->y, change);
-        for (int32_t i = 0; i < m->n; i++)
-            w->x[i] -= w->y[i];
+    for (int32_t i = 0; i < m->n; i++) {
+        change[i] = w->v[i] - w->last_v[i];
+        left[i] = w->p[i] - w->last[i];
     }
-    for (int32_t i = 0; i < m->n; i++)
-        w->x[i] += w->p[i] - w->last[i];
-    return dual_norm(m, w->x);
+    if (w->has_matrix)
+        add_excess(m, w, left, change);
+    return dual_norm(m, left);
 }
 
 /* What it is measured against. */
@@ -301,9 +309,9 @@ static double momentum_size(perp_mechanism *m, perp__theta *w)
     double size;
 
     memcpy(w->x, w->p, (size_t)m->n * sizeof *w->x);
-    size = dual_norm(m, w->x) + perp__energy_norm(m, &m->begin, w->y, w->v0);
+    size = dual_norm(m, w->x) + perp__energy_norm(m, &m->begin, w->y, w->from.v);
     for (int32_t i = 0; i < m->n; i++)
-        w->x[i] = w->h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
+        w->x[i] = w->from.h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
     return size + dual_norm(m, w->x);
 }
 
@@ -350,13 +358,16 @@ static void judge(perp_mechanism *m, double lacking)
 /* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
 static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
 {
-    const double tol = fmax(m->settings.tol, 16.0 * PERP__EPS); /* no rounding is below */
+    const double rounding = 16.0 * PERP__EPS, tol = fmax(m->settings.tol, rounding);
+    const double wanted =
+        m->settings.error > 0.0 ? fmax(UNSEEN * m->settings.error, rounding) : tol;
     perp_status status;
     double lacking = 0.0;
     int32_t pass;
 
-    memcpy(w->v, w->v0, (size_t)m->n * sizeof *w->v);
-    correct_drift(m, w, w->v0);
+    for (int32_t i = 0; i < m->n; i++)
+        w->v[i] = w->from.v[i] + w->from.h * m->acceleration[i];
+    correct_drift(m, w, w->v);
     status = find_force(m, w, w->v);
     for (pass = 0;
          status == PERP_OK && pass < MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
@@ -366,17 +377,18 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
             double relative;
             const double change = last_change(m, w, &relative), size = momentum_size(m, w);
             const int32_t again = pass == 1 && follows(m, w, relative);
+            const double before = lacking;
 
             lacking = defect(m, w);
-            if (lacking <= tol * size && !again) {
+            if (lacking <= tol * size && !again &&
+                (lacking <= wanted * size || (pass > 1 && 2.0 * lacking > before))) {
                 judge(m, size > 0.0 ? lacking / size : 0.0);
                 return PERP_OK;
             }
             if (!w->tried_matrix && lacking > SLOW * change)
                 status = find_matrix(m, w);
         }
-        if (status == PERP_OK)
-            status = solve(m, w, step);
+        PERP__THEN(status, solve(m, w, step));
         if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
             return status;
         memcpy(w->last_v, w->v, (size_t)m->n * sizeof *w->v);
@@ -424,13 +436,13 @@ static int32_t has_jump(perp_mechanism *m)
 static perp_status arrive(perp_mechanism *m, const perp__theta *w, double *q)
 {
     if (has_jump(m))
-        return perp__evaluate_move(m, q, w->q0, w->h, m->answer.v);
+        return perp__evaluate_move(m, q, w->from.q, w->from.h, m->answer.v);
     memcpy(q, w->q, (size_t)m->coordinates * sizeof *q);
     return PERP_OK;
 }
 
 perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                                double t, double h, const double *q0, const double *v0)
+                                const perp__start *from)
 {
     perp__theta *w = m->theta ? m->theta : perp__work_create(m, sizeof *w, layout);
     perp__velocity_problem problem;
@@ -439,19 +451,15 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
     m->theta = w;
     if (!w)
         return PERP_ERROR_MEMORY;
-    w->t = t;
-    w->h = h;
-    w->q0 = q0;
-    w->v0 = v0;
+    w->from = *from;
     step->scheme = PERP_MECHANISM_THETA;
     status = prepare(m, w);
-    if (status == PERP_OK)
-        status = iterate(m, w, step);
+    PERP__THEN(status, iterate(m, w, step));
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
         status = arrive(m, w, to->q);
     if (status != PERP_OK)
         return status;
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum); /* that of the forces: impacts */
     perp__pose(m, &problem);
-    return perp__finish_step(m, to, step, t + h, &problem);
+    return perp__finish_step(m, to, step, from->t + from->h, &problem);
 }

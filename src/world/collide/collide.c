@@ -4,7 +4,6 @@
 #include <float.h>
 
 #include "world/collide/convex.h"
-#include "linalg/spatial.h"
 
 /* kind of a <= kind of b */
 static int32_t collide_sorted(const perp__placed *a, const perp__placed *b, int32_t planar,

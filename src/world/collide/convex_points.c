@@ -3,8 +3,6 @@
  * edges cross; the closest points of rounded edges and corners. */
 #include "world/collide/convex.h"
 
-#include <string.h>
-
 #include "linalg/spatial.h"
 #include "world/collide/segment.h"
 

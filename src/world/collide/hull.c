@@ -585,10 +585,8 @@ perp_status perp__hull_make(perp_context *context, perp__hull **hull, double *ce
     w->count = count;
     w->planar = planar;
     perp_status status = measure(w);
-    if (status == PERP_OK)
-        status = grow(w);
-    if (status == PERP_OK)
-        status = finish(w, hull, centre);
+    PERP__THEN(status, grow(w));
+    PERP__THEN(status, finish(w, hull, centre));
     perp__release(context, w);
     return status;
 }

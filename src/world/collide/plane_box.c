@@ -25,6 +25,13 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
         height[j] = half[j] * perp__dot3(normal, axis[j]);
     }
 
+    /* the least gap: sums of the same terms in the same order, each the smaller one */
+    double least = centre;
+    for (int j = 0; j < dimension; j++)
+        least -= fabs(height[j]);
+    if (least > margin)
+        return 0;
+
     int32_t count = 0;
     for (int32_t corner = 0; corner < 1 << dimension; corner++) {
         double gap = centre;

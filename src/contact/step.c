@@ -1,0 +1,354 @@
+/* A step of a simulator that keeps M and J in an order of its own (perp/contact.h): gathered,
+ * solved, handed back. At rest, where every number is the last step's, the answer is too. */
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "contact/solver.h"
+
+PERP__INIT(perp_contact_step)
+
+static int32_t is_other(const perp_contact_step *s)
+{
+    for (int32_t i = 0; i < s->watch_count; i++) {
+        const perp_contact_watch *w = &s->watches[i];
+        const char *seen = w->seen;
+
+        if (w->count > 0 && !*w->at)
+            return 1;
+        for (int32_t k = 0; k < w->count; k++)
+            if (memcmp((const char *)*w->at + w->offset + (size_t)k * (size_t)w->stride,
+                       seen + (size_t)k * (size_t)w->bytes, (size_t)w->bytes) != 0)
+                return 1;
+    }
+    return 0;
+}
+
+/* Whether that changes *place. */
+static int32_t put(double *place, double value)
+{
+    const int32_t changes = memcmp(place, &value, sizeof value) != 0;
+
+    *place = value;
+    return changes;
+}
+
+static int32_t gather(double *to, const double *from, const int32_t *sources, const double *scale,
+                      int32_t count)
+{
+    int32_t changes = 0;
+
+    for (int32_t k = 0; k < count; k++)
+        changes |= put(&to[k], scale ? from[sources[k]] * scale[k] : from[sources[k]]);
+    return changes;
+}
+
+/* M, with the damping before it is compared. */
+static int32_t gather_mass(const perp_contact_step *s)
+{
+    int32_t changes = 0, i = 0;
+
+    for (int32_t k = 0; k < s->M_entries; k++) {
+        double added = 0.0;
+
+        if (i < s->n && k == s->mass_diagonal[i]) {
+            added = s->damping ? s->h * s->damping[i] : 0.0;
+            i++;
+        }
+        if (s->mass_sources[k] >= 0)
+            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] + added);
+    }
+    return changes;
+}
+
+static int32_t gather_terms(perp_contact_step *s)
+{
+    int32_t changes = 0;
+
+    s->least_gap = 0.0;
+    for (int32_t k = 0; k < s->gap_count; k++) {
+        const double gap = (*s->gaps)[s->gap_sources[k]];
+
+        s->least_gap = fmin(s->least_gap, gap);
+        changes |= put(&s->w[s->gap_rows[k]], gap <= 0.0 ? 0.0 : gap / s->h); /* NaN: NaN */
+    }
+    for (int32_t k = 0; k < s->bilateral; k++)
+        changes |= put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
+    return changes;
+}
+
+/* f = M velocity + h force; work: n. */
+static int32_t gather_momentum(const perp_contact_step *s, const perp__matrix *M, double *work)
+{
+    int32_t changes = 0;
+
+    perp__multiply(M, s->velocity, work);
+    for (int32_t i = 0; i < s->n; i++)
+        changes |= put(&s->f[i], work[i] + s->h * s->force[i]);
+    return changes;
+}
+
+static void hand_back_rows(const perp_contact_step *s)
+{
+    double *force = s->row_force ? *s->row_force : NULL;
+
+    if (!force)
+        return;
+    memset(force, 0, (size_t)s->J_rows * sizeof *force);
+    for (int32_t i = 0; i < s->rows; i++)
+        force[s->H_rows[i]] = (s->row_scale ? s->row_scale[i] : 1.0) * s->r[i] / s->h;
+    for (int32_t i = 0; i < s->bilateral; i++)
+        force[s->G_rows[i]] = s->r[s->rows + i] / s->h;
+}
+
+static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
+{
+    /* as the caller gave them */
+    const int32_t bounded = solver->bounded.count > 0;
+    const perp__matrix *H = bounded ? &solver->bounded.H : &solver->dynamics.H;
+    const perp__matrix *G = bounded ? &solver->bounded.G : &solver->dynamics.G;
+    double largest = 0.0;
+
+    s->slips = 0;
+    for (int32_t k = 0; k < s->contacts; k++)
+        s->slips += s->modes[k] == PERP_CONTACT_SLIP;
+    for (int32_t i = 0; i < s->n; i++) {
+        largest = fmax(largest, fabs(s->v[i]));
+        s->acceleration[i] = (s->v[i] - s->velocity[i]) / s->h;
+        s->force_of_rows[i] = perp__column_times(H, i, s->r) / s->h;
+        if (s->bilateral > 0)
+            s->force_of_rows[i] += perp__column_times(G, i, s->r + s->rows) / s->h;
+    }
+    s->fastest = largest;
+    hand_back_rows(s);
+    s->rests = perp__is_good(solver->best.outcome) && largest == 0.0;
+    for (int32_t i = 0; i < s->rows + s->bilateral; i++)
+        if (put(&s->start[i], s->r[i]))
+            s->rests = 0;
+}
+
+/* Places are 0 <= place < most. */
+static perp_status check_places(perp_context *context, const char *name, const int32_t *places,
+                                int32_t count, int32_t most)
+{
+    uint32_t outside = 0;
+
+    /* as unsigned numbers the negative are the largest: one test without a branch */
+    for (int32_t k = 0; k < count; k++)
+        outside |= (uint32_t)places[k] >= (uint32_t)most;
+    if (!outside)
+        return PERP_OK;
+    for (int32_t k = 0; k < count; k++)
+        if (places[k] < 0 || places[k] >= most)
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "step.%s[%d] is %d, expected 0 to %d",
+                              name, (int)k, (int)places[k], (int)most - 1);
+    return PERP_OK;
+}
+
+static perp_status check_arrays(perp_context *context, const perp_contact_step *s)
+{
+    const int32_t sides = s->rows + s->bilateral, gaps = s->gap_count + s->bilateral;
+    const int32_t entries = s->H_entries + s->G_entries;
+    const struct {
+        const char *name;
+        const void *array;
+        int32_t count;
+    } arrays[] = {{"step.mass", s->mass, s->M_entries},
+                  {"step.mass_sources", s->mass_sources, s->M_entries},
+                  {"step.mass_diagonal", s->mass_diagonal, s->n},
+                  {"step.velocity", s->velocity, s->n},
+                  {"step.force", s->force, s->n},
+                  {"step.J", s->J, entries},
+                  {"*step.J", s->J ? *s->J : NULL, entries},
+                  {"step.gaps", s->gaps, gaps},
+                  {"*step.gaps", s->gaps ? *s->gaps : NULL, gaps},
+                  {"step.H_sources", s->H_sources, s->H_entries},
+                  {"step.G_sources", s->G_sources, s->G_entries},
+                  {"step.gap_rows", s->gap_rows, s->gap_count},
+                  {"step.gap_sources", s->gap_sources, s->gap_count},
+                  {"step.H_rows", s->H_rows, s->rows},
+                  {"step.G_rows", s->G_rows, s->bilateral},
+                  {"step.M", s->M, s->M_entries},
+                  {"step.H", s->H, s->H_entries},
+                  {"step.G", s->G, s->G_entries},
+                  {"step.f", s->f, s->n},
+                  {"step.w", s->w, s->rows},
+                  {"step.b", s->b, s->bilateral},
+                  {"step.v", s->v, s->n},
+                  {"step.r", s->r, sides},
+                  {"step.start", s->start, sides},
+                  {"step.modes", s->modes, s->contacts},
+                  {"step.acceleration", s->acceleration, s->n},
+                  {"step.force_of_rows", s->force_of_rows, s->n}};
+
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        if (arrays[k].count > 0 && !arrays[k].array)
+            return perp__check_pointer(context, arrays[k].name, NULL);
+    return PERP_OK;
+}
+
+static perp_status check_indices(perp_context *context, const perp_contact_step *s)
+{
+    const struct {
+        const char *name;
+        const int32_t *places;
+        int32_t count, most;
+    } lists[] = {{"mass_diagonal", s->mass_diagonal, s->n, s->M_entries},
+                 {"H_sources", s->H_sources, s->H_entries, INT32_MAX},
+                 {"G_sources", s->G_sources, s->G_entries, INT32_MAX},
+                 {"gap_rows", s->gap_rows, s->gap_count, s->rows},
+                 {"gap_sources", s->gap_sources, s->gap_count, s->J_rows},
+                 {"H_rows", s->H_rows, s->rows, s->J_rows},
+                 {"G_rows", s->G_rows, s->bilateral, s->J_rows}};
+    perp_status status = PERP_OK;
+
+    for (size_t k = 0; status == PERP_OK && k < sizeof lists / sizeof *lists; k++)
+        status =
+            check_places(context, lists[k].name, lists[k].places, lists[k].count, lists[k].most);
+    for (int32_t i = 1; status == PERP_OK && i < s->n; i++)
+        if (s->mass_diagonal[i] <= s->mass_diagonal[i - 1])
+            status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                                "step.mass_diagonal[%d] is %d, expected more than the one before",
+                                (int)i, (int)s->mass_diagonal[i]);
+    return status;
+}
+
+static perp_status check_watches(perp_context *context, const perp_contact_step *s)
+{
+    for (int32_t k = 0; k < s->watch_count; k++) {
+        const perp_contact_watch *w = &s->watches[k];
+
+        if (w->count < 0 || w->bytes < 0 || w->offset < 0 || !w->at || (w->count > 0 && !w->seen))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "step.watches[%d] has a NULL or a number below 0", (int)k);
+    }
+    return PERP_OK;
+}
+
+/* What is needed to look at the watches. */
+static perp_status check_counts(perp_context *context, const perp_contact_step *s)
+{
+    perp_status status = PERP__CHECK(perp_contact_step, context, s);
+
+    if (status != PERP_OK)
+        return status;
+    if (s->n < 0 || s->rows < 0 || s->bilateral < 0 || s->contacts < 0 || s->M_entries < 0 ||
+        s->H_entries < 0 || s->G_entries < 0 || s->gap_count < 0 || s->J_rows < 0 ||
+        s->watch_count < 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "step has a count below 0");
+    if (!(s->h > 0.0 && s->h < INFINITY))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "step.h is %g, expected a time > 0", s->h);
+    status =
+        s->watch_count > 0 ? perp__check_pointer(context, "step.watches", s->watches) : PERP_OK;
+    return status == PERP_OK ? check_watches(context, s) : status;
+}
+
+static perp_status check(perp_context *context, const perp_contact_step *s)
+{
+    const perp_status status = check_arrays(context, s);
+
+    return status == PERP_OK ? check_indices(context, s) : status;
+}
+
+/* Whether the problem that is set up is one of the step's size, with an M to multiply. */
+static perp_status check_sizes(const perp_contact_solver *solver, const perp_contact_step *s)
+{
+    const perp__contact_bounded *bounded = &solver->bounded;
+    const int32_t given = bounded->count > 0;
+    const int32_t rows = given ? bounded->rows : solver->rows;
+    const struct {
+        const char *name;
+        int32_t is, should;
+    } sizes[] = {
+        {"n", s->n, solver->n},
+        {"contacts", s->contacts, given ? bounded->contacts : solver->contacts},
+        {"rows", s->rows, rows},
+        {"bilateral", s->bilateral, (given ? bounded->size : solver->size) - rows},
+    };
+
+    if (solver->entrance != PERP__ENTRANCE_DYNAMICS || !solver->dynamics.has_M)
+        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                          "the solver was not set up by perp_contact_solver_step with an M");
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
+        if (sizes[k].is != sizes[k].should)
+            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                              "step.%s is %d, but laws and dynamics have %d", sizes[k].name,
+                              (int)sizes[k].is, (int)sizes[k].should);
+    return PERP_OK;
+}
+
+/* A solve of what has changed since the answer. Nothing is at rest until there is another. */
+static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int32_t changes,
+                         perp_contact_result *result, const perp_contact_laws *laws,
+                         const perp_contact_dynamics *dynamics)
+{
+    const perp__contact_call call = {
+        s->v, s->r, s->u, s->modes, NULL, result, s->f, s->w, s->b, NULL, s->warm ? s->start : NULL,
+        0};
+    const int32_t keeps = s->warm && s->rests && !changes;
+    perp_status status = PERP_OK;
+
+    s->rests = 0;
+    if (!keeps)
+        status = perp__contact_setup(solver, laws, dynamics, NULL);
+    PERP__THEN(status, check_sizes(solver, s));
+    if (status != PERP_OK)
+        return status;
+    s->was_known = !gather_momentum(s, &solver->dynamics.M, solver->push) && keeps;
+    return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
+}
+
+static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
+                             perp_contact_result *result, const perp_contact_laws *laws,
+                             const perp_contact_dynamics *dynamics)
+{
+    perp_status status = check_counts(solver->context, s);
+    int32_t changes;
+
+    if (status == PERP_OK) {
+        s->was_known = 0;
+        s->is_other = is_other(s);
+    }
+    if (status == PERP_OK && !s->is_other)
+        status = check(solver->context, s);
+    if (status != PERP_OK || s->is_other)
+        return status;
+    changes = gather_mass(s);
+    if (s->H_entries > 0)
+        changes |= gather(s->H, *s->J, s->H_sources, s->H_scale, s->H_entries);
+    if (s->G_entries > 0)
+        changes |= gather(s->G, *s->J, s->G_sources, NULL, s->G_entries);
+    changes |= gather_terms(s);
+    status = solve(solver, s, changes, result, laws, dynamics);
+    if (status == PERP_OK)
+        hand_back(solver, s);
+    return status;
+}
+
+perp_status perp_contact_solver_step(perp_contact_solver *solver, perp_contact_step *step,
+                                     perp_contact_result *result, const perp_contact_laws *laws,
+                                     const perp_contact_dynamics *dynamics)
+{
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
+                      step_once(solver, step, result, laws, dynamics));
+}
+
+static perp_status hand_back_checked(perp_contact_solver *solver, perp_contact_step *s)
+{
+    perp_status status = check_counts(solver->context, s);
+
+    PERP__THEN(status, check(solver->context, s));
+    PERP__THEN(status, check_sizes(solver, s));
+    PERP__THEN(status, perp__check_finite(solver->context, "step.v", s->v, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(solver->context, "step.r", s->r,
+                                          (size_t)s->rows + (size_t)s->bilateral));
+    if (status == PERP_OK)
+        hand_back(solver, s);
+    return status;
+}
+
+perp_status perp_contact_solver_hand_back(perp_contact_solver *solver, perp_contact_step *step)
+{
+    return PERP__CALL(perp__contact_enter(solver), solver->context,
+                      hand_back_checked(solver, step));
+}
