@@ -107,10 +107,10 @@ struct perp_contact_solver {
     double *diagonal, *trace;
     /* units: the contacts, then the bilateral rows */
     int32_t units, parts;
-    int32_t leaks;                    /* some of the parts are coupled, by noise */
-    int32_t *unit_of;                 /* size */
-    int32_t *part, *number;           /* units: the part it is in; work */
-    int32_t *near;                    /* units: among which terms excuse; of near_tol, or not yet */
+    int32_t leaks;          /* some of the parts are coupled, by noise */
+    int32_t *unit_of;       /* size */
+    int32_t *part, *number; /* units: the part it is in; work */
+    int32_t *near;          /* units: among which terms excuse; of near_tol, or not yet */
     double near_tol;
     double *root;                     /* units: sqrt(trace) */
     double *omega;                    /* units: of its part */
