@@ -242,6 +242,7 @@ INTERRUPTED = """
 import os, signal, threading
 import perp
 m = perp.Mechanism(1, force=[-1.0], contacts=lambda q: (q, [[1.0]]))
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 try:
     while True:

@@ -150,7 +150,12 @@ def run_interrupted(**parts):
 def test_ctrl_c(name):
     n, call = CALLS[name]
     run = run_interrupted(
-        n=n, call=call, handler="", signal="SIGINT", exception="KeyboardInterrupt"
+        n=n,
+        call=call,
+        # a job in the background ignores it
+        handler="signal.signal(signal.SIGINT, signal.default_int_handler)",
+        signal="SIGINT",
+        exception="KeyboardInterrupt",
     )
     assert (run.stdout, run.stderr) == ("interrupted 0.5\n", "")
 

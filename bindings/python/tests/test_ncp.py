@@ -301,6 +301,7 @@ import perp
 n = 120
 def F(z):
     return np.sin(1e3 * z) + 2
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 try:
     while True:
