@@ -413,6 +413,9 @@ static void make_settings(fuzz_bytes *bytes, perp_mechanism_settings *settings)
     settings->error = (flags & 0x18) == 0x18 ? fuzz_tol(bytes, 1e-4) : 0;
     settings->select = (flags & 0x60) == 0x60 ? fuzz_pick(bytes, 3) : 0;
     settings->time_limit = (flags & 0x90) == 0x90 ? 1e-3 : 0;
+    /* theta = 0 is of first order: an error of 1e-15 asks for 1e8 steps */
+    if (settings->time_limit == 0 && settings->error > 0)
+        settings->time_limit = 1;
     settings->most_patterns = 1 + 16 * fuzz_pick(bytes, 200);
     settings->directions = 3 + fuzz_pick(bytes, 6);
     settings->starts = 1 + fuzz_pick(bytes, 4);
