@@ -248,20 +248,30 @@ int32_t perp__comes_from_rest(const perp_world *world, const perp__island *islan
 }
 
 /* A pile at rest that the passes did not settle: the contact layer's sweeps start from a guess for
- * just that, layer by layer. Taken where they are nearer. */
-static perp_status settle(perp_world *world, perp__rigid_answer *answer,
-                          perp__rigid_problem *problem, perp__verdict *verdict)
+ * just that, layer by layer. */
+static perp_status sweep_anew(perp_world *world, perp__rigid_answer *answer,
+                              perp__rigid_problem *problem)
 {
-    const double own = answer->own;
     perp_status status;
 
     problem->max_iterations = SETTLING_SWEEPS;
     problem->method = PERP_CONTACT_METHOD_SWEEP;
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
+    if (status == PERP_OK)
+        perp__spend(world, answer->iterations);
+    return status;
+}
+
+/* That, taken where it is nearer. */
+static perp_status settle(perp_world *world, perp__rigid_answer *answer,
+                          perp__rigid_problem *problem, perp__verdict *verdict)
+{
+    const double own = answer->own;
+    perp_status status = sweep_anew(world, answer, problem);
+
     if (status != PERP_OK)
         return status;
-    perp__spend(world, answer->iterations);
     if (!(answer->own < own))
         return look(world, answer, problem, verdict);
     take_verdict(answer, verdict);
@@ -301,6 +311,36 @@ static int32_t has_deep(const perp_world *world, const perp__island *island)
     return 0;
 }
 
+/* The impulses of the last step, as they are. */
+static perp_status remember(perp_world *world, const perp__island *island,
+                            perp__rigid_answer *answer, perp__rigid_problem *problem,
+                            perp__verdict *verdict)
+{
+    for (int32_t i = 0; i < world->work.count; i++)
+        perp__copy3(world->work.warm + 3 * i, perp__step_contact(world, island, i)->remembered);
+    return look(world, answer, problem, verdict);
+}
+
+/* Impulses that balance: near those of the last step, or near the layers' guess where many contacts
+ * share a load so that these have no balance near them. */
+static perp_status balance(perp_world *world, const perp__island *island,
+                           perp__rigid_answer *answer, perp__rigid_problem *problem,
+                           perp__verdict *verdict)
+{
+    perp_status status;
+
+    answer->held = perp__balance_pile(world, island, &verdict->residual);
+    if (answer->held || has_at_most(world, island, SETTLED_EXACTLY))
+        return PERP_OK;
+    problem->warm = NULL;
+    status = sweep_anew(world, answer, problem);
+    problem->warm = world->work.warm;
+    if (status != PERP_OK)
+        return status;
+    answer->held = perp__balance_pile(world, island, &verdict->residual);
+    return answer->held ? PERP_OK : remember(world, island, answer, problem, verdict);
+}
+
 /* What rests and is nearly held by the impulses of the last step gets such as hold it to rounding,
  * for good (lying.c), or at least velocities of 0.0: then answer->held. Few contacts are solved
  * for: then *settles. */
@@ -315,14 +355,13 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     if (!perp__begins_at_rest(world, island) || has_deep(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
-    for (int32_t i = 0; i < island->contacts; i++)
-        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->remembered);
     problem->tol = perp__swept_tol(world);
-    status = look(world, answer, problem, verdict);
+    status = remember(world, island, answer, problem, verdict);
     problem->again = 1;
+    if (status == PERP_OK && fmax(answer->tested, answer->own) <= NEARLY)
+        status = balance(world, island, answer, problem, verdict);
     if (status != PERP_OK || !(fmax(answer->tested, answer->own) <= NEARLY))
         return status;
-    answer->held = perp__balance_pile(world, island, &verdict->residual);
     if (answer->held) {
         verdict->outcome = PERP_OUTCOME_SOLVED;
     } else if (perp__is_good(answer->outcome) && fmax(answer->tested, answer->own) <= tol) {
