@@ -201,6 +201,33 @@ static int32_t is_open(const perp_contact_solver *solver)
     return 0;
 }
 
+/* out := |W| |x| + |add|, with couplings that are no larger than those of a semidefinite W can be:
+ * larger ones, of a W that no mechanics has, would excuse all that their rows lack. */
+static void couple(perp_contact_solver *solver, const double *x, const double *add, double *out)
+{
+    const perp__matrix *W = &solver->W;
+
+    if (solver->has_bodies) {
+        absolute(solver, x, add, out);
+        return;
+    }
+    for (int32_t i = 0; i < W->rows; i++)
+        out[i] = fabs(add[i]);
+    for (int32_t j = 0; j < W->columns; j++) {
+        const int32_t *starts = W->column_starts;
+        const double root = solver->root[solver->unit_of[j]];
+
+        for (int32_t k = starts ? starts[j] : 0; k < (starts ? starts[j + 1] : W->rows); k++) {
+            const int32_t i = starts ? W->row_indices[k] : k;
+            const size_t at =
+                starts ? (size_t)k : (size_t)i * W->row_stride + (size_t)j * W->column_stride;
+
+            out[i] +=
+                fmin(fabs(W->values[at]), solver->root[solver->unit_of[i]] * root) * fabs(x[j]);
+        }
+    }
+}
+
 /* wide := the whole denominator. */
 static void widen(perp_contact_solver *solver, double *wide)
 {
@@ -220,7 +247,7 @@ static void widen(perp_contact_solver *solver, double *wide)
         while (++i < end_of(solver, k))
             push[i] = solver->terms[k] / solver->trace[k];
     }
-    absolute(solver, push, solver->scale, moves);
+    couple(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->units; k++) {
         wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
                   share * fmin(solver->most_speed[solver->near[k]],

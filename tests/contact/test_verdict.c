@@ -433,6 +433,24 @@ static void test_overflow_excuses_nothing(void **state)
     perp_contact_solver_destroy(solver);
 }
 
+/* The second joint's coupling to the first, which is to stop 1, would move it by 1e300: no
+ * mechanics has such. W of units 1 and 1e200 couples by 1e100 at most, and neither that nor the
+ * ball, which leaves with 1e200, excuses that the joint does not stop 1e200. */
+static void test_couplings_of_no_mechanics(void **state)
+{
+    static const rig wild = {
+        1, 1, 2, {1, 0, 1, 1, 1, 1, -1, 1e300, 1e200}, {0}, {1e200, -1, 1e200}, {0}};
+    perp_contact_solver *solver = solved(&wild, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    memset(solver->r, 0, 3 * sizeof *solver->r);
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    /* 1e200 over itself, what 1e200 does to itself and the ball; 1e-5 is more than all the rest */
+    assert_true(fabs(worth.own - 1.0 / 3.0) <= 1e-5);
+    perp_contact_solver_destroy(solver);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -447,6 +465,7 @@ int main(void)
         cmocka_unit_test(test_modes_must_hold),
         cmocka_unit_test(test_what_is_sound),
         cmocka_unit_test(test_overflow_excuses_nothing),
+        cmocka_unit_test(test_couplings_of_no_mechanics),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
