@@ -228,24 +228,50 @@ static void couple(perp_contact_solver *solver, const double *x, const double *a
     }
 }
 
+/* Terms of contact k that impulses have to do with, and in push[...] what these may be: friction
+ * cannot answer to more than tol of what all of it, turned round, would change, and to what its
+ * normal has to do with. */
+static double answerable(const perp_contact_solver *solver, int32_t k, double *push)
+{
+    const perp__contact_problem *p = &solver->problem;
+    const int32_t row = begin_of(solver, k);
+    const int32_t first = solver->starts[k] + perp__contact_normals(p, k);
+    const double t = solver->trace[k], normal = perp__contact_length(solver->scale, row, first);
+    const double most =
+        2.0 * t * perp__contact_pressure(p, k, solver->r) / solver->settings.tol + normal;
+    perp__contact_part parts[3];
+    const int32_t count = perp__contact_parts(p, k, parts);
+    double terms = normal;
+
+    for (int32_t i = 0; i < count; i++)
+        terms = hypot(terms, fmin(parts[i].coefficient * most,
+                                  perp__contact_length(solver->scale, parts[i].row,
+                                                       parts[i].row + parts[i].size)));
+    for (int32_t i = row; i < first; i++)
+        push[i] = (first - row > 1 ? terms : solver->scale[i]) / t; /* one answers to u_n alone */
+    for (int32_t i = 0; i < count; i++)
+        for (int32_t j = 0; j < parts[i].size; j++)
+            push[parts[i].row + j] = fmin(parts[i].coefficient * most, terms) / t;
+    return terms;
+}
+
 /* wide := the whole denominator. */
 static void widen(perp_contact_solver *solver, double *wide)
 {
     const double share = perp__floor_of(solver->settings.tol);
     double *push = solver->high, *moves = solver->low;
-    int32_t i;
 
     perp__contact_find_near(solver);
     for (int32_t k = 0; k < solver->units; k++)
         solver->most_speed[k] = solver->most_energy[k] = 0.0;
+    memset(push, 0, (size_t)solver->size * sizeof *push);
     for (int32_t k = 0; k < solver->units; k++) {
-        perp__raise_to(&solver->most_speed[solver->near[k]], solver->terms[k]);
-        perp__raise_to(&solver->most_energy[solver->near[k]], solver->terms[k] / solver->root[k]);
-        i = begin_of(solver, k);
-        push[i - (k < solver->contacts && i > solver->starts[k])] = 0.0;
-        push[i] = solver->scale[i] / solver->trace[k]; /* pressing answers to u_n alone */
-        while (++i < end_of(solver, k))
-            push[i] = solver->terms[k] / solver->trace[k];
+        const double terms = k < solver->contacts ? answerable(solver, k, push) : solver->terms[k];
+
+        if (k >= solver->contacts)
+            push[begin_of(solver, k)] = terms / solver->trace[k];
+        perp__raise_to(&solver->most_speed[solver->near[k]], terms);
+        perp__raise_to(&solver->most_energy[solver->near[k]], terms / solver->root[k]);
     }
     couple(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->units; k++) {

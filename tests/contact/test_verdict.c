@@ -451,6 +451,24 @@ static void test_couplings_of_no_mechanics(void **state)
     perp_contact_solver_destroy(solver);
 }
 
+/* Two contacts of a body at which 1 comes, the one without friction on what passes by with 1e10. No
+ * impulse has to do with that speed, and it excuses nothing of what the other lacks. */
+static void test_speeds_that_friction_cannot_answer(void **state)
+{
+    static const rig passing = {
+        2,  2, 0, {1, 0.5, 1, 0, 0.5, 1, 0.5, 0, 1, 0.5, 1, 0, 0, 0, 0, 1}, {0}, {-1, 1e10, -1, 0},
+        {0}};
+    perp_contact_solver *solver = solved(&passing, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    solver->r[0] = 0.5, solver->r[2] = 0.499, solver->r[1] = solver->r[3] = 0.0;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.tested <= 1e-12);
+    assert_true(worth.own >= 1e-4); /* 1e-3 over 2 of its own, and as much from each */
+    perp_contact_solver_destroy(solver);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -466,6 +484,7 @@ int main(void)
         cmocka_unit_test(test_what_is_sound),
         cmocka_unit_test(test_overflow_excuses_nothing),
         cmocka_unit_test(test_couplings_of_no_mechanics),
+        cmocka_unit_test(test_speeds_that_friction_cannot_answer),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -86,8 +86,8 @@ static void make(fuzz_bytes *bytes, fuzz_mood mood, const laws_problem *p, dynam
 }
 
 /* X = M^-1 (rows' and f), in 113 bits; W = rows X, q = rows M^-1 f + w, t = |W||r| + sizes of q. */
-static void reduce(const laws_problem *p, const dynamics_problem *d, const double *r, wide *W,
-                   wide *q, wide *t)
+static void reduce(const laws_problem *p, const dynamics_problem *d, double limit, const double *r,
+                   wide *W, wide *q, wide *t)
 {
     int32_t n = d->n, rows = p->rows, i, j, k;
     wide *M = oracle_wide(n * n, d->M.dense), *X = fuzz_take(n * (rows + 1), sizeof *X);
@@ -110,8 +110,9 @@ static void reduce(const laws_problem *p, const dynamics_problem *d, const doubl
             most = oracle_abs(X[k * (rows + 1) + rows]);
     for (i = 0; i < rows; i++) {
         t[i] = oracle_abs(d->w[i]);
-        for (k = 0; k < n; k++) /* a velocity that is 0 is so to rounding of the others */
-            t[i] += oracle_abs(all[i * n + k]) * most * (wide)0x1p-80;
+        /* a velocity that is 0 is so to rounding of the others, and doubles end at 2^-1074 */
+        for (k = 0; k < n; k++)
+            t[i] += oracle_abs(all[i * n + k]) * (most * (wide)0x1p-80 + (wide)0x1p-1074 / limit);
         for (j = 0; j <= rows; j++) {
             wide sum = 0, size = 0;
 
@@ -214,7 +215,7 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
                 fuzz_finite("r", r, p->rows);
             return;
         }
-    reduce(p, d, r, W, q, t);
+    reduce(p, d, oracle_limit(result.outcome, settings->tol), r, W, q, t);
     laws_check("contact", p, W, q, t, settings, &result, r, u, modes);
     if (fuzz_good(result.outcome))
         check_momentum(p, d, settings->tol, v, r, find_impulses(p, W, t));

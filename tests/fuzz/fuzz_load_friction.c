@@ -85,7 +85,7 @@ static void check_motion(const char *where, const load_problem *p, const double 
         if (oracle_abs(normal[i] - N[i]) > t[i] * (wide)1e-6 + DBL_MIN) /* the grid of denormals */
             fuzz_fail("%s: N = C q'' + d: N[%d] = %g is %Lg", where, i, normal[i],
                       (long double)N[i]);
-        if (oracle_abs(f[i]) > bound + size * (wide)1e-6)
+        if (oracle_abs(f[i]) > bound + size * (wide)1e-6 + (wide)0x1p-1074)
             fuzz_fail("%s: |f| <= mu |N|: f[%d] = %g, %Lg", where, i, f[i], (long double)bound);
     }
 }
