@@ -476,7 +476,7 @@ static int take_step(perp_context *context, perp_contact_solver *solver,
         if (!isfinite(s->v[i]))
             return 0;
     check_handed(p, d, sim);
-    reduce(p, d, s->r, W, q, t);
+    reduce(p, d, oracle_limit(result.outcome, settings->tol), s->r, W, q, t);
     laws_check("step", p, W, q, t, settings, &result, s->r, s->u, s->modes);
     if (fuzz_good(result.outcome))
         check_momentum(p, d, settings->tol, s->v, s->r, find_impulses(p, W, t));
