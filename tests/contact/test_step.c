@@ -417,6 +417,40 @@ static void test_places_out_of_range(void **state)
     require_usable(b);
 }
 
+/* H, whole rows of J, to the bit what its entries one by one are; and a change of one is seen. */
+static void test_whole_rows(void **state)
+{
+    block *b = *state;
+    double H[3 * N];
+
+    b->velocity[0] = 1.0;
+    advance(b);
+    memcpy(H, b->H, sizeof H);
+    memset(b->H, 0, sizeof b->H);
+    b->step.H_sources = NULL, b->step.H_scale = NULL, b->step.by_rows = 1;
+    advance(b);
+    assert_memory_equal(b->H, H, sizeof H);
+    near(b->v[0], 1.0 - b->mu * WEIGHT / 2.0 * H_STEP, CLOSE);
+    b->velocity[0] = 0.0;
+    rest(b);
+    advance(b);
+    assert_int_equal(b->step.was_known, 1);
+    for (int row = 2; row < ROWS; row++) { /* the tangent, with a scale, and the normal, without */
+        b->J[row * N + 2] = 0.0625;
+        advance(b);
+        assert_int_equal(b->step.was_known, 0);
+        assert_true(b->H[(ROWS - 1 - row) * N + 2] == (row == 2 ? -0.0625 : 0.0625));
+        b->J[row * N + 2] = 0.0;
+        require_usable(b);
+    }
+    b->step.H_entries--;
+    require_refused(b, PERP_ERROR_ARGUMENT, "H_entries or G_entries are not rows times n");
+    b->step.H_entries++, b->step.reserved = 1;
+    require_refused(b, PERP_ERROR_ARGUMENT, "step.reserved is 1");
+    b->step.reserved = 0;
+    require_usable(b);
+}
+
 static void test_sizes_that_do_not_fit(void **state)
 {
     block *b = *state;
@@ -546,6 +580,7 @@ int main(void)
         TEST(test_equations_are_corrected),
         TEST(test_hand_back_takes_what_it_is_given),
         TEST(test_what_is_watched),
+        TEST(test_whole_rows),
         TEST(test_what_is_missing),
         TEST(test_a_callback_is_no_mass),
         TEST(test_places_out_of_range),

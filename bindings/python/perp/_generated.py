@@ -480,6 +480,8 @@ class ContactStep(Structure):
         ("fastest", c_double),
         ("slips", c_int32),
         ("was_known", c_int32),
+        ("by_rows", c_int32),
+        ("reserved", c_int32),
     ]
 
 
