@@ -87,24 +87,17 @@ class Rows(NamedTuple):
 
 
 class _Entries:
-    """Of some rows of J: where their numbers are, as a matrix of their own has them."""
+    """Of some rows of a sparse J: where their numbers are, as a matrix of their own has them."""
 
-    def __init__(self, rows: Indices, n: int, scale: Optional[Array], J: Optional[Pattern]) -> None:
-        self.starts = self.indices = self.scale = None  # type: Optional[NDArray[Any]]
-        if J is None:
-            sources = (rows[:, None] * n + np.arange(n)).ravel()
-            row = np.repeat(np.arange(len(rows)), n)
-        else:
-            row, sources = J.places(rows)
-            columns = J.columns[sources]
-            order = np.argsort(columns, kind="stable")
-            row, sources = row[order], sources[order]
-            self.starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
-            self.indices = row.astype(np.int32)
+    def __init__(self, rows: Indices, n: int, scale: Optional[Array], J: Pattern) -> None:
+        row, sources = J.places(rows)
+        columns = J.columns[sources]
+        order = np.argsort(columns, kind="stable")
+        row, sources = row[order], sources[order]
+        self.starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
+        self.indices = row.astype(np.int32)
         self.sources = sources.astype(np.int32)
-        self.values = np.zeros(len(sources))
-        if scale is not None:
-            self.scale = scale[row]
+        self.scale = None if scale is None else scale[row]
 
 
 class RowSolver(Handle):
@@ -143,7 +136,8 @@ class RowSolver(Handle):
     def bind(self, **arrays: Optional[NDArray[Any]]) -> None:
         """Where numbers of the step are (perp_contact_step); who calls keeps them alive."""
         for name, array in arrays.items():
-            setattr(self.numbers, name, None if array is None else _arrays.address(array))
+            there = array is not None and len(array) > 0
+            setattr(self.numbers, name, _arrays.address(array) if there else None)
 
     def bind_rows(self, J: Array, gaps: Array) -> None:
         """J and the gaps of its rows, where they do not move from step to step."""
@@ -159,52 +153,65 @@ class RowSolver(Handle):
         self._mass = sources, diagonal, starts, indices
         self.numbers.M_entries = len(sources)
         self.bind(M=self.M, mass_sources=sources, mass_diagonal=diagonal)
-        self._view(self._views[0], self.M, self.n, starts, indices)
+        self._view(self._views[0], self.numbers.M, self.n, starts, indices)
 
     def arrange(self, rows: Rows, J_rows: int) -> None:
         """Other rows touch; start is 0."""
-        laws, numbers = rows.laws, self.numbers
-        H = _Entries(rows.H, self.n, rows.scale, rows.pattern)
-        G = _Entries(rows.G, self.n, None, rows.pattern)
+        laws, numbers, n = rows.laws, self.numbers, self.n
         self.rows, bilateral = len(rows.H), len(rows.G)
         size = self.rows + bilateral
-        self.w, self._b = np.zeros(self.rows), np.zeros(bilateral)
-        self.r, self.u, self.start = np.zeros((3, size))
-        self.modes = np.zeros(size + 1, dtype=np.int32)
-        sources = rows.H[rows.gaps]
-        self._kept = laws, rows, H, G, sources
-        self.H = H.values if H.starts is not None else H.values.reshape(self.rows, self.n)
+        entries, of_H, of_G = (self.rows * n, bilateral * n), None, None
+        if rows.pattern is not None:
+            of_H = _Entries(rows.H, n, rows.scale, rows.pattern)
+            of_G = _Entries(rows.G, n, None, rows.pattern)
+            entries = len(of_H.sources), len(of_G.sources)
+            self.bind(H_sources=of_H.sources, H_scale=of_H.scale, G_sources=of_G.sources)
+        self.modes, sources = np.zeros(size + 1, dtype=np.int32), rows.H[rows.gaps]
+        self._kept = laws, rows, of_H, of_G, sources
+        self.r, self.u, self.start, self.w, H = self._lay_out(
+            r=size, u=size, start=size, w=self.rows, H=entries[0], b=bilateral, G=entries[1]
+        )[:5]  # fmt: skip
+        self.H = H if of_H else H.reshape(self.rows, n)
         self._laws.contacts, self._laws.bounded = len(laws.dims), len(laws.lower)
-        for name, array in laws._asdict().items():
-            setattr(self._laws, name, _arrays.address(array))
-        self._view(self._views[1], H.values, self.rows, H.starts, H.indices)
-        self._view(self._views[2], G.values, bilateral, G.starts, G.indices)
+        for name, array in zip(Laws._fields, laws):
+            setattr(self._laws, name, _arrays.address(array) if len(array) else None)
+        self._view(self._views[1], numbers.H, self.rows, *_pattern_of(of_H))
+        self._view(self._views[2], numbers.G, bilateral, *_pattern_of(of_G))
         self._dynamics.G = pointer(self._views[2]) if bilateral else None
         numbers.contacts, numbers.rows, numbers.bilateral = len(laws.dims), self.rows, bilateral
-        numbers.H_entries, numbers.G_entries = len(H.values), len(G.values)
+        numbers.H_entries, numbers.G_entries = entries
+        numbers.by_rows = rows.pattern is None
         numbers.gap_count, numbers.J_rows, numbers.rests = len(rows.gaps), J_rows, 0
         self.bind(
-            H=H.values, H_sources=H.sources, H_scale=H.scale, H_rows=rows.H, row_scale=rows.scale,
-            G=G.values, G_sources=G.sources, G_rows=rows.G, gap_rows=rows.gaps,
-            gap_sources=sources, w=self.w, b=self._b, r=self.r, u=self.u, start=self.start,
-            modes=self.modes,
+            H_rows=rows.H, row_scale=rows.scale, G_rows=rows.G, gap_rows=rows.gaps,
+            gap_sources=sources, modes=self.modes,
         )  # fmt: skip
+
+    def _lay_out(self, **counts: int) -> list[Array]:
+        """Zeros, behind each other, where the step is told of them."""
+        zeros = np.zeros(sum(counts.values()) + 1)
+        first, place, arrays = _arrays.address(zeros), 0, []
+        for name, count in counts.items():
+            setattr(self.numbers, name, first + zeros.itemsize * place)
+            arrays.append(zeros[place : place + count])
+            place += count
+        return arrays
 
     def watch(self, kept: list[NDArray[Any]], strides: list[int]) -> Any:
         """What the rows that were arranged go by, as it is: copies of arrays whose elements lie so
         far apart. Returns the watches, whose `at` and `offset` the caller tells."""
         watches = (ContactWatch * len(kept))()
         for one, array, stride in zip(watches, kept, strides):
-            one.seen, one.count, one.stride = array.ctypes.data, len(array), stride
+            one.seen, one.count, one.stride = _arrays.address(array), len(array), stride
             one.bytes = array.nbytes // max(len(array), 1)
         self._watched = watches, kept
         self.numbers.watches, self.numbers.watch_count = watches, len(kept)
         return watches
 
-    def _view(self, matrix: Matrix, values: Array, rows: int, starts: Any, indices: Any) -> None:
+    def _view(self, matrix: Matrix, values: Any, rows: int, starts: Any, indices: Any) -> None:
         matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
         matrix.storage = _arrays.ROW_MAJOR if starts is None else _arrays.CSC
-        matrix.values = _arrays.address(values)
+        matrix.values = values
         matrix.column_starts = None if starts is None else _arrays.address(starts)
         matrix.row_indices = None if indices is None else _arrays.address(indices)
 
@@ -296,6 +303,10 @@ class RowSolver(Handle):
             self._held = self._held[:0]
 
 
+def _pattern_of(entries: Optional[_Entries]) -> tuple[Any, Any]:
+    return (entries.starts, entries.indices) if entries else (None, None)
+
+
 class Overlaps:
     """The velocity that takes a share of overlaps away: the least, in the metric of M, that opens
     what overlaps and closes nothing else."""
@@ -303,6 +314,7 @@ class Overlaps:
     def __init__(self, solver: RowSolver) -> None:
         """solver: with M and no more."""
         self._solver, self._of = solver, None  # type: RowSolver, Optional[Rows]
+        self._warm = False
         self._nothing = np.zeros(solver.n)
         solver.bind(velocity=self._nothing, force=self._nothing)
 
@@ -318,10 +330,12 @@ class Overlaps:
             self._of, nowhere = rows, rows.gaps[:0]
             own = Rows(laws, rows.H[rows.gaps], rows.G, nowhere, None, rows.pattern)
             solver.arrange(own, numbers.J_rows)
+            self._warm = False
         for name in "h", "J", "gaps", "mass", "damping":
             setattr(solver.numbers, name, getattr(numbers, name))
         solver.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / numbers.h
-        return solver.v if solver.step(False).ok else None
+        self._warm = solver.step(self._warm).ok
+        return solver.v if self._warm else None
 
 
 def _determined(A: Array) -> NDArray[Any]:

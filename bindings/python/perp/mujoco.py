@@ -47,6 +47,10 @@ _NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 _ROWS = np.full((7, 6), -1)
 _ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
 _THERE = _ROWS >= 0
+_DIMS = np.array([0, 1, 0, 3, 3, 0, 3], dtype=np.int32)
+# Sliding, rolling, spinning: where MuJoCo has a contact's, and what condim leaves of them.
+_FRICTIONS = np.array([0, 3, 2])
+_HAS = np.array([[0] * 3, [0] * 3, [0] * 3, [1, 0, 0], [1, 0, 1], [0] * 3, [1] * 3], dtype=float)
 _NONE = np.zeros(0, dtype=np.int32)
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
 
@@ -82,57 +86,66 @@ class _Touching(NamedTuple):
     first: NDArray[Any]  # of each contact: its normal among H's rows
     names: NDArray[Any]  # of each contact and row with bounds: the same as long as it lasts
     there: NDArray[Any]  # (names, 6): which rows it has
+    still: NDArray[Any]  # rows of J that are left out as they move nothing
 
 
-def _touching(
-    key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any, address: Any
-) -> _Touching:
-    contact, ne, nb = data.contact, data.ne, data.nf + data.nl
-    which = np.flatnonzero(address >= 0)
-    address, dim = address[which], contact.dim[which]
-    friction = contact.friction[which]
+def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float) -> _Touching:
+    contact, ne, nf, nb = data.contact, data.ne, data.nf, data.nf + data.nl
+    address, dim, geom, friction = contact.efc_address, contact.dim, contact.geom, contact.friction
+    moves = _moves(model, data)
+    there, equations, still = address >= 0, np.arange(ne, dtype=np.int32), _NONE
+    if not moves.all():
+        still = np.concatenate([equations, address[there]])
+        still, equations = still[~moves[still]], equations[moves[:ne]]
+        there &= moves[address]
+    if not there.all():
+        address, dim, geom, friction = address[there], dim[there], geom[there], friction[there]
     there = _THERE[dim]
     order = (address[:, None] + _ROWS[dim])[there]
-    scale = np.ones((len(which), 6))
-    scale[:, 2] = friction[:, 1] / friction[:, 0]
-    scale[:, 4] = friction[:, 4] / friction[:, 3]
-    scale = np.concatenate([scale[there], np.ones(nb)])
-    bounds = h * data.efc_frictionloss[ne : ne + data.nf]
-    laws = Laws(
-        np.where(dim == 1, 1, 3).astype(np.int32),
-        np.where(dim > 1, friction[:, 0], 0.0),
-        np.where(dim == 6, friction[:, 3], 0.0),
-        np.where(dim >= 4, friction[:, 2], 0.0),
-        np.concatenate([-bounds, np.zeros(data.nl)]),
-        np.concatenate([bounds, np.full(data.nl, np.inf)]),
-    )
-    normals = np.cumsum(there.sum(1)) - there.sum(1)
+    counts = there.sum(1)
+    first, count = np.cumsum(counts) - counts, len(order)
+    limits = np.zeros((2, nb))
+    limits[1, :nf] = h * data.efc_frictionloss[ne : ne + nf]
+    limits[1, nf:] = np.inf
+    limits[0, :nf] -= limits[1, :nf]
+    laws = Laws(_DIMS[dim], *(friction[:, _FRICTIONS] * _HAS[dim]).T.copy(), *limits)
     rows = Rows(
         laws,
         np.concatenate([order, np.arange(ne, ne + nb)]).astype(np.int32),
-        equations.astype(np.int32),
-        np.concatenate([normals, len(order) + data.nf + np.arange(data.nl)]).astype(np.int32),
-        None if (scale == 1.0).all() else scale,
+        equations,
+        np.concatenate([first, np.arange(count + nf, count + nb)]).astype(np.int32),
+        _scale(friction, there, nb),
         None if model.nv <= _DENSE else _pattern(data),
     )
-    return _Touching(
-        key,
-        rows,
-        normals,
-        _names(model, contact.geom[which], data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb]),
-        np.concatenate([there, np.tile(_THERE[1], (nb, 1))]),
-    )
+    names = _names(model, geom, data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb])
+    there = np.concatenate([there, np.broadcast_to(_THERE[1], (nb, 6))])
+    return _Touching(key, rows, first, names, there, still)
+
+
+def _scale(friction: NDArray[Any], there: NDArray[Any], bounded: int) -> Optional[Array]:
+    """Of the rows: a second direction in units in which its coefficient is the first one's."""
+    second, first = friction[:, 1::3], friction[:, 0:4:3]
+    if ((second == first) | ~there[:, 2:5:2]).all():
+        return None
+    scale = np.ones(there.shape)
+    scale[:, 2:5:2] = second / first
+    return np.concatenate([scale[there], np.ones(bounded)])
 
 
 def _names(model: Any, geom: NDArray[Any], kind: NDArray[Any], which: NDArray[Any]) -> Any:
     pair = (geom[:, 0].astype(np.int64) + 1) * (model.ngeom + 2) + geom[:, 1]
-    first = np.flatnonzero(np.diff(pair, prepend=-1))
-    place = np.arange(len(pair)) - np.repeat(first, np.diff(first, append=len(pair)))
-    rows = -1 - (which.astype(np.int64) * 8 + kind)
+    rows = 8 * which.astype(np.int64) + kind
     # an upper and a lower limit of one joint: the second is another
-    again = np.zeros(len(rows), dtype=np.int64)
-    again[1:] = rows[1:] == rows[:-1]
-    return np.concatenate([pair * _PAIRS + place, 2 * rows - again])
+    return np.concatenate([pair * _PAIRS + _place(pair), -1 - 2 * rows - _place(rows)])
+
+
+def _place(names: NDArray[Any]) -> Any:
+    """Among those that follow each other and are the same."""
+    place = np.arange(len(names))
+    if len(names) > 1:
+        begins = names[1:] != names[:-1]
+        place[1:] -= np.maximum.accumulate(place[1:] * begins)
+    return place
 
 
 class Stepper:
@@ -177,7 +190,7 @@ class Stepper:
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
         self._touching: Optional[_Touching] = None
-        self._warm = self._some_move_nothing = False
+        self._warm = False
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
@@ -199,9 +212,7 @@ class Stepper:
         try:
             how = self._solve(data, h)
         except ValueError:  # a contact that moved something does so no more?
-            if self._some_move_nothing:
-                raise
-            self._some_move_nothing, self._warm = True, False
+            self._touching, self._warm = None, False
             how = self._solve(data, h)
         touching, numbers, known = self._touching, solver.numbers, solver.known
         assert touching is not None
@@ -250,25 +261,12 @@ class Stepper:
 
     def _solve(self, data: Any, h: float) -> Solved:
         """With the rows of the last step, where the same things touch."""
-        solver, ne, address = self._solver, data.ne, None
-        live = np.flatnonzero(_moves(self.model, data, np.arange(ne))) if ne else _NONE
-        if self._some_move_nothing:
-            address = data.contact.efc_address
-            address = np.where((address >= 0) & _moves(self.model, data, address), address, -1)
-        key = (
-            ne, data.nf, data.nl, data.ncon, h, live.tobytes() if ne else b"",
-            b"" if address is None else address.tobytes(),
-        )  # fmt: skip
+        solver, key = self._solver, (data.ne, data.nf, data.nl, data.ncon, h)
         if self._touching is not None and key == self._touching.key:
             how = solver.step(self._warm)
             if not solver.is_other:
                 return how
-        if address is None:
-            address = data.contact.efc_address
-            if not _moves(self.model, data, address[address >= 0]).all():
-                self._some_move_nothing = True
-                return self._solve(data, h)
-        self._take_rows(_touching(key, self.model, data, h, live, address), data)
+        self._take_rows(_touching(key, self.model, data, h), data)
         return solver.step(self._warm)
 
     def _take_rows(self, touching: _Touching, data: Any) -> None:
@@ -281,15 +279,20 @@ class Stepper:
         self._touching = touching
         if self.model.nv > _DENSE:
             watched += _PATTERN
-        kept = [getattr(data.contact, name).copy() for name in _OF_CONTACTS]
+        layout, contact = _layout(), data.contact
+        places = [("contact", offset) for offset in layout.of_contacts]
+        kept = [getattr(contact, name).copy() for name in _OF_CONTACTS]
+        strides = [layout.stride] * len(kept)
+        places += [(name, 0) for name in watched]
         kept += [getattr(data, name).copy() for name in watched]
-        strides = [_layout().stride] * len(_OF_CONTACTS)
         strides += [x.itemsize for x in kept[len(strides) :]]
-        watches, offsets = solver.watch(kept, strides), _layout().of_contacts
-        for watch, offset in zip(watches, offsets):
-            watch.at, watch.offset = self._at["contact"], offset
-        for watch, name in zip(watches[len(offsets) :], watched):
-            watch.at = self._at[name]
+        for row in touching.still:  # zeros as long as they move nothing
+            at, count = _place_of_row(self.model, data, row)
+            places.append(("efc_J", 8 * at))
+            kept.append(np.zeros(count))
+            strides.append(8)
+        for watch, (name, offset) in zip(solver.watch(kept, strides), places):
+            watch.at, watch.offset = self._at[name], offset
 
     def _nearly_rests(self, data: Any, h: float) -> bool:
         """Whether a search for what is held is worth its cost: it says nothing of what is."""
@@ -324,13 +327,20 @@ def _pattern(data: Any) -> Pattern:
     return Pattern(data.efc_J_rownnz.copy(), data.efc_J_rowadr.copy(), data.efc_J_colind.copy())
 
 
-def _moves(model: Any, data: Any, rows: NDArray[Any]) -> NDArray[Any]:
+def _moves(model: Any, data: Any) -> NDArray[Any]:
     """Whether each row moves anything: a wall's contact with a planar robot may not."""
     J = data.efc_J
     if model.nv <= _DENSE:
-        return np.asarray(J.reshape(data.nefc, model.nv)[rows].any(1))
-    row, places = _pattern(data).places(rows)
-    return np.bincount(row, np.abs(J.ravel()[places]), len(rows)) > 0.0
+        return np.asarray(J.reshape(data.nefc, model.nv).any(1))
+    row, places = _pattern(data).places(np.arange(data.nefc))
+    return np.bincount(row, np.abs(J.ravel()[places]), data.nefc) > 0.0
+
+
+def _place_of_row(model: Any, data: Any, row: int) -> tuple[int, int]:
+    """Where a row of J begins, and how many entries it has."""
+    if model.nv <= _DENSE:
+        return row * model.nv, model.nv
+    return int(data.efc_J_rowadr[row]), int(data.efc_J_rownnz[row])
 
 
 def _hand_over(start: Array, now: _Touching, old: Array, last: _Touching) -> None:
