@@ -76,22 +76,35 @@ static int32_t gather_G(const perp_contact_step *s)
     return gather(s->G, *s->J, s->G_sources, NULL, s->G_entries);
 }
 
+/* Entries of M between two of its diagonal, without branches: which are there has no order. */
+static int32_t gather_some(const perp_contact_step *s, int32_t begin, int32_t end)
+{
+    int32_t changes = 0;
+
+    for (int32_t k = begin; k < end; k++) {
+        const int32_t source = s->mass_sources[k];
+        const double *from = source < 0 ? &s->M[k] : &s->mass[source];
+
+        changes |= put(&s->M[k], *from);
+    }
+    return changes;
+}
+
 /* M, with the damping before it is compared. */
 static int32_t gather_mass(const perp_contact_step *s)
 {
-    int32_t changes = 0, i = 0;
+    int32_t changes = 0, begin = 0;
 
-    for (int32_t k = 0; k < s->M_entries; k++) {
-        double added = 0.0;
+    for (int32_t i = 0; i < s->n; i++) {
+        const int32_t k = s->mass_diagonal[i];
 
-        if (i < s->n && k == s->mass_diagonal[i]) {
-            added = s->damping ? s->h * s->damping[i] : 0.0;
-            i++;
-        }
+        changes |= gather_some(s, begin, k);
         if (s->mass_sources[k] >= 0)
-            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] + added);
+            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] +
+                                         (s->damping ? s->h * s->damping[i] : 0.0));
+        begin = k + 1;
     }
-    return changes;
+    return changes | gather_some(s, begin, s->M_entries);
 }
 
 static int32_t gather_terms(perp_contact_step *s)
