@@ -283,12 +283,14 @@ class RowSolver(Handle):
         finally:
             self._call(library.perp_contact_solver_set, byref(mine))
 
+    def may_hold(self) -> bool:
+        """Whether hold() is worth a question: nothing was held that long ago."""
+        self._pause -= 1
+        return self._pause <= 0 or len(self._held) > 0
+
     def hold(self) -> None:
         """Exact zeros in v, which the library leaves to those who know M where its blocks have more
         than 12 unknowns: H v = -w = 0 in the rows that hold, and what they determine is 0."""
-        self._pause -= 1
-        if self._pause > 0 and not len(self._held):
-            return
         rows = self.rows
         holds = (self.u[:rows] == 0.0) & (self.w == 0.0)
         A = self.H[holds]

@@ -219,7 +219,7 @@ class Stepper:
         if not known:
             if self._warm and how.ok and numbers.slips:
                 how = solver.settle(how, touching.first, lambda: self._fastest(data, h))
-            if self._large and how.ok and self._nearly_rests(data, h):
+            if self._large and how.ok and solver.may_hold() and self._nearly_rests(data, h):
                 solver.hold()
             self._warm = how.ok
         if self._senses:
