@@ -8,8 +8,8 @@
 #include "contact/half.h"
 #include "linalg/blas.h"
 
-/* Columns of W that are solved for at a time, and velocities up to which M is dense for W, and up to
- * which its factor is inverted. */
+/* Columns of W that are solved for at a time, and velocities up to which M is dense for W, and up
+ * to which its factor is inverted. */
 enum { BLOCK = 32, DENSE_MOST = 96, INVERTED_MOST = 32 };
 
 /* Whether W is made by half.h. */

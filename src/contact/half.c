@@ -68,8 +68,7 @@ PERP__KERNEL static void apply_loops(size_t n, size_t width, const double *X, co
             PERP__LANES_AT(out + j) += PERP__CONST_LANES_AT(X + j) * y;
     }
 }
-PERP__MULTIVERSION(apply,
-                   (size_t n, size_t width, const double *X, const double *x, double *out),
+PERP__MULTIVERSION(apply, (size_t n, size_t width, const double *X, const double *x, double *out),
                    (n, width, X, x, out))
 
 void perp__half_apply(int32_t n, const double *X, double *x, double *work)

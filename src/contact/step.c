@@ -100,8 +100,8 @@ static int32_t gather_mass(const perp_contact_step *s)
 
         changes |= gather_some(s, begin, k);
         if (s->mass_sources[k] >= 0)
-            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] +
-                                         (s->damping ? s->h * s->damping[i] : 0.0));
+            changes |= put(&s->M[k],
+                           s->mass[s->mass_sources[k]] + (s->damping ? s->h * s->damping[i] : 0.0));
         begin = k + 1;
     }
     return changes | gather_some(s, begin, s->M_entries);
@@ -284,11 +284,11 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         return perp__fail(context, PERP_ERROR_ARGUMENT, "step has a count below 0");
     if (!(s->h > 0.0 && s->h < INFINITY))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "step.h is %g, expected a time > 0", s->h);
-    if (s->reserved != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "step.reserved is %d, expected 0",
-                          (int)s->reserved);
-    if (s->by_rows && ((int64_t)s->rows * s->n != s->H_entries ||
-                       (int64_t)s->bilateral * s->n != s->G_entries))
+    if (s->shift && !(s->slop >= 0.0))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "step.slop is %g, expected a length >= 0",
+                          s->slop);
+    if (s->by_rows &&
+        ((int64_t)s->rows * s->n != s->H_entries || (int64_t)s->bilateral * s->n != s->G_entries))
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "step.by_rows is set, but H_entries or G_entries are not rows times n");
     status =
@@ -345,6 +345,7 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     if (!keeps)
         status = perp__contact_setup(solver, laws, dynamics, NULL);
     PERP__THEN(status, check_sizes(solver, s));
+    PERP__THEN(status, perp__contact_open(solver, s));
     if (status != PERP_OK)
         return status;
     s->was_known = !gather_momentum(s, &solver->dynamics.M, solver->push) && keeps;

@@ -82,7 +82,7 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_watch, offset, 20, 4);
     FIELD(perp_contact_watch, stride, 24, 4);
     FIELD(perp_contact_watch, bytes, 28, 4);
-    SIZE(perp_contact_step, 360);
+    SIZE(perp_contact_step, 376);
     FIELD(perp_contact_step, struct_size, 0, 8);
     FIELD(perp_contact_step, n, 8, 4);
     FIELD(perp_contact_step, contacts, 12, 4);
@@ -135,7 +135,9 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_step, slips, 344, 4);
     FIELD(perp_contact_step, was_known, 348, 4);
     FIELD(perp_contact_step, by_rows, 352, 4);
-    FIELD(perp_contact_step, reserved, 356, 4);
+    FIELD(perp_contact_step, shifts, 356, 4);
+    FIELD(perp_contact_step, slop, 360, 8);
+    FIELD(perp_contact_step, shift, 368, 8);
 }
 
 static void test_contact_result(void **state)

@@ -481,7 +481,9 @@ class ContactStep(Structure):
         ("slips", c_int32),
         ("was_known", c_int32),
         ("by_rows", c_int32),
-        ("reserved", c_int32),
+        ("shifts", c_int32),
+        ("slop", c_double),
+        ("shift", c_void_p),
     ]
 
 

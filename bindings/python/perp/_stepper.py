@@ -120,11 +120,12 @@ class RowSolver(Handle):
         self.numbers, self.result = sized(ContactStep), sized(CResult)
         structs = self.numbers, self.result, self._laws, self._dynamics
         self._by_reference = tuple(byref(x) for x in structs)
-        self._f, self.v, self.acceleration, self.force = np.zeros((4, n))
+        self._f, self.v, self.acceleration, self.force, self._shift = np.zeros((5, n))
         self.numbers.n = n
         self.bind(
-            f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force
-        )
+            f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force,
+            shift=self._shift,
+        )  # fmt: skip
         self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self._patience = self._pause = 0
         self.known = self.is_other = False
@@ -132,6 +133,11 @@ class RowSolver(Handle):
         self._held = np.zeros(0, dtype=int)
         self.r = self.start = np.zeros(0)
         self.rows = 0
+
+    @property
+    def shift(self) -> Optional[Array]:
+        """The velocity that takes overlaps away, where there are any."""
+        return self._shift if self.numbers.shifts else None
 
     def bind(self, **arrays: Optional[NDArray[Any]]) -> None:
         """Where numbers of the step are (perp_contact_step); who calls keeps them alive."""
@@ -307,37 +313,6 @@ class RowSolver(Handle):
 
 def _pattern_of(entries: Optional[_Entries]) -> tuple[Any, Any]:
     return (entries.starts, entries.indices) if entries else (None, None)
-
-
-class Overlaps:
-    """The velocity that takes a share of overlaps away: the least, in the metric of M, that opens
-    what overlaps and closes nothing else."""
-
-    def __init__(self, solver: RowSolver) -> None:
-        """solver: with M and no more."""
-        self._solver, self._of = solver, None  # type: RowSolver, Optional[Rows]
-        self._warm = False
-        self._nothing = np.zeros(solver.n)
-        solver.bind(velocity=self._nothing, force=self._nothing)
-
-    def open(
-        self, rows: Rows, gaps: Array, slop: float, share: float, numbers: ContactStep
-    ) -> Optional[Array]:
-        """rows, gaps, numbers: of the step, whose J this is. None where there is no answer."""
-        solver = self._solver
-        if self._of is not rows:
-            none = np.zeros(0)
-            limits = np.zeros(len(gaps)), np.full(len(gaps), np.inf)
-            laws = Laws(np.zeros(0, np.int32), none, none, none, *limits)
-            self._of, nowhere = rows, rows.gaps[:0]
-            own = Rows(laws, rows.H[rows.gaps], rows.G, nowhere, None, rows.pattern)
-            solver.arrange(own, numbers.J_rows)
-            self._warm = False
-        for name in "h", "J", "gaps", "mass", "damping":
-            setattr(solver.numbers, name, getattr(numbers, name))
-        solver.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / numbers.h
-        self._warm = solver.step(self._warm).ok
-        return solver.v if self._warm else None
 
 
 def _determined(A: Array) -> NDArray[Any]:

@@ -30,7 +30,7 @@ except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
 from . import _arrays
-from ._stepper import Array, Laws, Overlaps, Pattern, Rows, RowSolver, Solved
+from ._stepper import Array, Laws, Pattern, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = ["Run", "Solved", "Stepper", "simulate", "step", "view"]
@@ -178,13 +178,8 @@ class Stepper:
         self.model = model
         self.correction = correction
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
-        self.corrections = 0
-        settings = method, tol, max_iterations, time_limit
-        self._solver = RowSolver(model.nv, *settings)
-        overlaps = RowSolver(model.nv, *settings)
-        self._overlaps = Overlaps(overlaps)
-        for solver in self._solver, overlaps:
-            _set_mass(model, solver)
+        self._solver = RowSolver(model.nv, method, tol, max_iterations, time_limit)
+        _set_mass(model, self._solver)
         self._solver.numbers.correction = correction
         self._mass = np.zeros(model.nC)  # of implicit integrators
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
@@ -224,9 +219,7 @@ class Stepper:
             self._warm = how.ok
         if self._senses:
             mj.mj_sensorAcc(model, data)
-        shift = None
-        if numbers.least_gap < -2.0 * self.slop:
-            shift = self._correct(data, touching.rows)
+        shift = solver.shift
         if known and shift is None and not self._advances and place is None:
             data.time += h  # qvel and qpos would become what they are
         else:
@@ -256,7 +249,7 @@ class Stepper:
             mj.mj_implicit(model, data)
             data.qpos[:], data.qvel[:] = place, v
             np.subtract(data.M, h * data.qDeriv[model.mapD2M], out=self._mass)
-        solver.numbers.h = h
+        solver.numbers.h, solver.numbers.slop = h, self.slop
         return place
 
     def _solve(self, data: Any, h: float) -> Solved:
@@ -303,11 +296,6 @@ class Stepper:
         velocities = np.zeros(data.nefc)
         mj.mj_mulJacVec(self.model, data, velocities, data.qvel + h * data.qacc_smooth)
         return float(np.abs(velocities).max())
-
-    def _correct(self, data: Any, rows: Rows) -> Optional[Array]:
-        self.corrections += 1
-        gaps, numbers = data.efc_pos[rows.H[rows.gaps]], self._solver.numbers
-        return self._overlaps.open(rows, gaps, self.slop, self.correction, numbers)
 
     def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""

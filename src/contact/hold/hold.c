@@ -181,9 +181,10 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
 
 static int32_t take_up(perp__hold *h, int32_t block, const double *row)
 {
-    return h->bodies->width == 6   ? take_up_row(h, block, row, 6)
-           : h->bodies->width == 3 ? take_up_row(h, block, row, 3)
-                                   : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
+    return h->bodies->width == 6 ? take_up_row(h, block, row, 6)
+           : h->bodies->width == 3
+               ? take_up_row(h, block, row, 3)
+               : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
 }
 
 void perp__hold_follow(perp__hold *h, int32_t block, int32_t root)
