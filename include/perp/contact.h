@@ -358,6 +358,7 @@ typedef struct perp_contact_step {
                         are not looked at */
     int32_t shifts;  /* out: 1: overlaps are taken away by `shift` */
     double slop;     /* of gaps: the overlap that stays */
+    double driven;   /* out: the largest |u| of a row of H without impulses */
     double *shift;   /* out: n; NULL: not needed. Where least_gap < -2 slop and that exists: the
                         least velocity, in the metric of M, that takes the share `correction` of
                         what overlaps by more than slop away in a step, while rows without

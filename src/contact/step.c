@@ -166,6 +166,9 @@ static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
             s->force_of_rows[i] += perp__column_times(G, i, s->r + s->rows) / s->h;
     }
     s->fastest = largest;
+    s->driven = 0.0;
+    for (int32_t i = 0; i < s->rows; i++)
+        s->driven = fmax(s->driven, fabs(solver->q[bounded ? solver->bounded.row[i] : i]));
     hand_back_rows(s);
     s->rests = perp__is_good(solver->best.outcome) && largest == 0.0;
     for (int32_t i = 0; i < s->rows + s->bilateral; i++)

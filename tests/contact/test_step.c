@@ -275,6 +275,7 @@ static void test_hand_back_takes_what_it_is_given(void **state)
     assert_true(b->row_force[0] == 0.01 / H_STEP && b->start[2] == 0.01);
     near(b->acceleration[2], 0.5 / H_STEP, CLOSE / H_STEP);
     assert_true(b->step.fastest == 0.5);
+    near(b->step.driven, 0.5 * WEIGHT * H_STEP, CLOSE); /* of a mass of 2 that falls */
 }
 
 /* One field of structs that lie in a row, which are somewhere else in the next step. */

@@ -483,6 +483,7 @@ class ContactStep(Structure):
         ("by_rows", c_int32),
         ("shifts", c_int32),
         ("slop", c_double),
+        ("driven", c_double),
         ("shift", c_void_p),
     ]
 

@@ -8,7 +8,7 @@ perp_contact_solver_step in perp/contact.h.
 from __future__ import annotations
 
 from ctypes import addressof, byref, c_void_p, pointer
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,6 +129,7 @@ class RowSolver(Handle):
         self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self._patience = self._pause = 0
         self.known = self.is_other = False
+        self._watched: Any = [], None, []
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
         self.r = self.start = np.zeros(0)
@@ -203,16 +204,21 @@ class RowSolver(Handle):
             place += count
         return arrays
 
-    def watch(self, kept: list[NDArray[Any]], strides: list[int]) -> Any:
-        """What the rows that were arranged go by, as it is: copies of arrays whose elements lie so
-        far apart. Returns the watches, whose `at` and `offset` the caller tells."""
-        watches = (ContactWatch * len(kept))()
-        for one, array, stride in zip(watches, kept, strides):
-            one.seen, one.count, one.stride = _arrays.address(array), len(array), stride
-            one.bytes = array.nbytes // max(len(array), 1)
-        self._watched = watches, kept
-        self.numbers.watches, self.numbers.watch_count = watches, len(kept)
-        return watches
+    def watch(self, places: list[tuple[int, int, int]], kept: list[NDArray[Any]]) -> None:
+        """What the rows that were arranged go by, as it is: copies of arrays, and for each where
+        the pointer to it is, the place behind that, and how far apart its elements lie."""
+        if self._watched[0] != places:
+            watches = (ContactWatch * len(places))()
+            for one, place in zip(watches, places):
+                one.at, one.offset, one.stride = place
+            self._watched = places, watches, kept
+            self.numbers.watches, self.numbers.watch_count = watches, len(places)
+        _, watches, _ = self._watched
+        for one, array in zip(watches, kept):
+            count = len(array)
+            one.seen, one.count = _arrays.address(array), count
+            one.bytes = array.nbytes // count if count else 0
+        self._watched = places, watches, kept
 
     def _view(self, matrix: Matrix, values: Any, rows: int, starts: Any, indices: Any) -> None:
         matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
@@ -247,7 +253,7 @@ class RowSolver(Handle):
     def _hand_back(self) -> None:
         self._call(library.perp_contact_solver_hand_back, self._by_reference[0])
 
-    def settle(self, how: Solved, first: NDArray[Any], fastest: Callable[[], float]) -> Solved:
+    def settle(self, how: Solved, first: NDArray[Any]) -> Solved:
         """Looks for impulses that hold what no longer slides.
 
         What slid to rest has impulses on the rims of their cones, and those are an answer to the
@@ -255,8 +261,7 @@ class RowSolver(Handle):
         bear a body there are others inside the cones, and newton, which keeps away from rims,
         finds them.
 
-        first: the contacts' normals among the rows. fastest: the largest velocity of a row
-            without impulses.
+        first: the contacts' normals among the rows.
         """
         self._patience -= 1
         if self._patience > 0 or not self.numbers.slips:
@@ -265,7 +270,7 @@ class RowSolver(Handle):
         of_contacts = np.abs(self.u[: self.rows - len(laws.lower)])
         speeds = np.maximum.reduceat(of_contacts, first)[slips]
         tol = self._settings.tol
-        if speeds.max() > 100.0 * tol * fastest():
+        if speeds.max() > 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
         turns = laws.rolling.any() or laws.spinning.any()

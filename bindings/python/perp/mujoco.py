@@ -47,6 +47,7 @@ _NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 _ROWS = np.full((7, 6), -1)
 _ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
 _THERE = _ROWS >= 0
+_COUNTS = _THERE.sum(1)
 _DIMS = np.array([0, 1, 0, 3, 3, 0, 3], dtype=np.int32)
 # Sliding, rolling, spinning: where MuJoCo has a contact's, and what condim leaves of them.
 _FRICTIONS = np.array([0, 3, 2])
@@ -89,20 +90,19 @@ class _Touching(NamedTuple):
     still: NDArray[Any]  # rows of J that are left out as they move nothing
 
 
-def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float) -> _Touching:
+def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float, all_move: bool) -> _Touching:
     contact, ne, nf, nb = data.contact, data.ne, data.nf, data.nf + data.nl
     address, dim, geom, friction = contact.efc_address, contact.dim, contact.geom, contact.friction
-    moves = _moves(model, data)
     there, equations, still = address >= 0, np.arange(ne, dtype=np.int32), _NONE
-    if not moves.all():
-        still = np.concatenate([equations, address[there]])
+    if not all_move:
+        moves, still = _moves(model, data), np.concatenate([equations, address[there]])
         still, equations = still[~moves[still]], equations[moves[:ne]]
         there &= moves[address]
     if not there.all():
         address, dim, geom, friction = address[there], dim[there], geom[there], friction[there]
-    there = _THERE[dim]
+    all_there = _THERE[np.concatenate([dim, np.ones(nb, dtype=np.int32)])]
+    there, counts = all_there[: len(dim)], _COUNTS[dim]
     order = (address[:, None] + _ROWS[dim])[there]
-    counts = there.sum(1)
     first, count = np.cumsum(counts) - counts, len(order)
     limits = np.zeros((2, nb))
     limits[1, :nf] = h * data.efc_frictionloss[ne : ne + nf]
@@ -118,8 +118,7 @@ def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float) -> _Touchin
         None if model.nv <= _DENSE else _pattern(data),
     )
     names = _names(model, geom, data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb])
-    there = np.concatenate([there, np.broadcast_to(_THERE[1], (nb, 6))])
-    return _Touching(key, rows, first, names, there, still)
+    return _Touching(key, rows, first, names, all_there, still)
 
 
 def _scale(friction: NDArray[Any], there: NDArray[Any], bounded: int) -> Optional[Array]:
@@ -185,7 +184,7 @@ class Stepper:
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
         self._touching: Optional[_Touching] = None
-        self._warm = False
+        self._warm, self._all_move = False, True
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
@@ -207,13 +206,13 @@ class Stepper:
         try:
             how = self._solve(data, h)
         except ValueError:  # a contact that moved something does so no more?
-            self._touching, self._warm = None, False
+            self._touching, self._warm, self._all_move = None, False, False
             how = self._solve(data, h)
         touching, numbers, known = self._touching, solver.numbers, solver.known
         assert touching is not None
         if not known:
             if self._warm and how.ok and numbers.slips:
-                how = solver.settle(how, touching.first, lambda: self._fastest(data, h))
+                how = solver.settle(how, touching.first)
             if self._large and how.ok and solver.may_hold() and self._nearly_rests(data, h):
                 solver.hold()
             self._warm = how.ok
@@ -259,43 +258,32 @@ class Stepper:
             how = solver.step(self._warm)
             if not solver.is_other:
                 return how
-        self._take_rows(_touching(key, self.model, data, h), data)
+        self._take_rows(_touching(key, self.model, data, h, self._all_move), data)
         return solver.step(self._warm)
 
     def _take_rows(self, touching: _Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""
-        solver, last, watched = self._solver, self._touching, list(_WATCHED)
+        solver, last, at, layout = self._solver, self._touching, self._at, _layout()
         old = solver.start
         solver.arrange(touching.rows, data.nefc)
         if last is not None:
             _hand_over(solver.start, touching, old, last)
-        self._touching = touching
-        if self.model.nv > _DENSE:
-            watched += _PATTERN
-        layout, contact = _layout(), data.contact
-        places = [("contact", offset) for offset in layout.of_contacts]
+        self._touching, contact = touching, data.contact
         kept = [getattr(contact, name).copy() for name in _OF_CONTACTS]
-        strides = [layout.stride] * len(kept)
-        places += [(name, 0) for name in watched]
-        kept += [getattr(data, name).copy() for name in watched]
-        strides += [x.itemsize for x in kept[len(strides) :]]
+        places = [(at["contact"], offset, layout.stride) for offset in layout.of_contacts]
+        for name in _WATCHED if self.model.nv <= _DENSE else _WATCHED + _PATTERN:
+            kept.append(getattr(data, name).copy())
+            places.append((at[name], 0, kept[-1].itemsize))
         for row in touching.still:  # zeros as long as they move nothing
-            at, count = _place_of_row(self.model, data, row)
-            places.append(("efc_J", 8 * at))
+            begin, count = _place_of_row(self.model, data, row)
             kept.append(np.zeros(count))
-            strides.append(8)
-        for watch, (name, offset) in zip(solver.watch(kept, strides), places):
-            watch.at, watch.offset = self._at[name], offset
+            places.append((at["efc_J"], 8 * begin, 8))
+        solver.watch(places, kept)
 
     def _nearly_rests(self, data: Any, h: float) -> bool:
         """Whether a search for what is held is worth its cost: it says nothing of what is."""
         fastest = self._solver.numbers.fastest
         return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
-
-    def _fastest(self, data: Any, h: float) -> float:
-        velocities = np.zeros(data.nefc)
-        mj.mj_mulJacVec(self.model, data, velocities, data.qvel + h * data.qacc_smooth)
-        return float(np.abs(velocities).max())
 
     def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""

@@ -214,7 +214,7 @@ class Stepper:
         count = len(joined.gaps)
         how = solver.step(self._warm)
         if self._warm and how.ok and count:
-            how = solver.settle(how, self._rows.gaps[:count], self._fastest)
+            how = solver.settle(how, self._rows.gaps[:count])
         self._warm = how.ok
         after, shift = solver.v.copy(), solver.shift
         moved = after if shift is None else after + shift
@@ -287,12 +287,6 @@ class Stepper:
         k = 3 * count + np.arange(len(limits))
         H[k, limits] = sign
         H[3 * count + len(limits) + np.arange(len(self._dry)), self._dry] = 1.0
-
-    def _fastest(self) -> float:
-        solver = self._solver
-        M = solver.M.reshape(solver.n, solver.n)
-        free = self._v + self.h * np.linalg.solve(M, self._force)
-        return float(np.abs(solver.H.dot(free)).max())
 
 
 def _join(parts: list[Contacts]) -> Contacts:
