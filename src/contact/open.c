@@ -107,6 +107,8 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
 
     list(solver, s, own);
     copy(solver, s, own);
+    if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
+        return status;
     PERP__THEN(status, set_up(solver, s, own));
     call.r0 = own->gaps == s->gap_count ? own->start : NULL;
     own->gaps = -1;
@@ -115,8 +117,9 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
         return status;
     memcpy(own->start, own->r, (size_t)own->size * sizeof *own->r);
     own->gaps = s->gap_count;
-    s->shifts = 1;
-    return write_shift(solver, s, own);
+    status = write_shift(solver, s, own);
+    s->shifts = status == PERP_OK && perp__all_finite(s->shift, (size_t)s->n);
+    return status;
 }
 
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s)
