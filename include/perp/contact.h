@@ -353,6 +353,16 @@ typedef struct perp_contact_step {
     double fastest;        /* out: the largest |v| */
     int32_t slips;         /* out: contacts that slip */
     int32_t was_known;     /* out: 1: it was not solved again */
+    int32_t by_rows; /* 1: H, G and J are dense, row by row, and H and G are the rows H_rows and
+                        G_rows of J, those of H times row_scale: H_sources, G_sources and H_scale
+                        are not looked at */
+    int32_t shifts;  /* out: 1: overlaps are taken away by `shift` */
+    double slop;     /* of gaps: the overlap that stays */
+    double driven;   /* out: the largest |u| of a row of H without impulses */
+    double *shift;   /* out: n; NULL: not needed. Where least_gap < -2 slop and that exists: the
+                        least velocity, in the metric of M, that takes the share `correction` of
+                        what overlaps by more than slop away in a step, while rows without
+                        overlap do not get one and G shift = 0; else as it was */
 } perp_contact_step;
 
 PERP_API perp_status perp_contact_step_init(perp_contact_step *step, size_t size);

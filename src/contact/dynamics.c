@@ -8,8 +8,9 @@
 #include "contact/half.h"
 #include "linalg/blas.h"
 
-/* Columns of W that are solved for at a time, and velocities up to which M is dense for W. */
-enum { BLOCK = 32, DENSE_MOST = 96 };
+/* Columns of W that are solved for at a time, and velocities up to which M is dense for W, and up
+ * to which its factor is inverted. */
+enum { BLOCK = 32, DENSE_MOST = 96, INVERTED_MOST = 32 };
 
 /* Whether W is made by half.h. */
 static int32_t is_halved(const perp__dynamics *own)
@@ -26,6 +27,11 @@ static void lay_out(perp__arena *arena, void *object)
     own->factor = is_halved(own) || (own->has_M && !own->M.column_starts)
                       ? perp__arena_take(arena, n, n * sizeof(double))
                       : NULL;
+    own->inverse = own->pair = NULL;
+    if ((is_halved(own) || (own->has_M && !own->M.column_starts)) && own->n <= INVERTED_MOST) {
+        own->inverse = perp__arena_take(arena, n, perp__half_width(own->n) * sizeof(double));
+        own->pair = perp__arena_take(arena, 2, perp__half_width(own->n) * sizeof(double));
+    }
     own->ones = perp__arena_take(arena, n, sizeof(double));
     own->all = perp__arena_take(arena, n, sizeof(int32_t));
     own->W = own->block = NULL;
@@ -75,6 +81,8 @@ static perp_status factor_mass(perp__dynamics *own)
         memset(own->factor, 0, n * n * sizeof *own->factor);
         perp__matrix_spread(&own->M, own->factor, 1, n);
         pivot = perp__cholesky_factor(own->n, own->factor, own->n);
+        if (pivot == 0 && own->inverse)
+            perp__half_invert(own->n, own->factor, own->inverse, own->all, own->pair);
         return pivot ? not_definite(own->context, pivot) : PERP_OK;
     }
     status = perp__sparse_cholesky_analyse(&own->cholesky, own->context, &own->M, own->ones);
@@ -98,6 +106,9 @@ static perp_status solve_mass(perp__dynamics *own, double *x, int32_t columns)
                 return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
                                   "dynamics.solve made entry %zu of right-hand side %zu %g", i % n,
                                   i / n, x[i]);
+    } else if (own->inverse) {
+        for (int32_t c = 0; c < columns; c++)
+            perp__half_apply(own->n, own->inverse, x + (size_t)c * n, own->pair);
     } else if (own->factor) {
         perp__cholesky_solve(own->n, columns, own->factor, own->n, x, own->n);
     } else {

@@ -20,6 +20,7 @@ typedef struct perp__dynamics {
     perp__arena arena;
     perp__sparse_cholesky cholesky;            /* sparse M */
     double *factor;                            /* n by n: dense M, or one that half.h works on */
+    double *inverse, *pair;                    /* its inverse, if n is small; work of half.h */
     double *ones;                              /* n */
     int32_t *all;                              /* n: 0, 1, 2, ... */
     double *W;                                 /* size by size */

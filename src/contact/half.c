@@ -1,5 +1,7 @@
 #include "contact/half.h"
 
+#include <string.h>
+
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
@@ -36,6 +38,48 @@ void perp__half_solve(int32_t n, int32_t size, const double *L, double *Y, const
         work[i] = 1.0 / L[i + i * (size_t)n];
     for (size_t tile = 0; tile * TILE < width; tile++)
         solve_tile((size_t)n, width, L, work, (size_t)firsts[tile], Y + tile * TILE);
+}
+
+void perp__half_invert(int32_t n, const double *L, double *X, int32_t *firsts, double *work)
+{
+    const size_t width = perp__half_width(n);
+
+    memset(X, 0, (size_t)n * width * sizeof *X);
+    for (size_t i = 0; i < (size_t)n; i++)
+        X[i * width + i] = 1.0;
+    for (size_t tile = 0; tile * TILE < width; tile++)
+        firsts[tile] = (int32_t)(tile * TILE);
+    perp__half_solve(n, n, L, X, firsts, work);
+}
+
+/* Row i of X ends in the tile of its diagonal: so many lanes are enough. out: as wide as X. */
+PERP__KERNEL static void apply_loops(size_t n, size_t width, const double *X, const double *x,
+                                     double *out)
+{
+    for (size_t j = 0; j < width; j++)
+        out[j] = 0.0;
+    for (size_t i = 0; i < n; i++, X += width) {
+        perp__lanes sum = PERP__SAME_LANES(0.0), y;
+
+        for (size_t j = 0; j <= i; j += 4)
+            sum += PERP__CONST_LANES_AT(X + j) * PERP__CONST_LANES_AT(x + j);
+        y = PERP__SAME_LANES((sum[0] + sum[1]) + (sum[2] + sum[3]));
+        for (size_t j = 0; j <= i; j += 4)
+            PERP__LANES_AT(out + j) += PERP__CONST_LANES_AT(X + j) * y;
+    }
+}
+PERP__MULTIVERSION(apply, (size_t n, size_t width, const double *X, const double *x, double *out),
+                   (n, width, X, x, out))
+
+void perp__half_apply(int32_t n, const double *X, double *x, double *work)
+{
+    const size_t width = perp__half_width(n);
+
+    memcpy(work, x, (size_t)n * sizeof *x);
+    for (size_t j = (size_t)n; j < width; j++)
+        work[j] = 0.0;
+    apply((size_t)n, width, X, work, work + width);
+    memcpy(x, work + width, (size_t)n * sizeof *x);
 }
 
 /* out := X'Z for ROWS columns of X and a tile of Z. */

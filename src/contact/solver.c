@@ -17,6 +17,8 @@ static void release(void *object)
     perp__arena_release(&solver->polish.arena);
     perp__contact_destroy(solver->apart.solver);
     perp__arena_release(&solver->apart.arena);
+    perp__contact_destroy(solver->opening.solver);
+    perp__arena_release(&solver->opening.arena);
     perp__hold_release(&solver->hold);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);

@@ -79,6 +79,19 @@ typedef struct perp__contact_apart {
     double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
 } perp__contact_apart;
 
+/* What takes overlaps away: open.c. */
+typedef struct perp__contact_opening {
+    perp_contact_solver *solver; /* NULL until it is first needed */
+    perp__arena arena;
+    int32_t size, whole; /* rows with gaps and equations; of the solver */
+    int32_t gaps;        /* of the answer in start; -1: there is none */
+    int32_t *rows;       /* own, of the solver; */
+    int32_t *position;   /* and back, or -1 */
+    int32_t *dims;
+    double *W, *q, *r, *start, *sign; /* size by size; size */
+    double *push;                     /* whole */
+} perp__contact_opening;
+
 /* Most rows of a part that is solved by itself: W is dense. */
 enum { PERP__APART_MOST = 600 };
 
@@ -149,6 +162,7 @@ struct perp_contact_solver {
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
     perp__contact_apart apart;
+    perp__contact_opening opening;
     perp__contact_polish polish;
     perp__hold hold;
 };
@@ -206,6 +220,9 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 /* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
  * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
 perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
+
+/* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
+perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);
 
 /* v := what the rows that hold leave free, given the impulses and modes of an answer, its u, and v
  * as it has it, with bodies: held.c. PERP_OK or _MEMORY. */

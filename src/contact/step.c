@@ -43,22 +43,68 @@ static int32_t gather(double *to, const double *from, const int32_t *sources, co
     return changes;
 }
 
+/* Rows of J, each of them n long. */
+static int32_t gather_rows(double *to, const double *J, const int32_t *rows, const double *scale,
+                           int32_t count, int32_t n)
+{
+    int32_t changes = 0;
+
+    for (int32_t i = 0; i < count; i++, to += n) {
+        const double *from = J + (size_t)rows[i] * (size_t)n, factor = scale ? scale[i] : 1.0;
+
+        for (int32_t k = 0; factor != 1.0 && k < n; k++)
+            changes |= put(&to[k], from[k] * factor);
+        if (factor == 1.0 && memcmp(to, from, (size_t)n * sizeof *to) != 0) {
+            memcpy(to, from, (size_t)n * sizeof *to);
+            changes = 1;
+        }
+    }
+    return changes;
+}
+
+static int32_t gather_H(const perp_contact_step *s)
+{
+    if (s->by_rows)
+        return gather_rows(s->H, *s->J, s->H_rows, s->row_scale, s->rows, s->n);
+    return gather(s->H, *s->J, s->H_sources, s->H_scale, s->H_entries);
+}
+
+static int32_t gather_G(const perp_contact_step *s)
+{
+    if (s->by_rows)
+        return gather_rows(s->G, *s->J, s->G_rows, NULL, s->bilateral, s->n);
+    return gather(s->G, *s->J, s->G_sources, NULL, s->G_entries);
+}
+
+/* Entries of M between two of its diagonal, without branches: which are there has no order. */
+static int32_t gather_some(const perp_contact_step *s, int32_t begin, int32_t end)
+{
+    int32_t changes = 0;
+
+    for (int32_t k = begin; k < end; k++) {
+        const int32_t source = s->mass_sources[k];
+        const double *from = source < 0 ? &s->M[k] : &s->mass[source];
+
+        changes |= put(&s->M[k], *from);
+    }
+    return changes;
+}
+
 /* M, with the damping before it is compared. */
 static int32_t gather_mass(const perp_contact_step *s)
 {
-    int32_t changes = 0, i = 0;
+    int32_t changes = 0, begin = 0;
 
-    for (int32_t k = 0; k < s->M_entries; k++) {
-        double added = 0.0;
+    for (int32_t i = 0; i < s->n; i++) {
+        const int32_t k = s->mass_diagonal[i];
 
-        if (i < s->n && k == s->mass_diagonal[i]) {
-            added = s->damping ? s->h * s->damping[i] : 0.0;
-            i++;
-        }
+        changes |= gather_some(s, begin, k);
         if (s->mass_sources[k] >= 0)
-            changes |= put(&s->M[k], s->mass[s->mass_sources[k]] + added);
+            changes |= put(&s->M[k],
+                           s->mass[s->mass_sources[k]] + (s->damping ? s->h * s->damping[i] : 0.0));
+        begin = k + 1;
     }
-    return changes;
+    return changes | gather_some(s, begin, s->M_entries);
 }
 
 static int32_t gather_terms(perp_contact_step *s)
@@ -120,6 +166,9 @@ static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
             s->force_of_rows[i] += perp__column_times(G, i, s->r + s->rows) / s->h;
     }
     s->fastest = largest;
+    s->driven = 0.0;
+    for (int32_t i = 0; i < s->rows; i++)
+        s->driven = fmax(s->driven, fabs(solver->q[bounded ? solver->bounded.row[i] : i]));
     hand_back_rows(s);
     s->rests = perp__is_good(solver->best.outcome) && largest == 0.0;
     for (int32_t i = 0; i < s->rows + s->bilateral; i++)
@@ -162,8 +211,8 @@ static perp_status check_arrays(perp_context *context, const perp_contact_step *
                   {"*step.J", s->J ? *s->J : NULL, entries},
                   {"step.gaps", s->gaps, gaps},
                   {"*step.gaps", s->gaps ? *s->gaps : NULL, gaps},
-                  {"step.H_sources", s->H_sources, s->H_entries},
-                  {"step.G_sources", s->G_sources, s->G_entries},
+                  {"step.H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries},
+                  {"step.G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries},
                   {"step.gap_rows", s->gap_rows, s->gap_count},
                   {"step.gap_sources", s->gap_sources, s->gap_count},
                   {"step.H_rows", s->H_rows, s->rows},
@@ -194,8 +243,8 @@ static perp_status check_indices(perp_context *context, const perp_contact_step 
         const int32_t *places;
         int32_t count, most;
     } lists[] = {{"mass_diagonal", s->mass_diagonal, s->n, s->M_entries},
-                 {"H_sources", s->H_sources, s->H_entries, INT32_MAX},
-                 {"G_sources", s->G_sources, s->G_entries, INT32_MAX},
+                 {"H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries, INT32_MAX},
+                 {"G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries, INT32_MAX},
                  {"gap_rows", s->gap_rows, s->gap_count, s->rows},
                  {"gap_sources", s->gap_sources, s->gap_count, s->J_rows},
                  {"H_rows", s->H_rows, s->rows, s->J_rows},
@@ -238,6 +287,13 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         return perp__fail(context, PERP_ERROR_ARGUMENT, "step has a count below 0");
     if (!(s->h > 0.0 && s->h < INFINITY))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "step.h is %g, expected a time > 0", s->h);
+    if (s->shift && !(s->slop >= 0.0))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "step.slop is %g, expected a length >= 0",
+                          s->slop);
+    if (s->by_rows &&
+        ((int64_t)s->rows * s->n != s->H_entries || (int64_t)s->bilateral * s->n != s->G_entries))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "step.by_rows is set, but H_entries or G_entries are not rows times n");
     status =
         s->watch_count > 0 ? perp__check_pointer(context, "step.watches", s->watches) : PERP_OK;
     return status == PERP_OK ? check_watches(context, s) : status;
@@ -292,6 +348,7 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     if (!keeps)
         status = perp__contact_setup(solver, laws, dynamics, NULL);
     PERP__THEN(status, check_sizes(solver, s));
+    PERP__THEN(status, perp__contact_open(solver, s));
     if (status != PERP_OK)
         return status;
     s->was_known = !gather_momentum(s, &solver->dynamics.M, solver->push) && keeps;
@@ -315,9 +372,9 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
         return status;
     changes = gather_mass(s);
     if (s->H_entries > 0)
-        changes |= gather(s->H, *s->J, s->H_sources, s->H_scale, s->H_entries);
+        changes |= gather_H(s);
     if (s->G_entries > 0)
-        changes |= gather(s->G, *s->J, s->G_sources, NULL, s->G_entries);
+        changes |= gather_G(s);
     changes |= gather_terms(s);
     status = solve(solver, s, changes, result, laws, dynamics);
     if (status == PERP_OK)

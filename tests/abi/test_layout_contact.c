@@ -82,7 +82,7 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_watch, offset, 20, 4);
     FIELD(perp_contact_watch, stride, 24, 4);
     FIELD(perp_contact_watch, bytes, 28, 4);
-    SIZE(perp_contact_step, 352);
+    SIZE(perp_contact_step, 384);
     FIELD(perp_contact_step, struct_size, 0, 8);
     FIELD(perp_contact_step, n, 8, 4);
     FIELD(perp_contact_step, contacts, 12, 4);
@@ -134,6 +134,11 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_step, fastest, 336, 8);
     FIELD(perp_contact_step, slips, 344, 4);
     FIELD(perp_contact_step, was_known, 348, 4);
+    FIELD(perp_contact_step, by_rows, 352, 4);
+    FIELD(perp_contact_step, shifts, 356, 4);
+    FIELD(perp_contact_step, slop, 360, 8);
+    FIELD(perp_contact_step, driven, 368, 8);
+    FIELD(perp_contact_step, shift, 376, 8);
 }
 
 static void test_contact_result(void **state)

@@ -203,6 +203,70 @@ static void test_equations_are_corrected(void **state)
     near(b->row_force[0], b->v[2] / H_STEP, CLOSE / H_STEP);
 }
 
+/* The normal's row is (0, 1, 1/2), M = diag(2, 2, 1): the least velocity that opens by g a second
+ * is M^-1 a g / (a'M^-1 a), a the row, that is (0, 2, 2) g / 3. */
+static void test_overlaps_are_taken_away(void **state)
+{
+    const double share = 0.2, slop = 1e-3, overlap = 1e-2, g = share * (overlap - slop) / H_STEP;
+    block *b = *state;
+    double shift[N] = {NAN, NAN, NAN};
+
+    b->J[3 * N + 2] = 0.5;
+    b->bound = 1.0, b->lower = -1.0; /* the slider's friction bears what the contact leaves it */
+    b->step.by_rows = 1;
+    b->step.shift = shift, b->step.slop = slop, b->step.correction = share;
+    b->gaps[3] = -2.0 * slop;
+    advance(b);
+    assert_int_equal(b->step.shifts, 0);
+    assert_true(isnan(shift[1]));
+    b->gaps[3] = -overlap;
+    for (int warm = 0; warm < 3; warm++) { /* the last of which finds all at rest */
+        b->step.warm = 1;
+        memset(shift, 0, sizeof shift);
+        advance(b);
+        assert_int_equal(b->step.shifts, 1);
+        near(shift[0], 0.0, CLOSE);
+        near(shift[1], 2.0 / 3.0 * g, CLOSE);
+        near(shift[2], 2.0 / 3.0 * g, CLOSE);
+    }
+    assert_int_equal(b->step.was_known, 1);
+    b->gaps[3] = -1e308; /* no velocity opens that in a step */
+    advance(b);
+    assert_int_equal(b->step.shifts, 0);
+}
+
+/* Two rows with gaps, the second a limit of the slider's from above with bounds of its own, -r: it
+ * is 4 mm away and stays so; and with an equation on the slider nothing there moves. */
+static void test_overlaps_close_nothing_else(void **state)
+{
+    static const int32_t rows[2] = {0, 2}, sources[2] = {3, 0}, G_rows[1] = {1};
+    const double share = 1.0, overlap = 1e-2;
+    block *b = *state;
+    double shift[N], G[N] = {0.0}, bilateral = 0.0, r[4], u[4], start[4] = {0.0};
+    perp_matrix view = b->views[1];
+
+    b->J[3 * N + 2] = 0.5, b->J[2] = -1.0;
+    b->lower = 0.0, b->bound = INFINITY;
+    b->step.by_rows = 1;
+    b->step.shift = shift, b->step.slop = 0.0, b->step.correction = share;
+    b->step.gap_count = 2, b->step.gap_rows = rows, b->step.gap_sources = sources;
+    b->gaps[3] = -overlap, b->gaps[0] = 4e-3;
+    advance(b);
+    near(shift[0], 0.0, CLOSE); /* y + s / 2 = 1 cm a step, s = 4 mm a step */
+    near(shift[1], 0.8, CLOSE);
+    near(shift[2], 0.4, CLOSE);
+
+    b->J[N + 2] = 1.0;
+    view.rows = 1, view.values = G;
+    b->dynamics.G = &view;
+    b->step.bilateral = 1, b->step.G_entries = N, b->step.G = G, b->step.b = &bilateral;
+    b->step.G_rows = G_rows, b->step.r = r, b->step.u = u, b->step.start = start;
+    b->step.rests = 0;
+    advance(b);
+    for (int i = 0; i < N; i++)
+        near(shift[i], i == 1 ? 1.0 : 0.0, 1e-8); /* tol, of 1 m/s: the rows depend on each other */
+}
+
 static void test_hand_back_takes_what_it_is_given(void **state)
 {
     block *b = *state;
@@ -214,6 +278,7 @@ static void test_hand_back_takes_what_it_is_given(void **state)
     assert_true(b->row_force[0] == 0.01 / H_STEP && b->start[2] == 0.01);
     near(b->acceleration[2], 0.5 / H_STEP, CLOSE / H_STEP);
     assert_true(b->step.fastest == 0.5);
+    near(b->step.driven, 0.5 * WEIGHT * H_STEP, CLOSE); /* of a mass of 2 that falls */
 }
 
 /* One field of structs that lie in a row, which are somewhere else in the next step. */
@@ -417,6 +482,41 @@ static void test_places_out_of_range(void **state)
     require_usable(b);
 }
 
+/* H, whole rows of J, to the bit what its entries one by one are; and a change of one is seen. */
+static void test_whole_rows(void **state)
+{
+    block *b = *state;
+    double H[3 * N];
+
+    b->velocity[0] = 1.0;
+    advance(b);
+    memcpy(H, b->H, sizeof H);
+    memset(b->H, 0, sizeof b->H);
+    b->step.H_sources = NULL, b->step.H_scale = NULL, b->step.by_rows = 1;
+    advance(b);
+    assert_memory_equal(b->H, H, sizeof H);
+    near(b->v[0], 1.0 - b->mu * WEIGHT / 2.0 * H_STEP, CLOSE);
+    b->velocity[0] = 0.0;
+    rest(b);
+    advance(b);
+    assert_int_equal(b->step.was_known, 1);
+    for (int row = 2; row < ROWS; row++) { /* the tangent, with a scale, and the normal, without */
+        b->J[row * N + 2] = 0.0625;
+        advance(b);
+        assert_int_equal(b->step.was_known, 0);
+        assert_true(b->H[(ROWS - 1 - row) * N + 2] == (row == 2 ? -0.0625 : 0.0625));
+        b->J[row * N + 2] = 0.0;
+        require_usable(b);
+    }
+    b->step.H_entries--;
+    require_refused(b, PERP_ERROR_ARGUMENT, "H_entries or G_entries are not rows times n");
+    b->step.H_entries++;
+    b->step.shift = b->acceleration, b->step.slop = -1.0;
+    require_refused(b, PERP_ERROR_ARGUMENT, "step.slop is -1, expected a length >= 0");
+    b->step.shift = NULL;
+    require_usable(b);
+}
+
 static void test_sizes_that_do_not_fit(void **state)
 {
     block *b = *state;
@@ -487,8 +587,10 @@ static void test_memory_runs_out(void **state)
     memory m = {0, 0, 0};
     perp_context_settings settings = memory_settings(&m);
     answer untouched;
+    double shift[N];
     int k;
 
+    b->step.shift = shift, b->gaps[3] = -0.01;
     perp_contact_solver_destroy(b->solver);
     perp_context_destroy(b->context);
     assert_int_equal(perp_context_create(&b->context, &settings), PERP_OK);
@@ -546,6 +648,9 @@ int main(void)
         TEST(test_equations_are_corrected),
         TEST(test_hand_back_takes_what_it_is_given),
         TEST(test_what_is_watched),
+        TEST(test_whole_rows),
+        TEST(test_overlaps_are_taken_away),
+        TEST(test_overlaps_close_nothing_else),
         TEST(test_what_is_missing),
         TEST(test_a_callback_is_no_mass),
         TEST(test_places_out_of_range),

@@ -374,6 +374,7 @@ static void renew_outputs(const laws_problem *p, const dynamics_problem *d, simu
     s->v = fuzz_doubles(d->n), s->r = fuzz_doubles(p->rows), s->u = fuzz_doubles(p->rows);
     s->modes = fuzz_take(p->laws.contacts, sizeof *s->modes);
     s->acceleration = fuzz_doubles(d->n), s->force_of_rows = fuzz_doubles(d->n);
+    s->shift = fuzz_doubles(d->n);
     sim->at_force = fuzz_doubles(s->J_rows);
     s->row_force = &sim->at_force;
 }
@@ -437,6 +438,9 @@ static void check_handed(const laws_problem *p, const dynamics_problem *d, const
         if (s->start[j] != s->r[j] ||
             sim->at_force[j < s->rows ? s->H_rows[j] : s->G_rows[j - s->rows]] != s->r[j] / s->h)
             fuzz_fail("step: row_force = r / h and start = r: row %d", j);
+    for (i = 0; i < d->n && s->shifts; i++)
+        if (!isfinite(s->shift[i]) || !(s->least_gap < 0.0))
+            fuzz_fail("step: shift is of something that overlaps: %d", i);
     for (j = 0; j < s->contacts; j++)
         slips += s->modes[j] == PERP_CONTACT_SLIP;
     if (s->slips != slips || (s->rests && s->fastest != 0.0))

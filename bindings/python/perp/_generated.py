@@ -480,6 +480,11 @@ class ContactStep(Structure):
         ("fastest", c_double),
         ("slips", c_int32),
         ("was_known", c_int32),
+        ("by_rows", c_int32),
+        ("shifts", c_int32),
+        ("slop", c_double),
+        ("driven", c_double),
+        ("shift", c_void_p),
     ]
 
 

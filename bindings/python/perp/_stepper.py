@@ -8,7 +8,7 @@ perp_contact_solver_step in perp/contact.h.
 from __future__ import annotations
 
 from ctypes import addressof, byref, c_void_p, pointer
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,24 +87,17 @@ class Rows(NamedTuple):
 
 
 class _Entries:
-    """Of some rows of J: where their numbers are, as a matrix of their own has them."""
+    """Of some rows of a sparse J: where their numbers are, as a matrix of their own has them."""
 
-    def __init__(self, rows: Indices, n: int, scale: Optional[Array], J: Optional[Pattern]) -> None:
-        self.starts = self.indices = self.scale = None  # type: Optional[NDArray[Any]]
-        if J is None:
-            sources = (rows[:, None] * n + np.arange(n)).ravel()
-            row = np.repeat(np.arange(len(rows)), n)
-        else:
-            row, sources = J.places(rows)
-            columns = J.columns[sources]
-            order = np.argsort(columns, kind="stable")
-            row, sources = row[order], sources[order]
-            self.starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
-            self.indices = row.astype(np.int32)
+    def __init__(self, rows: Indices, n: int, scale: Optional[Array], J: Pattern) -> None:
+        row, sources = J.places(rows)
+        columns = J.columns[sources]
+        order = np.argsort(columns, kind="stable")
+        row, sources = row[order], sources[order]
+        self.starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
+        self.indices = row.astype(np.int32)
         self.sources = sources.astype(np.int32)
-        self.values = np.zeros(len(sources))
-        if scale is not None:
-            self.scale = scale[row]
+        self.scale = None if scale is None else scale[row]
 
 
 class RowSolver(Handle):
@@ -127,23 +120,31 @@ class RowSolver(Handle):
         self.numbers, self.result = sized(ContactStep), sized(CResult)
         structs = self.numbers, self.result, self._laws, self._dynamics
         self._by_reference = tuple(byref(x) for x in structs)
-        self._f, self.v, self.acceleration, self.force = np.zeros((4, n))
+        self._f, self.v, self.acceleration, self.force, self._shift = np.zeros((5, n))
         self.numbers.n = n
         self.bind(
-            f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force
-        )
+            f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force,
+            shift=self._shift,
+        )  # fmt: skip
         self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self._patience = self._pause = 0
         self.known = self.is_other = False
+        self._watched: Any = [], None, []
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
         self.r = self.start = np.zeros(0)
         self.rows = 0
 
+    @property
+    def shift(self) -> Optional[Array]:
+        """The velocity that takes overlaps away, where there are any."""
+        return self._shift if self.numbers.shifts else None
+
     def bind(self, **arrays: Optional[NDArray[Any]]) -> None:
         """Where numbers of the step are (perp_contact_step); who calls keeps them alive."""
         for name, array in arrays.items():
-            setattr(self.numbers, name, None if array is None else _arrays.address(array))
+            there = array is not None and len(array) > 0
+            setattr(self.numbers, name, _arrays.address(array) if there else None)
 
     def bind_rows(self, J: Array, gaps: Array) -> None:
         """J and the gaps of its rows, where they do not move from step to step."""
@@ -159,52 +160,70 @@ class RowSolver(Handle):
         self._mass = sources, diagonal, starts, indices
         self.numbers.M_entries = len(sources)
         self.bind(M=self.M, mass_sources=sources, mass_diagonal=diagonal)
-        self._view(self._views[0], self.M, self.n, starts, indices)
+        self._view(self._views[0], self.numbers.M, self.n, starts, indices)
 
     def arrange(self, rows: Rows, J_rows: int) -> None:
         """Other rows touch; start is 0."""
-        laws, numbers = rows.laws, self.numbers
-        H = _Entries(rows.H, self.n, rows.scale, rows.pattern)
-        G = _Entries(rows.G, self.n, None, rows.pattern)
+        laws, numbers, n = rows.laws, self.numbers, self.n
         self.rows, bilateral = len(rows.H), len(rows.G)
         size = self.rows + bilateral
-        self.w, self._b = np.zeros(self.rows), np.zeros(bilateral)
-        self.r, self.u, self.start = np.zeros((3, size))
-        self.modes = np.zeros(size + 1, dtype=np.int32)
-        sources = rows.H[rows.gaps]
-        self._kept = laws, rows, H, G, sources
-        self.H = H.values if H.starts is not None else H.values.reshape(self.rows, self.n)
+        entries, of_H, of_G = (self.rows * n, bilateral * n), None, None
+        if rows.pattern is not None:
+            of_H = _Entries(rows.H, n, rows.scale, rows.pattern)
+            of_G = _Entries(rows.G, n, None, rows.pattern)
+            entries = len(of_H.sources), len(of_G.sources)
+            self.bind(H_sources=of_H.sources, H_scale=of_H.scale, G_sources=of_G.sources)
+        self.modes, sources = np.zeros(size + 1, dtype=np.int32), rows.H[rows.gaps]
+        self._kept = laws, rows, of_H, of_G, sources
+        self.r, self.u, self.start, self.w, H = self._lay_out(
+            r=size, u=size, start=size, w=self.rows, H=entries[0], b=bilateral, G=entries[1]
+        )[:5]  # fmt: skip
+        self.H = H if of_H else H.reshape(self.rows, n)
         self._laws.contacts, self._laws.bounded = len(laws.dims), len(laws.lower)
-        for name, array in laws._asdict().items():
-            setattr(self._laws, name, _arrays.address(array))
-        self._view(self._views[1], H.values, self.rows, H.starts, H.indices)
-        self._view(self._views[2], G.values, bilateral, G.starts, G.indices)
+        for name, array in zip(Laws._fields, laws):
+            setattr(self._laws, name, _arrays.address(array) if len(array) else None)
+        self._view(self._views[1], numbers.H, self.rows, *_pattern_of(of_H))
+        self._view(self._views[2], numbers.G, bilateral, *_pattern_of(of_G))
         self._dynamics.G = pointer(self._views[2]) if bilateral else None
         numbers.contacts, numbers.rows, numbers.bilateral = len(laws.dims), self.rows, bilateral
-        numbers.H_entries, numbers.G_entries = len(H.values), len(G.values)
+        numbers.H_entries, numbers.G_entries = entries
+        numbers.by_rows = rows.pattern is None
         numbers.gap_count, numbers.J_rows, numbers.rests = len(rows.gaps), J_rows, 0
         self.bind(
-            H=H.values, H_sources=H.sources, H_scale=H.scale, H_rows=rows.H, row_scale=rows.scale,
-            G=G.values, G_sources=G.sources, G_rows=rows.G, gap_rows=rows.gaps,
-            gap_sources=sources, w=self.w, b=self._b, r=self.r, u=self.u, start=self.start,
-            modes=self.modes,
+            H_rows=rows.H, row_scale=rows.scale, G_rows=rows.G, gap_rows=rows.gaps,
+            gap_sources=sources, modes=self.modes,
         )  # fmt: skip
 
-    def watch(self, kept: list[NDArray[Any]], strides: list[int]) -> Any:
-        """What the rows that were arranged go by, as it is: copies of arrays whose elements lie so
-        far apart. Returns the watches, whose `at` and `offset` the caller tells."""
-        watches = (ContactWatch * len(kept))()
-        for one, array, stride in zip(watches, kept, strides):
-            one.seen, one.count, one.stride = array.ctypes.data, len(array), stride
-            one.bytes = array.nbytes // max(len(array), 1)
-        self._watched = watches, kept
-        self.numbers.watches, self.numbers.watch_count = watches, len(kept)
-        return watches
+    def _lay_out(self, **counts: int) -> list[Array]:
+        """Zeros, behind each other, where the step is told of them."""
+        zeros = np.zeros(sum(counts.values()) + 1)
+        first, place, arrays = _arrays.address(zeros), 0, []
+        for name, count in counts.items():
+            setattr(self.numbers, name, first + zeros.itemsize * place)
+            arrays.append(zeros[place : place + count])
+            place += count
+        return arrays
 
-    def _view(self, matrix: Matrix, values: Array, rows: int, starts: Any, indices: Any) -> None:
+    def watch(self, places: list[tuple[int, int, int]], kept: list[NDArray[Any]]) -> None:
+        """What the rows that were arranged go by, as it is: copies of arrays, and for each where
+        the pointer to it is, the place behind that, and how far apart its elements lie."""
+        if self._watched[0] != places:
+            watches = (ContactWatch * len(places))()
+            for one, place in zip(watches, places):
+                one.at, one.offset, one.stride = place
+            self._watched = places, watches, kept
+            self.numbers.watches, self.numbers.watch_count = watches, len(places)
+        _, watches, _ = self._watched
+        for one, array in zip(watches, kept):
+            count = len(array)
+            one.seen, one.count = _arrays.address(array), count
+            one.bytes = array.nbytes // count if count else 0
+        self._watched = places, watches, kept
+
+    def _view(self, matrix: Matrix, values: Any, rows: int, starts: Any, indices: Any) -> None:
         matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
         matrix.storage = _arrays.ROW_MAJOR if starts is None else _arrays.CSC
-        matrix.values = _arrays.address(values)
+        matrix.values = values
         matrix.column_starts = None if starts is None else _arrays.address(starts)
         matrix.row_indices = None if indices is None else _arrays.address(indices)
 
@@ -234,7 +253,7 @@ class RowSolver(Handle):
     def _hand_back(self) -> None:
         self._call(library.perp_contact_solver_hand_back, self._by_reference[0])
 
-    def settle(self, how: Solved, first: NDArray[Any], fastest: Callable[[], float]) -> Solved:
+    def settle(self, how: Solved, first: NDArray[Any]) -> Solved:
         """Looks for impulses that hold what no longer slides.
 
         What slid to rest has impulses on the rims of their cones, and those are an answer to the
@@ -242,8 +261,7 @@ class RowSolver(Handle):
         bear a body there are others inside the cones, and newton, which keeps away from rims,
         finds them.
 
-        first: the contacts' normals among the rows. fastest: the largest velocity of a row
-            without impulses.
+        first: the contacts' normals among the rows.
         """
         self._patience -= 1
         if self._patience > 0 or not self.numbers.slips:
@@ -252,7 +270,7 @@ class RowSolver(Handle):
         of_contacts = np.abs(self.u[: self.rows - len(laws.lower)])
         speeds = np.maximum.reduceat(of_contacts, first)[slips]
         tol = self._settings.tol
-        if speeds.max() > 100.0 * tol * fastest():
+        if speeds.max() > 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
         turns = laws.rolling.any() or laws.spinning.any()
@@ -276,12 +294,14 @@ class RowSolver(Handle):
         finally:
             self._call(library.perp_contact_solver_set, byref(mine))
 
+    def may_hold(self) -> bool:
+        """Whether hold() is worth a question: nothing was held that long ago."""
+        self._pause -= 1
+        return self._pause <= 0 or len(self._held) > 0
+
     def hold(self) -> None:
         """Exact zeros in v, which the library leaves to those who know M where its blocks have more
         than 12 unknowns: H v = -w = 0 in the rows that hold, and what they determine is 0."""
-        self._pause -= 1
-        if self._pause > 0 and not len(self._held):
-            return
         rows = self.rows
         holds = (self.u[:rows] == 0.0) & (self.w == 0.0)
         A = self.H[holds]
@@ -296,32 +316,8 @@ class RowSolver(Handle):
             self._held = self._held[:0]
 
 
-class Overlaps:
-    """The velocity that takes a share of overlaps away: the least, in the metric of M, that opens
-    what overlaps and closes nothing else."""
-
-    def __init__(self, solver: RowSolver) -> None:
-        """solver: with M and no more."""
-        self._solver, self._of = solver, None  # type: RowSolver, Optional[Rows]
-        self._nothing = np.zeros(solver.n)
-        solver.bind(velocity=self._nothing, force=self._nothing)
-
-    def open(
-        self, rows: Rows, gaps: Array, slop: float, share: float, numbers: ContactStep
-    ) -> Optional[Array]:
-        """rows, gaps, numbers: of the step, whose J this is. None where there is no answer."""
-        solver = self._solver
-        if self._of is not rows:
-            none = np.zeros(0)
-            limits = np.zeros(len(gaps)), np.full(len(gaps), np.inf)
-            laws = Laws(np.zeros(0, np.int32), none, none, none, *limits)
-            self._of, nowhere = rows, rows.gaps[:0]
-            own = Rows(laws, rows.H[rows.gaps], rows.G, nowhere, None, rows.pattern)
-            solver.arrange(own, numbers.J_rows)
-        for name in "h", "J", "gaps", "mass", "damping":
-            setattr(solver.numbers, name, getattr(numbers, name))
-        solver.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / numbers.h
-        return solver.v if solver.step(False).ok else None
+def _pattern_of(entries: Optional[_Entries]) -> tuple[Any, Any]:
+    return (entries.starts, entries.indices) if entries else (None, None)
 
 
 def _determined(A: Array) -> NDArray[Any]:

@@ -30,7 +30,7 @@ except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
 from . import _arrays
-from ._stepper import Array, Laws, Overlaps, Pattern, Rows, RowSolver, Solved
+from ._stepper import Array, Laws, Pattern, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = ["Run", "Solved", "Stepper", "simulate", "step", "view"]
@@ -47,6 +47,11 @@ _NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 _ROWS = np.full((7, 6), -1)
 _ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
 _THERE = _ROWS >= 0
+_COUNTS = _THERE.sum(1)
+_DIMS = np.array([0, 1, 0, 3, 3, 0, 3], dtype=np.int32)
+# Sliding, rolling, spinning: where MuJoCo has a contact's, and what condim leaves of them.
+_FRICTIONS = np.array([0, 3, 2])
+_HAS = np.array([[0] * 3, [0] * 3, [0] * 3, [1, 0, 0], [1, 0, 1], [0] * 3, [1] * 3], dtype=float)
 _NONE = np.zeros(0, dtype=np.int32)
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
 
@@ -82,57 +87,64 @@ class _Touching(NamedTuple):
     first: NDArray[Any]  # of each contact: its normal among H's rows
     names: NDArray[Any]  # of each contact and row with bounds: the same as long as it lasts
     there: NDArray[Any]  # (names, 6): which rows it has
+    still: NDArray[Any]  # rows of J that are left out as they move nothing
 
 
-def _touching(
-    key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any, address: Any
-) -> _Touching:
-    contact, ne, nb = data.contact, data.ne, data.nf + data.nl
-    which = np.flatnonzero(address >= 0)
-    address, dim = address[which], contact.dim[which]
-    friction = contact.friction[which]
-    there = _THERE[dim]
+def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float, all_move: bool) -> _Touching:
+    contact, ne, nf, nb = data.contact, data.ne, data.nf, data.nf + data.nl
+    address, dim, geom, friction = contact.efc_address, contact.dim, contact.geom, contact.friction
+    there, equations, still = address >= 0, np.arange(ne, dtype=np.int32), _NONE
+    if not all_move:
+        moves, still = _moves(model, data), np.concatenate([equations, address[there]])
+        still, equations = still[~moves[still]], equations[moves[:ne]]
+        there &= moves[address]
+    if not there.all():
+        address, dim, geom, friction = address[there], dim[there], geom[there], friction[there]
+    all_there = _THERE[np.concatenate([dim, np.ones(nb, dtype=np.int32)])]
+    there, counts = all_there[: len(dim)], _COUNTS[dim]
     order = (address[:, None] + _ROWS[dim])[there]
-    scale = np.ones((len(which), 6))
-    scale[:, 2] = friction[:, 1] / friction[:, 0]
-    scale[:, 4] = friction[:, 4] / friction[:, 3]
-    scale = np.concatenate([scale[there], np.ones(nb)])
-    bounds = h * data.efc_frictionloss[ne : ne + data.nf]
-    laws = Laws(
-        np.where(dim == 1, 1, 3).astype(np.int32),
-        np.where(dim > 1, friction[:, 0], 0.0),
-        np.where(dim == 6, friction[:, 3], 0.0),
-        np.where(dim >= 4, friction[:, 2], 0.0),
-        np.concatenate([-bounds, np.zeros(data.nl)]),
-        np.concatenate([bounds, np.full(data.nl, np.inf)]),
-    )
-    normals = np.cumsum(there.sum(1)) - there.sum(1)
+    first, count = np.cumsum(counts) - counts, len(order)
+    limits = np.zeros((2, nb))
+    limits[1, :nf] = h * data.efc_frictionloss[ne : ne + nf]
+    limits[1, nf:] = np.inf
+    limits[0, :nf] -= limits[1, :nf]
+    laws = Laws(_DIMS[dim], *(friction[:, _FRICTIONS] * _HAS[dim]).T.copy(), *limits)
     rows = Rows(
         laws,
         np.concatenate([order, np.arange(ne, ne + nb)]).astype(np.int32),
-        equations.astype(np.int32),
-        np.concatenate([normals, len(order) + data.nf + np.arange(data.nl)]).astype(np.int32),
-        None if (scale == 1.0).all() else scale,
+        equations,
+        np.concatenate([first, np.arange(count + nf, count + nb)]).astype(np.int32),
+        _scale(friction, there, nb),
         None if model.nv <= _DENSE else _pattern(data),
     )
-    return _Touching(
-        key,
-        rows,
-        normals,
-        _names(model, contact.geom[which], data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb]),
-        np.concatenate([there, np.tile(_THERE[1], (nb, 1))]),
-    )
+    names = _names(model, geom, data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb])
+    return _Touching(key, rows, first, names, all_there, still)
+
+
+def _scale(friction: NDArray[Any], there: NDArray[Any], bounded: int) -> Optional[Array]:
+    """Of the rows: a second direction in units in which its coefficient is the first one's."""
+    second, first = friction[:, 1::3], friction[:, 0:4:3]
+    if ((second == first) | ~there[:, 2:5:2]).all():
+        return None
+    scale = np.ones(there.shape)
+    scale[:, 2:5:2] = second / first
+    return np.concatenate([scale[there], np.ones(bounded)])
 
 
 def _names(model: Any, geom: NDArray[Any], kind: NDArray[Any], which: NDArray[Any]) -> Any:
     pair = (geom[:, 0].astype(np.int64) + 1) * (model.ngeom + 2) + geom[:, 1]
-    first = np.flatnonzero(np.diff(pair, prepend=-1))
-    place = np.arange(len(pair)) - np.repeat(first, np.diff(first, append=len(pair)))
-    rows = -1 - (which.astype(np.int64) * 8 + kind)
+    rows = 8 * which.astype(np.int64) + kind
     # an upper and a lower limit of one joint: the second is another
-    again = np.zeros(len(rows), dtype=np.int64)
-    again[1:] = rows[1:] == rows[:-1]
-    return np.concatenate([pair * _PAIRS + place, 2 * rows - again])
+    return np.concatenate([pair * _PAIRS + _place(pair), -1 - 2 * rows - _place(rows)])
+
+
+def _place(names: NDArray[Any]) -> Any:
+    """Among those that follow each other and are the same."""
+    place = np.arange(len(names))
+    if len(names) > 1:
+        begins = names[1:] != names[:-1]
+        place[1:] -= np.maximum.accumulate(place[1:] * begins)
+    return place
 
 
 class Stepper:
@@ -165,19 +177,14 @@ class Stepper:
         self.model = model
         self.correction = correction
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
-        self.corrections = 0
-        settings = method, tol, max_iterations, time_limit
-        self._solver = RowSolver(model.nv, *settings)
-        overlaps = RowSolver(model.nv, *settings)
-        self._overlaps = Overlaps(overlaps)
-        for solver in self._solver, overlaps:
-            _set_mass(model, solver)
+        self._solver = RowSolver(model.nv, method, tol, max_iterations, time_limit)
+        _set_mass(model, self._solver)
         self._solver.numbers.correction = correction
         self._mass = np.zeros(model.nC)  # of implicit integrators
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
         self._touching: Optional[_Touching] = None
-        self._warm = self._some_move_nothing = False
+        self._warm, self._all_move = False, True
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
@@ -199,23 +206,19 @@ class Stepper:
         try:
             how = self._solve(data, h)
         except ValueError:  # a contact that moved something does so no more?
-            if self._some_move_nothing:
-                raise
-            self._some_move_nothing, self._warm = True, False
+            self._touching, self._warm, self._all_move = None, False, False
             how = self._solve(data, h)
         touching, numbers, known = self._touching, solver.numbers, solver.known
         assert touching is not None
         if not known:
             if self._warm and how.ok and numbers.slips:
-                how = solver.settle(how, touching.first, lambda: self._fastest(data, h))
-            if self._large and how.ok and self._nearly_rests(data, h):
+                how = solver.settle(how, touching.first)
+            if self._large and how.ok and solver.may_hold() and self._nearly_rests(data, h):
                 solver.hold()
             self._warm = how.ok
         if self._senses:
             mj.mj_sensorAcc(model, data)
-        shift = None
-        if numbers.least_gap < -2.0 * self.slop:
-            shift = self._correct(data, touching.rows)
+        shift = solver.shift
         if known and shift is None and not self._advances and place is None:
             data.time += h  # qvel and qpos would become what they are
         else:
@@ -245,66 +248,42 @@ class Stepper:
             mj.mj_implicit(model, data)
             data.qpos[:], data.qvel[:] = place, v
             np.subtract(data.M, h * data.qDeriv[model.mapD2M], out=self._mass)
-        solver.numbers.h = h
+        solver.numbers.h, solver.numbers.slop = h, self.slop
         return place
 
     def _solve(self, data: Any, h: float) -> Solved:
         """With the rows of the last step, where the same things touch."""
-        solver, ne, address = self._solver, data.ne, None
-        live = np.flatnonzero(_moves(self.model, data, np.arange(ne))) if ne else _NONE
-        if self._some_move_nothing:
-            address = data.contact.efc_address
-            address = np.where((address >= 0) & _moves(self.model, data, address), address, -1)
-        key = (
-            ne, data.nf, data.nl, data.ncon, h, live.tobytes() if ne else b"",
-            b"" if address is None else address.tobytes(),
-        )  # fmt: skip
+        solver, key = self._solver, (data.ne, data.nf, data.nl, data.ncon, h)
         if self._touching is not None and key == self._touching.key:
             how = solver.step(self._warm)
             if not solver.is_other:
                 return how
-        if address is None:
-            address = data.contact.efc_address
-            if not _moves(self.model, data, address[address >= 0]).all():
-                self._some_move_nothing = True
-                return self._solve(data, h)
-        self._take_rows(_touching(key, self.model, data, h, live, address), data)
+        self._take_rows(_touching(key, self.model, data, h, self._all_move), data)
         return solver.step(self._warm)
 
     def _take_rows(self, touching: _Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""
-        solver, last, watched = self._solver, self._touching, list(_WATCHED)
+        solver, last, at, layout = self._solver, self._touching, self._at, _layout()
         old = solver.start
         solver.arrange(touching.rows, data.nefc)
         if last is not None:
             _hand_over(solver.start, touching, old, last)
-        self._touching = touching
-        if self.model.nv > _DENSE:
-            watched += _PATTERN
-        kept = [getattr(data.contact, name).copy() for name in _OF_CONTACTS]
-        kept += [getattr(data, name).copy() for name in watched]
-        strides = [_layout().stride] * len(_OF_CONTACTS)
-        strides += [x.itemsize for x in kept[len(strides) :]]
-        watches, offsets = solver.watch(kept, strides), _layout().of_contacts
-        for watch, offset in zip(watches, offsets):
-            watch.at, watch.offset = self._at["contact"], offset
-        for watch, name in zip(watches[len(offsets) :], watched):
-            watch.at = self._at[name]
+        self._touching, contact = touching, data.contact
+        kept = [getattr(contact, name).copy() for name in _OF_CONTACTS]
+        places = [(at["contact"], offset, layout.stride) for offset in layout.of_contacts]
+        for name in _WATCHED if self.model.nv <= _DENSE else _WATCHED + _PATTERN:
+            kept.append(getattr(data, name).copy())
+            places.append((at[name], 0, kept[-1].itemsize))
+        for row in touching.still:  # zeros as long as they move nothing
+            begin, count = _place_of_row(self.model, data, row)
+            kept.append(np.zeros(count))
+            places.append((at["efc_J"], 8 * begin, 8))
+        solver.watch(places, kept)
 
     def _nearly_rests(self, data: Any, h: float) -> bool:
         """Whether a search for what is held is worth its cost: it says nothing of what is."""
         fastest = self._solver.numbers.fastest
         return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
-
-    def _fastest(self, data: Any, h: float) -> float:
-        velocities = np.zeros(data.nefc)
-        mj.mj_mulJacVec(self.model, data, velocities, data.qvel + h * data.qacc_smooth)
-        return float(np.abs(velocities).max())
-
-    def _correct(self, data: Any, rows: Rows) -> Optional[Array]:
-        self.corrections += 1
-        gaps, numbers = data.efc_pos[rows.H[rows.gaps]], self._solver.numbers
-        return self._overlaps.open(rows, gaps, self.slop, self.correction, numbers)
 
     def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
@@ -324,13 +303,20 @@ def _pattern(data: Any) -> Pattern:
     return Pattern(data.efc_J_rownnz.copy(), data.efc_J_rowadr.copy(), data.efc_J_colind.copy())
 
 
-def _moves(model: Any, data: Any, rows: NDArray[Any]) -> NDArray[Any]:
+def _moves(model: Any, data: Any) -> NDArray[Any]:
     """Whether each row moves anything: a wall's contact with a planar robot may not."""
     J = data.efc_J
     if model.nv <= _DENSE:
-        return np.asarray(J.reshape(data.nefc, model.nv)[rows].any(1))
-    row, places = _pattern(data).places(rows)
-    return np.bincount(row, np.abs(J.ravel()[places]), len(rows)) > 0.0
+        return np.asarray(J.reshape(data.nefc, model.nv).any(1))
+    row, places = _pattern(data).places(np.arange(data.nefc))
+    return np.bincount(row, np.abs(J.ravel()[places]), data.nefc) > 0.0
+
+
+def _place_of_row(model: Any, data: Any, row: int) -> tuple[int, int]:
+    """Where a row of J begins, and how many entries it has."""
+    if model.nv <= _DENSE:
+        return row * model.nv, model.nv
+    return int(data.efc_J_rowadr[row]), int(data.efc_J_rownnz[row])
 
 
 def _hand_over(start: Array, now: _Touching, old: Array, last: _Touching) -> None:

@@ -27,7 +27,7 @@ except ImportError as error:
     raise ImportError("perp.pinocchio needs Pinocchio: pip install 'perp[pinocchio]'") from error
 
 from . import _arrays, _errors
-from ._stepper import Array, Laws, Overlaps, Rows, RowSolver, Solved
+from ._stepper import Array, Laws, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = ["Contacts", "Geometry", "Ground", "Solved", "Step", "Stepper"]
@@ -169,17 +169,15 @@ class Stepper:
         self.sources, self.equations = list(sources), equations
         self.correction, self.slop = correction, slop
         self._solver = RowSolver(n, method, tol, max_iterations, time_limit)
-        overlaps = RowSolver(n, method, tol, max_iterations, time_limit)
         entries, diagonal = np.arange(n * n, dtype=np.int32), np.arange(0, n * n, n + 1)
-        for solver in self._solver, overlaps:
-            solver.set_mass(entries, diagonal.astype(np.int32))
-        self._overlaps = Overlaps(overlaps)
+        self._solver.set_mass(entries, diagonal.astype(np.int32))
         self._M = np.zeros((n, n))
         self._v, self._force, self._damping = np.zeros((3, n))
         self._solver.bind(
             mass=self._M, velocity=self._v, force=self._force, damping=self._damping
         )
         self._solver.numbers.h, self._solver.numbers.correction = h, correction
+        self._solver.numbers.slop = slop
         self._supports = np.zeros((model.njoints, n), dtype=bool)
         for j in range(1, model.njoints):
             for k in model.supports[j]:
@@ -216,14 +214,10 @@ class Stepper:
         count = len(joined.gaps)
         how = solver.step(self._warm)
         if self._warm and how.ok and count:
-            how = solver.settle(how, self._rows.gaps[:count], self._fastest)
+            how = solver.settle(how, self._rows.gaps[:count])
         self._warm = how.ok
-        after = moved = solver.v.copy()
-        if len(gaps) and gaps.min() < -2.0 * self.slop:
-            shift = self._overlaps.open(
-                self._rows, gaps, self.slop, self.correction, solver.numbers
-            )
-            moved = after if shift is None else after + shift
+        after, shift = solver.v.copy(), solver.shift
+        moved = after if shift is None else after + shift
         impulses = solver.r[: 3 * count].reshape(count, 3).copy()
         return Step(pin.integrate(model, q, h * moved), after, how, contacts, impulses)
 
@@ -293,12 +287,6 @@ class Stepper:
         k = 3 * count + np.arange(len(limits))
         H[k, limits] = sign
         H[3 * count + len(limits) + np.arange(len(self._dry)), self._dry] = 1.0
-
-    def _fastest(self) -> float:
-        solver = self._solver
-        M = solver.M.reshape(solver.n, solver.n)
-        free = self._v + self.h * np.linalg.solve(M, self._force)
-        return float(np.abs(solver.H.dot(free)).max())
 
 
 def _join(parts: list[Contacts]) -> Contacts:

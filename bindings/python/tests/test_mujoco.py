@@ -341,6 +341,22 @@ def test_what_moves_nothing_is_left_out():
     assert run.ok and (run.qvel == 1.0).all()
 
 
+def test_what_moved_nothing_is_taken_up_where_it_does():
+    """A pendulum whose ball touches the ground right below its joint, where no normal impulse moves
+    it; put aside, with the ball still in the ground, gravity may not bring it back."""
+    model, data = scene(
+        '<geom type="plane" size="5 5 .1"/><body pos="0 0 1"><joint type="hinge" axis="0 1 0"/>'
+        '<geom size=".1" pos="0 0 -.905" condim="1"/></body>'
+    )
+    model.geom_condim[:] = 1
+    stepper = perp.mujoco.Stepper(model)
+    assert stepper.step(data).ok and data.ncon == 1
+    assert not data.efc_force.any()
+    data.qpos[0], data.qvel[0] = 0.05, 0.0
+    assert stepper.step(data).ok and data.ncon == 1
+    assert data.qvel[0] == 0.0 and data.efc_force[0] > 0.0
+
+
 def test_step_keeps_its_solver_and_says_how_it_ended():
     model, data = slope(0.5, BOX.format(mu=0.6), start="0 0 .04999")
     first = perp.mujoco.step(model, data)

@@ -34,6 +34,7 @@ static void layout_blocks(perp__arena *arena, void *object)
     perp__bodies *b = object;
     const size_t padded = (size_t)b->blocks * (size_t)b->width;
 
+    b->sizes = perp__arena_take(arena, (size_t)b->blocks, sizeof *b->sizes);
     b->dofs = perp__arena_take(arena, padded, sizeof *b->dofs);
     b->factors = perp__arena_take(arena, padded, (size_t)b->width * sizeof *b->factors);
     b->y = perp__arena_take(arena, padded, sizeof *b->y);
@@ -185,10 +186,12 @@ static perp_status fill_blocks(perp__bodies *bodies, const perp__bodies_input *i
 
     memset(bodies->free, 0, padded * sizeof *bodies->free);
     memset(bodies->factors, 0, padded * width * sizeof *bodies->factors);
+    memset(bodies->sizes, 0, (size_t)bodies->blocks * sizeof *bodies->sizes);
     for (size_t k = 0; k < padded; k++)
         bodies->dofs[k] = -1;
     for (int32_t i = 0; i < bodies->n; i++) {
         bodies->dofs[(size_t)bodies->block_of[i] * width + (size_t)bodies->place_of[i]] = i;
+        bodies->sizes[bodies->block_of[i]]++;
         perp__visit_column(input->M, i, add_mass, bodies);
     }
     for (size_t k = 0; k < padded; k++)

@@ -32,6 +32,7 @@ typedef struct perp__bodies {
     double *compliance;       /* size */
     int64_t *piece_starts;    /* units + 1 */
     int32_t *mark;            /* work: max(n, units) + 1 */
+    int32_t *sizes;           /* blocks: unknowns; NULL: width, of rigid bodies */
     int32_t *dofs;            /* blocks by width: the unknowns, -1 where padded */
     double *factors;          /* blocks by width by width, row-major: L (unit where padded) */
     double *y;                /* work: blocks by width */
@@ -49,6 +50,12 @@ typedef struct perp__bodies {
     int32_t most_pieces;      /* of a unit */
     int32_t most_rows;
 } perp__bodies;
+
+/* Unknowns of a block. */
+static inline int32_t perp__bodies_unknowns(const perp__bodies *bodies, int32_t block)
+{
+    return bodies->sizes ? bodies->sizes[block] : bodies->width;
+}
 
 typedef struct perp__bodies_input {
     int32_t n, contacts, size;     /* size: rows of H and of G */

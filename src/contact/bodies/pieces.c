@@ -114,11 +114,13 @@ static void scale_pieces(perp__bodies *b)
     for (int32_t k = 0; k < b->units; k++)
         for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
             const double *L = b->factors + (size_t)b->piece_blocks[piece] * (size_t)(width * width);
-            double *x = b->values + b->piece_values[piece];
+            const int32_t unknowns = b->sizes[b->piece_blocks[piece]];
+            double *P = b->values + b->piece_values[piece];
 
-            for (int32_t row = b->rows[k]; row < b->rows[k + 1]; row++, x += width)
-                for (int32_t j = 0; j < width; j++) {
-                    double sum = x[j];
+            /* all rows' divisions at once */
+            for (int32_t j = 0; j < unknowns; j++)
+                for (int32_t row = 0; row < b->rows[k + 1] - b->rows[k]; row++) {
+                    double *x = P + row * width, sum = x[j];
 
                     for (int32_t i = 0; i < j; i++)
                         sum -= x[i] * L[j * width + i];

@@ -72,7 +72,8 @@ static void add_row(perp__hold *h, int32_t unit, int32_t i)
         if (h->is_held[block])
             target -= perp__dot(P, h->y + (size_t)block * (size_t)b->width, b->width);
         else
-            memcpy(row + h->cluster[block] * b->width, P, (size_t)b->width * sizeof *row);
+            memcpy(row + h->cluster[block], P,
+                   (size_t)perp__bodies_unknowns(b, block) * sizeof *row);
     }
     perp__held_rows_take(&h->dense, target);
 }
@@ -103,7 +104,7 @@ static void add_loose(perp__hold *h, const int32_t *members, int32_t count)
     const int32_t width = b->width;
 
     for (int32_t m = 0; m < count; m++) {
-        double *y = h->loose + (size_t)(m * width);
+        double y[PERP__BODY_WIDTH_MOST];
 
         perp__bodies_own_free(b, members[m], y);
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
@@ -114,36 +115,48 @@ static void add_loose(perp__hold *h, const int32_t *members, int32_t count)
                 for (int32_t j = 0; j < width; j++)
                     y[j] += P[i * width + j] * h->r[b->rows[unit] + i];
         }
+        memcpy(h->loose + h->cluster[members[m]], y,
+               (size_t)perp__bodies_unknowns(b, members[m]) * sizeof *y);
     }
 }
 
-/* Whether the rows determine coordinate i of member m, and those alone whose targets are 0. */
-static int32_t is_at_rest(perp__hold *h, int32_t m, int32_t block, int32_t i)
+/* Whether the rows determine coordinate i of a block, and those alone whose targets are 0. */
+static int32_t is_at_rest(perp__hold *h, int32_t block, int32_t i)
 {
-    const int32_t width = h->bodies->width;
-    double *x = h->dense.unit + m * width, length;
+    const int32_t count = perp__bodies_unknowns(h->bodies, block);
+    double *unit = h->dense.unit + h->cluster[block], x[PERP__BODY_WIDTH_MOST], length;
 
     memset(h->dense.unit, 0, (size_t)h->dense.n * sizeof *h->dense.unit);
     perp__bodies_own_row(h->bodies, block, i, x);
-    length = sqrt(perp__dot(x, x, width));
-    for (int32_t k = 0; k < width; k++)
-        x[k] /= length;
-    return perp__held_rows_fix(&h->dense, m * width, width);
+    length = sqrt(perp__dot(x, x, count));
+    for (int32_t k = 0; k < count; k++)
+        unit[k] = x[k] / length;
+    return perp__held_rows_fix(&h->dense, h->cluster[block], count);
+}
+
+/* to := the columns of a block, padded. */
+static void pad(const perp__hold *h, int32_t block, const double *columns, double *to)
+{
+    const int32_t count = perp__bodies_unknowns(h->bodies, block);
+
+    memcpy(to, columns + h->cluster[block], (size_t)count * sizeof *to);
+    for (int32_t i = count; i < h->bodies->width; i++)
+        to[i] = 0.0;
 }
 
 /* What the rows leave free, and exact zeros in single coordinates. */
 static void move(perp__hold *h, const int32_t *members, int32_t count)
 {
-    const int32_t width = h->bodies->width;
-
     add_loose(h, members, count);
     perp__held_rows_free(&h->dense, h->loose);
     for (int32_t m = 0; m < count; m++) {
-        double *v = h->v + (size_t)members[m] * (size_t)width;
+        double *v = h->v + (size_t)members[m] * (size_t)h->bodies->width;
+        double y[PERP__BODY_WIDTH_MOST];
 
-        perp__bodies_from_own(h->bodies, members[m], h->loose + m * width, v);
-        for (int32_t i = 0; i < width; i++)
-            if (v[i] == 0.0 || is_at_rest(h, m, members[m], i))
+        pad(h, members[m], h->loose, y);
+        perp__bodies_from_own(h->bodies, members[m], y, v);
+        for (int32_t i = 0; i < perp__bodies_unknowns(h->bodies, members[m]); i++)
+            if (v[i] == 0.0 || is_at_rest(h, members[m], i))
                 v[i] = 0.0; /* never -0.0 */
     }
 }
@@ -154,12 +167,12 @@ static void hold_members(perp__hold *h, const int32_t *members, int32_t count)
     const int32_t width = h->bodies->width;
     int32_t rests = 1;
 
-    for (int32_t i = 0; i < count * width; i++)
+    for (int32_t i = 0; i < h->dense.n; i++)
         rests &= h->dense.particular[i] == 0.0;
     for (int32_t m = 0; m < count; m++) {
         const size_t at = (size_t)members[m] * (size_t)width;
 
-        memcpy(h->y + at, h->dense.particular + m * width, (size_t)width * sizeof(double));
+        pad(h, members[m], h->dense.particular, h->y + at);
         if (rests)
             memset(h->v + at, 0, (size_t)width * sizeof(double));
         else
@@ -215,13 +228,19 @@ static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t c
 
 void perp__hold_solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
 {
-    const int32_t n = count * h->bodies->width, most = count_rows(h, members, count);
+    const int32_t most = count_rows(h, members, count);
+    int32_t n = 0;
 
+    for (int32_t m = 0; m < count; m++)
+        n += perp__bodies_unknowns(h->bodies, members[m]);
     if (most == 0 ||
         (count > 1 && (n > PERP__HOLD_COLUMNS || (double)most * n * n > PERP__HOLD_PRODUCTS)))
         return;
-    for (int32_t m = 0; m < count; m++)
-        h->cluster[members[m]] = m;
+    n = 0;
+    for (int32_t m = 0; m < count; m++) {
+        h->cluster[members[m]] = n;
+        n += perp__bodies_unknowns(h->bodies, members[m]);
+    }
     perp__held_rows_begin(&h->dense, n);
     gather(h, members, count);
     perp__held_rows_solve(&h->dense);

@@ -139,8 +139,17 @@ static void exchange(const perp_contact_solver *solver, double *v, int32_t back)
     }
 }
 
-perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
-                               const int8_t *modes, double *v)
+/* v := what the rows that hold leave free. */
+static void move_freely(perp_contact_solver *solver, double *v)
+{
+    exchange(solver, v, 0);
+    perp__hold_run(&solver->hold);
+    exchange(solver, v, 1);
+}
+
+/* Which rows hold. */
+static perp_status find_held(perp_contact_solver *solver, const double *r, const double *u,
+                             const int8_t *modes)
 {
     const point x = {r, u, solver->scale, modes};
     double *bias = solver->high;
@@ -154,10 +163,17 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
         perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
     find_bias(solver, bias);
     fill(solver, &x, bias);
-    exchange(solver, v, 0);
-    perp__hold_run(&solver->hold);
-    exchange(solver, v, 1);
     return PERP_OK;
+}
+
+perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
+                               const int8_t *modes, double *v)
+{
+    const perp_status status = find_held(solver, r, u, modes);
+
+    if (status == PERP_OK)
+        move_freely(solver, v);
+    return status;
 }
 
 static void write_held_zeros(perp_contact_solver *solver, double *u)
@@ -173,17 +189,16 @@ static void write_held_zeros(perp_contact_solver *solver, double *u)
     }
 }
 
-typedef struct terms {
-    const double *x; /* impulses of rows */
-    double sum;
-} terms;
-
-static void add_term(void *user, int32_t row, int32_t column, double value)
+/* out += |A|'x */
+static void add_terms(const perp__matrix *A, const double *x, double *out)
 {
-    terms *t = user;
-
-    (void)column;
-    t->sum += fabs(value) * t->x[row];
+    for (int32_t j = 0; A->column_starts && j < A->columns; j++)
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+            out[j] += fabs(A->values[k]) * x[A->row_indices[k]];
+    for (int32_t i = 0; !A->column_starts && i < A->rows; i++)
+        for (int32_t j = 0; j < A->columns; j++)
+            out[j] +=
+                fabs(A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride]) * x[i];
 }
 
 /* push := what zeros in v may take of the momentum in each coordinate: what the impulses there may
@@ -202,16 +217,13 @@ static void find_slack(perp_contact_solver *solver)
         for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++)
             x[i] = size / solver->trace[k];
     }
-    for (int32_t j = 0; j < solver->n; j++) {
-        terms of = {x, 0.0}, of_G = {x + d->H.rows, 0.0};
-
-        perp__visit_column(&d->H, j, add_term, &of);
-        if (d->G.rows > 0)
-            perp__visit_column(&d->G, j, add_term, &of_G);
-        of.sum += of_G.sum;
-        solver->push[j] =
-            KNOWN * solver->settings.tol * of.sum + SMALL * (of.sum + fabs(solver->call->f[j]));
-    }
+    for (int32_t j = 0; j < solver->n; j++)
+        solver->push[j] = 0.0;
+    add_terms(&d->H, x, solver->push);
+    add_terms(&d->G, x + d->H.rows, solver->push);
+    for (int32_t j = 0; j < solver->n; j++)
+        solver->push[j] = KNOWN * solver->settings.tol * solver->push[j] +
+                          SMALL * (solver->push[j] + fabs(solver->call->f[j]));
 }
 
 /* Whether the momentum of the whole block can do without the velocity of coordinate j. */
@@ -234,6 +246,20 @@ static int32_t is_spare(const perp_contact_solver *solver, int32_t block, int32_
     return 1;
 }
 
+/* Whether anything that moves could do without: else what the rows leave free is not asked for. */
+static int32_t may_rest(const perp_contact_solver *solver)
+{
+    const perp__bodies *b = &solver->bodies;
+
+    for (int32_t k = 0; k < b->blocks * b->width; k++) {
+        const double v = b->dofs[k] >= 0 ? solver->best_v[b->dofs[k]] : 0.0;
+
+        if (v != 0.0 && is_spare(solver, k / b->width, k % b->width, v))
+            return 1;
+    }
+    return 0;
+}
+
 /* What moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new. Beside a
  * body of next to no mass W tells little of the impulses on the others, and beside a coordinate of
  * next to no mass of those on the other coordinates: where a zero would take more than what acts
@@ -241,16 +267,12 @@ static int32_t is_spare(const perp_contact_solver *solver, int32_t block, int32_
 static void take_zeros(perp_contact_solver *solver)
 {
     const perp__bodies *b = &solver->bodies;
-    int32_t knows_slack = 0;
 
     for (int32_t k = 0; k < b->blocks * b->width; k++) {
         double *v = b->dofs[k] >= 0 ? &solver->best_v[b->dofs[k]] : NULL;
 
         if (!v || *v == 0.0 || solver->v[b->dofs[k]] != 0.0)
             continue;
-        if (!knows_slack)
-            find_slack(solver);
-        knows_slack = 1;
         if (is_spare(solver, k / b->width, k % b->width, *v))
             *v = 0.0;
     }
@@ -267,11 +289,15 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
         perp__contact_write_zeros(solver, best->modes, best->u);
         return PERP_OK;
     }
-    perp__copy(solver->v, solver->best_v, solver->n);
-    status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->v);
+    find_slack(solver);
+    status = find_held(solver, best->r, best->u, best->modes);
     if (status != PERP_OK)
         return status;
-    take_zeros(solver);
+    if (may_rest(solver)) {
+        perp__copy(solver->v, solver->best_v, solver->n);
+        move_freely(solver, solver->v);
+        take_zeros(solver);
+    }
     if (solver->n > 0)
         memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
     perp__dynamics_relative(&solver->dynamics, solver->best_v, solver->v_low, solver->call->w,

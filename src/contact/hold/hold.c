@@ -43,9 +43,12 @@ static void find_room(perp__hold *h)
 {
     const perp__bodies *b = h->bodies;
     const int32_t n = b->blocks * b->width, most = n < PERP__HOLD_COLUMNS ? n : PERP__HOLD_COLUMNS;
-    const double shared = PERP__HOLD_PRODUCTS / (2.0 * b->width);
-    int32_t single = 0;
+    int32_t single = 0, least = b->width;
+    double shared;
 
+    for (int32_t k = 0; b->sizes && k < b->blocks; k++)
+        least = b->sizes[k] < least ? b->sizes[k] : least;
+    shared = PERP__HOLD_PRODUCTS / (2.0 * least); /* of two blocks at least */
     h->room_columns = most > b->width ? most : b->width;
     h->room_rows = b->size;
     h->room_entries = (size_t)b->size * (size_t)most;
@@ -149,7 +152,8 @@ int32_t perp__hold_carry(perp__hold *h, int32_t block, int32_t root)
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
 static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
 {
-    double *basis = h->basis + (size_t)block * (size_t)(width * width);
+    const size_t room = (size_t)h->bodies->width * (size_t)h->bodies->width;
+    double *basis = h->basis + (size_t)block * room;
     double x[PERP__BODY_WIDTH_MOST], square = perp__dot(row, row, width), before;
     const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
 
@@ -177,9 +181,10 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
 
 static int32_t take_up(perp__hold *h, int32_t block, const double *row)
 {
-    return h->bodies->width == 6   ? take_up_row(h, block, row, 6)
-           : h->bodies->width == 3 ? take_up_row(h, block, row, 3)
-                                   : take_up_row(h, block, row, h->bodies->width);
+    return h->bodies->width == 6 ? take_up_row(h, block, row, 6)
+           : h->bodies->width == 3
+               ? take_up_row(h, block, row, 3)
+               : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
 }
 
 void perp__hold_follow(perp__hold *h, int32_t block, int32_t root)
@@ -211,9 +216,10 @@ static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
 {
     const perp__bodies *b = h->bodies;
     const int32_t block = b->piece_blocks[piece];
+    const int32_t most = perp__bodies_unknowns(b, block);
     const double *row = b->values + b->piece_values[piece];
 
-    for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < b->width; i++, row += b->width) {
+    for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < most; i++, row += b->width) {
         if (!take_up(h, block, row))
             continue;
         if (h->pushed[unit] || root == SEVERAL)
@@ -259,15 +265,16 @@ int32_t perp__hold_root_beside(const perp__hold *h, int32_t unit, int32_t block)
 static void visit(perp__hold *h, int32_t unit, int32_t *tail)
 {
     int64_t piece = 0;
-    int32_t block;
+    int32_t block, most;
 
     if (h->holds[unit] == 0 || perp__hold_count_open(h, unit, &piece) != 1)
         return;
     block = h->bodies->piece_blocks[piece];
-    if (h->rank[block] == h->bodies->width)
+    most = perp__bodies_unknowns(h->bodies, block);
+    if (h->rank[block] == most)
         return;
     meet(h, unit, piece, perp__hold_root_beside(h, unit, block));
-    if (h->rank[block] < h->bodies->width)
+    if (h->rank[block] < most)
         return;
     hold_block(h, block);
     if (h->is_held[block])

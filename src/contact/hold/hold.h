@@ -48,7 +48,7 @@ typedef struct perp__hold {
     int8_t *is_held;  /* blocks */
     int32_t *source;  /* blocks: what those rows lead to, so far */
     int32_t *queue;   /* blocks */
-    int32_t *cluster; /* blocks: root of its tree; then the number of its column */
+    int32_t *cluster; /* blocks: root of its tree; then its first column */
     int32_t *members; /* blocks, by cluster */
     int32_t room_rows, room_columns;
     size_t room_entries;

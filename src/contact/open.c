@@ -1,0 +1,142 @@
+/* What takes overlaps away (perp_contact_step, `shift`): the least velocity s, in the metric of M,
+ * with
+ *
+ *   0 <= p  perp  A s + g >= 0,   G s = 0,   M s = A'p + G'q,
+ *
+ * A the rows that have gaps and g = (correction min(gap + slop, 0) + max(gap, 0)) / h. Its matrix
+ * is a block of W, which the step has made. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/solver.h"
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__contact_opening *own = object;
+    const size_t size = (size_t)own->size;
+
+    own->W = perp__arena_take(arena, size, size * sizeof(double));
+    PERP__DOUBLES(arena, size, &own->q, &own->r, &own->start, &own->sign);
+    PERP__INTEGERS(arena, size, &own->rows);
+    own->dims = perp__arena_take(arena, size, sizeof(int32_t));
+    own->position = perp__arena_take(arena, (size_t)own->whole, sizeof(int32_t));
+    own->push = perp__arena_take(arena, (size_t)own->whole, sizeof(double));
+}
+
+/* Rows with gaps, then equations, as the methods number them. */
+static void list(const perp_contact_solver *solver, const perp_contact_step *s,
+                 perp__contact_opening *own)
+{
+    const perp__contact_bounded *bounded = &solver->bounded;
+
+    for (int32_t i = 0; i < own->size; i++) {
+        const int32_t given = i < s->gap_count ? s->gap_rows[i] : s->rows + i - s->gap_count;
+
+        own->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
+        own->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
+        own->dims[i] = 1;
+    }
+    for (int32_t i = 0; i < own->whole; i++)
+        own->position[i] = -1;
+    for (int32_t i = 0; i < own->size; i++)
+        own->position[own->rows[i]] = i;
+}
+
+static void copy(const perp_contact_solver *solver, const perp_contact_step *s,
+                 perp__contact_opening *own)
+{
+    const perp__index_set set = {own->size, own->rows, own->position};
+    const size_t size = (size_t)own->size;
+
+    perp__principal_dense(&solver->W, &set, own->W, 1, size);
+    for (size_t j = 0; j < size; j++)
+        for (size_t i = 0; i < size; i++)
+            own->W[i + j * size] *= own->sign[i] * own->sign[j];
+    for (int32_t i = 0; i < own->size; i++) {
+        const double gap = i < s->gap_count ? (*s->gaps)[s->gap_sources[i]] : 0.0;
+
+        own->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
+    }
+}
+
+static perp_status set_up(perp_contact_solver *solver, const perp_contact_step *s,
+                          perp__contact_opening *own)
+{
+    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->size, own->size, own->W);
+    perp_contact_laws laws;
+    perp_status status = PERP_OK;
+
+    if (!own->solver)
+        status = perp__contact_create(solver->context, &own->solver, NULL);
+    if (status != PERP_OK)
+        return status;
+    own->solver->settings = solver->settings;
+    perp_contact_laws_init(&laws, sizeof laws);
+    laws.contacts = s->gap_count;
+    laws.dims = own->dims;
+    laws.bilateral = s->bilateral;
+    return perp__contact_setup(own->solver, &laws, NULL, &W);
+}
+
+/* shift := M^-1 (A'p + G'q) */
+static perp_status write_shift(perp_contact_solver *solver, const perp_contact_step *s,
+                               const perp__contact_opening *own)
+{
+    memset(own->push, 0, (size_t)own->whole * sizeof *own->push);
+    for (int32_t i = 0; i < own->size; i++)
+        own->push[own->rows[i]] += own->sign[i] * own->r[i];
+    return perp__dynamics_velocities(&solver->dynamics, NULL, own->push, s->shift,
+                                     solver->push_low);
+}
+
+/* W, where it is not there, for this once: methods choose by whether it is. */
+static perp_status find_W(perp_contact_solver *solver, int32_t *made)
+{
+    *made = 1;
+    return solver->problem.W ? PERP_OK
+                             : perp__delassus_of_bodies(&solver->delassus, solver->context,
+                                                        &solver->bodies, &solver->W, made);
+}
+
+static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
+                        perp__contact_opening *own)
+{
+    perp_contact_result result;
+    perp__contact_call call = {.r = own->r, .result = &result, .q = own->q};
+    perp_status status = perp_contact_result_init(&result, sizeof result);
+
+    list(solver, s, own);
+    copy(solver, s, own);
+    if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
+        return status;
+    PERP__THEN(status, set_up(solver, s, own));
+    call.r0 = own->gaps == s->gap_count ? own->start : NULL;
+    own->gaps = -1;
+    PERP__THEN(status, perp__contact_solve(own->solver, &call));
+    if (status != PERP_OK || !perp__is_good(result.outcome))
+        return status;
+    memcpy(own->start, own->r, (size_t)own->size * sizeof *own->r);
+    own->gaps = s->gap_count;
+    status = write_shift(solver, s, own);
+    s->shifts = status == PERP_OK && perp__all_finite(s->shift, (size_t)s->n);
+    return status;
+}
+
+perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s)
+{
+    perp__contact_opening *own = &solver->opening;
+    const int32_t size = own->size, whole = own->whole;
+    int32_t made = 0;
+    perp_status status;
+
+    s->shifts = 0;
+    if (!s->shift || !(s->least_gap < -2.0 * s->slop))
+        return PERP_OK;
+    own->size = s->gap_count + s->bilateral;
+    own->whole = solver->size;
+    if (own->size != size || own->whole != whole)
+        own->gaps = -1; /* the last answer is gone */
+    status = perp__arena_fit(&own->arena, solver->context, lay_out, own);
+    PERP__THEN(status, find_W(solver, &made));
+    return status == PERP_OK && made ? open(solver, s, own) : status;
+}
