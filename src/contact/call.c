@@ -18,9 +18,9 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
     perp_status status;
 
     if (solver->entrance == PERP__NO_PROBLEM)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "the solver has no problem: call perp_contact_solver_setup_dynamics or "
-                          "_setup_delassus first");
+        return perp__refuse(context,
+                            "the solver has no problem: call perp_contact_solver_setup_dynamics or "
+                            "_setup_delassus first");
     status = perp__struct_check(context, "result", call->result, sizeof *call->result,
                                 PERP__FIRST(perp_contact_result));
     if (status == PERP_OK && size > 0)

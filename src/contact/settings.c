@@ -37,18 +37,18 @@ int32_t perp__contact_method_named(int32_t method)
 static perp_status check_method(perp_context *context, const perp_contact_settings *own)
 {
     if (own->method == PERP_CONTACT_METHOD_POLISH)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.method is %d, which is only ever reported", (int)own->method);
+        return perp__refuse(context, "settings.method is %d, which is only ever reported",
+                            (int)own->method);
     if (own->cone < 0 || own->cone == 1 || own->cone == 2 || own->cone > PERP__CONTACT_MOST_EDGES)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
-                          (int)own->cone, (int)PERP__CONTACT_MOST_EDGES);
+        return perp__refuse(context, "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
+                            (int)own->cone, (int)PERP__CONTACT_MOST_EDGES);
     if (own->cone > 0 && own->method != PERP_CONTACT_METHOD_AUTO &&
         own->method != PERP_CONTACT_METHOD_LEMKE)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, a polyhedron, which the method %s can't take: use "
-                          "lemke or auto",
-                          (int)own->cone, perp_contact_method_text(own->method));
+        return perp__refuse(
+            context,
+            "settings.cone is %d, a polyhedron, which the method %s can't take: use "
+            "lemke or auto",
+            (int)own->cone, perp_contact_method_text(own->method));
     return PERP_OK;
 }
 

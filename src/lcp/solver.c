@@ -42,8 +42,8 @@ static perp_status check_method(perp_context *context, const perp_lcp_settings *
 {
     if (read->method != PERP_LCP_POLISH && read->method != PERP_LCP_PATTERNS)
         return PERP_OK;
-    return perp__fail(context, PERP_ERROR_ARGUMENT,
-                      "settings.method is %d, which is only ever reported", (int)read->method);
+    return perp__refuse(context, "settings.method is %d, which is only ever reported",
+                        (int)read->method);
 }
 
 PERP__SETTINGS_READER(perp__lcp_settings_read, perp_lcp_settings, fields,
@@ -117,8 +117,8 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
     perp_status status = perp__matrix_read(context, "M", own, M);
 
     if (status == PERP_OK && own->rows != own->columns)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected a square matrix",
-                            (int)own->rows, (int)own->columns);
+        status = perp__refuse(context, "M is %d by %d, expected a square matrix", (int)own->rows,
+                              (int)own->columns);
     PERP__THEN(status, perp__check_bounds(context, lower, upper, (size_t)own->rows));
     return status;
 }

@@ -41,7 +41,7 @@ perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *fr
 
     if (status != PERP_OK || (from->h > 0.0 && isfinite(from->h)))
         return status;
-    return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", from->h);
+    return perp__refuse(m->context, "h is %g, expected a length > 0", from->h);
 }
 
 perp_status perp__mechanism_check_outputs(perp_mechanism *m, const double *q, const double *v)

@@ -156,11 +156,9 @@ static perp_status check(perp_mechanism *m, const perp__start *from, double t1)
 
     PERP__THEN(status, perp__mechanism_check_start(m, from));
     if (status == PERP_OK && !(t1 > from->t && isfinite(t1)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
-                            t1, from->t);
+        status = perp__refuse(m->context, "t1 is %g, expected more than t0 = %g", t1, from->t);
     if (status == PERP_OK && (t1 - from->t) / from->h > 1e15)
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g",
-                            from->h, t1);
+        status = perp__refuse(m->context, "h is %g: too many steps to %g", from->h, t1);
     return status;
 }
 

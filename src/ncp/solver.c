@@ -49,12 +49,10 @@ static PERP__SETTINGS_READER(read_settings, perp_ncp_settings, fields, PERP_OK)
     if (p->storage == PERP_STORAGE_CSC)
         return status == PERP_OK ? perp__matrix_check_csc(context, "problem", &pattern) : status;
     if (p->storage != PERP_STORAGE_COLUMN_MAJOR && p->storage != PERP_STORAGE_ROW_MAJOR)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "problem.storage is %d, which is none",
-                          (int)p->storage);
+        return perp__refuse(context, "problem.storage is %d, which is none", (int)p->storage);
     if (p->column_starts || p->row_indices)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "problem.storage is dense but problem.%s is not NULL",
-                          p->column_starts ? "column_starts" : "row_indices");
+        return perp__refuse(context, "problem.storage is dense but problem.%s is not NULL",
+                            p->column_starts ? "column_starts" : "row_indices");
     return PERP_OK;
 }
 
@@ -69,10 +67,9 @@ static perp_status read_problem(perp_context *context, perp_ncp_problem *own,
     memset(own, 0, sizeof *own);
     status = PERP__READ(perp_ncp_problem, context, own, problem);
     if (status == PERP_OK && own->n < 0)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.n is %d, expected a count",
-                            (int)own->n);
+        status = perp__refuse(context, "problem.n is %d, expected a count", (int)own->n);
     if (status == PERP_OK && !own->function)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.function is NULL");
+        status = perp__refuse(context, "problem.function is NULL");
     PERP__THEN(status, check_storage(context, own));
     PERP__THEN(status, perp__check_bounds(context, own->lower, own->upper, (size_t)own->n));
     return status;

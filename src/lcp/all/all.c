@@ -144,9 +144,8 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
     perp_status status = PERP__CHECK(perp_lcp_enumeration, context, result);
 
     if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "M has %d rows: all solutions are searched for up to %d",
-                            (int)solver->n, PERP__LARGEST_ALL);
+        status = perp__refuse(context, "M has %d rows: all solutions are searched for up to %d",
+                              (int)solver->n, PERP__LARGEST_ALL);
     PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
     return status;
 }

@@ -218,11 +218,11 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
     if (status != PERP_OK)
         return status;
     if (!a || !a->asked)
-        return perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                          "there are no accelerations: ask perp_mechanism_accelerations first");
+        return perp__refuse(m->context,
+                            "there are no accelerations: ask perp_mechanism_accelerations first");
     if (index < 0 || index >= a->answers.count)
-        return perp__fail(m->context, PERP_ERROR_ARGUMENT, "index is %d, and there are %d answers",
-                          (int)index, (int)a->answers.count);
+        return perp__refuse(m->context, "index is %d, and there are %d answers", (int)index,
+                            (int)a->answers.count);
     answer = perp__answers_get(&a->answers, index);
     perp_mechanism_found_init(&own, sizeof own);
     own.stable = answer->stable;

@@ -110,8 +110,8 @@ static perp_status take_sides(perp_compliant *c, const int32_t *one_sided)
     for (int32_t k = 0; k < c->p; k++) {
         c->one_sided[k] = one_sided ? one_sided[k] : 0;
         if (c->one_sided[k] != 0 && c->one_sided[k] != 1)
-            return perp__fail(c->context, PERP_ERROR_ARGUMENT, "one_sided[%d] is %d, not 0 or 1",
-                              (int)k, (int)c->one_sided[k]);
+            return perp__refuse(c->context, "one_sided[%d] is %d, not 0 or 1", (int)k,
+                                (int)c->one_sided[k]);
     }
     return PERP_OK;
 }
@@ -210,8 +210,8 @@ static perp_status check_signs(perp_compliant *c, const char *name, const int32_
 
     for (int32_t k = 0; k < c->p && status == PERP_OK; k++)
         if (signs[k] < -1 || signs[k] > 1 || (signs[k] == 0 && least == 1))
-            status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "%s[%d] is %d, not a sign", name,
-                                (int)k, (int)signs[k]);
+            status =
+                perp__refuse(c->context, "%s[%d] is %d, not a sign", name, (int)k, (int)signs[k]);
     return status;
 }
 

@@ -241,8 +241,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
     perp_status status = read_system(f->context, &read, system);
 
     if (status == PERP_OK && read.n != f->n)
-        status = perp__fail(f->context, PERP_ERROR_ARGUMENT, "system.n is %d, it was %d",
-                            (int)read.n, (int)f->n);
+        status = perp__refuse(f->context, "system.n is %d, it was %d", (int)read.n, (int)f->n);
     PERP__THEN(status, make(f->context, &made, &f->settings, &read));
     if (status != PERP_OK)
         return status;
@@ -306,8 +305,8 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
     if (status != PERP_OK)
         return status;
     if (index < 0 || index >= f->answers.count)
-        return perp__fail(f->context, PERP_ERROR_ARGUMENT, "index is %d, but there are %d answers",
-                          (int)index, (int)f->answers.count);
+        return perp__refuse(f->context, "index is %d, but there are %d answers", (int)index,
+                            (int)f->answers.count);
     a = perp__answers_get(&f->answers, index);
     memset(&own, 0, sizeof own);
     own.kind = a->kind;

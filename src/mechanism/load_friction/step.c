@@ -162,8 +162,7 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
             status = perp__fail(f->context, PERP_ERROR_NOT_FINITE, "previous[%d] is %g", (int)i,
                                 previous[i]);
     if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status =
-            perp__fail(f->context, PERP_ERROR_ARGUMENT, "h is %g, expected a positive number", h);
+        status = perp__refuse(f->context, "h is %g, expected a positive number", h);
     return status;
 }
 
