@@ -63,16 +63,13 @@ PERP__KERNEL static void times_unit(int32_t width, int32_t rows, const perp__bod
         out[b->rows[k] + i] = sum[i];
 }
 
-PERP__KERNEL static void times_y_loops(const perp__bodies *b, const double *y, const double *add,
-                                       double *out)
+PERP__MULTIVERSION(times_y,
+                   (const perp__bodies *b, const double *y, const double *add, double *out),
+                   (b, y, add, out))
 {
     for (int32_t k = 0; k < b->units; k++)
         PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, y, add, out);
 }
-
-PERP__MULTIVERSION(times_y,
-                   (const perp__bodies *b, const double *y, const double *add, double *out),
-                   (b, y, add, out))
 
 /* y += P'r */
 PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
@@ -92,13 +89,11 @@ PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, const perp__bo
     }
 }
 
-PERP__KERNEL static void add_impulses_loops(const perp__bodies *b, const double *r, double *y)
+PERP__MULTIVERSION(add_impulses, (const perp__bodies *b, const double *r, double *y), (b, r, y))
 {
     for (int32_t k = 0; k < b->units; k++)
         PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, r, y);
 }
-
-PERP__MULTIVERSION(add_impulses, (const perp__bodies *b, const double *r, double *y), (b, r, y))
 
 /* diagonal := W_ii of the unit's rows */
 PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__bodies *b,
@@ -122,13 +117,11 @@ PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__
     }
 }
 
-PERP__KERNEL static void diagonals_loops(const perp__bodies *b, double *diagonal)
+PERP__MULTIVERSION(diagonals, (const perp__bodies *b, double *diagonal), (b, diagonal))
 {
     for (int32_t k = 0; k < b->units; k++)
         PERP__WITH_SHAPE(diagonal_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, diagonal);
 }
-
-PERP__MULTIVERSION(diagonals, (const perp__bodies *b, double *diagonal), (b, diagonal))
 
 void perp__bodies_diagonals(const perp__bodies *b, double *diagonal)
 {
@@ -172,8 +165,10 @@ PERP__KERNEL static void absolute_times(int32_t width, int32_t rows, const perp_
         out[b->rows[k] + i] = sum[i];
 }
 
-PERP__KERNEL static void absolute_loops(const perp__bodies *b, const double *x, const double *add,
-                                        double *y, double *out)
+PERP__MULTIVERSION(absolute,
+                   (const perp__bodies *b, const double *x, const double *add, double *y,
+                    double *out),
+                   (b, x, add, y, out))
 {
     for (int32_t k = 0; k < b->units; k++)
         PERP__WITH_SHAPE(absolute_gather, b->width, b->rows[k + 1] - b->rows[k], b, k, x, y);
@@ -182,11 +177,6 @@ PERP__KERNEL static void absolute_loops(const perp__bodies *b, const double *x, 
     for (int32_t k = 0; k < b->units; k++)
         PERP__WITH_SHAPE(absolute_times, b->width, b->rows[k + 1] - b->rows[k], b, k, y, out);
 }
-
-PERP__MULTIVERSION(absolute,
-                   (const perp__bodies *b, const double *x, const double *add, double *y,
-                    double *out),
-                   (b, x, add, y, out))
 
 void perp__absolute_bodies(const perp__bodies *b, const double *x, const double *add, double *y,
                            double *out)

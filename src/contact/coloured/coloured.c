@@ -75,7 +75,7 @@ PERP__KERNEL static void go_on(double *x, double *last, size_t count, double sha
 }
 
 /* r and y go on in the direction that they took, or stay where that led back. Returns theta. */
-PERP__KERNEL static void gain_momentum_loops(perp__coloured *c, double *theta)
+PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * *theta * *theta)), back[8] = {0.0}, beta;
@@ -92,8 +92,6 @@ PERP__KERNEL static void gain_momentum_loops(perp__coloured *c, double *theta)
         go_on(c->point[p].r[0], c->last_r[p][0], (size_t)3 * PERP__GROUP, beta);
     *theta = next;
 }
-
-PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
 
 static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
                        const perp__passes *step)

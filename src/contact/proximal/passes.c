@@ -176,20 +176,16 @@ PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proxim
     push_unit(width, d, s, k, change, way);
 }
 
-PERP__KERNEL static void visit_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                     double rho, const double *v, const double *x, double *z,
-                                     double *x_new, double *way)
+PERP__MULTIVERSION(visit,
+                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
+                    const double *v, const double *x, double *z, double *x_new, double *way),
+                   (s, part, rho, v, x, z, x_new, way))
 {
 #define VISIT(width, d) visit_unit(width, d, s, k, rho, v, x, z, x_new, way)
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, VISIT);
 #undef VISIT
 }
-
-PERP__MULTIVERSION(visit,
-                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
-                    const double *v, const double *x, double *z, double *x_new, double *way),
-                   (s, part, rho, v, x, z, x_new, way))
 
 void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           const double *v, const double *x, double *z, double *x_new, double *way)
@@ -224,20 +220,16 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
     push_unit(width, d, s, k, push, right);
 }
 
-PERP__KERNEL static void split_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                     double rho, int32_t first, const double *v, double *z,
-                                     double *y, double *r, double *right)
+PERP__MULTIVERSION(split,
+                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
+                    int32_t first, const double *v, double *z, double *y, double *r, double *right),
+                   (s, part, rho, first, v, z, y, r, right))
 {
 #define SPLIT(width, d) split_unit(width, d, s, k, rho, first, v, z, y, r, right)
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, SPLIT);
 #undef SPLIT
 }
-
-PERP__MULTIVERSION(split,
-                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
-                    int32_t first, const double *v, double *z, double *y, double *r, double *right),
-                   (s, part, rho, first, v, z, y, r, right))
 
 void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           int32_t first, const double *v, double *z, double *y, double *r,
@@ -247,19 +239,16 @@ void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *pa
     split(s, part, rho, first, v, z, y, r, right);
 }
 
-PERP__KERNEL static void push_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                    const double *x, double *out)
+PERP__MULTIVERSION(push,
+                   (const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                    double *out),
+                   (s, part, x, out))
 {
 #define PUSH(width, d) push_unit(width, d, s, k, x + s->starts[k], out)
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, PUSH);
 #undef PUSH
 }
-
-PERP__MULTIVERSION(push,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *x,
-                    double *out),
-                   (s, part, x, out))
 
 void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                          double *out)
@@ -268,19 +257,16 @@ void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *par
     push(s, part, x, out);
 }
 
-PERP__KERNEL static void move_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                    const double *v, const double *q, double *u)
+PERP__MULTIVERSION(move,
+                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                    const double *q, double *u),
+                   (s, part, v, q, u))
 {
 #define MOVE(width, d) move_unit(width, d, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k])
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, MOVE);
 #undef MOVE
 }
-
-PERP__MULTIVERSION(move,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                    const double *q, double *u),
-                   (s, part, v, q, u))
 
 void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
                          const double *q, double *u)
@@ -303,19 +289,16 @@ PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proxim
     push_unit(width, d, s, k, push, out);
 }
 
-PERP__KERNEL static void apply_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                     const double *v, double *out)
+PERP__MULTIVERSION(apply,
+                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                    double *out),
+                   (s, part, v, out))
 {
 #define APPLY(width, d) apply_unit(width, d, s, k, v, out)
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, APPLY);
 #undef APPLY
 }
-
-PERP__MULTIVERSION(apply,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                    double *out),
-                   (s, part, v, out))
 
 void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *part, const double *v,
                           double *out)
@@ -385,7 +368,7 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
     }
 }
 
-PERP__KERNEL static void add_loops(perp__proximal *s, const perp__proximal_part *part)
+PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
 {
 #define ADD(width, d) add_unit(width, d, s, k)
     for (int32_t k = part->unit; k < part->last_unit; k++)
@@ -393,8 +376,6 @@ PERP__KERNEL static void add_loops(perp__proximal *s, const perp__proximal_part 
             EACH_KIND(s, k, ADD);
 #undef ADD
 }
-
-PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
 
 int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part)
 {
