@@ -372,15 +372,10 @@ PERP__KERNEL static void hold_width(perp__single *s, int32_t n)
     s->change = change > 0.0 ? sqrt(change) / strength : 0.0;
 }
 
-PERP__MULTIVERSION(hold, (perp__single * s), (s))
+PERP__MULTIVERSION_SHARED(perp__single_hold, (perp__single * s), (s))
 {
     if (s->problem->width == 6)
         hold_width(s, 6);
     else
         hold_width(s, 3);
-}
-
-void perp__single_hold(perp__single *s)
-{
-    hold(s);
 }

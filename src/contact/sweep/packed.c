@@ -89,8 +89,9 @@ PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double 
     perp__packed_push(c, d, first, second);
 }
 
-PERP__MULTIVERSION(run, (perp__sweep_work * work, int32_t from, int32_t to, double *most),
-                   (work, from, to, most))
+PERP__MULTIVERSION_SHARED(perp__sweep_packed,
+                          (perp__sweep_work * work, int32_t from, int32_t to, double *most),
+                          (work, from, to, most))
 {
     const int32_t *starts = work->rows;
     perp__packed_contact *c = work->packed;
@@ -107,11 +108,6 @@ PERP__MULTIVERSION(run, (perp__sweep_work * work, int32_t from, int32_t to, doub
             worst = isnan(worst) ? worst : change;
     }
     *most = worst;
-}
-
-void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most)
-{
-    run(work, from, to, most);
 }
 
 /* to := from with the tangents of packed contacts turned into their frames (1) or back (-1) */

@@ -183,10 +183,10 @@ int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32
     return zero_pivot;
 }
 
-PERP__MULTIVERSION(solve_unit_lower,
-                   (int32_t n, int32_t columns, const double *A, int32_t lda, double *B,
-                    int32_t ldb),
-                   (n, columns, A, lda, B, ldb))
+PERP__MULTIVERSION_SHARED(perp__loops_solve_unit_lower,
+                          (int32_t n, int32_t columns, const double *A, int32_t lda, double *B,
+                           int32_t ldb),
+                          (n, columns, A, lda, B, ldb))
 {
     for (int32_t j = 0; j < columns; j++) {
         double *b = B + (size_t)ldb * (size_t)j;
@@ -195,12 +195,6 @@ PERP__MULTIVERSION(solve_unit_lower,
             if (b[k] != 0.0)
                 subtract_1_loops((size_t)(n - k - 1), column(A, lda, k) + k + 1, b[k], b + k + 1);
     }
-}
-
-void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
-                                  double *B, int32_t ldb)
-{
-    solve_unit_lower(n, columns, A, lda, B, ldb);
 }
 
 static void swap_entries(double *x, int32_t i, int32_t k)
@@ -218,7 +212,7 @@ PERP__MULTIVERSION(solve,
 {
     for (int32_t k = 0; k < n; k++)
         swap_entries(x, k, pivots[k] - 1);
-    solve_unit_lower_loops(n, 1, A, lda, x, n);
+    perp__loops_solve_unit_lower_loops(n, 1, A, lda, x, n);
     for (int32_t k = n - 1; k >= 0; k--) {
         x[k] /= column(A, lda, k)[k];
         if (x[k] != 0.0)

@@ -3,8 +3,8 @@
  * only where written), so both versions give the same bits.
  *
  * Usage: PERP__MULTIVERSION(name, (parameters), (arguments)) and the body with the loops, in
- * braces, define `static void name(parameters)`; the loops alone are `name_loops`. Functions that
- * loops call are PERP__KERNEL static. */
+ * braces, define `static void name(parameters)`, PERP__MULTIVERSION_SHARED one that a header
+ * declares; the loops alone are `name_loops`. Functions that loops call are PERP__KERNEL static. */
 #ifndef PERP_LINALG_MULTIVERSION_H
 #define PERP_LINALG_MULTIVERSION_H
 
@@ -12,7 +12,7 @@
     !(defined(__AVX2__) && defined(__FMA__))
 
 #define PERP__KERNEL __attribute__((always_inline)) inline
-#define PERP__MULTIVERSION(name, parameters, arguments)                              \
+#define PERP__MULTIVERSIONS(linkage, name, parameters, arguments)                    \
     PERP__KERNEL static void name##_loops parameters;                                \
     __attribute__((target("avx2,fma"), noinline)) static void name##_avx2 parameters \
     {                                                                                \
@@ -22,7 +22,7 @@
     {                                                                                \
         name##_loops arguments;                                                      \
     }                                                                                \
-    static void name parameters                                                      \
+    linkage void name parameters                                                     \
     {                                                                                \
         if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))         \
             name##_avx2 arguments;                                                   \
@@ -34,14 +34,19 @@
 #else
 
 #define PERP__KERNEL inline
-#define PERP__MULTIVERSION(name, parameters, arguments) \
-    PERP__KERNEL static void name##_loops parameters;   \
-    static void name parameters                         \
-    {                                                   \
-        name##_loops arguments;                         \
-    }                                                   \
+#define PERP__MULTIVERSIONS(linkage, name, parameters, arguments) \
+    PERP__KERNEL static void name##_loops parameters;             \
+    linkage void name parameters                                  \
+    {                                                             \
+        name##_loops arguments;                                   \
+    }                                                             \
     PERP__KERNEL static void name##_loops parameters
 
 #endif
+
+#define PERP__MULTIVERSION(name, parameters, arguments) \
+    PERP__MULTIVERSIONS(static, name, parameters, arguments)
+#define PERP__MULTIVERSION_SHARED(name, parameters, arguments) \
+    PERP__MULTIVERSIONS(, name, parameters, arguments)
 
 #endif
