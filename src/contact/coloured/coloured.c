@@ -104,14 +104,14 @@ static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
     memset(c->free + 8 * c->bodies, 0, 8 * sizeof *c->free);
     memcpy(c->y, c->free, size * sizeof *c->y);
     if (!step->pushed)
-        c->kernels->add_impulses(c, c->y);
+        c->kernels->pass(c, PERP__COLOURED_ADD, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (int32_t p = 0; p < c->points; p++)
         memcpy(c->last_r[p], c->point[p].r, sizeof c->last_r[p]);
     write_bias(c, step->h);
     for (int32_t pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
-        c->kernels->sweep(c, c->y);
+        c->kernels->pass(c, PERP__COLOURED_SWEEP, c->y);
         if (pass + 1 < step->passes)
             gain_momentum(c, &theta);
     }
@@ -143,7 +143,7 @@ static void clear_penetration(perp__coloured *c, const perp__passes *step)
         return;
     memset(c->before, 0, size * sizeof *c->before);
     for (k = 0; k < step->clear; k++)
-        c->kernels->sweep_normals(c, c->before);
+        c->kernels->pass(c, PERP__COLOURED_CLEAR, c->before);
     for (size_t i = 0; i < size; i++)
         c->moved[i] += c->before[i];
 }
