@@ -113,13 +113,12 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
 /* Keeps a ray that stood the check. The last word on it comes after all attempts. */
 static void keep_ray(perp_lcp_solver *solver)
 {
-    double largest = 0.0;
+    double largest;
 
     solver->rays++;
     solver->best_certificate =
         perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
-    for (int32_t i = 0; i < solver->n; i++)
-        largest = fmax(largest, fabs(solver->z[i]));
+    largest = perp__largest(solver->z, solver->n);
     for (int32_t i = 0; i < solver->n; i++)
         solver->best_ray[i] = solver->z[i] / largest;
 }

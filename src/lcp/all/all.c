@@ -94,13 +94,12 @@ void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
 {
     const size_t entries = (size_t)(answer->vertices + answer->rays) * (size_t)all->n;
     perp__evaluation worth;
-    double largest = 0.0;
+    double largest;
 
     if (all->silent)
         return;
     perp__answer_find_middle(&all->answers, answer);
-    for (int32_t i = 0; i < all->n; i++)
-        largest = fmax(largest, fabs(answer->middle[i]));
+    largest = perp__largest(answer->middle, all->n);
     worth = evaluate_middle(all, answer);
     to_caller(all->solver, answer);
     for (int32_t i = 0; i < all->n; i++)
