@@ -13,21 +13,10 @@ PERP__INIT_WITH(perp_contact_settings, .tol = 1e-8)
 
 PERP__INIT(perp_contact_result)
 
-const char *perp_contact_mode_text(int32_t mode)
-{
-    static const char *const texts[] = {"separate", "stick", "slip", "lower", "upper"};
+PERP__WORDS(perp_contact_mode_text, "unknown mode", "separate", "stick", "slip", "lower", "upper")
 
-    return mode >= PERP_CONTACT_SEPARATE && mode <= PERP_CONTACT_UPPER ? texts[mode]
-                                                                       : "unknown mode";
-}
-
-const char *perp_contact_method_text(int32_t method)
-{
-    static const char *const texts[] = {"auto",   "sweep", "newton",  "lemke",
-                                        "polish", "admm",  "proximal"};
-
-    return method >= 0 && method <= PERP_CONTACT_METHOD_PROXIMAL ? texts[method] : "unknown method";
-}
+PERP__WORDS(perp_contact_method_text, "unknown method", "auto", "sweep", "newton", "lemke",
+            "polish", "admm", "proximal")
 
 int32_t perp__contact_method_named(int32_t method)
 {

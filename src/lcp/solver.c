@@ -15,13 +15,8 @@ PERP__INIT_WITH(perp_lcp_settings, .tol = 1e-10, .relaxation = 1.0, .scaling = 1
 
 PERP__INIT(perp_lcp_result)
 
-const char *perp_lcp_method_text(int32_t method)
-{
-    static const char *const texts[] = {"auto",   "lemke",      "pgs",     "fischer",
-                                        "polish", "active_set", "patterns"};
-
-    return method >= 0 && method <= PERP_LCP_PATTERNS ? texts[method] : "unknown method";
-}
+PERP__WORDS(perp_lcp_method_text, "unknown method", "auto", "lemke", "pgs", "fischer", "polish",
+            "active_set", "patterns")
 
 static const perp__field fields[] = {
     PERP__INTEGER(perp_lcp_settings, method, 0, PERP_LCP_ACTIVE_SET),

@@ -17,12 +17,7 @@ PERP__INIT_WITH(perp_ncp_settings, .tol = 1e-10, .penalty = 0.1, .restarts = 20,
 
 PERP__INIT(perp_ncp_result)
 
-const char *perp_ncp_method_text(int32_t method)
-{
-    static const char *const texts[] = {"auto", "fischer", "josephy"};
-
-    return method >= 0 && method <= PERP_NCP_JOSEPHY ? texts[method] : "unknown method";
-}
+PERP__WORDS(perp_ncp_method_text, "unknown method", "auto", "fischer", "josephy")
 
 static const perp__field fields[] = {
     PERP__INTEGER(perp_ncp_settings, method, 0, PERP_NCP_JOSEPHY),

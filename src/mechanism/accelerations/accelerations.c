@@ -10,22 +10,11 @@
 #define ROUNDING 1e-11
 #define DIFFERENCE_ROWS 24 /* of state.c */
 
-static const char *const reason_texts[] = {
-    "one acceleration, whatever the loads are",
-    "a contact that slides pulls itself in",
-    "a contact that slides neither pulls itself in nor pushes itself away",
-    "contacts pull each other in",
-    "contacts share a load",
-    "too many contacts to decide",
-    "friction is larger at rest than in motion",
-};
-
-const char *perp_mechanism_reason_text(int32_t reason)
-{
-    const int32_t count = (int32_t)(sizeof reason_texts / sizeof *reason_texts);
-
-    return reason >= 0 && reason < count ? reason_texts[reason] : "unknown reason";
-}
+PERP__WORDS(perp_mechanism_reason_text, "unknown reason",
+            "one acceleration, whatever the loads are", "a contact that slides pulls itself in",
+            "a contact that slides neither pulls itself in nor pushes itself away",
+            "contacts pull each other in", "contacts share a load", "too many contacts to decide",
+            "friction is larger at rest than in motion")
 
 PERP__INIT(perp_mechanism_found)
 

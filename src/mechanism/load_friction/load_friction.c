@@ -19,33 +19,18 @@ PERP__INIT(perp_load_summary)
 
 PERP__INIT(perp_load_inverse)
 
-const char *perp_load_kind_text(int32_t kind)
-{
-    static const char *const words[] = {"dynamic", "static", "mixed", "family"};
+PERP__WORDS(perp_load_kind_text, "unknown kind", "dynamic", "static", "mixed", "family")
 
-    return kind >= 0 && kind < 4 ? words[kind] : "unknown kind";
-}
+PERP__WORDS(perp_load_mode_text, "unknown mode", "slide", "stick", "forward", "backward", "stopped")
 
-const char *perp_load_mode_text(int32_t mode)
-{
-    static const char *const words[] = {"slide", "stick", "forward", "backward", "stopped"};
-
-    return mode >= 0 && mode < 5 ? words[mode] : "unknown mode";
-}
-
-const char *perp_load_reason_text(int32_t reason)
-{
-    static const char *const words[] = {
-        "",
-        "the torque leaves the acceleration free along a direction: an effective inertia is zero",
-        "the wanted motion is on an unstable branch, where an effective inertia is negative",
-        "the wanted motion is unstable: compliant contacts oscillate away from it (flutter)",
-        "the torque has other accelerations, too",
-        "static friction at rest leaves the torque open within its limits",
-        "the system is too large to exclude other accelerations of this torque"};
-
-    return reason >= 0 && reason < 7 ? words[reason] : "unknown reason";
-}
+PERP__WORDS(
+    perp_load_reason_text, "unknown reason", "",
+    "the torque leaves the acceleration free along a direction: an effective inertia is zero",
+    "the wanted motion is on an unstable branch, where an effective inertia is negative",
+    "the wanted motion is unstable: compliant contacts oscillate away from it (flutter)",
+    "the torque has other accelerations, too",
+    "static friction at rest leaves the torque open within its limits",
+    "the system is too large to exclude other accelerations of this torque")
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
