@@ -41,13 +41,12 @@ void perp__context_init(perp_context *context, perp_allocate_function allocate,
 
 perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
 {
-    perp_context_settings own;
+    perp_context_settings own = {0};
     perp_status status;
     perp_context *made;
 
     if (!context)
         return PERP_ERROR_ARGUMENT;
-    memset(&own, 0, sizeof own);
     status = PERP__READ(perp_context_settings, NULL, &own, settings);
     if (status != PERP_OK)
         return status;

@@ -84,9 +84,8 @@ static void write_result(const perp_contact_solver *solver, const perp__contact_
                          double started)
 {
     const perp__contact_worth *worth = &solver->best.worth;
-    perp_contact_result own;
+    perp_contact_result own = {0};
 
-    memset(&own, 0, sizeof own);
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
     own.iterations = solver->iterations;

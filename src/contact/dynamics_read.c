@@ -106,10 +106,9 @@ static perp_status read_rows(perp_context *context, const char *name, perp__matr
 perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
                                 const perp_contact_dynamics *dynamics)
 {
-    perp_contact_dynamics read;
+    perp_contact_dynamics read = {0};
     perp_status status = perp__check_pointer(context, "dynamics", dynamics);
 
-    memset(&read, 0, sizeof read);
     PERP__THEN(status, PERP__READ(perp_contact_dynamics, context, &read, dynamics));
     if (status != PERP_OK)
         return status;

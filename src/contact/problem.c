@@ -278,12 +278,11 @@ perp_status perp__contact_finish_setup(perp_contact_solver *solver)
 
 static perp_status read_bodies(perp_contact_solver *solver)
 {
-    perp__bodies_input input;
+    perp__bodies_input input = {0};
 
     solver->has_bodies = 0;
     if (solver->entrance != PERP__ENTRANCE_DYNAMICS || !solver->dynamics.has_M)
         return PERP_OK;
-    memset(&input, 0, sizeof input);
     input.n = solver->dynamics.n;
     input.contacts = solver->contacts;
     input.size = solver->size;

@@ -170,11 +170,10 @@ static perp_status read_csc(perp_context *context, const char *name, perp__matri
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
                               const perp_matrix *caller)
 {
-    perp_matrix M;
-    perp__matrix read;
+    perp_matrix M = {0};
+    perp__matrix read = {0};
     perp_status status = perp__check_pointer(context, name, caller);
 
-    memset(&M, 0, sizeof M);
     PERP__THEN(status,
                perp__struct_read(context, name, &M, sizeof M, caller, PERP__FIRST(perp_matrix)));
     if (status != PERP_OK)
@@ -186,7 +185,6 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
                             (int)(M.rows < 0 ? M.rows : M.columns));
     if (M.reserved != 0)
         return perp__refuse(context, "%s.reserved is %d, 0 expected", name, (int)M.reserved);
-    memset(&read, 0, sizeof read);
     read.rows = M.rows;
     read.columns = M.columns;
     read.values = M.values;

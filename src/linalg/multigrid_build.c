@@ -1,6 +1,5 @@
 /* The levels of the hierarchy: aggregates, prolongation, coarse matrices. */
 #include <math.h>
-#include <string.h>
 
 #include "base/context.h"
 #include "linalg/multigrid.h"

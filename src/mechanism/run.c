@@ -22,12 +22,11 @@
 static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
 {
     perp_mechanism *m = run->m;
-    perp_mechanism_view view;
+    perp_mechanism_view view = {0};
     int32_t answer;
 
     if (!run->observer)
         return PERP_OK;
-    memset(&view, 0, sizeof view);
     view.struct_size = sizeof view;
     view.t = run->t;
     view.h = h;

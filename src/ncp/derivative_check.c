@@ -204,12 +204,11 @@ static perp_status check_problem(perp_context *context, perp_ncp_check *own,
 perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check,
                                     const perp_ncp_problem *problem, const double *z)
 {
-    perp_ncp_check own;
+    perp_ncp_check own = {0};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    memset(&own, 0, sizeof own);
     status = PERP__CHECK(perp_ncp_check, context, check);
     PERP__THEN(status, check_problem(context, &own, problem, z));
     if (status == PERP_OK)

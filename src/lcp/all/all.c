@@ -179,7 +179,7 @@ static perp_status all_prepare(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
     const int32_t n = all->n = solver->n;
-    perp__lcp_problem problem;
+    perp__lcp_problem problem = {0};
     perp_status status = perp__polish_fit(solver);
 
     PERP__THEN(status, perp__arena_fit(&all->arena, all->context, layout, all));
@@ -190,7 +190,6 @@ static perp_status all_prepare(perp__lcp_all *all)
     all->answers.incomplete = 0;
     all->polyhedron.origin = all->origin;
     all->polyhedron.directions = all->directions;
-    memset(&problem, 0, sizeof problem);
     problem.n = n;
     problem.M = &solver->M;
     problem.factors = solver->factors;

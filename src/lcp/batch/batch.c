@@ -290,12 +290,11 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
 {
     perp_lcp_settings own;
     perp__arena arena = {0};
-    batch b;
+    batch b = {0};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    memset(&b, 0, sizeof b);
     b.context = context;
     b.data.count = count;
     b.data.n = n;

@@ -446,9 +446,8 @@ static perp_status check(perp__verify *v, const perp_lcp_proof *proof, const per
 static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proof, int32_t verdict,
                       int32_t index)
 {
-    perp_lcp_proof own;
+    perp_lcp_proof own = {0};
 
-    memset(&own, 0, sizeof own);
     for (int32_t i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
         perp__raise_to(&own.radius, radius_of(v, i));
     if (!isfinite(own.radius))

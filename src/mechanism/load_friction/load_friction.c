@@ -284,7 +284,7 @@ perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_sum
 static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
 {
     const perp__answer *a;
-    perp_load_found own;
+    perp_load_found own = {0};
     perp_status status = PERP__CHECK(perp_load_found, f->context, found);
 
     if (status != PERP_OK)
@@ -293,7 +293,6 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
         return perp__refuse(f->context, "index is %d, but there are %d answers", (int)index,
                             (int)f->answers.count);
     a = perp__answers_get(&f->answers, index);
-    memset(&own, 0, sizeof own);
     own.kind = a->kind;
     own.stable = a->stable;
     own.flutter = a->flutter;

@@ -171,11 +171,10 @@ perp_status perp_load_friction_step(perp_load_friction *friction, double *next, 
                                     const double *previous, double h)
 {
     perp_status status = perp__friction_enter(friction);
-    perp_load_step own;
+    perp_load_step own = {0};
 
     if (status != PERP_OK)
         return status;
-    memset(&own, 0, sizeof own);
     own.chosen = -1;
     status = check(friction, next, step, tau, velocity, previous, h);
     if (status == PERP_OK) {

@@ -46,8 +46,7 @@ int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, doubl
     for (int k = 0; k < 3; k++)
         position[k] = 0.5 * (on_reference[k] + on_incident[k]);
     if (gap <= PERP__BOX_ON_FACE * pair->size)
-        for (int k = 0; k < 3; k++)
-            direction[k] = normal[k];
+        perp__copy3(direction, normal);
     perp__emit_point(pair->reference, position, direction, gap, feature, points);
     return 1;
 }
