@@ -56,7 +56,7 @@ static void release(void *object)
 
     for (int32_t k = 0; k < PERP__METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
-    perp__polish_release(&solver->polish);
+    perp__arena_release(&solver->polish.arena);
     perp__last_word_release(solver);
     perp__workspace_release(&solver->apart, perp__apart_release);
     perp__sparse_block_release(&solver->block);

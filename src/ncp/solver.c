@@ -76,7 +76,7 @@ static void release(void *object)
 {
     perp_ncp_solver *solver = object;
 
-    perp__ncp_newton_release(&solver->run);
+    perp__kept_factor_release(&solver->run.factor);
     perp__lcp_destroy(solver->linear.lcp);
     perp__arena_release(&solver->arena);
 }

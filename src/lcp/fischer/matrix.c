@@ -161,7 +161,7 @@ void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x)
     double *packed = matrix->packed;
 
     if (matrix->by == PERP__FISCHER_SHARED) {
-        perp__sparse_block_solve(matrix->problem->block, x);
+        perp__sparse_block_solve(matrix->problem->block, x, 0);
         return;
     }
     for (int32_t k = 0; k < count; k++)
