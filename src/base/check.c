@@ -25,7 +25,7 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
     size_t size;
 
     if (!caller)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is NULL", name);
+        return perp__refuse(context, "%s is NULL", name);
     memcpy(&size, caller, sizeof size);
     if (size < first_size)
         return perp__fail(context, PERP_ERROR_ABI,
@@ -121,8 +121,8 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
         if (is_within(&fields[k], value))
             continue;
         describe(&fields[k], expected, sizeof expected);
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is %.15g, expected %s", name,
-                          fields[k].name, value, expected);
+        return perp__refuse(context, "%s.%s is %.15g, expected %s", name, fields[k].name, value,
+                            expected);
     }
     return PERP_OK;
 }
@@ -131,7 +131,7 @@ perp_status perp__check_pointer(perp_context *context, const char *name, const v
 {
     if (pointer)
         return PERP_OK;
-    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is NULL", name);
+    return perp__refuse(context, "%s is NULL", name);
 }
 
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
@@ -163,8 +163,7 @@ perp_status perp__check_bounds(perp_context *context, const double *lower, const
         if (isnan(u) || u == -INFINITY)
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "upper[%zu] is %g", i, u);
         if (l > u)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "lower[%zu] = %g > upper[%zu] = %g", i,
-                              l, i, u);
+            return perp__refuse(context, "lower[%zu] = %g > upper[%zu] = %g", i, l, i, u);
     }
     return PERP_OK;
 }

@@ -94,6 +94,16 @@ void perp__struct_write(void *caller, const void *own, size_t own_size);
         return status;                                                              \
     }
 
+/* Defines `const char *name(int32_t code)`, the word of each of the codes 0, 1, 2, ... */
+#define PERP__WORDS(name, unknown, ...)                                \
+    const char *name(int32_t code)                                     \
+    {                                                                  \
+        static const char *const words[] = {__VA_ARGS__};              \
+        const int32_t count = (int32_t)(sizeof words / sizeof *words); \
+                                                                       \
+        return code >= 0 && code < count ? words[code] : unknown;      \
+    }
+
 /* perp__struct_check of an output, perp__struct_read of an input into *own; messages call it by the
  * name that `caller` has here. */
 #define PERP__CHECK(T, context, caller) \

@@ -41,13 +41,12 @@ void perp__context_init(perp_context *context, perp_allocate_function allocate,
 
 perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
 {
-    perp_context_settings own;
+    perp_context_settings own = {0};
     perp_status status;
     perp_context *made;
 
     if (!context)
         return PERP_ERROR_ARGUMENT;
-    memset(&own, 0, sizeof own);
     status = PERP__READ(perp_context_settings, NULL, &own, settings);
     if (status != PERP_OK)
         return status;
@@ -111,18 +110,33 @@ perp_status perp__leave(perp_context *context, perp_status status)
     return status;
 }
 
+static void say(perp_context *context, const char *format, va_list arguments)
+{
+    if (!context)
+        return;
+    vsnprintf(context->message, sizeof context->message, format, arguments);
+    if (context->log)
+        context->log(context->message, context->log_user);
+}
+
 perp_status perp__fail(perp_context *context, perp_status status, const char *format, ...)
 {
     va_list arguments;
 
-    if (!context)
-        return status;
     va_start(arguments, format);
-    vsnprintf(context->message, sizeof context->message, format, arguments);
+    say(context, format, arguments);
     va_end(arguments);
-    if (context->log)
-        context->log(context->message, context->log_user);
     return status;
+}
+
+perp_status perp__refuse(perp_context *context, const char *format, ...)
+{
+    va_list arguments;
+
+    va_start(arguments, format);
+    say(context, format, arguments);
+    va_end(arguments);
+    return PERP_ERROR_ARGUMENT;
 }
 
 perp_status perp__fail_memory(perp_context *context, const char *what)

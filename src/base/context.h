@@ -51,6 +51,13 @@ __attribute__((format(printf, 3, 4)))
 perp_status
 perp__fail(perp_context *context, perp_status status, const char *format, ...);
 
+/* The same with PERP_ERROR_ARGUMENT. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+perp_status
+perp__refuse(perp_context *context, const char *format, ...);
+
 /* Memory through the context's allocator. allocate gives NULL on failure or on count * size
  * overflow, without a message; release accepts NULL. */
 void *perp__allocate(perp_context *context, size_t count, size_t size);

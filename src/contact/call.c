@@ -18,9 +18,9 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
     perp_status status;
 
     if (solver->entrance == PERP__NO_PROBLEM)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "the solver has no problem: call perp_contact_solver_setup_dynamics or "
-                          "_setup_delassus first");
+        return perp__refuse(context,
+                            "the solver has no problem: call perp_contact_solver_setup_dynamics or "
+                            "_setup_delassus first");
     status = perp__struct_check(context, "result", call->result, sizeof *call->result,
                                 PERP__FIRST(perp_contact_result));
     if (status == PERP_OK && size > 0)
@@ -84,9 +84,8 @@ static void write_result(const perp_contact_solver *solver, const perp__contact_
                          double started)
 {
     const perp__contact_worth *worth = &solver->best.worth;
-    perp_contact_result own;
+    perp_contact_result own = {0};
 
-    memset(&own, 0, sizeof own);
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
     own.iterations = solver->iterations;

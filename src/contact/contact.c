@@ -191,9 +191,9 @@ static perp_status check_chosen(perp_contact_solver *solver, perp__contact_slot 
     if (slot->method->needs_delassus)
         status = perp__contact_delassus(solver, &made);
     if (status == PERP_OK && !made)
-        status = perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                            "settings.method %s needs W, which has more than 2^31 entries",
-                            perp_contact_method_text(slot->method->id));
+        status = perp__refuse(solver->context,
+                              "settings.method %s needs W, which has more than 2^31 entries",
+                              perp_contact_method_text(slot->method->id));
     return status == PERP_OK ? slot->method->check(&solver->problem) : status;
 }
 

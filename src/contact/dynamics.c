@@ -59,10 +59,10 @@ static void spread_rows(perp__dynamics *own, const perp__matrix *A, int32_t abov
 static perp_status not_definite(perp_context *context, int32_t pivot)
 {
     if (pivot > 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "M is not positive definite: the leading block of order %d is not",
-                          (int)pivot);
-    return perp__fail(context, PERP_ERROR_ARGUMENT, "M is not positive definite");
+        return perp__refuse(context,
+                            "M is not positive definite: the leading block of order %d is not",
+                            (int)pivot);
+    return perp__refuse(context, "M is not positive definite");
 }
 
 static perp_status factor_mass(perp__dynamics *own)

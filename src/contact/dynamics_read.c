@@ -19,9 +19,8 @@ static perp_status check_pair(perp_context *context, const perp__matrix *M, int3
     if (a == b ||
         fabs(a - b) <= SYMMETRIC * sqrt(perp__entry(M, i, i)) * sqrt(perp__entry(M, j, j)))
         return PERP_OK;
-    return perp__fail(context, PERP_ERROR_ARGUMENT,
-                      "M(%d,%d) is %g but M(%d,%d) is %g: M is not symmetric", (int)i, (int)j, a,
-                      (int)j, (int)i, b);
+    return perp__refuse(context, "M(%d,%d) is %g but M(%d,%d) is %g: M is not symmetric", (int)i,
+                        (int)j, a, (int)j, (int)i, b);
 }
 
 static perp_status check_dense(perp_context *context, const perp__matrix *M)
@@ -67,9 +66,8 @@ static perp_status check_mass(perp_context *context, const perp__matrix *M)
 {
     for (int32_t i = 0; i < M->rows; i++)
         if (!(perp__entry(M, i, i) > 0.0))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "M(%d,%d) is %g: M is not positive definite", (int)i, (int)i,
-                              perp__entry(M, i, i));
+            return perp__refuse(context, "M(%d,%d) is %g: M is not positive definite", (int)i,
+                                (int)i, perp__entry(M, i, i));
     return M->column_starts ? check_sparse(context, M) : check_dense(context, M);
 }
 
@@ -79,9 +77,8 @@ static perp_status read_mass(perp_context *context, perp__dynamics *own,
     perp_status status;
 
     if (!dynamics->M == !dynamics->solve)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "dynamics.M and dynamics.solve are %s: exactly one is needed",
-                          dynamics->M ? "both given" : "both NULL");
+        return perp__refuse(context, "dynamics.M and dynamics.solve are %s: exactly one is needed",
+                            dynamics->M ? "both given" : "both NULL");
     own->has_M = dynamics->M != NULL;
     own->solve = dynamics->solve;
     own->user = dynamics->user;
@@ -97,30 +94,27 @@ static perp_status read_rows(perp_context *context, const char *name, perp__matr
     perp_status status = perp__matrix_read(context, name, own, given);
 
     if (status == PERP_OK && own->columns != n)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "%s has %d columns, expected one for each of the %d velocities", name,
-                            (int)own->columns, (int)n);
-    if (status == PERP_OK && rows >= 0 && own->rows != rows)
         status =
-            perp__fail(context, PERP_ERROR_ARGUMENT, "%s has %d rows, but the contacts have %d",
-                       name, (int)own->rows, (int)rows);
+            perp__refuse(context, "%s has %d columns, expected one for each of the %d velocities",
+                         name, (int)own->columns, (int)n);
+    if (status == PERP_OK && rows >= 0 && own->rows != rows)
+        status = perp__refuse(context, "%s has %d rows, but the contacts have %d", name,
+                              (int)own->rows, (int)rows);
     return status;
 }
 
 perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
                                 const perp_contact_dynamics *dynamics)
 {
-    perp_contact_dynamics read;
+    perp_contact_dynamics read = {0};
     perp_status status = perp__check_pointer(context, "dynamics", dynamics);
 
-    memset(&read, 0, sizeof read);
     PERP__THEN(status, PERP__READ(perp_contact_dynamics, context, &read, dynamics));
     if (status != PERP_OK)
         return status;
     if (read.n < 0 || read.reserved != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "dynamics.%s is %d",
-                          read.n < 0 ? "n" : "reserved",
-                          (int)(read.n < 0 ? read.n : read.reserved));
+        return perp__refuse(context, "dynamics.%s is %d", read.n < 0 ? "n" : "reserved",
+                            (int)(read.n < 0 ? read.n : read.reserved));
     own->context = context;
     own->n = read.n;
     status = read_mass(context, own, &read);
@@ -131,7 +125,7 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
     if (status == PERP_OK && read.G)
         status = read_rows(context, "G", &own->G, read.G, -1, read.n);
     if (status == PERP_OK && own->G.rows > INT32_MAX - own->H.rows)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "H and G have too many rows");
+        status = perp__refuse(context, "H and G have too many rows");
     own->size = status == PERP_OK ? own->H.rows + own->G.rows : 0;
     return status;
 }

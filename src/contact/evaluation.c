@@ -123,8 +123,7 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     solver->is_free = 0;
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         perp__multiply_doubled(&solver->W, solver->r, solver->q, solver->high, solver->low);
-        for (int32_t i = 0; i < solver->size; i++)
-            solver->u[i] = solver->high[i];
+        perp__copy(solver->u, solver->high, solver->size);
         return PERP_OK;
     }
     if (solver->entrance == PERP__ENTRANCE_RIGID) {

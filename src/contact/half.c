@@ -7,8 +7,10 @@
 
 enum { TILE = PERP__HALF_TILE, ROWS = 4 };
 
-PERP__KERNEL static void solve_tile_loops(size_t n, size_t width, const double *L,
-                                          const double *reciprocals, size_t first, double *Y)
+PERP__MULTIVERSION(solve_tile,
+                   (size_t n, size_t width, const double *L, const double *reciprocals,
+                    size_t first, double *Y),
+                   (n, width, L, reciprocals, first, Y))
 {
     for (size_t i = first; i < n; i++) {
         double *y = Y + i * width;
@@ -24,10 +26,6 @@ PERP__KERNEL static void solve_tile_loops(size_t n, size_t width, const double *
         PERP__LANES_AT(y + 4) = b * PERP__SAME_LANES(reciprocals[i]);
     }
 }
-PERP__MULTIVERSION(solve_tile,
-                   (size_t n, size_t width, const double *L, const double *reciprocals,
-                    size_t first, double *Y),
-                   (n, width, L, reciprocals, first, Y))
 
 void perp__half_solve(int32_t n, int32_t size, const double *L, double *Y, const int32_t *firsts,
                       double *work)
@@ -83,8 +81,10 @@ void perp__half_apply(int32_t n, const double *X, double *x, double *work)
 }
 
 /* out := X'Z for ROWS columns of X and a tile of Z. */
-PERP__KERNEL static void product_tile_loops(size_t first, size_t n, size_t width, const double *X,
-                                            const double *Z, double *out)
+PERP__MULTIVERSION(product_tile,
+                   (size_t first, size_t n, size_t width, const double *X, const double *Z,
+                    double *out),
+                   (first, n, width, X, Z, out))
 {
     perp__lanes a0 = PERP__SAME_LANES(0.0), a1 = a0, a2 = a0, a3 = a0;
     perp__lanes b0 = a0, b1 = a0, b2 = a0, b3 = a0;
@@ -111,10 +111,6 @@ PERP__KERNEL static void product_tile_loops(size_t first, size_t n, size_t width
     PERP__LANES_AT(out + 24) = a3;
     PERP__LANES_AT(out + 28) = b3;
 }
-PERP__MULTIVERSION(product_tile,
-                   (size_t first, size_t n, size_t width, const double *X, const double *Z,
-                    double *out),
-                   (first, n, width, X, Z, out))
 
 /* Entries of the tile in columns from `i` and rows from `j` on, and their mirror images. */
 static void write_tile(size_t size, size_t i, size_t j, const double *tile, double *W)

@@ -43,9 +43,6 @@ enum { START_STEPS = 30, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 
 /* The search: sets that are drawn, and the steps from each. */
 enum { DRAWS = 3000, DRAWN_STEPS = 16 };
 
-/* Of a contact that stuck, then slipped, then stuck again: it leaves. */
-enum { TURNS = 2 };
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__contact_polish *p = object;
@@ -54,7 +51,6 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
     PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
-    p->turns = perp__arena_take(arena, n, 1);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);
 }
@@ -301,8 +297,7 @@ static void velocities(perp_contact_solver *solver)
         return;
     }
     perp__multiply_doubled(solver->problem.W, solver->r, solver->q, solver->high, solver->low);
-    for (int32_t i = 0; i < solver->size; i++)
-        solver->u[i] = solver->high[i];
+    perp__copy(solver->u, solver->high, solver->size);
 }
 
 /* Newton's steps while they bring the equations down; u is that of the last r. Returns 0 where K
@@ -340,11 +335,9 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
     return 1;
 }
 
-/* Moves what has the wrong sign to its other place. Returns how many did. Of a contact whose slip
- * goes the wrong way after it stuck with too much friction, neither is right while the others stay
- * as they are: in small problems it leaves, until nothing else changes. */
-static int32_t change_some(perp__contact_polish *p, const perp__contact_problem *problem,
-                           const double *r, const double *u)
+/* Moves what has the wrong sign to its other place. Returns how many did. */
+static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *problem,
+                          const double *r, const double *u)
 {
     int32_t changes = 0, k, c, i;
 
@@ -352,9 +345,8 @@ static int32_t change_some(perp__contact_polish *p, const perp__contact_problem 
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
-        const int32_t presses =
-            perp__contact_two_sided(problem, k) > 0 || is_bound(problem, k) ||
-            (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0 && p->turns[k] < TURNS);
+        const int32_t presses = perp__contact_two_sided(problem, k) > 0 || is_bound(problem, k) ||
+                                (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0);
         const double pressure = perp__contact_pressure(problem, k, r);
         const int32_t flips = presses != p->presses[k];
 
@@ -376,35 +368,14 @@ static int32_t change_some(perp__contact_polish *p, const perp__contact_problem 
                 power += x[i] * y[i];
             if (*state == PERP__PART_STICKS && length_of(x, parts[c].size) > radius * (1 + 1e-14)) {
                 *state = PERP__PART_SLIPS;
-                if (c == 0)
-                    p->turns[k] = 1;
                 changes++;
             } else if (*state == PERP__PART_SLIPS && power > 0.0) {
                 *state = PERP__PART_STICKS;
-                if (c == 0 && p->turns[k] == 1 && p->enough > 0.0)
-                    p->turns[k] = TURNS;
                 changes++;
             }
         }
-        if (p->turns[k] == TURNS && perp__contact_two_sided(problem, k) == 0 &&
-            !is_bound(problem, k)) {
-            p->presses[k] = 0;
-            memset(&p->parts[3 * k], PERP__PART_NONE, 3);
-        }
     }
     return changes;
-}
-
-/* The same, and the return of those that left. */
-static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *problem,
-                          const double *r, const double *u)
-{
-    const int32_t changes = change_some(p, problem, r, u);
-
-    if (changes > 0)
-        return changes;
-    memset(p->turns, 0, (size_t)problem->contacts);
-    return change_some(p, problem, r, u);
 }
 
 /* From set to set. Returns whether that ended, within so many, with one that stays. */
@@ -451,7 +422,6 @@ static void begin(perp_contact_solver *solver, perp__contact_polish *p, double e
     p->last = solver->polished + most;
     p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
-    memset(p->turns, 0, (size_t)p->room);
     read_set(p, &solver->problem, solver->r, solver->u);
 }
 

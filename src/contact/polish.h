@@ -21,7 +21,6 @@ typedef struct perp__contact_polish {
     int32_t *rows;   /* the other way round */
     int8_t *presses; /* contacts */
     int8_t *parts;   /* 3 contacts: enum perp__part_state */
-    int8_t *turns;   /* contacts: of those that stuck, from stick to slip and back */
     int32_t *pivots;
     double *K, *factors;                          /* n by n; factors of K + a regularisation */
     double *rhs, *step, *error, *units, *weights; /* n */

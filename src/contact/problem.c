@@ -39,8 +39,8 @@ static perp_status check_coefficients(perp_context *context, const char *name, c
         if (!isfinite(x[k]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s[%d] is %g", name, (int)k, x[k]);
         if (x[k] < 0.0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s[%d] is %g, expected a number >= 0",
-                              name, (int)k, x[k]);
+            return perp__refuse(context, "%s[%d] is %g, expected a number >= 0", name, (int)k,
+                                x[k]);
     }
     return PERP_OK;
 }
@@ -52,17 +52,16 @@ perp_status perp__contact_check_dims(perp_context *context, const char *name,
         const int32_t both = both_of(laws, k), dim = dim_of(laws, k);
 
         if (both < 0 || both > 3)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.two_sided[%d] is %d, expected 0, 1, 2 or 3", name, (int)k,
-                              (int)both);
+            return perp__refuse(context, "%s.two_sided[%d] is %d, expected 0, 1, 2 or 3", name,
+                                (int)k, (int)both);
         if (both > 0 && (dim < both + 1 || dim > both + 2))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.dims[%d] is %d, expected %d or %d: %d normals that hold both "
-                              "ways and 1 or 2 tangents",
-                              name, (int)k, (int)dim, (int)both + 1, (int)both + 2, (int)both);
+            return perp__refuse(context,
+                                "%s.dims[%d] is %d, expected %d or %d: %d normals that hold both "
+                                "ways and 1 or 2 tangents",
+                                name, (int)k, (int)dim, (int)both + 1, (int)both + 2, (int)both);
         if (both == 0 && (dim < 1 || dim > 3))
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.dims[%d] is %d, expected 1, 2 or 3",
-                              name, (int)k, (int)dim);
+            return perp__refuse(context, "%s.dims[%d] is %d, expected 1, 2 or 3", name, (int)k,
+                                (int)dim);
     }
     return PERP_OK;
 }
@@ -76,12 +75,12 @@ static perp_status check_turns(perp_context *context, const perp_contact_laws *l
 
         if (!rolls && !(is_positive(laws->spinning, k) && (both || dim < 3)))
             continue;
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.%s[%d] is %g, but contact %d %s",
-                          rolls ? "rolling" : "spinning", (int)k,
-                          rolls ? laws->rolling[k] : laws->spinning[k], (int)k,
-                          both       ? "holds both ways"
-                          : dim == 1 ? "has dimension 1"
-                                     : "has dimension 2");
+        return perp__refuse(context, "laws.%s[%d] is %g, but contact %d %s",
+                            rolls ? "rolling" : "spinning", (int)k,
+                            rolls ? laws->rolling[k] : laws->spinning[k], (int)k,
+                            both       ? "holds both ways"
+                            : dim == 1 ? "has dimension 1"
+                                       : "has dimension 2");
     }
     return PERP_OK;
 }
@@ -110,15 +109,13 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
     PERP__THEN(status, check_coefficients(context, "laws.rolling", own->rolling, own->contacts));
     PERP__THEN(status, check_coefficients(context, "laws.spinning", own->spinning, own->contacts));
     if (status == PERP_OK && !own->dims && (own->dim < 1 || own->dim > 3))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "laws.dim is %d, expected 1, 2 or 3",
-                            (int)own->dim);
+        status = perp__refuse(context, "laws.dim is %d, expected 1, 2 or 3", (int)own->dim);
     PERP__THEN(status, perp__contact_check_dims(context, "laws", own));
     PERP__THEN(status, check_turns(context, own));
     for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++)
         sum += rows_of(own, k);
     if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral - 2 * own->bounded)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "laws.contacts is %d, too many rows",
-                            (int)own->contacts);
+        status = perp__refuse(context, "laws.contacts is %d, too many rows", (int)own->contacts);
     *rows = (int32_t)sum;
     return status;
 }
@@ -202,10 +199,9 @@ static perp_status moves_nothing(const perp_contact_solver *solver, int32_t k, i
             what = i < first ? "contact" : i < bounded->rows ? "row with bounds" : "bilateral row";
             number = i < first ? k : i < bounded->rows ? i - first : i - bounded->rows;
         }
-    return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                      "%s %d: its %simpulse moves nothing, W(%d,%d) is %g", what, (int)number,
-                      what[0] == 'c' ? "normal " : "", (int)given, (int)given,
-                      solver->diagonal[row]);
+    return perp__refuse(solver->context, "%s %d: its %simpulse moves nothing, W(%d,%d) is %g", what,
+                        (int)number, what[0] == 'c' ? "normal " : "", (int)given, (int)given,
+                        solver->diagonal[row]);
 }
 
 /* t_k = trace(W_kk). A contact or joint between things that can't move is a mistake in the scene:
@@ -221,9 +217,8 @@ static perp_status read_traces(perp_contact_solver *solver)
         perp__delassus_diagonal(&solver->W, solver->diagonal);
     for (i = 0; i < solver->size; i++)
         if (!(solver->diagonal[i] >= 0.0))
-            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                              "W(%d,%d) is %g, expected a number >= 0", (int)i, (int)i,
-                              solver->diagonal[i]);
+            return perp__refuse(solver->context, "W(%d,%d) is %g, expected a number >= 0", (int)i,
+                                (int)i, solver->diagonal[i]);
     for (int32_t k = 0; k < solver->contacts; k++) {
         solver->trace[k] = 0.0;
         i = solver->starts[k] + (bound && bound[k] > 0.0);
@@ -283,12 +278,11 @@ perp_status perp__contact_finish_setup(perp_contact_solver *solver)
 
 static perp_status read_bodies(perp_contact_solver *solver)
 {
-    perp__bodies_input input;
+    perp__bodies_input input = {0};
 
     solver->has_bodies = 0;
     if (solver->entrance != PERP__ENTRANCE_DYNAMICS || !solver->dynamics.has_M)
         return PERP_OK;
-    memset(&input, 0, sizeof input);
     input.n = solver->dynamics.n;
     input.contacts = solver->contacts;
     input.size = solver->size;
@@ -355,18 +349,16 @@ static perp_status read_matrices(perp_contact_solver *next, perp_contact_laws *l
     if (next->entrance == PERP__ENTRANCE_DYNAMICS) {
         status = perp__dynamics_read(context, &next->dynamics, rows, dynamics);
         if (status == PERP_OK && laws->bilateral != 0 && laws->bilateral != next->dynamics.G.rows)
-            status =
-                perp__fail(context, PERP_ERROR_ARGUMENT, "laws.bilateral is %d, but G has %d rows",
-                           (int)laws->bilateral, (int)next->dynamics.G.rows);
+            status = perp__refuse(context, "laws.bilateral is %d, but G has %d rows",
+                                  (int)laws->bilateral, (int)next->dynamics.G.rows);
         laws->bilateral = status == PERP_OK ? next->dynamics.G.rows : 0;
         return status;
     }
     status = perp__matrix_read(context, "W", &next->W, W);
     if (status == PERP_OK && (next->W.rows != needed || next->W.columns != needed))
-        status =
-            perp__fail(context, PERP_ERROR_ARGUMENT,
-                       "W is %d by %d, but the contacts have %d rows and %d are bilateral",
-                       (int)next->W.rows, (int)next->W.columns, (int)rows, (int)laws->bilateral);
+        status = perp__refuse(
+            context, "W is %d by %d, but the contacts have %d rows and %d are bilateral",
+            (int)next->W.rows, (int)next->W.columns, (int)rows, (int)laws->bilateral);
     return status;
 }
 

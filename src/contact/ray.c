@@ -129,14 +129,11 @@ int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
 
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction)
 {
-    double largest = 0.0;
+    const double largest = perp__largest(direction, solver->size);
     int32_t proves;
 
-    if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE)
-        return;
-    for (int32_t i = 0; i < solver->size; i++)
-        largest = fmax(largest, fabs(direction[i]));
-    if (!(largest > 0.0) || !isfinite(largest))
+    if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE || !(largest > 0.0) ||
+        !isfinite(largest))
         return;
     for (int32_t i = 0; i < solver->size; i++)
         solver->ray[i] = direction[i] / largest;

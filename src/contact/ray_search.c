@@ -116,10 +116,8 @@ static void lift(const perp_contact_solver *solver, const double *x, double *y)
 static int32_t read_direction(perp_contact_solver *solver)
 {
     perp__contact_ray *own = &solver->feasibility;
-    double largest = 0.0;
+    const double largest = perp__largest(own->z, own->n);
 
-    for (int32_t i = 0; i < own->n; i++)
-        largest = fmax(largest, fabs(own->z[i]));
     own->count = 0;
     if (!(largest > 0.0) || !isfinite(largest))
         return 0;
@@ -192,14 +190,9 @@ static perp_status refine(perp_contact_solver *solver)
 static int32_t is_still_one(const perp_contact_solver *solver)
 {
     const perp__contact_ray *own = &solver->feasibility;
-    double largest = 0.0;
 
-    for (int32_t i = 0; i < own->n; i++) {
-        if (!isfinite(own->direction[i]))
-            return 0;
-        largest = fmax(largest, fabs(own->direction[i]));
-    }
-    return largest > 0.1;
+    return perp__all_finite(own->direction, (size_t)own->n) &&
+           perp__largest(own->direction, own->n) > 0.1;
 }
 
 static perp_status search_softened(perp_contact_solver *solver)

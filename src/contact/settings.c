@@ -13,21 +13,10 @@ PERP__INIT_WITH(perp_contact_settings, .tol = 1e-8)
 
 PERP__INIT(perp_contact_result)
 
-const char *perp_contact_mode_text(int32_t mode)
-{
-    static const char *const texts[] = {"separate", "stick", "slip", "lower", "upper"};
+PERP__WORDS(perp_contact_mode_text, "unknown mode", "separate", "stick", "slip", "lower", "upper")
 
-    return mode >= PERP_CONTACT_SEPARATE && mode <= PERP_CONTACT_UPPER ? texts[mode]
-                                                                       : "unknown mode";
-}
-
-const char *perp_contact_method_text(int32_t method)
-{
-    static const char *const texts[] = {"auto",   "sweep", "newton",  "lemke",
-                                        "polish", "admm",  "proximal"};
-
-    return method >= 0 && method <= PERP_CONTACT_METHOD_PROXIMAL ? texts[method] : "unknown method";
-}
+PERP__WORDS(perp_contact_method_text, "unknown method", "auto", "sweep", "newton", "lemke",
+            "polish", "admm", "proximal")
 
 int32_t perp__contact_method_named(int32_t method)
 {
@@ -37,18 +26,18 @@ int32_t perp__contact_method_named(int32_t method)
 static perp_status check_method(perp_context *context, const perp_contact_settings *own)
 {
     if (own->method == PERP_CONTACT_METHOD_POLISH)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.method is %d, which is only ever reported", (int)own->method);
+        return perp__refuse(context, "settings.method is %d, which is only ever reported",
+                            (int)own->method);
     if (own->cone < 0 || own->cone == 1 || own->cone == 2 || own->cone > PERP__CONTACT_MOST_EDGES)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
-                          (int)own->cone, (int)PERP__CONTACT_MOST_EDGES);
+        return perp__refuse(context, "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
+                            (int)own->cone, (int)PERP__CONTACT_MOST_EDGES);
     if (own->cone > 0 && own->method != PERP_CONTACT_METHOD_AUTO &&
         own->method != PERP_CONTACT_METHOD_LEMKE)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, a polyhedron, which the method %s can't take: use "
-                          "lemke or auto",
-                          (int)own->cone, perp_contact_method_text(own->method));
+        return perp__refuse(
+            context,
+            "settings.cone is %d, a polyhedron, which the method %s can't take: use "
+            "lemke or auto",
+            (int)own->cone, perp_contact_method_text(own->method));
     return PERP_OK;
 }
 

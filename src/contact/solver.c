@@ -115,10 +115,10 @@ static perp_status solve(perp_contact_solver *solver, int32_t other, const perp_
 {
     if (solver->entrance != other)
         return perp__contact_solve(solver, call);
-    return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                      "the solver was set up with %s: call perp_contact_solver_solve_%s",
-                      other == PERP__ENTRANCE_DELASSUS ? "W" : "dynamics",
-                      other == PERP__ENTRANCE_DELASSUS ? "delassus" : "dynamics");
+    return perp__refuse(solver->context,
+                        "the solver was set up with %s: call perp_contact_solver_solve_%s",
+                        other == PERP__ENTRANCE_DELASSUS ? "W" : "dynamics",
+                        other == PERP__ENTRANCE_DELASSUS ? "delassus" : "dynamics");
 }
 
 perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v, double *r,

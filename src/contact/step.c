@@ -189,8 +189,8 @@ static perp_status check_places(perp_context *context, const char *name, const i
         return PERP_OK;
     for (int32_t k = 0; k < count; k++)
         if (places[k] < 0 || places[k] >= most)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "step.%s[%d] is %d, expected 0 to %d",
-                              name, (int)k, (int)places[k], (int)most - 1);
+            return perp__refuse(context, "step.%s[%d] is %d, expected 0 to %d", name, (int)k,
+                                (int)places[k], (int)most - 1);
     return PERP_OK;
 }
 
@@ -256,9 +256,9 @@ static perp_status check_indices(perp_context *context, const perp_contact_step 
             check_places(context, lists[k].name, lists[k].places, lists[k].count, lists[k].most);
     for (int32_t i = 1; status == PERP_OK && i < s->n; i++)
         if (s->mass_diagonal[i] <= s->mass_diagonal[i - 1])
-            status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                                "step.mass_diagonal[%d] is %d, expected more than the one before",
-                                (int)i, (int)s->mass_diagonal[i]);
+            status = perp__refuse(context,
+                                  "step.mass_diagonal[%d] is %d, expected more than the one before",
+                                  (int)i, (int)s->mass_diagonal[i]);
     return status;
 }
 
@@ -268,8 +268,7 @@ static perp_status check_watches(perp_context *context, const perp_contact_step 
         const perp_contact_watch *w = &s->watches[k];
 
         if (w->count < 0 || w->bytes < 0 || w->offset < 0 || !w->at || (w->count > 0 && !w->seen))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "step.watches[%d] has a NULL or a number below 0", (int)k);
+            return perp__refuse(context, "step.watches[%d] has a NULL or a number below 0", (int)k);
     }
     return PERP_OK;
 }
@@ -284,16 +283,15 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
     if (s->n < 0 || s->rows < 0 || s->bilateral < 0 || s->contacts < 0 || s->M_entries < 0 ||
         s->H_entries < 0 || s->G_entries < 0 || s->gap_count < 0 || s->J_rows < 0 ||
         s->watch_count < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "step has a count below 0");
+        return perp__refuse(context, "step has a count below 0");
     if (!(s->h > 0.0 && s->h < INFINITY))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "step.h is %g, expected a time > 0", s->h);
+        return perp__refuse(context, "step.h is %g, expected a time > 0", s->h);
     if (s->shift && !(s->slop >= 0.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "step.slop is %g, expected a length >= 0",
-                          s->slop);
+        return perp__refuse(context, "step.slop is %g, expected a length >= 0", s->slop);
     if (s->by_rows &&
         ((int64_t)s->rows * s->n != s->H_entries || (int64_t)s->bilateral * s->n != s->G_entries))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "step.by_rows is set, but H_entries or G_entries are not rows times n");
+        return perp__refuse(context,
+                            "step.by_rows is set, but H_entries or G_entries are not rows times n");
     status =
         s->watch_count > 0 ? perp__check_pointer(context, "step.watches", s->watches) : PERP_OK;
     return status == PERP_OK ? check_watches(context, s) : status;
@@ -323,13 +321,12 @@ static perp_status check_sizes(const perp_contact_solver *solver, const perp_con
     };
 
     if (solver->entrance != PERP__ENTRANCE_DYNAMICS || !solver->dynamics.has_M)
-        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                          "the solver was not set up by perp_contact_solver_step with an M");
+        return perp__refuse(solver->context,
+                            "the solver was not set up by perp_contact_solver_step with an M");
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
         if (sizes[k].is != sizes[k].should)
-            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                              "step.%s is %d, but laws and dynamics have %d", sizes[k].name,
-                              (int)sizes[k].is, (int)sizes[k].should);
+            return perp__refuse(solver->context, "step.%s is %d, but laws and dynamics have %d",
+                                sizes[k].name, (int)sizes[k].is, (int)sizes[k].should);
     return PERP_OK;
 }
 

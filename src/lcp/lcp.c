@@ -113,13 +113,12 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
 /* Keeps a ray that stood the check. The last word on it comes after all attempts. */
 static void keep_ray(perp_lcp_solver *solver)
 {
-    double largest = 0.0;
+    double largest;
 
     solver->rays++;
     solver->best_certificate =
         perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
-    for (int32_t i = 0; i < solver->n; i++)
-        largest = fmax(largest, fabs(solver->z[i]));
+    largest = perp__largest(solver->z, solver->n);
     for (int32_t i = 0; i < solver->n; i++)
         solver->best_ray[i] = solver->z[i] / largest;
 }
@@ -332,9 +331,8 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     present(solver, step);
     slot = slot_of(solver, step->method);
     if (!slot)
-        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                          "settings.method %s cannot take this problem",
-                          perp_lcp_method_text(step->method));
+        return perp__refuse(solver->context, "settings.method %s cannot take this problem",
+                            perp_lcp_method_text(step->method));
     attempts = slot->method->attempts;
     status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
     PERP__THEN(status, perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
@@ -441,8 +439,8 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     perp_status status;
 
     if (!solver->setups)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "the solver has no problem yet: call perp_lcp_solver_setup first");
+        return perp__refuse(context,
+                            "the solver has no problem yet: call perp_lcp_solver_setup first");
     status = PERP__CHECK(perp_lcp_result, context, result);
     if (status == PERP_OK && solver->n > 0)
         status = perp__check_pointer(context, "z", z);

@@ -60,11 +60,6 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
     return PERP_OK;
 }
 
-void perp__polish_release(perp__polish *polish)
-{
-    perp__arena_release(&polish->arena);
-}
-
 static int32_t factor_dense(perp_lcp_solver *solver, int32_t count, double rho)
 {
     perp__polish *p = &solver->polish;

@@ -47,8 +47,9 @@ static void dense_from_csc(const perp__lcp_problem *problem, double sign, double
     }
 }
 
-PERP__KERNEL static void dense_from_columns_loops(const perp__lcp_problem *problem, double sign,
-                                                  double *dense, size_t ld)
+PERP__MULTIVERSION(dense_from_columns,
+                   (const perp__lcp_problem *problem, double sign, double *dense, size_t ld),
+                   (problem, sign, dense, ld))
 {
     const size_t n = (size_t)problem->n, stride = problem->M->column_stride;
     const double *restrict d = problem->factors;
@@ -62,9 +63,6 @@ PERP__KERNEL static void dense_from_columns_loops(const perp__lcp_problem *probl
             column[i] = from[i] * (d[i] * d_j);
     }
 }
-PERP__MULTIVERSION(dense_from_columns,
-                   (const perp__lcp_problem *problem, double sign, double *dense, size_t ld),
-                   (problem, sign, dense, ld))
 
 /* column[i] := row[i stride] (d_i d_j), i < count. */
 static inline void scale_strip(const double *row, size_t stride, const double *d, double d_j,

@@ -15,13 +15,8 @@ PERP__INIT_WITH(perp_lcp_settings, .tol = 1e-10, .relaxation = 1.0, .scaling = 1
 
 PERP__INIT(perp_lcp_result)
 
-const char *perp_lcp_method_text(int32_t method)
-{
-    static const char *const texts[] = {"auto",   "lemke",      "pgs",     "fischer",
-                                        "polish", "active_set", "patterns"};
-
-    return method >= 0 && method <= PERP_LCP_PATTERNS ? texts[method] : "unknown method";
-}
+PERP__WORDS(perp_lcp_method_text, "unknown method", "auto", "lemke", "pgs", "fischer", "polish",
+            "active_set", "patterns")
 
 static const perp__field fields[] = {
     PERP__INTEGER(perp_lcp_settings, method, 0, PERP_LCP_ACTIVE_SET),
@@ -42,8 +37,8 @@ static perp_status check_method(perp_context *context, const perp_lcp_settings *
 {
     if (read->method != PERP_LCP_POLISH && read->method != PERP_LCP_PATTERNS)
         return PERP_OK;
-    return perp__fail(context, PERP_ERROR_ARGUMENT,
-                      "settings.method is %d, which is only ever reported", (int)read->method);
+    return perp__refuse(context, "settings.method is %d, which is only ever reported",
+                        (int)read->method);
 }
 
 PERP__SETTINGS_READER(perp__lcp_settings_read, perp_lcp_settings, fields,
@@ -61,7 +56,7 @@ static void release(void *object)
 
     for (int32_t k = 0; k < PERP__METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
-    perp__polish_release(&solver->polish);
+    perp__arena_release(&solver->polish.arena);
     perp__last_word_release(solver);
     perp__workspace_release(&solver->apart, perp__apart_release);
     perp__sparse_block_release(&solver->block);
@@ -117,8 +112,8 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
     perp_status status = perp__matrix_read(context, "M", own, M);
 
     if (status == PERP_OK && own->rows != own->columns)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected a square matrix",
-                            (int)own->rows, (int)own->columns);
+        status = perp__refuse(context, "M is %d by %d, expected a square matrix", (int)own->rows,
+                              (int)own->columns);
     PERP__THEN(status, perp__check_bounds(context, lower, upper, (size_t)own->rows));
     return status;
 }

@@ -220,8 +220,6 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
  * _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
 
-void perp__polish_release(perp__polish *polish);
-
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left
  * there instead, proves that no z >= l has M z + q >= 0. */

@@ -166,10 +166,7 @@ static void solve_kernel(perp__basis *basis, int32_t transposed)
     }
     for (int32_t c = 0; c < basis->kernel; c++)
         basis->wide[basis->active[c]] = p->sign[basis->position_of[c]] * basis->part[c];
-    if (transposed)
-        perp__sparse_block_solve_transposed(p->block, basis->wide);
-    else
-        perp__sparse_block_solve(p->block, basis->wide);
+    perp__sparse_block_solve(p->block, basis->wide, transposed);
     for (int32_t c = 0; c < basis->kernel; c++)
         basis->part[c] = -p->sign[basis->position_of[c]] * basis->wide[basis->active[c]];
 }

@@ -96,8 +96,9 @@ static void by_rows(const perp__matrix *M, const double *x, double *high, double
         k->add_row((size_t)M->columns, M->values + (size_t)i * M->row_stride, x, high + i, low + i);
 }
 
-PERP__KERNEL static void by_sparse_columns_loops(const perp__matrix *M, const double *x,
-                                                 double *high, double *low)
+PERP__MULTIVERSION(by_sparse_columns,
+                   (const perp__matrix *M, const double *x, double *high, double *low),
+                   (M, x, high, low))
 {
     for (int32_t j = 0; j < M->columns; j++) {
         const double factor = x[j];
@@ -111,12 +112,10 @@ PERP__KERNEL static void by_sparse_columns_loops(const perp__matrix *M, const do
         }
     }
 }
-PERP__MULTIVERSION(by_sparse_columns,
-                   (const perp__matrix *M, const double *x, double *high, double *low),
-                   (M, x, high, low))
 
 /* One pair for one value: |low| <= ulp(high) / 2. */
-PERP__KERNEL static void join_loops(size_t rows, double *restrict high, double *restrict low)
+PERP__MULTIVERSION(join, (size_t rows, double *restrict high, double *restrict low),
+                   (rows, high, low))
 {
     for (size_t i = 0; i < rows; i++) {
         const double sum = high[i] + low[i];
@@ -128,7 +127,6 @@ PERP__KERNEL static void join_loops(size_t rows, double *restrict high, double *
         low[i] = is_finite ? rest : 0.0;
     }
 }
-PERP__MULTIVERSION(join, (size_t rows, double *high, double *low), (rows, high, low))
 
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low)

@@ -32,10 +32,9 @@ double *perp__held_rows_next(const perp__held_rows *held)
 
 void perp__held_rows_take(perp__held_rows *held, double target)
 {
-    double *row = perp__held_rows_next(held), largest = 0.0, length;
+    double *row = perp__held_rows_next(held), length;
+    const double largest = perp__largest(row, held->n);
 
-    for (int32_t i = 0; i < held->n; i++)
-        largest = fmax(largest, fabs(row[i]));
     if (largest == 0.0)
         return;
     for (int32_t i = 0; i < held->n; i++) /* squares must not leave the range of doubles */

@@ -83,18 +83,17 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     size_t stride, k;
 
     if (M->column_starts || M->row_indices)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is dense but %s.%s is not NULL", name,
-                          name, M->column_starts ? "column_starts" : "row_indices");
+        return perp__refuse(context, "%s is dense but %s.%s is not NULL", name, name,
+                            M->column_starts ? "column_starts" : "row_indices");
     if (M->leading_dimension < (length > 1 ? length : 1))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "%s.leading_dimension is %lld, at least %d expected", name,
-                          (long long)M->leading_dimension, (int)(length > 1 ? length : 1));
+        return perp__refuse(context, "%s.leading_dimension is %lld, at least %d expected", name,
+                            (long long)M->leading_dimension, (int)(length > 1 ? length : 1));
     /* the array must fit the address space, or products of indices would wrap round */
     if (lines > 0 && (uint64_t)M->leading_dimension > SIZE_MAX / 2 / sizeof(double) / (size_t)lines)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.leading_dimension is %lld, too large",
-                          name, (long long)M->leading_dimension);
+        return perp__refuse(context, "%s.leading_dimension is %lld, too large", name,
+                            (long long)M->leading_dimension);
     if (lines > 0 && length > 0 && !M->values)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
+        return perp__refuse(context, "%s.values is NULL", name);
     stride = (size_t)M->leading_dimension;
     for (size_t line = 0; line < (size_t)lines && length > 0; line++) {
         const double *values = M->values + line * stride;
@@ -118,15 +117,14 @@ static perp_status check_column(perp_context *context, const char *name, const p
 
     for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
         if (rows[k] < 0 || rows[k] >= M->rows)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.row_indices[%d] = %d in column %d is outside 0 .. %d", name,
-                              (int)k, (int)rows[k], (int)j, (int)M->rows - 1);
+            return perp__refuse(context, "%s.row_indices[%d] = %d in column %d is outside 0 .. %d",
+                                name, (int)k, (int)rows[k], (int)j, (int)M->rows - 1);
         if (k > M->column_starts[j] && rows[k] <= rows[k - 1])
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.row_indices[%d] = %d is not above %s.row_indices[%d] = %d in "
-                              "column %d",
-                              name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1],
-                              (int)j);
+            return perp__refuse(context,
+                                "%s.row_indices[%d] = %d is not above %s.row_indices[%d] = %d in "
+                                "column %d",
+                                name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1],
+                                (int)j);
         if (M->values && !isfinite(M->values[k]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%d,%d) = %s.values[%d] is %s",
                               name, (int)rows[k], (int)j, name, (int)k, text_of(M->values[k]));
@@ -140,15 +138,14 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
     perp_status status = PERP_OK;
 
     if (starts[0] != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
-                          name, (int)starts[0]);
+        return perp__refuse(context, "%s.column_starts[0] is %d, 0 expected", name, (int)starts[0]);
     for (int32_t j = 0; j < M->columns; j++)
         if (starts[j + 1] < starts[j])
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
-                              (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
+            return perp__refuse(context,
+                                "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d",
+                                name, (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
     if (starts[M->columns] > 0 && !M->row_indices)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.row_indices is NULL", name);
+        return perp__refuse(context, "%s.row_indices is NULL", name);
     for (int32_t j = 0; j < M->columns && status == PERP_OK; j++)
         status = check_column(context, name, M, j);
     return status;
@@ -160,38 +157,34 @@ static perp_status read_csc(perp_context *context, const char *name, perp__matri
     read->row_stride = 1;
     read->column_stride = 1;
     if (!M->column_starts && M->columns > 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts is NULL", name);
+        return perp__refuse(context, "%s.column_starts is NULL", name);
     if (!M->column_starts) /* no columns: as good as a dense matrix of no entries */
         return PERP_OK;
     read->column_starts = M->column_starts;
     read->row_indices = M->row_indices;
     if (M->column_starts[M->columns] > 0 && M->row_indices && !M->values)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
+        return perp__refuse(context, "%s.values is NULL", name);
     return perp__matrix_check_csc(context, name, read);
 }
 
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
                               const perp_matrix *caller)
 {
-    perp_matrix M;
-    perp__matrix read;
+    perp_matrix M = {0};
+    perp__matrix read = {0};
     perp_status status = perp__check_pointer(context, name, caller);
 
-    memset(&M, 0, sizeof M);
     PERP__THEN(status,
                perp__struct_read(context, name, &M, sizeof M, caller, PERP__FIRST(perp_matrix)));
     if (status != PERP_OK)
         return status;
     if (M.storage < PERP_STORAGE_COLUMN_MAJOR || M.storage > PERP_STORAGE_CSC)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.storage is %d, not a storage", name,
-                          (int)M.storage);
+        return perp__refuse(context, "%s.storage is %d, not a storage", name, (int)M.storage);
     if (M.rows < 0 || M.columns < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is %d", name,
-                          M.rows < 0 ? "rows" : "columns", (int)(M.rows < 0 ? M.rows : M.columns));
+        return perp__refuse(context, "%s.%s is %d", name, M.rows < 0 ? "rows" : "columns",
+                            (int)(M.rows < 0 ? M.rows : M.columns));
     if (M.reserved != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.reserved is %d, 0 expected", name,
-                          (int)M.reserved);
-    memset(&read, 0, sizeof read);
+        return perp__refuse(context, "%s.reserved is %d, 0 expected", name, (int)M.reserved);
     read.rows = M.rows;
     read.columns = M.columns;
     read.values = M.values;
@@ -209,8 +202,8 @@ perp_status perp__matrix_read_sized(perp_context *context, const char *name, per
 
     if (status != PERP_OK || (own->rows == rows && own->columns == columns))
         return status;
-    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d", name,
-                      (int)own->rows, (int)own->columns, (int)rows, (int)columns);
+    return perp__refuse(context, "%s is %d by %d, expected %d by %d", name, (int)own->rows,
+                        (int)own->columns, (int)rows, (int)columns);
 }
 
 void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride)

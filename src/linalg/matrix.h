@@ -4,6 +4,7 @@
 
 #include <perp/matrix.h>
 
+#include <math.h>
 #include <string.h>
 
 /* Dense entry (i,j) is values[i * row_stride + j * column_stride], one of the strides being 1; CSC
@@ -66,6 +67,16 @@ static inline double perp__dot(const double *x, const double *y, int32_t n)
     for (int32_t i = 0; i < n; i++)
         sum += x[i] * y[i];
     return sum;
+}
+
+/* max |x_i|; what is no number does not count. */
+static inline double perp__largest(const double *x, int32_t n)
+{
+    double largest = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        largest = fmax(largest, fabs(x[i]));
+    return largest;
 }
 
 /* to := from, where to is not NULL: nobody asked. Of none from may be NULL, unlike memcpy's. */

@@ -30,7 +30,7 @@ typedef struct perp__level {
     int32_t active_count;
     int32_t *own_starts, *own_rows; /* memory of what is const above */
     double *own_values;
-    size_t entries, p_entries;
+    size_t entries;
     perp__arena arena, transfer_arena, matrix_arena;
 } perp__level;
 
@@ -43,11 +43,10 @@ typedef struct perp__multigrid {
     double *sums;                                 /* n: a row of a product; zero between uses */
     int32_t *marks;                               /* n */
     double *direction, *product, *preconditioned; /* n */
+    double *ones;                                 /* n */
     perp__arena arena;
     perp__matrix bottom_matrix; /* the last level as the factorisation sees it */
     perp__sparse_cholesky bottom;
-    double *ones;
-    perp__arena bottom_arena;
 } perp__multigrid;
 
 void perp__multigrid_release(perp__multigrid *grid);

@@ -1,6 +1,5 @@
 /* The levels of the hierarchy: aggregates, prolongation, coarse matrices. */
 #include <math.h>
-#include <string.h>
 
 #include "base/context.h"
 #include "linalg/multigrid.h"
@@ -11,6 +10,7 @@
 #define PERP__FEW_SWEEPS 2
 #define PERP__MANY_SWEEPS 10
 
+/* S_ij < 0 and S_ij^2 > threshold^2 S_ii S_jj */
 static int32_t is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k)
 {
     const int32_t j = level->rows[k];
@@ -113,15 +113,6 @@ static void join_aggregates(perp__level *level, double threshold)
             aggregate[i] = -2 - aggregate[i];
 }
 
-/* Fills level->aggregate and level->coarse. Rows are coupled if S_ij < 0 and S_ij^2 > threshold^2
- * S_ii S_jj. */
-static void form_aggregates(perp__level *level, double threshold)
-{
-    level->coarse = 0;
-    start_aggregates(level, threshold);
-    join_aggregates(level, threshold);
-}
-
 /* ---- memory ---- */
 
 #define PERP__COARSEST 100      /* rows: from here on a factorisation costs next to nothing */
@@ -137,7 +128,6 @@ void perp__multigrid_release(perp__multigrid *grid)
         perp__arena_release(&grid->level[k].matrix_arena);
     }
     perp__sparse_cholesky_release(&grid->bottom);
-    perp__arena_release(&grid->bottom_arena);
     perp__arena_release(&grid->arena);
     grid->levels = 0;
 }
@@ -147,15 +137,9 @@ static void layout(perp__arena *arena, void *object)
     perp__multigrid *grid = object;
     const size_t n = (size_t)grid->level[0].n;
 
-    PERP__DOUBLES(arena, n, &grid->sums, &grid->direction, &grid->product, &grid->preconditioned);
+    PERP__DOUBLES(arena, n, &grid->sums, &grid->direction, &grid->product, &grid->preconditioned,
+                  &grid->ones);
     grid->marks = perp__arena_take(arena, n, sizeof(int32_t));
-}
-
-static void layout_bottom(perp__arena *arena, void *object)
-{
-    perp__multigrid *grid = object;
-
-    grid->ones = perp__arena_take(arena, (size_t)grid->bottom_matrix.columns, sizeof(double));
 }
 
 static void layout_level(perp__arena *arena, void *object)
@@ -170,12 +154,13 @@ static void layout_level(perp__arena *arena, void *object)
     level->inside = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
+/* A row of P has no more entries than that of S. */
 static void layout_transfer(perp__arena *arena, void *object)
 {
     perp__level *level = object;
 
-    PERP__INTEGERS(arena, level->p_entries, &level->p_columns, &level->r_rows);
-    PERP__DOUBLES(arena, level->p_entries, &level->p_values, &level->r_values);
+    PERP__INTEGERS(arena, level->entries, &level->p_columns, &level->r_rows);
+    PERP__DOUBLES(arena, level->entries, &level->p_values, &level->r_values);
     level->r_starts = perp__arena_take(arena, (size_t)level->coarse + 1, sizeof(int32_t));
 }
 
@@ -238,56 +223,48 @@ static double filtered_diagonal(const perp__level *fine, double threshold, int32
     return fmax(diagonal + weak / t[i], 0.1 * diagonal);
 }
 
-/* Where column a of P stands in the row that begins at `start`; a new entry if it is not there. */
-static int32_t place_of(const perp__level *fine, int32_t a, int32_t start, int32_t *end,
-                        int32_t *marks, int32_t writes)
+/* The entry of P in column a of the row that begins at `start`; a new one if there is none. */
+static double *value_of(const perp__level *fine, int32_t a, int32_t start, int32_t *end,
+                        int32_t *marks)
 {
     if (marks[a] < start) {
         marks[a] = (*end)++;
-        if (writes) {
-            fine->p_columns[marks[a]] = a;
-            fine->p_values[marks[a]] = 0.0;
-        }
+        fine->p_columns[marks[a]] = a;
+        fine->p_values[marks[a]] = 0.0;
     }
-    return marks[a];
+    return &fine->p_values[marks[a]];
 }
 
 /* Row i of P = (I - 2/3 diag(F)^-1 F) P0, a damped Jacobi sweep on the aggregates' shares of t.
- * Without `writes` it only counts. Returns where the row ends. */
+ * Returns where the row ends. */
 static int32_t prolongation_row(const perp__level *fine, const double *coarse_null,
-                                double threshold, int32_t i, int32_t *marks, int32_t writes)
+                                double threshold, int32_t i, int32_t *marks)
 {
     const double *t = fine->near_null;
-    const int32_t start = fine->p_starts[i];
+    const int32_t start = fine->p_starts[i], own = fine->aggregate[i];
     const double damping = PERP__DAMPING / filtered_diagonal(fine, threshold, i);
-    int32_t end = start, k, place;
+    int32_t end = start;
 
-    if (fine->aggregate[i] >= 0) {
-        place = place_of(fine, fine->aggregate[i], start, &end, marks, writes);
-        if (writes)
-            fine->p_values[place] = (1.0 - PERP__DAMPING) * t[i] / coarse_null[fine->aggregate[i]];
-    }
-    for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+    if (own >= 0)
+        *value_of(fine, own, start, &end, marks) = (1.0 - PERP__DAMPING) * t[i] / coarse_null[own];
+    for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
         const int32_t j = fine->rows[k], a = fine->aggregate[j];
 
-        if (a < 0 || !is_coupled(fine, threshold, i, k))
-            continue;
-        place = place_of(fine, a, start, &end, marks, writes);
-        if (writes)
-            fine->p_values[place] -= damping * fine->values[k] * t[j] / coarse_null[a];
+        if (a >= 0 && is_coupled(fine, threshold, i, k))
+            *value_of(fine, a, start, &end, marks) -=
+                damping * fine->values[k] * t[j] / coarse_null[a];
     }
     return end;
 }
 
 static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const double *coarse_null,
-                              double threshold, int32_t writes)
+                              double threshold)
 {
     for (int32_t i = 0; i < fine->coarse; i++)
         grid->marks[i] = -1;
     fine->p_starts[0] = 0;
     for (int32_t i = 0; i < fine->n; i++)
-        fine->p_starts[i + 1] =
-            prolongation_row(fine, coarse_null, threshold, i, grid->marks, writes);
+        fine->p_starts[i + 1] = prolongation_row(fine, coarse_null, threshold, i, grid->marks);
 }
 
 static void transpose(perp__level *fine)
@@ -365,14 +342,12 @@ static size_t coarse_pattern(const perp__level *fine, const perp__level *coarse,
 static perp_status make_transfer(perp__multigrid *grid, perp__level *fine,
                                  const perp__level *coarse, double threshold)
 {
-    perp_status status;
+    const perp_status status =
+        perp__arena_fit(&fine->transfer_arena, grid->context, layout_transfer, fine);
 
-    fill_prolongation(grid, fine, coarse->near_null, threshold, 0);
-    fine->p_entries = (size_t)fine->p_starts[fine->n];
-    status = perp__arena_fit(&fine->transfer_arena, grid->context, layout_transfer, fine);
     if (status != PERP_OK)
         return status;
-    fill_prolongation(grid, fine, coarse->near_null, threshold, 1);
+    fill_prolongation(grid, fine, coarse->near_null, threshold);
     transpose(fine);
     return PERP_OK;
 }
@@ -406,7 +381,8 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     fine->coarse = 0;
     if (fine->n <= PERP__COARSEST || k + 1 == PERP__LEVELS)
         return PERP_OK;
-    form_aggregates(fine, threshold);
+    start_aggregates(fine, threshold);
+    join_aggregates(fine, threshold);
     if (fine->coarse > PERP__SLOWEST * fine->n)
         fine->coarse = 0;
     if (fine->coarse == 0)
@@ -424,18 +400,15 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
 static perp_status make_bottom(perp__multigrid *grid)
 {
     const perp__level *level = &grid->level[grid->levels - 1];
-    const perp__matrix M = {level->n, level->n, 0, 0, level->values, level->starts, level->rows};
-    perp_status status;
 
-    grid->bottom_matrix = M;
-    status = perp__arena_fit(&grid->bottom_arena, grid->context, layout_bottom, grid);
-    for (int32_t i = 0; i < level->n && status == PERP_OK; i++) {
+    grid->bottom_matrix =
+        (perp__matrix){level->n, level->n, 0, 0, level->values, level->starts, level->rows};
+    for (int32_t i = 0; i < level->n; i++) {
         grid->ones[i] = 1.0;
         level->active[i] = i;
     }
-    return status == PERP_OK ? perp__sparse_cholesky_analyse(&grid->bottom, grid->context,
-                                                             &grid->bottom_matrix, grid->ones)
-                             : status;
+    return perp__sparse_cholesky_analyse(&grid->bottom, grid->context, &grid->bottom_matrix,
+                                         grid->ones);
 }
 
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)
@@ -443,7 +416,6 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
     perp_status status = read_finest(grid, M, scale);
     int32_t k = 0;
 
-    grid->levels = 0;
     if (status == PERP_OK)
         find_near_null(&grid->level[0]);
     while (status == PERP_OK) {
@@ -452,13 +424,10 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
             break;
         k++;
     }
-    if (status == PERP_OK && k > 0) {
-        grid->levels = k + 1;
+    grid->levels = k + 1;
+    if (status == PERP_OK && k > 0)
         status = make_bottom(grid);
-    }
     if (status != PERP_OK)
         grid->levels = 0;
-    else
-        grid->levels = k + 1;
     return status;
 }

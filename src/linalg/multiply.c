@@ -12,8 +12,9 @@
 
 enum { LANES = 8 };
 
-PERP__KERNEL static void add_4_columns_loops(size_t rows, const double *const *a, const double *x,
-                                             double *restrict y)
+PERP__MULTIVERSION(add_4_columns,
+                   (size_t rows, const double *const *a, const double *x, double *restrict y),
+                   (rows, a, x, y))
 {
     const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
     const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
@@ -21,10 +22,8 @@ PERP__KERNEL static void add_4_columns_loops(size_t rows, const double *const *a
     for (size_t i = 0; i < rows; i++)
         y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
 }
-PERP__MULTIVERSION(add_4_columns, (size_t rows, const double *const *a, const double *x, double *y),
-                   (rows, a, x, y))
 
-PERP__KERNEL static void by_rows_loops(const perp__matrix *M, const double *x, double *y)
+PERP__MULTIVERSION(by_rows, (const perp__matrix *M, const double *x, double *y), (M, x, y))
 {
     const size_t columns = (size_t)M->columns;
     const size_t whole = columns - columns % LANES;
@@ -42,7 +41,6 @@ PERP__KERNEL static void by_rows_loops(const perp__matrix *M, const double *x, d
                ((sums[4] + sums[5]) + (sums[6] + sums[7]));
     }
 }
-PERP__MULTIVERSION(by_rows, (const perp__matrix *M, const double *x, double *y), (M, x, y))
 
 /* Columns of zeros in x cost nothing. */
 static void by_columns(const perp__matrix *M, const double *x, double *y)
@@ -141,17 +139,16 @@ PERP__KERNEL static double scaled(double value, int32_t a, int32_t b)
     return fabs(value) * power;
 }
 
-PERP__KERNEL static void add_norms_loops(int32_t rows, const double *a, const int32_t *e,
-                                         int32_t e_j, double *restrict sums)
+PERP__MULTIVERSION(add_norms,
+                   (int32_t rows, const double *a, const int32_t *e, int32_t e_j,
+                    double *restrict sums),
+                   (rows, a, e, e_j, sums))
 {
     for (int32_t i = 0; i < rows; i++)
         sums[i] += scaled(a[i], e[i], e_j);
 }
-PERP__MULTIVERSION(add_norms,
-                   (int32_t rows, const double *a, const int32_t *e, int32_t e_j, double *sums),
-                   (rows, a, e, e_j, sums))
 
-PERP__KERNEL static void row_norms_loops(const perp__matrix *M, const int32_t *e, double *sums)
+PERP__MULTIVERSION(row_norms, (const perp__matrix *M, const int32_t *e, double *sums), (M, e, sums))
 {
     int32_t j;
 
@@ -167,7 +164,6 @@ PERP__KERNEL static void row_norms_loops(const perp__matrix *M, const int32_t *e
         sums[i] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
     }
 }
-PERP__MULTIVERSION(row_norms, (const perp__matrix *M, const int32_t *e, double *sums), (M, e, sums))
 
 static void sparse_row_norms(const perp__matrix *M, const int32_t *e, double *sums)
 {

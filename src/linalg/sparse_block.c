@@ -329,7 +329,7 @@ perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int3
     return status;
 }
 
-static void solve(perp__sparse_block *block, double *x, int32_t transposed)
+void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
     if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
         perp__sparse_cholesky_solve(&block->cholesky, x);
@@ -345,16 +345,6 @@ static void solve(perp__sparse_block *block, double *x, int32_t transposed)
         perp__tridiagonal_solve(&block->tridiagonal, block->x);
     for (int32_t k = 0; k < block->count; k++)
         x[block->active[k]] = block->x[k];
-}
-
-void perp__sparse_block_solve(perp__sparse_block *block, double *x)
-{
-    solve(block, x, 0);
-}
-
-void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x)
-{
-    solve(block, x, 1);
 }
 
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
@@ -401,7 +391,7 @@ perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *
         status = factor(block);
     }
     if (status == PERP_OK)
-        solve(block, x, 0);
+        perp__sparse_block_solve(block, x, 0);
     return status;
 }
 

@@ -70,11 +70,9 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
 perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int32_t *active,
                                            int32_t count, const double *weights);
 
-/* x_A := (S_AA + rho I)^-1 x_A in the n-vector x, whose other entries are not looked at. */
-void perp__sparse_block_solve(perp__sparse_block *block, double *x);
-
-/* The same with the transposed block. */
-void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x);
+/* x_A := (S_AA + rho I)^-1 x_A, or with the transposed block, in the n-vector x, whose other
+ * entries are not looked at. */
+void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed);
 
 /* As perp__sparse_block_factor with rho = 0, for rough solves only: large blocks that multigrid
  * serves are not factored. */

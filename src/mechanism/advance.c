@@ -7,24 +7,11 @@
 #include "base/clock.h"
 #include "base/context.h"
 
-static const char *const scheme_texts[] = {"frozen", "implicit", "theta"};
-static const char *const law_texts[] = {"moreau", "newton", "poisson"};
-static const char *const select_texts[] = {"any", "nearest", "freest"};
+PERP__WORDS(perp_mechanism_scheme_text, "unknown scheme", "frozen", "implicit", "theta")
 
-const char *perp_mechanism_scheme_text(int32_t scheme)
-{
-    return scheme >= 0 && scheme < 3 ? scheme_texts[scheme] : "unknown scheme";
-}
+PERP__WORDS(perp_mechanism_law_text, "unknown law", "moreau", "newton", "poisson")
 
-const char *perp_mechanism_law_text(int32_t law)
-{
-    return law >= 0 && law < 3 ? law_texts[law] : "unknown law";
-}
-
-const char *perp_mechanism_select_text(int32_t select)
-{
-    return select >= 0 && select < 3 ? select_texts[select] : "unknown selection";
-}
+PERP__WORDS(perp_mechanism_select_text, "unknown selection", "any", "nearest", "freest")
 
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v)
@@ -41,7 +28,7 @@ perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *fr
 
     if (status != PERP_OK || (from->h > 0.0 && isfinite(from->h)))
         return status;
-    return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", from->h);
+    return perp__refuse(m->context, "h is %g, expected a length > 0", from->h);
 }
 
 perp_status perp__mechanism_check_outputs(perp_mechanism *m, const double *q, const double *v)

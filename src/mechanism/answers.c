@@ -158,8 +158,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary,
     PERP__THEN(status, perp__mechanism_check_start(m, from));
     PERP__THEN(status, perp__evaluate_all(m, &m->begin, from->t, from->q, from->v));
     if (status == PERP__OUTSIDE)
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                            "q0 is outside of what the mechanism is defined for");
+        status = perp__refuse(m->context, "q0 is outside of what the mechanism is defined for");
     if (status != PERP_OK)
         return status;
     perp__prepare_step(m, from);

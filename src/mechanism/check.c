@@ -277,8 +277,7 @@ static perp_status check(perp_mechanism *m, perp_mechanism_check_result *result,
     for (int32_t column = 0; column <= m->n && status == PERP_OK; column++)
         status = differ(a, column);
     if (status == PERP__OUTSIDE)
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                            "q is outside of what the mechanism is defined for");
+        status = perp__refuse(m->context, "q is outside of what the mechanism is defined for");
     if (status == PERP_OK) {
         judge(a);
         *result = a->result;

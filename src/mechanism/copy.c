@@ -32,16 +32,15 @@ perp_status perp__check_inertia(perp_context *context, const char *name, int32_t
             if (!(fabs(A[i + size * j] - A[j + size * i]) <=
                   1e-12 * (fabs(A[i + size * j]) + fabs(A[j + size * i])) +
                       1e-15 * sqrt(fabs(A[i + size * i] * A[j + size * j]))))
-                return perp__fail(context, PERP_ERROR_ARGUMENT,
-                                  "%s is not symmetric: entry (%zu, %zu) is %g, its mirror %g",
-                                  name, i, j, A[i + size * j], A[j + size * i]);
+                return perp__refuse(context,
+                                    "%s is not symmetric: entry (%zu, %zu) is %g, its mirror %g",
+                                    name, i, j, A[i + size * j], A[j + size * i]);
     if (factor != A)
         memcpy(factor, A, size * size * sizeof *factor);
     failed = perp__cholesky_factor(n, factor, n);
     if (failed != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "%s is not positive definite (leading block of %d rows)", name,
-                          (int)failed);
+        return perp__refuse(context, "%s is not positive definite (leading block of %d rows)", name,
+                            (int)failed);
     return PERP_OK;
 }
 
@@ -69,11 +68,10 @@ perp_status perp__copy_coefficients(perp_context *context, int32_t n, double *mu
                                          from->mu_static ? from->mu_static : from->mu));
     for (int32_t i = 0; i < n && status == PERP_OK; i++) {
         if (mu[i] < 0.0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)i,
-                              mu[i]);
+            return perp__refuse(context, "mu[%d] is %g, negative", (int)i, mu[i]);
         if (mu_static[i] < mu[i])
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "mu_static[%d] = %g < mu[%d] = %g",
-                              (int)i, mu_static[i], (int)i, mu[i]);
+            return perp__refuse(context, "mu_static[%d] = %g < mu[%d] = %g", (int)i, mu_static[i],
+                                (int)i, mu[i]);
     }
     return status;
 }
@@ -81,10 +79,8 @@ perp_status perp__copy_coefficients(perp_context *context, int32_t n, double *mu
 perp_status perp__check_compliance(perp_context *context, double stiffness, double damping)
 {
     if (!(stiffness > 0.0 && isfinite(stiffness)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "stiffness is %g, expected a positive number", stiffness);
+        return perp__refuse(context, "stiffness is %g, expected a positive number", stiffness);
     if (!(damping >= 0.0 && isfinite(damping)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "damping is %g, expected a number >= 0",
-                          damping);
+        return perp__refuse(context, "damping is %g, expected a number >= 0", damping);
     return PERP_OK;
 }

@@ -40,9 +40,8 @@ static perp_status check_all(perp_mechanism *m, perp_status status, const filled
         status = check(m, list[k].name, list[k].x, list[k].count);
         for (size_t i = 0; i < list[k].count && list[k].is_size && status == PERP_OK; i++)
             if (list[k].x[i] < 0.0)
-                status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                                    "%s[%zu] of its callback is %g, negative", list[k].name, i,
-                                    list[k].x[i]);
+                status = perp__refuse(m->context, "%s[%zu] of its callback is %g, negative",
+                                      list[k].name, i, list[k].x[i]);
     }
     return status;
 }
@@ -119,8 +118,8 @@ static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, doub
             for (i = 0; i < n && normal[i] == 0.0; i++)
                 ;
             if (i == n)
-                status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                                    "H of its callback: the normal of contact %d is zero", (int)j);
+                status = perp__refuse(
+                    m->context, "H of its callback: the normal of contact %d is zero", (int)j);
         }
     take_constraints(m, terms);
     return status;

@@ -45,8 +45,8 @@ static perp_status check_cone(perp_context *context, int32_t cone)
 {
     if (cone == 0 || (cone >= 3 && cone <= MOST_DIRECTIONS))
         return PERP_OK;
-    return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.cone is %d, expected 0 or 3 to %d",
-                      (int)cone, MOST_DIRECTIONS);
+    return perp__refuse(context, "settings.cone is %d, expected 0 or 3 to %d", (int)cone,
+                        MOST_DIRECTIONS);
 }
 
 PERP__SETTINGS_READER(perp__mechanism_settings_read, perp_mechanism_settings, settings_fields,
@@ -82,28 +82,25 @@ static perp_status check_dimensions(perp_context *context, const perp_mechanism_
                                     .two_sided = model->two_sided};
 
     if (!model->dims && (model->dim < 1 || model->dim > (model->two_sided ? 5 : 3)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "model.dim is %d, expected 1, 2 or 3",
-                          (int)model->dim);
+        return perp__refuse(context, "model.dim is %d, expected 1, 2 or 3", (int)model->dim);
     return perp__contact_check_dims(context, "model", &laws);
 }
 
 static perp_status check_callbacks(perp_context *context, const perp_mechanism_model *model)
 {
     if (model->contacts > 0 && !model->contact_rows)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "model.contact_rows is NULL, and there are %d contacts",
-                          (int)model->contacts);
+        return perp__refuse(context, "model.contact_rows is NULL, and there are %d contacts",
+                            (int)model->contacts);
     if (model->bilateral > 0 && !model->bilateral_rows)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "model.bilateral_rows is NULL, and there are %d bilateral rows",
-                          (int)model->bilateral);
+        return perp__refuse(context,
+                            "model.bilateral_rows is NULL, and there are %d bilateral rows",
+                            (int)model->bilateral);
     if (model->dry > 0 && !model->dry_rows)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "model.dry_rows is NULL, and there are %d dry groups", (int)model->dry);
+        return perp__refuse(context, "model.dry_rows is NULL, and there are %d dry groups",
+                            (int)model->dry);
     if (model->coordinates != 0 && model->coordinates != model->velocities && !model->kinematics)
-        return perp__fail(
-            context, PERP_ERROR_ARGUMENT,
-            "model.kinematics is NULL, and there are %d coordinates for %d velocities",
+        return perp__refuse(
+            context, "model.kinematics is NULL, and there are %d coordinates for %d velocities",
             (int)model->coordinates, (int)model->velocities);
     return PERP_OK;
 }
@@ -125,29 +122,28 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
                 perp__check_finite(context, lists[k].name, lists[k].x, (size_t)model->contacts);
         for (int32_t j = 0; j < model->contacts && lists[k].x && status == PERP_OK; j++)
             if (lists[k].x[j] < 0.0)
-                status = perp__fail(context, PERP_ERROR_ARGUMENT, "%s[%d] is %g, negative",
-                                    lists[k].name, (int)j, lists[k].x[j]);
+                status = perp__refuse(context, "%s[%d] is %g, negative", lists[k].name, (int)j,
+                                      lists[k].x[j]);
     }
     for (int32_t j = 0; j < model->contacts && status == PERP_OK; j++) {
         const double mu = model->mu ? model->mu[j] : 0.0;
 
         if (model->mu_static && model->mu_static[j] < mu)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.mu_static[%d] = %g < mu[%d] = %g", (int)j, model->mu_static[j],
-                              (int)j, mu);
+            return perp__refuse(context, "model.mu_static[%d] = %g < mu[%d] = %g", (int)j,
+                                model->mu_static[j], (int)j, mu);
         if (dim_of(model, j) == 1 && (mu > 0.0 || (model->mu_static && model->mu_static[j] > 0.0)))
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.%s[%d] is %g, but contact %d has no tangents (dimension 1): "
-                              "no friction",
-                              mu > 0.0 ? "mu" : "mu_static", (int)j,
-                              mu > 0.0 ? mu : model->mu_static[j], (int)j);
+            return perp__refuse(context,
+                                "model.%s[%d] is %g, but contact %d has no tangents (dimension 1): "
+                                "no friction",
+                                mu > 0.0 ? "mu" : "mu_static", (int)j,
+                                mu > 0.0 ? mu : model->mu_static[j], (int)j);
         if (model->restitution && model->restitution[j] > 1.0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "model.restitution[%d] is %g, above 1",
-                              (int)j, model->restitution[j]);
+            return perp__refuse(context, "model.restitution[%d] is %g, above 1", (int)j,
+                                model->restitution[j]);
         if (model->restitution && model->restitution[j] > 0.0 && both_of(model, j) > 0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.restitution[%d] is %g, but contact %d holds both ways", (int)j,
-                              model->restitution[j], (int)j);
+            return perp__refuse(context,
+                                "model.restitution[%d] is %g, but contact %d holds both ways",
+                                (int)j, model->restitution[j], (int)j);
     }
     return status;
 }
@@ -158,9 +154,9 @@ perp_status perp__mechanism_check_cone(perp_context *context,
 {
     for (int32_t j = 0; j < model->contacts && settings->cone != 0; j++)
         if (both_of(model, j) > 0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "settings.cone is %d, but contact %d holds both ways: 0 alone",
-                              (int)settings->cone, (int)j);
+            return perp__refuse(context,
+                                "settings.cone is %d, but contact %d holds both ways: 0 alone",
+                                (int)settings->cone, (int)j);
     return PERP_OK;
 }
 

@@ -22,12 +22,11 @@
 static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
 {
     perp_mechanism *m = run->m;
-    perp_mechanism_view view;
+    perp_mechanism_view view = {0};
     int32_t answer;
 
     if (!run->observer)
         return PERP_OK;
-    memset(&view, 0, sizeof view);
     view.struct_size = sizeof view;
     view.t = run->t;
     view.h = h;
@@ -156,11 +155,9 @@ static perp_status check(perp_mechanism *m, const perp__start *from, double t1)
 
     PERP__THEN(status, perp__mechanism_check_start(m, from));
     if (status == PERP_OK && !(t1 > from->t && isfinite(t1)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
-                            t1, from->t);
+        status = perp__refuse(m->context, "t1 is %g, expected more than t0 = %g", t1, from->t);
     if (status == PERP_OK && (t1 - from->t) / from->h > 1e15)
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g",
-                            from->h, t1);
+        status = perp__refuse(m->context, "h is %g: too many steps to %g", from->h, t1);
     return status;
 }
 

@@ -150,19 +150,17 @@ static perp_status begin(perp_ncp_solver *solver, const double *z)
     perp__ncp_model_unscale(m);
     for (int32_t i = 0; i < m->n; i++) {
         if (!(z[i] >= m->lower[i] && z[i] <= m->upper[i]))
-            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                              "z[%d] = %g is outside of its bounds", (int)i, z[i]);
+            return perp__refuse(solver->context, "z[%d] = %g is outside of its bounds", (int)i,
+                                z[i]);
         solver->run.z[i] = z[i];
         m->largest[i] = fabs(z[i]);
     }
     status = perp__ncp_evaluate(m, solver->run.z, solver->best_w);
     if (status == PERP__NCP_OUTSIDE)
-        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                          "problem.function is not defined at z");
+        return perp__refuse(solver->context, "problem.function is not defined at z");
     PERP__THEN(status, perp__ncp_ask(m));
     if (status == PERP__NCP_OUTSIDE)
-        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                          "problem.jacobian is not defined at z");
+        return perp__refuse(solver->context, "problem.jacobian is not defined at z");
     return status;
 }
 
@@ -196,7 +194,7 @@ static perp_status check_problem(perp_context *context, perp_ncp_check *own,
 
     PERP__THEN(status, perp__ncp_setup(solver, problem));
     if (status == PERP_OK && !solver->model.problem.jacobian)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.jacobian is NULL");
+        status = perp__refuse(context, "problem.jacobian is NULL");
     PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)solver->model.n));
     PERP__THEN(status, check_all(solver, own, z));
     perp__ncp_destroy(solver);
@@ -206,12 +204,11 @@ static perp_status check_problem(perp_context *context, perp_ncp_check *own,
 perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check,
                                     const perp_ncp_problem *problem, const double *z)
 {
-    perp_ncp_check own;
+    perp_ncp_check own = {0};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    memset(&own, 0, sizeof own);
     status = PERP__CHECK(perp_ncp_check, context, check);
     PERP__THEN(status, check_problem(context, &own, problem, z));
     if (status == PERP_OK)

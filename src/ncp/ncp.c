@@ -446,8 +446,8 @@ static perp_status check_call(perp_ncp_solver *solver, const double *z,
     perp_status status;
 
     if (!solver->setups)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "the solver has no problem yet: call perp_ncp_solver_setup first");
+        return perp__refuse(context,
+                            "the solver has no problem yet: call perp_ncp_solver_setup first");
     status = PERP__CHECK(perp_ncp_result, context, result);
     if (status == PERP_OK && solver->model.n > 0)
         status = perp__check_pointer(context, "z", z);

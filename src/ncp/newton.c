@@ -20,11 +20,6 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
     f->H = perp__arena_take(arena, entries, sizeof(double));
 }
 
-void perp__ncp_newton_release(perp__newton_run *f)
-{
-    perp__kept_factor_release(&f->factor);
-}
-
 static double merit(const perp__newton_run *f, const double *z, const double *w, double *phi)
 {
     const perp__ncp_model *m = f->model;

@@ -47,7 +47,6 @@ typedef struct perp__newton_run {
 } perp__newton_run;
 
 void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *run);
-void perp__ncp_newton_release(perp__newton_run *run);
 
 /* The run is at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or
  * _CALLBACK. */

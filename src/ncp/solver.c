@@ -17,12 +17,7 @@ PERP__INIT_WITH(perp_ncp_settings, .tol = 1e-10, .penalty = 0.1, .restarts = 20,
 
 PERP__INIT(perp_ncp_result)
 
-const char *perp_ncp_method_text(int32_t method)
-{
-    static const char *const texts[] = {"auto", "fischer", "josephy"};
-
-    return method >= 0 && method <= PERP_NCP_JOSEPHY ? texts[method] : "unknown method";
-}
+PERP__WORDS(perp_ncp_method_text, "unknown method", "auto", "fischer", "josephy")
 
 static const perp__field fields[] = {
     PERP__INTEGER(perp_ncp_settings, method, 0, PERP_NCP_JOSEPHY),
@@ -49,12 +44,10 @@ static PERP__SETTINGS_READER(read_settings, perp_ncp_settings, fields, PERP_OK)
     if (p->storage == PERP_STORAGE_CSC)
         return status == PERP_OK ? perp__matrix_check_csc(context, "problem", &pattern) : status;
     if (p->storage != PERP_STORAGE_COLUMN_MAJOR && p->storage != PERP_STORAGE_ROW_MAJOR)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "problem.storage is %d, which is none",
-                          (int)p->storage);
+        return perp__refuse(context, "problem.storage is %d, which is none", (int)p->storage);
     if (p->column_starts || p->row_indices)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "problem.storage is dense but problem.%s is not NULL",
-                          p->column_starts ? "column_starts" : "row_indices");
+        return perp__refuse(context, "problem.storage is dense but problem.%s is not NULL",
+                            p->column_starts ? "column_starts" : "row_indices");
     return PERP_OK;
 }
 
@@ -69,10 +62,9 @@ static perp_status read_problem(perp_context *context, perp_ncp_problem *own,
     memset(own, 0, sizeof *own);
     status = PERP__READ(perp_ncp_problem, context, own, problem);
     if (status == PERP_OK && own->n < 0)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.n is %d, expected a count",
-                            (int)own->n);
+        status = perp__refuse(context, "problem.n is %d, expected a count", (int)own->n);
     if (status == PERP_OK && !own->function)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.function is NULL");
+        status = perp__refuse(context, "problem.function is NULL");
     PERP__THEN(status, check_storage(context, own));
     PERP__THEN(status, perp__check_bounds(context, own->lower, own->upper, (size_t)own->n));
     return status;
@@ -84,7 +76,7 @@ static void release(void *object)
 {
     perp_ncp_solver *solver = object;
 
-    perp__ncp_newton_release(&solver->run);
+    perp__kept_factor_release(&solver->run.factor);
     perp__lcp_destroy(solver->linear.lcp);
     perp__arena_release(&solver->arena);
 }

@@ -26,8 +26,8 @@ perp_status perp__check_quaternion(perp_context *context, const char *name, doub
         return status;
     norm = perp__quaternion_norm(q);
     if (!(fabs(norm - 1.0) <= UNIT_TOLERANCE))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s has norm %.9g, 1 expected to %g", name,
-                          norm, UNIT_TOLERANCE);
+        return perp__refuse(context, "%s has norm %.9g, 1 expected to %g", name, norm,
+                            UNIT_TOLERANCE);
     if (fabs(norm - 1.0) > 2.0 * PERP__EPSILON)
         perp__quaternion_normalise(q);
     return PERP_OK;
@@ -38,8 +38,8 @@ perp_status perp__check_vector3(const perp_world *world, const char *name, const
     perp_status status = perp__check_finite(world->context, name, x, 3);
 
     if (status == PERP_OK && world->settings.planar && x[2] != 0.0)
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "%s[2] is %g: a planar world has no z, 0 expected", name, x[2]);
+        status = perp__refuse(world->context, "%s[2] is %g: a planar world has no z, 0 expected",
+                              name, x[2]);
     return status;
 }
 
@@ -49,9 +49,9 @@ static perp_status check_turning(const perp_world *world, const char *name, cons
     perp_status status = perp__check_finite(world->context, name, x, 3);
 
     if (status == PERP_OK && world->settings.planar && (x[0] != 0.0 || x[1] != 0.0))
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "%s[%d] is %g: a planar world turns about z only, 0 expected", name,
-                            x[0] != 0.0 ? 0 : 1, x[0] != 0.0 ? x[0] : x[1]);
+        status = perp__refuse(world->context,
+                              "%s[%d] is %g: a planar world turns about z only, 0 expected", name,
+                              x[0] != 0.0 ? 0 : 1, x[0] != 0.0 ? x[0] : x[1]);
     return status;
 }
 
@@ -127,8 +127,8 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
     memset(&body, 0, sizeof body);
     memset(&state, 0, sizeof state);
     if (settings->kind < PERP_BODY_DYNAMIC || settings->kind > PERP_BODY_KINEMATIC)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "settings.kind is %d, a PERP_BODY_... expected", (int)settings->kind);
+        return perp__refuse(world->context, "settings.kind is %d, a PERP_BODY_... expected",
+                            (int)settings->kind);
     body.kind = settings->kind;
     perp__copy3(state.position, settings->position);
     memcpy(state.orientation, settings->orientation, sizeof state.orientation);
@@ -139,8 +139,8 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
                          "settings.angular_velocity");
     if (status == PERP_OK && body.kind == PERP_BODY_STATIC &&
         !(perp__is_zero3(state.velocity) && perp__is_zero3(state.angular_velocity)))
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "settings.velocity and angular_velocity of a static body must be 0");
+        status = perp__refuse(world->context,
+                              "settings.velocity and angular_velocity of a static body must be 0");
     if (status == PERP_OK && body.kind == PERP_BODY_DYNAMIC)
         status = perp__body_mass(world, &body, settings->mass, settings->inertia);
     PERP__THEN(status, reserve_body(world));
@@ -177,8 +177,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
     if (status != PERP_OK)
         return status;
     if (slot == 0)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "body is the ground, which can't be removed");
+        return perp__refuse(world->context, "body is the ground, which can't be removed");
     perp__disturb(world, slot);
     perp__remove_shapes(world, slot);
     perp__remove_joints(world, slot);
@@ -253,8 +252,8 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
     if (status == PERP_OK && world->bodies[slot].kind == PERP_BODY_STATIC &&
         !(perp__is_zero3(state.velocity) && perp__is_zero3(state.angular_velocity) &&
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "body is static: velocities, force and torque must be 0");
+        status =
+            perp__refuse(world->context, "body is static: velocities, force and torque must be 0");
     if (status == PERP_OK && memcmp(&world->states[slot], &state, sizeof state) != 0) {
         world->states[slot] = state;
         perp__disturb(world, slot);

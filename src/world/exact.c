@@ -263,10 +263,9 @@ static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
     perp__island_work *work = &world->work;
     const perp__rigid_answer first = *answer;
     perp__rigid_problem swept = *problem;
-    perp__passes passes;
+    perp__passes passes = {0};
     perp_status status;
 
-    memset(&passes, 0, sizeof passes);
     passes.h = 1.0;
     passes.passes = LEAST_PASSES;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof(double));

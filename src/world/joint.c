@@ -15,7 +15,7 @@ PERP__INIT_WITH(perp_joint_settings, .kind = PERP_JOINT_BALL, .axis[2] = 1.0, .l
 
 static perp_status fail_argument(const perp_world *world, const char *words)
 {
-    return perp__fail(world->context, PERP_ERROR_ARGUMENT, "%s", words);
+    return perp__refuse(world->context, "%s", words);
 }
 
 /* ---- ids and lists ---- */
@@ -76,13 +76,12 @@ static perp_status check_limits(const perp_world *world, int32_t kind, double lo
         return perp__fail(world->context, PERP_ERROR_NOT_FINITE, "lower is %g and upper is %g",
                           lower, upper);
     if (!(lower <= upper) || lower == INFINITY || upper == -INFINITY)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "lower is %g and upper is %g, lower <= upper expected", lower, upper);
+        return perp__refuse(world->context, "lower is %g and upper is %g, lower <= upper expected",
+                            lower, upper);
     if (!perp__joint_has_coordinate(kind) && (lower > -INFINITY || upper < INFINITY))
         return fail_argument(world, "a joint of this kind has no coordinate to be limited");
     if (kind == PERP_JOINT_DISTANCE && (upper < 0.0 || (lower == upper && lower == 0.0)))
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "upper is %g, a distance > 0 expected", upper);
+        return perp__refuse(world->context, "upper is %g, a distance > 0 expected", upper);
     return PERP_OK;
 }
 
@@ -91,11 +90,10 @@ static perp_status check_most(const perp_world *world, int32_t kind, const char 
     if (isnan(most))
         return perp__fail(world->context, PERP_ERROR_NOT_FINITE, "%s is not a number", name);
     if (!(most >= 0.0))
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "%s is %g, >= 0 expected", name,
-                          most);
+        return perp__refuse(world->context, "%s is %g, >= 0 expected", name, most);
     if (most > 0.0 && !perp__joint_has_coordinate(kind))
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "%s is %g, but a joint of this kind has no coordinate", name, most);
+        return perp__refuse(world->context, "%s is %g, but a joint of this kind has no coordinate",
+                            name, most);
     return PERP_OK;
 }
 
@@ -141,16 +139,16 @@ static perp_status read_axis(const perp_world *world, const perp_joint_settings 
 static perp_status check_kind(const perp_world *world, const perp_joint_settings *settings)
 {
     if (settings->kind < PERP_JOINT_BALL || settings->kind > PERP_JOINT_DISTANCE)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "settings.kind is %d, PERP_JOINT_BALL to _DISTANCE expected",
-                          (int)settings->kind);
+        return perp__refuse(world->context,
+                            "settings.kind is %d, PERP_JOINT_BALL to _DISTANCE expected",
+                            (int)settings->kind);
     if (world->settings.planar && !is_of_plane(settings->kind))
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "settings.kind is %d, which a planar world does not have",
-                          (int)settings->kind);
+        return perp__refuse(world->context,
+                            "settings.kind is %d, which a planar world does not have",
+                            (int)settings->kind);
     if (settings->collides != 0 && settings->collides != 1)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "settings.collides is %d, 0 or 1 expected", (int)settings->collides);
+        return perp__refuse(world->context, "settings.collides is %d, 0 or 1 expected",
+                            (int)settings->collides);
     return PERP_OK;
 }
 

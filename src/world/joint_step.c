@@ -160,14 +160,13 @@ static perp__rigid_rows *next_unit(perp_world *world, const perp__joint *joint, 
     return rows;
 }
 
-/* Row `from` of the joint into row k of a unit, `sign` times. */
+/* Row `from` of the joint, half-way, into row k of a unit, `sign` times. */
 static void fill_row(perp_world *world, const perp__island *island, const perp__joint *joint,
-                     const perp__joint_view *view, int32_t from, double sign,
-                     perp__rigid_rows *rows, int32_t k)
+                     int32_t from, double sign, perp__rigid_rows *rows, int32_t k)
 {
     for (int32_t side = 0; side < 2; side++) {
         rows->body[side] = perp__number_of(world, island, joint->body[side]);
-        perp__coordinates_of(world, view->rows[from][side], rows->rows[side][k]);
+        perp__coordinates_of(world, joint->middle.rows[from][side], rows->rows[side][k]);
         for (int32_t j = 0; j < world->dof; j++)
             rows->rows[side][k][j] *= sign;
     }
@@ -187,7 +186,7 @@ static void add_limit(perp_world *world, const perp__island *island, perp__joint
     perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOWER + which, 1);
     const double sign = which == 0 ? 1.0 : -1.0;
 
-    fill_row(world, island, joint, &joint->middle, PERP__JOINT_ROWS, sign, rows, 0);
+    fill_row(world, island, joint, PERP__JOINT_ROWS, sign, rows, 0);
     rows->bias[0] = joint->gap[which] > 0.0 ? joint->gap[which] / world->work.length
                                             : sign * joint->turning[PERP__JOINT_ROWS];
 }
@@ -218,7 +217,7 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
     double *warm = world->work.warm + 3 * (world->work.units - 1);
     int exponent;
 
-    fill_row(world, island, joint, &joint->middle, PERP__JOINT_ROWS, 1.0, rows, k);
+    fill_row(world, island, joint, PERP__JOINT_ROWS, 1.0, rows, k);
     rows->bias[k] = joint->turning[PERP__JOINT_ROWS] - speed;
     if (k == 0)
         return;
@@ -260,7 +259,7 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
         perp__rigid_rows *rows = next_unit(world, joint, slot, dim);
 
         for (int32_t k = 0; k < dim; k++) {
-            fill_row(world, island, joint, &joint->middle, slot + k, 1.0, rows, k);
+            fill_row(world, island, joint, slot + k, 1.0, rows, k);
             rows->bias[k] = joint->turning[slot + k];
         }
     }
@@ -269,7 +268,7 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
     if (is_locked(state)) {
         perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOCK, 1);
 
-        fill_row(world, island, joint, &joint->middle, PERP__JOINT_ROWS, 1.0, rows, 0);
+        fill_row(world, island, joint, PERP__JOINT_ROWS, 1.0, rows, 0);
         rows->bias[0] = joint->turning[PERP__JOINT_ROWS];
         return; /* what holds needs no motor, and takes no friction */
     }

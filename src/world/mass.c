@@ -82,14 +82,13 @@ static perp_status check_inertia(perp_context *context, const double *I)
         return status;
     if (fabs(I[1] - I[3]) > symmetry * scale || fabs(I[2] - I[6]) > symmetry * scale ||
         fabs(I[5] - I[7]) > symmetry * scale)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.inertia is not symmetric");
+        return perp__refuse(context, "settings.inertia is not symmetric");
     if (!cholesky3(L, I, 0.0, 16.0 * PERP__EPSILON))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.inertia is not positive definite");
+        return perp__refuse(context, "settings.inertia is not positive definite");
     if (!triangle_inequality(I))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.inertia violates the triangle inequality: no mass "
-                          "distribution has a principal moment above the sum of the others");
+        return perp__refuse(context,
+                            "settings.inertia violates the triangle inequality: no mass "
+                            "distribution has a principal moment above the sum of the others");
     return PERP_OK;
 }
 
@@ -231,12 +230,12 @@ perp_status perp__check_centres(perp_world *world)
 
         if (body->alive && body->kind == PERP_BODY_DYNAMIC && !(body->given_inertia[8] > 0.0) &&
             perp__length3(moment) > tolerance * body->radius * body->shape_mass)
-            return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                              "body %d has its shapes' mass centre at (%g, %g, %g) from its "
-                              "position, 0 expected: offsets are from the mass centre unless the "
-                              "inertia is given",
-                              (int)i, moment[0] / body->shape_mass, moment[1] / body->shape_mass,
-                              moment[2] / body->shape_mass);
+            return perp__refuse(world->context,
+                                "body %d has its shapes' mass centre at (%g, %g, %g) from its "
+                                "position, 0 expected: offsets are from the mass centre unless the "
+                                "inertia is given",
+                                (int)i, moment[0] / body->shape_mass, moment[1] / body->shape_mass,
+                                moment[2] / body->shape_mass);
     }
     world->weighed = 1;
     return PERP_OK;
@@ -256,15 +255,14 @@ perp_status perp__body_mass(const perp_world *world, perp__body *body, double ma
     if (status != PERP_OK)
         return status;
     if (mass < 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.mass is %g, > 0 expected for a dynamic body, or 0: the shapes'",
-                          mass);
+        return perp__refuse(
+            context, "settings.mass is %g, > 0 expected for a dynamic body, or 0: the shapes'",
+            mass);
     if (world->settings.planar) {
         status = perp__check_finite(context, "settings.inertia[8]", inertia + 8, 1);
         if (status == PERP_OK && inertia[8] < 0.0)
-            status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                                "settings.inertia[8] is %g, > 0 expected, or 0: the shapes'",
-                                inertia[8]);
+            status = perp__refuse(
+                context, "settings.inertia[8] is %g, > 0 expected, or 0: the shapes'", inertia[8]);
     } else if (!is_zero9(inertia)) {
         status = check_inertia(context, inertia);
     }

@@ -158,52 +158,79 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
     return 0;
 }
 
-/* Whether one of the faces of `owner`, within `rim` of `position`, that make its normal there is
- * covered there by another shape near `shape`. One face alone is open unless the meeting is
- * doubtful. Lists of what never moves may be long: they are read for bodies of many shapes only. */
-static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
-                          const perp__placed *at, const double *position, const double *normal,
-                          double rim, int32_t doubtful, double crack, double h, double t)
+/* A pair in its motion, and where the points of its meeting go. */
+typedef struct encounter {
+    const perp_world *world;
+    const perp__pair *pair;
+    double h;
+    perp__moving a, b;
+    double way; /* of the two beside each other */
+    perp__nearness near;
+    perp__point *points;
+} encounter;
+
+static encounter encounter_of(const perp_world *world, const perp__pair *pair, double h,
+                              perp__point *points)
 {
+    encounter e = {.world = world, .pair = pair, .h = h, .points = points};
+
+    e.a = perp__moving_shape(world, pair->first, h);
+    e.b = perp__moving_shape(world, pair->second, h);
+    e.way = perp__relative_way(&e.a, &e.b);
+    e.near = nearness_of(world, pair, e.way);
+    return e;
+}
+
+/* A place on a surface at the share t of the step. */
+typedef struct spot {
+    double t, position[3], rim, crack;
+    int32_t doubtful;
+} spot;
+
+/* Whether one of the faces of `owner`, within the spot's rim, that make its normal there is covered
+ * there by another shape near `shape`. One face alone is open unless the meeting is doubtful. Lists
+ * of what never moves may be long: they are read for bodies of many shapes only. */
+static int32_t is_covered(const encounter *e, const spot *at, int32_t owner, int32_t shape,
+                          const perp__placed *placed, const double *normal)
+{
+    const perp_world *world = e->world;
     double probes[PERP__MAX_PROBES][3];
     int32_t faces;
 
     if (!perp__is_dynamic(world, world->shapes[shape].body) &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
-    faces = perp__probe_faces(at, world->settings.planar, position, normal, rim, doubtful ? 1 : 2,
-                              crack, probes);
+    faces = perp__probe_faces(placed, world->settings.planar, at->position, normal, at->rim,
+                              at->doubtful ? 1 : 2, at->crack, probes);
     for (int32_t i = 0; i < faces; i++)
-        if (is_held(world, shape, owner, probes[i], h, t, 0.25 * crack))
+        if (is_held(world, shape, owner, probes[i], e->h, at->t, 0.25 * at->crack))
             return 1;
     return 0;
 }
 
 /* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
  * them all. */
-static int32_t are_covered(const perp_world *world, const perp__pair *pair,
-                           const perp__placed *at_a, const perp__placed *at_b,
-                           const perp__point *points, int32_t count, int32_t doubtful,
-                           int32_t whole, double h, double t, const perp__nearness *near)
+static int32_t are_covered(const encounter *e, const perp__meeting *meeting, int32_t whole,
+                           const perp__placed *a, const perp__placed *b, int32_t count)
 {
-    const double crack = CRACK * size_of(world, pair) + near->rounding;
+    const perp__point *points = e->points;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
-    double least = INFINITY, middle[3] = {0.0, 0.0, 0.0}, share = 0.0, rim;
+    spot at = {.t = meeting->time, .doubtful = meeting->doubtful || whole};
+    double least = INFINITY, share = 0.0;
 
     for (int32_t i = 0; i < count; i++)
         least = fmin(least, points[i].gap);
     for (int32_t i = 0; i < count; i++)
-        if (whole || points[i].gap <= least + near->touching) {
-            perp__add3(middle, 1.0, points[i].position);
+        if (whole || points[i].gap <= least + e->near.touching) {
+            perp__add3(at.position, 1.0, points[i].position);
             share += 1.0;
         }
     for (int32_t k = 0; k < 3; k++)
-        middle[k] /= share;
-    rim = crack + fabs(least);
-    return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful || whole,
-                      crack, h, t) ||
-           is_covered(world, pair->second, pair->first, at_b, middle, back, rim, doubtful || whole,
-                      crack, h, t);
+        at.position[k] /= share;
+    at.crack = CRACK * size_of(e->world, e->pair) + e->near.rounding;
+    at.rim = at.crack + fabs(least);
+    return is_covered(e, &at, e->pair->first, e->pair->second, a, n) ||
+           is_covered(e, &at, e->pair->second, e->pair->first, b, back);
 }
 
 /* The face axis of largest separation, at least `least`, that is another direction than `covered`,
@@ -223,47 +250,36 @@ static int32_t next_face(perp__axes *axes, const double *covered, double least)
 }
 
 /* The points of a meeting; -1 where they do not lie open. */
-static int32_t points_along(const perp_world *world, const perp__pair *pair,
-                            const perp__meeting *meeting, int32_t whole, double h,
-                            const perp__nearness *near, perp__point *points)
+static int32_t points_along(const encounter *e, const perp__meeting *meeting, int32_t whole)
 {
-    const perp__moving a = perp__moving_shape(world, pair->first, h);
-    const perp__moving b = perp__moving_shape(world, pair->second, h);
-    perp__placed at_a, at_b;
+    perp__placed a, b;
     int32_t made;
 
-    perp__moved(&a, meeting->time, &at_a);
-    perp__moved(&b, meeting->time, &at_b);
-    made = perp__collide_along(&at_a, &at_b, world->settings.planar, meeting->axis, points);
-    return made > 0 && are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful,
-                                   whole, h, meeting->time, near)
-               ? -1
-               : made;
+    perp__moved(&e->a, meeting->time, &a);
+    perp__moved(&e->b, meeting->time, &b);
+    made = perp__collide_along(&a, &b, e->world->settings.planar, meeting->axis, e->points);
+    return made > 0 && are_covered(e, meeting, whole, &a, &b, made) ? -1 : made;
 }
 
 /* The points over the next face that lies open, in the poses at `later`, to which the meeting is
  * moved. Returns how many, 0 if all is covered. */
-static int32_t points_of_faces(const perp_world *world, const perp__pair *pair,
-                               perp__meeting *meeting, double later, const double *covered,
-                               double least, int32_t whole, double h, const perp__nearness *near,
-                               perp__point *points)
+static int32_t points_of_faces(const encounter *e, perp__meeting *meeting, double later,
+                               const double *covered, double least, int32_t whole)
 {
-    const perp__moving a = perp__moving_shape(world, pair->first, h);
-    const perp__moving b = perp__moving_shape(world, pair->second, h);
     perp__meeting next = *meeting;
-    perp__placed at_a, at_b;
+    perp__placed a, b;
     perp__axes axes;
     double own[3];
     int32_t made = 0;
 
-    perp__moved(&a, later, &at_a);
-    perp__moved(&b, later, &at_b);
-    perp__apply_transposed3(own, at_a.rotation, covered);
-    perp__axes_of(&at_a, &at_b, world->settings.planar, &axes);
+    perp__moved(&e->a, later, &a);
+    perp__moved(&e->b, later, &b);
+    perp__apply_transposed3(own, a.rotation, covered);
+    perp__axes_of(&a, &b, e->world->settings.planar, &axes);
     next.time = later;
     next.doubtful = 1;
     while (made <= 0 && (next.axis = next_face(&axes, own, least)) >= 0)
-        made = points_along(world, pair, &next, whole, h, near, points);
+        made = points_along(e, &next, whole);
     if (made <= 0)
         return 0;
     meeting->axis = next.axis;
@@ -275,23 +291,22 @@ static int32_t points_of_faces(const perp_world *world, const perp__pair *pair,
  * bricks that sink a little into what they stand on the rims of all faces are covered: those by
  * which the shapes hardly overlap are met before any other one all the same, if their middle lies
  * open. Returns how many, 0 if all is covered. */
-static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
-                           double later, double h, const perp__nearness *near, perp__point *points)
+static int32_t open_points(const encounter *e, perp__meeting *meeting, double later)
 {
-    const double least = -SHALLOW * size_of(world, pair);
+    const double least = -SHALLOW * size_of(e->world, e->pair);
     double covered[3];
-    int32_t made = points_along(world, pair, meeting, 0, h, near, points);
+    int32_t made = points_along(e, meeting, 0);
 
     if (made >= 0)
         return made;
-    perp__copy3(covered, points[0].normal);
-    made = points_of_faces(world, pair, meeting, later, covered, least, 0, h, near, points);
+    perp__copy3(covered, e->points[0].normal);
+    made = points_of_faces(e, meeting, later, covered, least, 0);
     if (made == 0)
-        made = points_along(world, pair, meeting, 1, h, near, points);
+        made = points_along(e, meeting, 1);
     if (made <= 0)
-        made = points_of_faces(world, pair, meeting, later, covered, least, 1, h, near, points);
+        made = points_of_faces(e, meeting, later, covered, least, 1);
     if (made == 0)
-        made = points_of_faces(world, pair, meeting, later, covered, -INFINITY, 0, h, near, points);
+        made = points_of_faces(e, meeting, later, covered, -INFINITY, 0);
     return made;
 }
 
@@ -312,20 +327,19 @@ static const double *pressed_along(const perp_world *world, const perp__pair *pa
 /* Whether the shapes touch plainly; or pressed in the last step, are no farther apart than `far`,
  * and have one normal only or hardly move: what lies on others leaves them by as much as a step is
  * wrong, and would be met again in rounds, layer after layer. */
-static int32_t touch_plainly(const perp_world *world, perp__pair *pair, const perp__moving *a,
-                             const perp__moving *b, const perp__nearness *near, double far)
+static int32_t touch_plainly(const encounter *e, perp__pair *pair, double far)
 {
-    const int32_t planar = world->settings.planar;
+    const int32_t planar = e->world->settings.planar;
     const int32_t round =
-        a->start->geometry->kind == PERP__SPHERE && b->start->geometry->kind == PERP__SPHERE;
-    perp__nearness wide = *near;
+        e->a.start->geometry->kind == PERP__SPHERE && e->b.start->geometry->kind == PERP__SPHERE;
+    perp__nearness wide = e->near;
 
-    if (perp__touch_plainly(a, b, planar, near, &pair->meeting))
+    if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, &pair->meeting))
         return 1;
     pair->plain = 0;
     wide.touching = far;
-    return far > near->touching && (round || perp__relative_way(a, b) <= far) &&
-           pressed_along(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
+    return far > e->near.touching && (round || e->way <= far) && pressed_along(e->world, pair) &&
+           perp__touch_plainly(&e->a, &e->b, planar, &wide, &pair->meeting);
 }
 
 static int32_t is_still(const perp_world *world, int32_t shape)
@@ -337,17 +351,17 @@ static int32_t is_still(const perp_world *world, int32_t shape)
 
 /* Whether shapes that touch, and do not move, pressed in the last step along an axis that they
  * still have: where several keep them apart, nothing yet says that it is another one. */
-static int32_t presses_on(const perp_world *world, perp__pair *pair, const perp__moving *a,
-                          const perp__moving *b, double far)
+static int32_t presses_on(const encounter *e, perp__pair *pair, double far)
 {
+    const perp_world *world = e->world;
     const double *normal = pressed_along(world, pair);
     perp__axes axes;
     double own[3];
 
     if (!normal || !is_still(world, pair->first) || !is_still(world, pair->second))
         return 0;
-    perp__axes_of(a->start, b->start, world->settings.planar, &axes);
-    perp__apply_transposed3(own, a->start->rotation, normal);
+    perp__axes_of(e->a.start, e->b.start, world->settings.planar, &axes);
+    perp__apply_transposed3(own, e->a.start->rotation, normal);
     for (int32_t k = 0; k < axes.count; k++)
         if (fabs(axes.axis[k].separation) <= far &&
             fabs(perp__dot3(axes.axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT) {
@@ -362,32 +376,26 @@ static int32_t presses_on(const perp_world *world, perp__pair *pair, const perp_
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
-    const perp__moving a = perp__moving_shape(world, pair->first, h);
-    const perp__moving b = perp__moving_shape(world, pair->second, h);
-    const double way = perp__relative_way(&a, &b);
-    const perp__nearness near = nearness_of(world, pair, way);
-    const int32_t planar = world->settings.planar;
-    int32_t made;
-    const double sizes = perp__pair_size(world, pair);
+    const encounter e = encounter_of(world, pair, h, points);
+    const double touching = e.near.touching, near = PERP__NEAR * perp__pair_size(world, pair);
 
     pair->meeting.lead = 0.0;
     pair->plain = 1;
-    if (!perp__are_near(world, pair, perp__greater(near.touching, PERP__NEAR * sizes)))
+    if (!perp__are_near(world, pair, perp__greater(touching, near)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        const double due =
-            perp__greater(perp__lesser(PERP__NEAR * sizes, 2.0 * way), near.touching);
+        const double due = perp__greater(perp__lesser(near, 2.0 * e.way), touching);
+        const int32_t made = perp__collide(e.a.start, e.b.start, world->settings.planar,
+                                           perp__greater(far, due), points);
 
-        made = perp__collide(a.start, b.start, planar, perp__greater(far, due), points);
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
                 return made;
         return 0;
     }
-    if (!touch_plainly(world, pair, &a, &b, &near, PERP__NEAR * sizes) &&
-        !presses_on(world, pair, &a, &b, PERP__NEAR * sizes))
+    if (!touch_plainly(&e, pair, near) && !presses_on(&e, pair, near))
         return 0;
-    return open_points(world, pair, &pair->meeting, 0.0, h, &near, points);
+    return open_points(&e, &pair->meeting, 0.0);
 }
 
 /* What turning adds to the way of a shape's points, at most. */
@@ -423,34 +431,27 @@ static void note_lead(const perp_world *world, perp__pair *pair, double touching
 
 int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
 {
-    perp__moving a, b;
-    perp__nearness near;
-    double way;
+    encounter e;
 
     if (pair->meeting.lead > 0.0 && still_apart(world, pair, h))
         return 0;
-    a = perp__moving_shape(world, pair->first, h);
-    b = perp__moving_shape(world, pair->second, h);
-    way = perp__relative_way(&a, &b);
-    near = nearness_of(world, pair, way);
-    if (!perp__are_near(world, pair, way + near.touching)) {
-        note_lead(world, pair, near.touching);
+    e = encounter_of(world, pair, h, NULL);
+    if (!perp__are_near(world, pair, e.way + e.near.touching)) {
+        note_lead(world, pair, e.near.touching);
         return 0;
     }
     if (has_plane(world, pair)) {
         pair->meeting.time = 0.0;
         pair->meeting.doubtful = 0;
-        return reaches_plane(world, &a, &b);
+        return reaches_plane(world, &e.a, &e.b);
     }
-    return perp__meet(&a, &b, world->settings.planar, &near, &pair->meeting);
+    return perp__meet(&e.a, &e.b, world->settings.planar, &e.near, &pair->meeting);
 }
 
 int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,
                              perp__point *points)
 {
-    const perp__moving a = perp__moving_shape(world, pair->first, h);
-    const perp__moving b = perp__moving_shape(world, pair->second, h);
-    const perp__nearness near = nearness_of(world, pair, perp__relative_way(&a, &b));
+    const encounter e = encounter_of(world, pair, h, points);
 
-    return open_points(world, pair, &pair->meeting, 1.0, h, &near, points);
+    return open_points(&e, &pair->meeting, 1.0);
 }

@@ -98,7 +98,7 @@ static perp_status sweep(perp_world *world, const perp__island *part, double h)
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__passes step;
+    perp__passes step = {0};
     perp_status status;
 
     perp__gather_bodies(world, part);
@@ -106,7 +106,6 @@ static perp_status sweep(perp_world *world, const perp__island *part, double h)
     perp__pose_island(world, part, &problem);
     perp__receive(world, &answer);
     load(world, part, h);
-    memset(&step, 0, sizeof step);
     step.h = h;
     step.passes = PASSES;
     step.pushed = 1;

@@ -26,14 +26,12 @@ static perp_status check_material(perp_context *context, const perp_shape_settin
     if (status != PERP_OK)
         return status;
     if (settings->friction < 0.0 && settings->friction != PERP_FRICTION_OF_WORLD)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
-                          settings->friction);
+        return perp__refuse(context, "settings.friction is %g, >= 0 expected", settings->friction);
     if (settings->density < 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.density is %g, >= 0 expected",
-                          settings->density);
+        return perp__refuse(context, "settings.density is %g, >= 0 expected", settings->density);
     if (settings->restitution < 0.0 || settings->restitution > 1.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.restitution is %g, 0 .. 1 expected", settings->restitution);
+        return perp__refuse(context, "settings.restitution is %g, 0 .. 1 expected",
+                            settings->restitution);
     return PERP_OK;
 }
 
@@ -42,8 +40,8 @@ static perp_status check_rotation(const perp_world *world, double *rotation)
     perp_status status = perp__check_quaternion(world->context, "settings.rotation", rotation);
 
     if (status == PERP_OK && world->settings.planar && (rotation[1] != 0.0 || rotation[2] != 0.0))
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "settings.rotation must be about z in a planar world");
+        status =
+            perp__refuse(world->context, "settings.rotation must be about z in a planar world");
     return status;
 }
 
@@ -119,8 +117,8 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     perp_status status = perp__find_body(world, &body, body_id);
 
     if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "body is dynamic: a half-space may be on a static or kinematic body");
+        status = perp__refuse(world->context,
+                              "body is dynamic: a half-space may be on a static or kinematic body");
     PERP__THEN(status, reserve_shape(world));
     PERP__THEN(status, perp__add_shape_mass(world, &world->bodies[body], shape));
     if (status != PERP_OK)
@@ -154,8 +152,7 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
     memset(&shape, 0, sizeof shape);
     status = perp__check_finite(world->context, "radius", &radius, 1);
     if (status == PERP_OK && radius < 0.0)
-        status =
-            perp__fail(world->context, PERP_ERROR_ARGUMENT, "radius is %g, >= 0 expected", radius);
+        status = perp__refuse(world->context, "radius is %g, >= 0 expected", radius);
     PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
@@ -185,8 +182,8 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
                perp__check_finite(world->context, "half_extents", half_extents, dimensions));
     for (size_t i = 0; status == PERP_OK && i < dimensions; i++)
         if (half_extents[i] <= 0.0)
-            status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                                "half_extents[%zu] is %g, > 0 expected", i, half_extents[i]);
+            status = perp__refuse(world->context, "half_extents[%zu] is %g, > 0 expected", i,
+                                  half_extents[i]);
     PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
@@ -217,11 +214,9 @@ static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body
     status = perp__check_finite(world->context, "radius", &radius, 1);
     PERP__THEN(status, perp__check_finite(world->context, "half_length", &half_length, 1));
     if (status == PERP_OK && radius <= 0.0)
-        status =
-            perp__fail(world->context, PERP_ERROR_ARGUMENT, "radius is %g, > 0 expected", radius);
+        status = perp__refuse(world->context, "radius is %g, > 0 expected", radius);
     if (status == PERP_OK && half_length < 0.0)
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT, "half_length is %g, >= 0 expected",
-                            half_length);
+        status = perp__refuse(world->context, "half_length is %g, >= 0 expected", half_length);
     PERP__THEN(status, read_settings(world, &shape, settings));
     if (status != PERP_OK)
         return status;
@@ -247,14 +242,12 @@ static perp_status check_points(const perp_world *world, const double *points, i
     perp_status status = perp__check_pointer(world->context, "points", points);
 
     if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "count is %d, >= %d expected",
-                          (int)count, (int)least);
+        return perp__refuse(world->context, "count is %d, >= %d expected", (int)count, (int)least);
     PERP__THEN(status, perp__check_finite(world->context, "points", points, 3 * (size_t)count));
     for (int32_t i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
         if (points[3 * i + 2] != 0.0)
-            status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                                "points[%d] is %g, 0 expected in a planar world", (int)(3 * i + 2),
-                                points[3 * i + 2]);
+            status = perp__refuse(world->context, "points[%d] is %g, 0 expected in a planar world",
+                                  (int)(3 * i + 2), points[3 * i + 2]);
     return status;
 }
 
@@ -307,7 +300,7 @@ static perp_status unit_normal(const perp_world *world, double *unit, const doub
         return status;
     largest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
     if (largest == 0.0)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "normal is zero");
+        return perp__refuse(world->context, "normal is zero");
     perp__copy3(unit, normal);
     length = perp__length3(unit);
     if (fabs(length - 1.0) <= 2.0 * PERP__EPSILON)

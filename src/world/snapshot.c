@@ -50,8 +50,7 @@ static perp_status check_size(const perp_world *world, size_t size, size_t expec
 {
     if (size == expected)
         return PERP_OK;
-    return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                      "size is %zu, this snapshot has %zu bytes", size, expected);
+    return perp__refuse(world->context, "size is %zu, this snapshot has %zu bytes", size, expected);
 }
 
 perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
@@ -147,8 +146,8 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
     if (header.magic != expected.magic || header.world != expected.world ||
         header.edition != expected.edition || header.slots != expected.slots ||
         header.memories > INT32_MAX / 4)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "blob is no snapshot of this world with the bodies it has now");
+        return perp__refuse(world->context,
+                            "blob is no snapshot of this world with the bodies it has now");
     status = check_size(world, size, snapshot_size(world, header.memories));
     PERP__THEN(status, perp__write_records(world)); /* which stay */
     return status == PERP_OK ? perp__snapshot_read(world, blob) : status;

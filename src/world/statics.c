@@ -137,8 +137,10 @@ PERP__KERNEL static void multiply(const double *K, const double *x, double *y, i
 }
 
 /* q := J'WJ p. */
-PERP__KERNEL static void apply_loops(const perp__island_work *work, int32_t bodies, int32_t n,
-                                     const double *p, double *q)
+PERP__MULTIVERSION(apply,
+                   (const perp__island_work *work, int32_t bodies, int32_t n, const double *p,
+                    double *q),
+                   (work, bodies, n, p, q))
 {
     const int32_t size = n * n;
     const double *block = work->stiffness;
@@ -153,11 +155,6 @@ PERP__KERNEL static void apply_loops(const perp__island_work *work, int32_t bodi
         multiply(block + size, p + b, q + a, n);
     }
 }
-
-PERP__MULTIVERSION(apply,
-                   (const perp__island_work *work, int32_t bodies, int32_t n, const double *p,
-                    double *q),
-                   (work, bodies, n, p, q))
 
 /* r += W J z. */
 static void press(const perp_world *world, const double *z)

@@ -54,8 +54,8 @@ static perp_status check_gravity(perp_context *context, const char *name, const 
     perp_status status = perp__check_finite(context, name, gravity, 3);
 
     if (status == PERP_OK && planar && gravity[2] != 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "%s[2] is %g: a planar world has no z, 0 expected", name, gravity[2]);
+        return perp__refuse(context, "%s[2] is %g: a planar world has no z, 0 expected", name,
+                            gravity[2]);
     return status;
 }
 
@@ -78,9 +78,9 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
     PERP__THEN(status,
                check_gravity(context, "settings.gravity", settings->gravity, settings->planar));
     if (status == PERP_OK && k != 0 && (k < 4 || k > PERP__MAX_DIRECTIONS || k % 2 != 0))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "settings.cone is %d, 0 or an even number from 4 to %d expected",
-                            (int)k, PERP__MAX_DIRECTIONS);
+        status =
+            perp__refuse(context, "settings.cone is %d, 0 or an even number from 4 to %d expected",
+                         (int)k, PERP__MAX_DIRECTIONS);
     return status;
 }
 
@@ -230,9 +230,8 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
     if (status != PERP_OK)
         return status;
     if (index < 0 || index >= world->record_count)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                          "index is %d, the last step had %d contacts", (int)index,
-                          (int)world->record_count);
+        return perp__refuse(world->context, "index is %d, the last step had %d contacts",
+                            (int)index, (int)world->record_count);
     perp__struct_write(contact, &world->records[index], sizeof world->records[index]);
     return PERP_OK;
 }
@@ -284,7 +283,7 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
     if (status != PERP_OK)
         return status;
     if (dt <= 0.0)
-        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "dt is %g, > 0 expected", dt);
+        return perp__refuse(world->context, "dt is %g, > 0 expected", dt);
     status = perp_step_result_init(&own, sizeof own);
     PERP__THEN(status, perp__advance_world(world, &own, dt));
     if (status == PERP_OK && result)

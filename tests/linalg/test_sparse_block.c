@@ -86,10 +86,7 @@ static void check_block_solve(gen_random *random, perp__sparse_block *block, con
         x[i] = 1e300;
     for (k = 0; k < count; k++)
         x[active[k]] = b[k] = gen_normal(random);
-    if (transposed)
-        perp__sparse_block_solve_transposed(block, x);
-    else
-        perp__sparse_block_solve(block, x);
+    perp__sparse_block_solve(block, x, transposed);
     for (k = 0; k < count; k++) {
         y[k] = x[active[k]];
         x[active[k]] = 1e300;
@@ -187,8 +184,8 @@ static void test_history_leaves_no_trace(void **state)
         assert_int_equal(perp__sparse_block_factor(&fresh, first, count_first, 0.0), PERP_OK);
         for (i = 0; i < N; i++)
             x[i] = y[i] = gen_normal(&random);
-        perp__sparse_block_solve(&used, x);
-        perp__sparse_block_solve(&fresh, y);
+        perp__sparse_block_solve(&used, x, 0);
+        perp__sparse_block_solve(&fresh, y, 0);
         assert_memory_equal(x, y, sizeof x);
         perp__sparse_block_release(&used);
         perp__sparse_block_release(&fresh);

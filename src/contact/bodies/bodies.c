@@ -202,9 +202,8 @@ static perp_status fill_blocks(perp__bodies *bodies, const perp__bodies_input *i
             factor_block(bodies->factors + (size_t)b * width * width, bodies->width);
 
         if (wrong >= 0)
-            return perp__fail(bodies->context, PERP_ERROR_ARGUMENT,
-                              "M is not positive definite: found at unknown %d",
-                              (int)bodies->dofs[(size_t)b * width + (size_t)wrong]);
+            return perp__refuse(bodies->context, "M is not positive definite: found at unknown %d",
+                                (int)bodies->dofs[(size_t)b * width + (size_t)wrong]);
     }
     return PERP_OK;
 }

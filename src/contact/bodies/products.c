@@ -43,9 +43,10 @@ static void to_blocks(const perp__bodies *b, const double *x, double *y)
 
 enum { ROWS_MOST = 6 };
 
-/* out := P y + add */
-PERP__KERNEL static void times_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
-                                    const double *y, const double *add, double *out)
+/* out := P y + add, or |P| y + add */
+PERP__KERNEL static void times_unit(int32_t width, int32_t rows, int32_t absolute,
+                                    const perp__bodies *b, int32_t k, const double *y,
+                                    const double *add, double *out)
 {
     double sum[ROWS_MOST];
 
@@ -57,26 +58,23 @@ PERP__KERNEL static void times_unit(int32_t width, int32_t rows, const perp__bod
 
         for (int32_t i = 0; i < rows; i++)
             for (int32_t j = 0; j < width; j++)
-                sum[i] += p[i * width + j] * x[j];
+                sum[i] += (absolute ? fabs(p[i * width + j]) : p[i * width + j]) * x[j];
     }
     for (int32_t i = 0; i < rows; i++)
         out[b->rows[k] + i] = sum[i];
 }
 
-PERP__KERNEL static void times_y_loops(const perp__bodies *b, const double *y, const double *add,
-                                       double *out)
-{
-    for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, y, add, out);
-}
-
 PERP__MULTIVERSION(times_y,
                    (const perp__bodies *b, const double *y, const double *add, double *out),
                    (b, y, add, out))
+{
+    for (int32_t k = 0; k < b->units; k++)
+        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, y, add, out);
+}
 
-/* y += P'r */
-PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
-                                     const double *r, double *y)
+/* y += P'r, or |P|'|r| */
+PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, int32_t absolute,
+                                     const perp__bodies *b, int32_t k, const double *r, double *y)
 {
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
@@ -85,20 +83,23 @@ PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, const perp__bo
         for (int32_t j = 0; j < width; j++)
             x[j] = to[j];
         for (int32_t i = 0; i < rows; i++)
-            for (int32_t j = 0; j < width; j++)
-                x[j] += p[i * width + j] * r[b->rows[k] + i];
+            for (int32_t j = 0; j < width; j++) {
+                const double push = p[i * width + j] * r[b->rows[k] + i];
+
+                x[j] += absolute ? fabs(push) : push;
+            }
         for (int32_t j = 0; j < width; j++)
             to[j] = x[j];
     }
 }
 
-PERP__KERNEL static void add_impulses_loops(const perp__bodies *b, const double *r, double *y)
+PERP__MULTIVERSION_SHARED(perp__bodies_gather, (const perp__bodies *b, const double *r, double *y),
+                          (b, r, y))
 {
+    memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
     for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, r, y);
+        PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, r, y);
 }
-
-PERP__MULTIVERSION(add_impulses, (const perp__bodies *b, const double *r, double *y), (b, r, y))
 
 /* diagonal := W_ii of the unit's rows */
 PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__bodies *b,
@@ -122,83 +123,26 @@ PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__
     }
 }
 
-PERP__KERNEL static void diagonals_loops(const perp__bodies *b, double *diagonal)
+PERP__MULTIVERSION_SHARED(perp__bodies_diagonals, (const perp__bodies *b, double *diagonal),
+                          (b, diagonal))
 {
     for (int32_t k = 0; k < b->units; k++)
         PERP__WITH_SHAPE(diagonal_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, diagonal);
 }
 
-PERP__MULTIVERSION(diagonals, (const perp__bodies *b, double *diagonal), (b, diagonal))
-
-void perp__bodies_diagonals(const perp__bodies *b, double *diagonal)
-{
-    diagonals(b, diagonal);
-}
-
 /* out := |P| (|P|'|x|) + |compliance x| + |add| by way of y, as those above */
-PERP__KERNEL static void absolute_gather(int32_t width, int32_t rows, const perp__bodies *b,
-                                         int32_t k, const double *x, double *y)
+PERP__MULTIVERSION_SHARED(perp__absolute_bodies,
+                          (const perp__bodies *b, const double *x, const double *add, double *y,
+                           double *out),
+                          (b, x, add, y, out))
 {
-    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-        const double *p = b->values + b->piece_values[piece];
-        double *to = y + (int64_t)b->piece_blocks[piece] * width, sum[PERP__BODY_WIDTH_MOST];
-
-        for (int32_t j = 0; j < width; j++)
-            sum[j] = to[j];
-        for (int32_t i = 0; i < rows; i++)
-            for (int32_t j = 0; j < width; j++)
-                sum[j] += fabs(p[i * width + j] * x[b->rows[k] + i]);
-        for (int32_t j = 0; j < width; j++)
-            to[j] = sum[j];
-    }
-}
-
-PERP__KERNEL static void absolute_times(int32_t width, int32_t rows, const perp__bodies *b,
-                                        int32_t k, const double *y, double *out)
-{
-    double sum[ROWS_MOST];
-
-    for (int32_t i = 0; i < rows; i++)
-        sum[i] = out[b->rows[k] + i];
-    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-        const double *p = b->values + b->piece_values[piece];
-        const double *from = y + (int64_t)b->piece_blocks[piece] * width;
-
-        for (int32_t i = 0; i < rows; i++)
-            for (int32_t j = 0; j < width; j++)
-                sum[i] += fabs(p[i * width + j]) * from[j];
-    }
-    for (int32_t i = 0; i < rows; i++)
-        out[b->rows[k] + i] = sum[i];
-}
-
-PERP__KERNEL static void absolute_loops(const perp__bodies *b, const double *x, const double *add,
-                                        double *y, double *out)
-{
+    memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
     for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(absolute_gather, b->width, b->rows[k + 1] - b->rows[k], b, k, x, y);
+        PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, x, y);
     for (int32_t i = 0; i < b->size; i++)
         out[i] = fabs(add[i]) + fabs(b->compliance[i] * x[i]);
     for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(absolute_times, b->width, b->rows[k + 1] - b->rows[k], b, k, y, out);
-}
-
-PERP__MULTIVERSION(absolute,
-                   (const perp__bodies *b, const double *x, const double *add, double *y,
-                    double *out),
-                   (b, x, add, y, out))
-
-void perp__absolute_bodies(const perp__bodies *b, const double *x, const double *add, double *y,
-                           double *out)
-{
-    memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
-    absolute(b, x, add, y, out);
-}
-
-void perp__bodies_gather(const perp__bodies *b, const double *r, double *y)
-{
-    memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
-    add_impulses(b, r, y);
+        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, y, out, out);
 }
 
 void perp__bodies_force(const perp__bodies *b, const double *f)

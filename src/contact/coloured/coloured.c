@@ -75,7 +75,7 @@ PERP__KERNEL static void go_on(double *x, double *last, size_t count, double sha
 }
 
 /* r and y go on in the direction that they took, or stay where that led back. Returns theta. */
-PERP__KERNEL static void gain_momentum_loops(perp__coloured *c, double *theta)
+PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * *theta * *theta)), back[8] = {0.0}, beta;
@@ -93,8 +93,6 @@ PERP__KERNEL static void gain_momentum_loops(perp__coloured *c, double *theta)
     *theta = next;
 }
 
-PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
-
 static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
                        const perp__passes *step)
 {
@@ -106,14 +104,14 @@ static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
     memset(c->free + 8 * c->bodies, 0, 8 * sizeof *c->free);
     memcpy(c->y, c->free, size * sizeof *c->y);
     if (!step->pushed)
-        c->kernels->add_impulses(c, c->y);
+        c->kernels->pass(c, PERP__COLOURED_ADD, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (int32_t p = 0; p < c->points; p++)
         memcpy(c->last_r[p], c->point[p].r, sizeof c->last_r[p]);
     write_bias(c, step->h);
     for (int32_t pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
-        c->kernels->sweep(c, c->y);
+        c->kernels->pass(c, PERP__COLOURED_SWEEP, c->y);
         if (pass + 1 < step->passes)
             gain_momentum(c, &theta);
     }
@@ -145,7 +143,7 @@ static void clear_penetration(perp__coloured *c, const perp__passes *step)
         return;
     memset(c->before, 0, size * sizeof *c->before);
     for (k = 0; k < step->clear; k++)
-        c->kernels->sweep_normals(c, c->before);
+        c->kernels->pass(c, PERP__COLOURED_CLEAR, c->before);
     for (size_t i = 0; i < size; i++)
         c->moved[i] += c->before[i];
 }

@@ -76,12 +76,13 @@ typedef struct perp__passes {
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step);
 
-/* The sweeps alone, for tests and benchmarks: the passes that a set of instructions gives. */
+/* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */
+enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
+
+/* The passes that a set of instructions gives, for tests and benchmarks too. */
 typedef struct perp__coloured_kernels {
     const char *set;
-    void (*sweep)(perp__coloured *c, double *y);
-    void (*sweep_normals)(perp__coloured *c, double *y);
-    void (*add_impulses)(const perp__coloured *c, double *y);
+    void (*pass)(perp__coloured *c, int32_t what, double *y);
 } perp__coloured_kernels;
 
 /* Those that this processor has, the fastest first; returns how many. They give the same bits. */

@@ -132,50 +132,27 @@ TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes *A,
     NAME(push)(P + 24, subtract(t, t0), A, B);
 }
 
-TARGET static void NAME(sweep)(perp__coloured *c, double *y)
+/* Their impulses alone. */
+TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
 {
-    for (int32_t g = 0; g < c->groups; g++) {
-        const perp__lane_group *group = &c->group[g];
-
-        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
-            lanes A[8], B[8];
-
-            NAME(take)(A, group->a + at, y);
-            NAME(take)(B, group->b + at, y);
-            for (int32_t k = 0; k < group->points; k++)
-                NAME(visit)(&c->point[group->first + k], at, A, B);
-            NAME(put)(A, group->a + at, y);
-            NAME(put)(B, group->b + at, y);
-        }
-    }
+    for (int32_t i = 0; i < 3; i++)
+        NAME(push)((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
 }
 
-/* y += P'r. */
-TARGET static void NAME(add_impulses)(const perp__coloured *c, double *y)
+/* The normal row alone, from a push of its own, towards u_n >= -bias. */
+TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
 {
-    for (int32_t g = 0; g < c->groups; g++) {
-        const perp__lane_group *group = &c->group[g];
+    const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
+    const lanes old = load(p->shift + at);
+    const lanes u = add(NAME(along)(P, A, B), load(p->bias + at));
+    const lanes n = larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
 
-        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
-            lanes A[8], B[8];
-
-            NAME(take)(A, group->a + at, y);
-            NAME(take)(B, group->b + at, y);
-            for (int32_t k = 0; k < group->points; k++) {
-                const perp__lane_point *p = &c->point[group->first + k];
-
-                for (int32_t i = 0; i < 3; i++)
-                    NAME(push)
-                ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
-            }
-            NAME(put)(A, group->a + at, y);
-            NAME(put)(B, group->b + at, y);
-        }
-    }
+    store(p->shift + at, n);
+    NAME(push)(P, subtract(n, old), A, B);
 }
 
-/* The normal rows alone, from pushes of their own, towards u_n >= -bias. */
-TARGET static void NAME(sweep_normals)(perp__coloured *c, double *y)
+/* One of the three for each contact, with y. */
+TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y)
 {
     for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
@@ -187,14 +164,13 @@ TARGET static void NAME(sweep_normals)(perp__coloured *c, double *y)
             NAME(take)(B, group->b + at, y);
             for (int32_t k = 0; k < group->points; k++) {
                 perp__lane_point *p = &c->point[group->first + k];
-                const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
-                const lanes old = load(p->shift + at);
-                const lanes u = add(NAME(along)(P, A, B), load(p->bias + at));
-                const lanes n =
-                    larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
 
-                store(p->shift + at, n);
-                NAME(push)(P, subtract(n, old), A, B);
+                if (what == PERP__COLOURED_SWEEP)
+                    NAME(visit)(p, at, A, B);
+                else if (what == PERP__COLOURED_ADD)
+                    NAME(add_impulses)(p, at, A, B);
+                else
+                    NAME(visit_normal)(p, at, A, B);
             }
             NAME(put)(A, group->a + at, y);
             NAME(put)(B, group->b + at, y);

@@ -10,16 +10,14 @@
 #include "linalg/lanes/vector_avx512.h"
 #define NAME(x) x##_avx512
 #include "contact/coloured/kernel.h"
-static const perp__coloured_kernels kernels_avx512 = {SET, sweep_avx512, sweep_normals_avx512,
-                                                      add_impulses_avx512};
+static const perp__coloured_kernels kernels_avx512 = {SET, pass_avx512};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
 #include "linalg/lanes/vector_avx2.h"
 #define NAME(x) x##_avx2
 #include "contact/coloured/kernel.h"
-static const perp__coloured_kernels kernels_avx2 = {SET, sweep_avx2, sweep_normals_avx2,
-                                                    add_impulses_avx2};
+static const perp__coloured_kernels kernels_avx2 = {SET, pass_avx2};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
@@ -28,8 +26,7 @@ static const perp__coloured_kernels kernels_avx2 = {SET, sweep_avx2, sweep_norma
 #include "linalg/lanes/vector_one.h"
 #define NAME(x) x##_any
 #include "contact/coloured/kernel.h"
-static const perp__coloured_kernels kernels_any = {SET, sweep_any, sweep_normals_any,
-                                                   add_impulses_any};
+static const perp__coloured_kernels kernels_any = {SET, pass_any};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 

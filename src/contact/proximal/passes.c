@@ -136,20 +136,20 @@ static void slope_unit(const perp__proximal *s, int32_t k, double rho, const dou
         slope_disc(side, 0, 1, d - 1, s->radius[k], z[0], rho, z, K);
 }
 
-/* body(width, d) with constants for the usual contacts. */
-#define EACH_KIND(s, k, body)                                       \
+/* kernel(width, d, ...) with constants for the usual contacts. */
+#define WITH_KIND(kernel, s, k, ...)                                \
     do {                                                            \
         const int32_t rows = (s)->starts[(k) + 1] - (s)->starts[k]; \
         if ((s)->width == 6 && rows == 3)                           \
-            body(6, 3);                                             \
+            kernel(6, 3, __VA_ARGS__);                              \
         else if ((s)->width == 6 && rows == 1)                      \
-            body(6, 1);                                             \
+            kernel(6, 1, __VA_ARGS__);                              \
         else if ((s)->width == 3 && rows == 2)                      \
-            body(3, 2);                                             \
+            kernel(3, 2, __VA_ARGS__);                              \
         else if ((s)->width == 3 && rows == 3)                      \
-            body(3, 3);                                             \
+            kernel(3, 3, __VA_ARGS__);                              \
         else                                                        \
-            body((s)->width, rows);                                 \
+            kernel((s)->width, rows, __VA_ARGS__);                  \
     } while (0)
 
 static void clear(const perp__proximal *s, const perp__proximal_part *part, double *out)
@@ -176,26 +176,14 @@ PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proxim
     push_unit(width, d, s, k, change, way);
 }
 
-PERP__KERNEL static void visit_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                     double rho, const double *v, const double *x, double *z,
-                                     double *x_new, double *way)
-{
-#define VISIT(width, d) visit_unit(width, d, s, k, rho, v, x, z, x_new, way)
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        EACH_KIND(s, k, VISIT);
-#undef VISIT
-}
-
-PERP__MULTIVERSION(visit,
-                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
-                    const double *v, const double *x, double *z, double *x_new, double *way),
-                   (s, part, rho, v, x, z, x_new, way))
-
-void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
-                          const double *v, const double *x, double *z, double *x_new, double *way)
+PERP__MULTIVERSION_SHARED(perp__proximal_visit,
+                          (const perp__proximal *s, const perp__proximal_part *part, double rho,
+                           const double *v, const double *x, double *z, double *x_new, double *way),
+                          (s, part, rho, v, x, z, x_new, way))
 {
     clear(s, part, way);
-    visit(s, part, rho, v, x, z, x_new, way);
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        WITH_KIND(visit_unit, s, k, s, k, rho, v, x, z, x_new, way);
 }
 
 /* Relaxation of the speeds (Eckstein & Bertsekas, Math. Programming 55 (1992) 293). */
@@ -224,68 +212,34 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
     push_unit(width, d, s, k, push, right);
 }
 
-PERP__KERNEL static void split_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                     double rho, int32_t first, const double *v, double *z,
-                                     double *y, double *r, double *right)
-{
-#define SPLIT(width, d) split_unit(width, d, s, k, rho, first, v, z, y, r, right)
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        EACH_KIND(s, k, SPLIT);
-#undef SPLIT
-}
-
-PERP__MULTIVERSION(split,
-                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
-                    int32_t first, const double *v, double *z, double *y, double *r, double *right),
-                   (s, part, rho, first, v, z, y, r, right))
-
-void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
-                          int32_t first, const double *v, double *z, double *y, double *r,
-                          double *right)
+PERP__MULTIVERSION_SHARED(perp__proximal_split,
+                          (const perp__proximal *s, const perp__proximal_part *part, double rho,
+                           int32_t first, const double *v, double *z, double *y, double *r,
+                           double *right),
+                          (s, part, rho, first, v, z, y, r, right))
 {
     clear(s, part, right);
-    split(s, part, rho, first, v, z, y, r, right);
-}
-
-PERP__KERNEL static void push_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                    const double *x, double *out)
-{
-#define PUSH(width, d) push_unit(width, d, s, k, x + s->starts[k], out)
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        EACH_KIND(s, k, PUSH);
-#undef PUSH
+        WITH_KIND(split_unit, s, k, s, k, rho, first, v, z, y, r, right);
 }
 
-PERP__MULTIVERSION(push,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *x,
-                    double *out),
-                   (s, part, x, out))
-
-void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
-                         double *out)
+PERP__MULTIVERSION_SHARED(perp__proximal_push,
+                          (const perp__proximal *s, const perp__proximal_part *part,
+                           const double *x, double *out),
+                          (s, part, x, out))
 {
     clear(s, part, out);
-    push(s, part, x, out);
-}
-
-PERP__KERNEL static void move_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                    const double *v, const double *q, double *u)
-{
-#define MOVE(width, d) move_unit(width, d, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k])
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        EACH_KIND(s, k, MOVE);
-#undef MOVE
+        WITH_KIND(push_unit, s, k, s, k, x + s->starts[k], out);
 }
 
-PERP__MULTIVERSION(move,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                    const double *q, double *u),
-                   (s, part, v, q, u))
-
-void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                         const double *q, double *u)
+PERP__MULTIVERSION_SHARED(perp__proximal_move,
+                          (const perp__proximal *s, const perp__proximal_part *part,
+                           const double *v, const double *q, double *u),
+                          (s, part, v, q, u))
 {
-    move(s, part, v, q, u);
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        WITH_KIND(move_unit, s, k, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k]);
 }
 
 PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
@@ -303,28 +257,17 @@ PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proxim
     push_unit(width, d, s, k, push, out);
 }
 
-PERP__KERNEL static void apply_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                     const double *v, double *out)
-{
-#define APPLY(width, d) apply_unit(width, d, s, k, v, out)
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        EACH_KIND(s, k, APPLY);
-#undef APPLY
-}
-
-PERP__MULTIVERSION(apply,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                    double *out),
-                   (s, part, v, out))
-
-void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                          double *out)
+PERP__MULTIVERSION_SHARED(perp__proximal_apply,
+                          (const perp__proximal *s, const perp__proximal_part *part,
+                           const double *v, double *out),
+                          (s, part, v, out))
 {
     const size_t begin = (size_t)part->block * (size_t)s->width;
     const size_t end = (size_t)part->last_block * (size_t)s->width;
 
     memcpy(out + begin, v + begin, (end - begin) * sizeof *out);
-    apply(s, part, v, out);
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        WITH_KIND(apply_unit, s, k, s, k, v, out);
 }
 
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x)
@@ -385,16 +328,12 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
     }
 }
 
-PERP__KERNEL static void add_loops(perp__proximal *s, const perp__proximal_part *part)
+PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
 {
-#define ADD(width, d) add_unit(width, d, s, k)
     for (int32_t k = part->unit; k < part->last_unit; k++)
         if (*perp__proximal_slope(s, k) != 0.0)
-            EACH_KIND(s, k, ADD);
-#undef ADD
+            WITH_KIND(add_unit, s, k, s, k);
 }
-
-PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
 
 int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part)
 {

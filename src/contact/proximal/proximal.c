@@ -39,8 +39,8 @@ enum {
 static perp_status check(const perp__contact_problem *problem)
 {
     if (!problem->bodies && perp__proximal_couplings(problem) > INT32_MAX)
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "W has too many couplings for methods admm, newton and proximal");
+        return perp__refuse(problem->context,
+                            "W has too many couplings for methods admm, newton and proximal");
     return PERP_OK;
 }
 

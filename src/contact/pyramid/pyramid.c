@@ -41,15 +41,15 @@ static perp_status check(const perp__contact_problem *problem)
     const int64_t n = perp__pyramid_count(problem);
 
     if (problem->cone > 0 && problem->two_sided)
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, expected 0 with contacts that hold both ways",
-                          (int)problem->cone);
+        return perp__refuse(problem->context,
+                            "settings.cone is %d, expected 0 with contacts that hold both ways",
+                            (int)problem->cone);
     if (n <= MOST_UNKNOWNS)
         return PERP_OK;
-    return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                      "the method lemke takes up to %d unknowns, and the contacts' polyhedral "
-                      "cones have %lld",
-                      (int)MOST_UNKNOWNS, (long long)n);
+    return perp__refuse(problem->context,
+                        "the method lemke takes up to %d unknowns, and the contacts' polyhedral "
+                        "cones have %lld",
+                        (int)MOST_UNKNOWNS, (long long)n);
 }
 
 static void layout(perp__arena *arena, void *work)

@@ -93,7 +93,7 @@ PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *pr
         b->unit_of[i] = unit;
 }
 
-PERP__KERNEL static void add_loops(perp__bodies *b, const perp__rigid_problem *problem)
+PERP__MULTIVERSION(add, (perp__bodies * b, const perp__rigid_problem *problem), (b, problem))
 {
     int32_t unit = 0;
 
@@ -106,8 +106,6 @@ PERP__KERNEL static void add_loops(perp__bodies *b, const perp__rigid_problem *p
             add_unit(b, problem, g, unit++, i, 1);
     }
 }
-
-PERP__MULTIVERSION(add, (perp__bodies * b, const perp__rigid_problem *problem), (b, problem))
 
 perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)
 {

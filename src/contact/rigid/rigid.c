@@ -207,12 +207,11 @@ perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *ans
                              const perp__rigid_problem *problem)
 {
     perp_contact_solver *s = solver->solver;
-    perp__contact_call call;
+    perp__contact_call call = {0};
     perp_status status = prepare(solver, problem);
 
     if (status != PERP_OK)
         return status;
-    memset(&call, 0, sizeof call);
     s->call = &call;
     s->is_lean = 1; /* v and u as good as doubles make them: the zeros do not come from there */
     status = perp__contact_load(s);

@@ -124,15 +124,13 @@ PERP__KERNEL static void load_width(perp__single *s, int32_t n)
     }
 }
 
-PERP__KERNEL static void set_up_loops(perp__single *s)
+PERP__MULTIVERSION(set_up, (perp__single * s), (s))
 {
     if (s->problem->width == 6)
         load_width(s, 6);
     else
         load_width(s, 3);
 }
-
-PERP__MULTIVERSION(set_up, (perp__single * s), (s))
 
 /* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 3 n + 4 terms. */
 PERP__KERNEL static void velocities_width(perp__single *s, int32_t n)
@@ -163,15 +161,13 @@ PERP__KERNEL static void velocities_width(perp__single *s, int32_t n)
     }
 }
 
-PERP__KERNEL static void find_velocities_loops(perp__single *s)
+PERP__MULTIVERSION(find_velocities, (perp__single * s), (s))
 {
     if (s->problem->width == 6)
         velocities_width(s, 6);
     else
         velocities_width(s, 3);
 }
-
-PERP__MULTIVERSION(find_velocities, (perp__single * s), (s))
 
 static double norm2(double a, double b)
 {

@@ -331,12 +331,10 @@ PERP__KERNEL static int32_t guess_width(perp__single *s, int32_t n)
     return 1;
 }
 
-PERP__KERNEL static void guess_loops(perp__single *s, int32_t *made)
+PERP__MULTIVERSION(guess, (perp__single * s, int32_t *made), (s, made))
 {
     *made = s->problem->width == 6 ? guess_width(s, 6) : guess_width(s, 3);
 }
-
-PERP__MULTIVERSION(guess, (perp__single * s, int32_t *made), (s, made))
 
 int32_t perp__single_guess(perp__single *s)
 {
@@ -374,17 +372,10 @@ PERP__KERNEL static void hold_width(perp__single *s, int32_t n)
     s->change = change > 0.0 ? sqrt(change) / strength : 0.0;
 }
 
-PERP__KERNEL static void hold_loops(perp__single *s)
+PERP__MULTIVERSION_SHARED(perp__single_hold, (perp__single * s), (s))
 {
     if (s->problem->width == 6)
         hold_width(s, 6);
     else
         hold_width(s, 3);
-}
-
-PERP__MULTIVERSION(hold, (perp__single * s), (s))
-
-void perp__single_hold(perp__single *s)
-{
-    hold(s);
 }

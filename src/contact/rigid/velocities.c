@@ -66,18 +66,15 @@ PERP__KERNEL static double relative(int32_t width, const perp__rigid_problem *p,
     return u.sum + u.error;
 }
 
-PERP__KERNEL static void relative_doubled_loops(const perp__rigid_problem *p, const double *v,
-                                                const double *v_low, double *u)
+PERP__MULTIVERSION(relative_doubled,
+                   (const perp__rigid_problem *p, const double *v, const double *v_low, double *u),
+                   (p, v, v_low, u))
 {
     for (int32_t k = 0; k < p->contacts + p->joints; k++)
         for (int32_t i = 0; i < p->rows[k].dim; i++)
             *u++ = p->width == 6 ? relative(6, p, &p->rows[k], i, v, v_low)
                                  : relative(p->width, p, &p->rows[k], i, v, v_low);
 }
-
-PERP__MULTIVERSION(relative_doubled,
-                   (const perp__rigid_problem *p, const double *v, const double *v_low, double *u),
-                   (p, v, v_low, u))
 
 /* q of the units of one contact or joint, in plain doubles, and the sizes of its terms */
 PERP__KERNEL static void load_rows(int32_t width, int32_t dim, const perp__rigid_problem *p,
@@ -130,7 +127,7 @@ PERP__KERNEL static void load_6(const perp__rigid_problem *p, const perp__rigid_
     }
 }
 
-PERP__KERNEL static void load_loops(const perp__rigid_problem *p, double *q, double *sizes)
+PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q, double *sizes), (p, q, sizes))
 {
     for (int32_t k = 0; k < p->contacts + p->joints; k++) {
         const perp__rigid_rows *g = &p->rows[k];
@@ -145,8 +142,6 @@ PERP__KERNEL static void load_loops(const perp__rigid_problem *p, double *q, dou
         sizes += g->dim;
     }
 }
-
-PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q, double *sizes), (p, q, sizes))
 
 void perp__rigid_load(perp_contact_solver *solver)
 {
@@ -251,9 +246,10 @@ void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, 
 }
 
 /* out := C x or, transposed, C'x of every body; x + x_low and out + out_low. */
-PERP__KERNEL static void apply_loops(const perp__rigid_problem *p, int32_t transposed,
-                                     const double *x, const double *x_low, double *out,
-                                     double *out_low)
+PERP__MULTIVERSION(apply,
+                   (const perp__rigid_problem *p, int32_t transposed, const double *x,
+                    const double *x_low, double *out, double *out_low),
+                   (p, transposed, x, x_low, out, out_low))
 {
     const int32_t width = p->width;
     const int32_t row = transposed ? 1 : width, column = transposed ? width : 1;
@@ -271,11 +267,6 @@ PERP__KERNEL static void apply_loops(const perp__rigid_problem *p, int32_t trans
             split(sum, &out[at + (size_t)i], &out_low[at + (size_t)i]);
         }
 }
-
-PERP__MULTIVERSION(apply,
-                   (const perp__rigid_problem *p, int32_t transposed, const double *x,
-                    const double *x_low, double *out, double *out_low),
-                   (p, transposed, x, x_low, out, out_low))
 
 /* sum + error += J_i r for the bodies of a contact or joint */
 PERP__KERNEL static void push_rows(int32_t width, const perp__rigid_problem *p,
@@ -298,8 +289,9 @@ PERP__KERNEL static void push_rows(int32_t width, const perp__rigid_problem *p,
     }
 }
 
-PERP__KERNEL static void push_loops(const perp__rigid_problem *p, const double *r, double *sum,
-                                    double *error)
+PERP__MULTIVERSION(push,
+                   (const perp__rigid_problem *p, const double *r, double *sum, double *error),
+                   (p, r, sum, error))
 {
     for (int32_t k = 0; k < p->contacts + p->joints; k++) {
         if (p->width == 6)
@@ -309,10 +301,6 @@ PERP__KERNEL static void push_loops(const perp__rigid_problem *p, const double *
         r += p->rows[k].dim;
     }
 }
-
-PERP__MULTIVERSION(push,
-                   (const perp__rigid_problem *p, const double *r, double *sum, double *error),
-                   (p, r, sum, error))
 
 static void doubled_velocities(perp_contact_solver *solver)
 {
@@ -452,8 +440,10 @@ PERP__KERNEL static void move_6(const perp__bodies *b, int32_t k, const double *
     }
 }
 
-PERP__KERNEL static void plain_loops(const perp__bodies *b, const double *r, const double *q,
-                                     double *y, double *terms, double *u, double *scale)
+PERP__MULTIVERSION(plain,
+                   (const perp__bodies *b, const double *r, const double *q, double *y,
+                    double *terms, double *u, double *scale),
+                   (b, r, q, y, terms, u, scale))
 {
     for (int32_t k = 0; k < b->units; k++) {
         const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
@@ -476,11 +466,6 @@ PERP__KERNEL static void plain_loops(const perp__bodies *b, const double *r, con
             move_unit(b->width, rows, b, k, y, terms, q + at, u + at, scale + at);
     }
 }
-
-PERP__MULTIVERSION(plain,
-                   (const perp__bodies *b, const double *r, const double *q, double *y,
-                    double *terms, double *u, double *scale),
-                   (b, r, q, y, terms, u, scale))
 
 /* Also scale := |W| |r| + |q|, which the verdict asks for next. */
 static void plain_velocities(perp_contact_solver *solver)

@@ -168,8 +168,10 @@ PERP__KERNEL static void step_turned(perp__local *local, const double *u, const 
 /* One round of a level's contacts against what is fixed. Raises *most to the largest weighted
  * square of a change. Blocks that are fixed are read from `rest`, and what is pushed into them is
  * dropped. */
-PERP__KERNEL static void settle_loops(perp__sweep_work *work, const int32_t *contacts,
-                                      int32_t count, int32_t level, double *most)
+PERP__MULTIVERSION(settle,
+                   (perp__sweep_work * work, const int32_t *contacts, int32_t count, int32_t level,
+                    double *most),
+                   (work, contacts, count, level, most))
 {
     const int32_t *of_block = work->levels.of_block;
 
@@ -196,11 +198,6 @@ PERP__KERNEL static void settle_loops(perp__sweep_work *work, const int32_t *con
         perp__packed_push(c, d, block[0], block[1]);
     }
 }
-
-PERP__MULTIVERSION(settle,
-                   (perp__sweep_work * work, const int32_t *contacts, int32_t count, int32_t level,
-                    double *most),
-                   (work, contacts, count, level, most))
 
 void perp__sweep_settle(perp__sweep_work *work)
 {

@@ -38,7 +38,8 @@ void perp__mixing_before(perp__mixing *mixing, const double *r)
 /* ---- kernels ----------------------------------------------------------------------------------
  */
 
-PERP__KERNEL static void dot_loops(const double *a, const double *b, int32_t n, double *result)
+PERP__MULTIVERSION(dot, (const double *a, const double *b, int32_t n, double *result),
+                   (a, b, n, result))
 {
     perp__lanes even = PERP__SAME_LANES(0.0), odd = PERP__SAME_LANES(0.0);
     double rest = 0.0;
@@ -53,12 +54,11 @@ PERP__KERNEL static void dot_loops(const double *a, const double *b, int32_t n, 
     even += odd;
     *result = ((even[0] + even[1]) + (even[2] + even[3])) + rest;
 }
-PERP__MULTIVERSION(dot, (const double *a, const double *b, int32_t n, double *result),
-                   (a, b, n, result))
 
 /* f := weights (r - before) with F := f - f of the last sweep, R := r - r of the last sweep */
-PERP__KERNEL static void difference_loops(perp__mixing *m, const double *weights, const double *r,
-                                          double *F, double *R)
+PERP__MULTIVERSION(difference,
+                   (perp__mixing * m, const double *weights, const double *r, double *F, double *R),
+                   (m, weights, r, F, R))
 {
     for (int32_t i = 0; i < m->size; i++) {
         const double f = weights[i] * (r[i] - m->before[i]);
@@ -69,13 +69,11 @@ PERP__KERNEL static void difference_loops(perp__mixing *m, const double *weights
         m->r[i] = r[i];
     }
 }
-PERP__MULTIVERSION(difference,
-                   (perp__mixing * m, const double *weights, const double *r, double *F, double *R),
-                   (m, weights, r, F, R))
 
 /* x := x - sum_k factors[k] D_k, the D_k one after the other in memory */
-PERP__KERNEL static void combine_loops(double *x, const double *D, const double *factors,
-                                       int32_t count, int32_t n)
+PERP__MULTIVERSION(combine,
+                   (double *x, const double *D, const double *factors, int32_t count, int32_t n),
+                   (x, D, factors, count, n))
 {
     int32_t k = 0;
 
@@ -93,9 +91,6 @@ PERP__KERNEL static void combine_loops(double *x, const double *D, const double 
             x[i] -= factors[k] * a[i];
     }
 }
-PERP__MULTIVERSION(combine,
-                   (double *x, const double *D, const double *factors, int32_t count, int32_t n),
-                   (x, D, factors, count, n))
 
 /* ---- least squares ----------------------------------------------------------------------------
  */

@@ -89,7 +89,9 @@ PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double 
     perp__packed_push(c, d, first, second);
 }
 
-PERP__KERNEL static void run_loops(perp__sweep_work *work, int32_t from, int32_t to, double *most)
+PERP__MULTIVERSION_SHARED(perp__sweep_packed,
+                          (perp__sweep_work * work, int32_t from, int32_t to, double *most),
+                          (work, from, to, most))
 {
     const int32_t *starts = work->rows;
     perp__packed_contact *c = work->packed;
@@ -106,14 +108,6 @@ PERP__KERNEL static void run_loops(perp__sweep_work *work, int32_t from, int32_t
             worst = isnan(worst) ? worst : change;
     }
     *most = worst;
-}
-
-PERP__MULTIVERSION(run, (perp__sweep_work * work, int32_t from, int32_t to, double *most),
-                   (work, from, to, most))
-
-void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most)
-{
-    run(work, from, to, most);
 }
 
 /* to := from with the tangents of packed contacts turned into their frames (1) or back (-1) */

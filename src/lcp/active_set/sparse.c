@@ -351,7 +351,7 @@ int32_t perp__sparse_active_set_correct(void *object, const double *residual, do
     if (!problem->block->factored) /* a rough solve would not do */
         return 0;
     memcpy(step, residual, (size_t)problem->n * sizeof *step);
-    perp__sparse_block_solve(problem->block, step);
+    perp__sparse_block_solve(problem->block, step, 0);
     return 1;
 }
 

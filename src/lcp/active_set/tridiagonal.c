@@ -306,7 +306,7 @@ static perp_status solve_equations(const scan *s, double *z, const int32_t *acti
         z[active[k]] = 0.0;
     for (int32_t k = 0; k < count; k++)
         x[active[k]] = -(p->q[active[k]] + row_times(&s->problem->block->T, active[k], z));
-    perp__sparse_block_solve(p->block, x);
+    perp__sparse_block_solve(p->block, x, 0);
     for (int32_t k = 0; k < count; k++)
         z[active[k]] = x[active[k]];
     return PERP_OK;

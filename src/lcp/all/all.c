@@ -94,13 +94,12 @@ void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
 {
     const size_t entries = (size_t)(answer->vertices + answer->rays) * (size_t)all->n;
     perp__evaluation worth;
-    double largest = 0.0;
+    double largest;
 
     if (all->silent)
         return;
     perp__answer_find_middle(&all->answers, answer);
-    for (int32_t i = 0; i < all->n; i++)
-        largest = fmax(largest, fabs(answer->middle[i]));
+    largest = perp__largest(answer->middle, all->n);
     worth = evaluate_middle(all, answer);
     to_caller(all->solver, answer);
     for (int32_t i = 0; i < all->n; i++)
@@ -144,9 +143,8 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
     perp_status status = PERP__CHECK(perp_lcp_enumeration, context, result);
 
     if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "M has %d rows: all solutions are searched for up to %d",
-                            (int)solver->n, PERP__LARGEST_ALL);
+        status = perp__refuse(context, "M has %d rows: all solutions are searched for up to %d",
+                              (int)solver->n, PERP__LARGEST_ALL);
     PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
     return status;
 }
@@ -181,7 +179,7 @@ static perp_status all_prepare(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
     const int32_t n = all->n = solver->n;
-    perp__lcp_problem problem;
+    perp__lcp_problem problem = {0};
     perp_status status = perp__polish_fit(solver);
 
     PERP__THEN(status, perp__arena_fit(&all->arena, all->context, layout, all));
@@ -192,7 +190,6 @@ static perp_status all_prepare(perp__lcp_all *all)
     all->answers.incomplete = 0;
     all->polyhedron.origin = all->origin;
     all->polyhedron.directions = all->directions;
-    memset(&problem, 0, sizeof problem);
     problem.n = n;
     problem.M = &solver->M;
     problem.factors = solver->factors;

@@ -15,15 +15,6 @@ static const double same = 1e-8;
  * own: no other leaf can find it. */
 static const double clear_margin = 1e-6;
 
-static double largest_of(const double *x, int32_t count)
-{
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < count; i++)
-        largest = fmax(largest, fabs(x[i]));
-    return largest;
-}
-
 static double *row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
 {
     return level->T + (size_t)i * (size_t)(all->n + 1);
@@ -131,7 +122,7 @@ static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, c
                                int32_t constant)
 {
     const perp_lcp_solver *solver = all->solver;
-    const double largest = largest_of(z, all->n);
+    const double largest = perp__largest(z, all->n);
     const double size = constant ? fmax(1.0, largest) : largest;
 
     for (int32_t i = 0; i < all->n; i++) {
@@ -266,7 +257,7 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
     answer->vertices = 0;
     for (int32_t k = 0; k < points; k++) {
         const double *z = answer->points + (size_t)k * n;
-        const double size = largest_of(z, all->n);
+        const double size = perp__largest(z, all->n);
 
         if (k < vertices) {
             const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, z);
@@ -285,7 +276,7 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
 static int32_t find_dimension(const perp__lcp_all *all, const perp__answer *answer)
 {
     const int32_t n = all->n;
-    const double least = same * fmax(1.0, largest_of(answer->points, n));
+    const double least = same * fmax(1.0, perp__largest(answer->points, n));
     int32_t rank = 0, i, k;
 
     for (k = 1; k < answer->vertices + answer->rays && rank < n; k++) {
@@ -294,7 +285,7 @@ static int32_t find_dimension(const perp__lcp_all *all, const perp__answer *answ
 
         for (i = 0; i < n; i++)
             x[i] = point[i] - (k < answer->vertices ? answer->points[i] : 0.0);
-        size = largest_of(x, n);
+        size = perp__largest(x, n);
         if (size > least)
             rank = perp__rank_add(all->work, rank, n, same * size);
     }

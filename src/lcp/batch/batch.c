@@ -219,19 +219,16 @@ static perp_status check(perp_context *context, const batch *b, const double *z,
     perp_status status = PERP_OK;
 
     if (data->count < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "count is %lld, expected 0 or more",
-                          (long long)data->count);
+        return perp__refuse(context, "count is %lld, expected 0 or more", (long long)data->count);
     if (data->n < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "n is %d, expected 0 or more",
-                          (int)data->n);
+        return perp__refuse(context, "n is %d, expected 0 or more", (int)data->n);
     if (threads < 1 || threads > PERP__MOST_THREADS)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "threads is %d, expected 1 to %d",
-                          (int)threads, PERP__MOST_THREADS);
+        return perp__refuse(context, "threads is %d, expected 1 to %d", (int)threads,
+                            PERP__MOST_THREADS);
     if (data->count > 0 && data->n > 0) {
         if ((uint64_t)data->count > SIZE_MAX / sizeof(double) / (size_t)data->n / (size_t)data->n)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "count is %lld, too many problems of n = %d", (long long)data->count,
-                              (int)data->n);
+            return perp__refuse(context, "count is %lld, too many problems of n = %d",
+                                (long long)data->count, (int)data->n);
         status = perp__check_pointer(context, "z", z);
         PERP__THEN(status, perp__check_pointer(context, "M", data->M));
         PERP__THEN(status, perp__check_pointer(context, "q", data->q));
@@ -293,12 +290,11 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
 {
     perp_lcp_settings own;
     perp__arena arena = {0};
-    batch b;
+    batch b = {0};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    memset(&b, 0, sizeof b);
     b.context = context;
     b.data.count = count;
     b.data.n = n;

@@ -141,11 +141,11 @@ perp_status perp__lcp_check_verdict(perp_context *context, const char *name, con
 {
     if (verdict == PERP_VERDICT_REGULAR || verdict == PERP_VERDICT_DEGENERATE)
         return PERP_OK;
-    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s has no derivatives: it is %s%s%s%s", name,
-                      verdict == PERP_VERDICT_SINGULAR ? "a solution whose " : "",
-                      verdict == PERP_VERDICT_SINGULAR ? set : "",
-                      verdict == PERP_VERDICT_SINGULAR ? " is " : "",
-                      perp_lcp_verdict_text(verdict));
+    return perp__refuse(context, "%s has no derivatives: it is %s%s%s%s", name,
+                        verdict == PERP_VERDICT_SINGULAR ? "a solution whose " : "",
+                        verdict == PERP_VERDICT_SINGULAR ? set : "",
+                        verdict == PERP_VERDICT_SINGULAR ? " is " : "",
+                        perp_lcp_verdict_text(verdict));
 }
 
 static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,

@@ -426,23 +426,8 @@ static double radius_of(const perp__verify *v, int32_t i)
 
 PERP__INIT(perp_lcp_proof)
 
-const char *perp_lcp_verdict_text(int32_t verdict)
-{
-    switch (verdict) {
-    case PERP_VERDICT_REGULAR:
-        return "regular";
-    case PERP_VERDICT_NOT_A_SOLUTION:
-        return "not a solution";
-    case PERP_VERDICT_SINGULAR:
-        return "singular";
-    case PERP_VERDICT_DEGENERATE:
-        return "degenerate";
-    case PERP_VERDICT_TOO_LARGE:
-        return "too large";
-    default:
-        return "unknown verdict";
-    }
-}
+PERP__WORDS(perp_lcp_verdict_text, "unknown verdict", "regular", "not a solution", "singular",
+            "degenerate", "too large")
 
 static perp_status check(perp__verify *v, const perp_lcp_proof *proof, const perp_matrix *M,
                          const double *q)
@@ -461,9 +446,8 @@ static perp_status check(perp__verify *v, const perp_lcp_proof *proof, const per
 static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proof, int32_t verdict,
                       int32_t index)
 {
-    perp_lcp_proof own;
+    perp_lcp_proof own = {0};
 
-    memset(&own, 0, sizeof own);
     for (int32_t i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
         perp__raise_to(&own.radius, radius_of(v, i));
     if (!isfinite(own.radius))

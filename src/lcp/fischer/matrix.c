@@ -64,12 +64,11 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
     }
 }
 
-PERP__KERNEL static void add_one_loops(size_t n, const double *a, double x, double *restrict y)
+PERP__MULTIVERSION(add_one, (size_t n, const double *a, double x, double *restrict y), (n, a, x, y))
 {
     for (size_t i = 0; i < n; i++)
         y[i] += a[i] * x;
 }
-PERP__MULTIVERSION(add_one, (size_t n, const double *a, double x, double *y), (n, a, x, y))
 
 void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t j, double x,
                                      double *y)
@@ -162,7 +161,7 @@ void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x)
     double *packed = matrix->packed;
 
     if (matrix->by == PERP__FISCHER_SHARED) {
-        perp__sparse_block_solve(matrix->problem->block, x);
+        perp__sparse_block_solve(matrix->problem->block, x, 0);
         return;
     }
     for (int32_t k = 0; k < count; k++)

@@ -191,10 +191,8 @@ static int32_t count_left(const perp__lemke *l)
 static void clear_dependent(perp__lemke *l, double largest)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
-    double size = 0.0;
+    const double size = perp__largest(l->b, l->pairs);
 
-    for (int32_t r = 0; r < l->pairs; r++)
-        size = fmax(size, fabs(l->b[r]));
     for (int32_t r = 0; r < l->pairs; r++) {
         if (!is_free_equation(l, r))
             continue;

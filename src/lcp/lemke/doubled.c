@@ -38,9 +38,10 @@ static pair quotient(pair a, pair b)
 }
 
 /* x -= (factor + factor_low) (a + a_low), every number a pair (Dekker 1971). */
-PERP__KERNEL static void subtract_loops(size_t n, double factor, double factor_low,
-                                        const double *restrict a, const double *restrict a_low,
-                                        double *restrict x, double *restrict x_low)
+PERP__MULTIVERSION(subtract,
+                   (size_t n, double factor, double factor_low, const double *restrict a,
+                    const double *restrict a_low, double *restrict x, double *restrict x_low),
+                   (n, factor, factor_low, a, a_low, x, x_low))
 {
     for (size_t i = 0; i < n; i++) {
         const double p = factor * a[i];
@@ -54,10 +55,6 @@ PERP__KERNEL static void subtract_loops(size_t n, double factor, double factor_l
         x[i] = high;
     }
 }
-PERP__MULTIVERSION(subtract,
-                   (size_t n, double factor, double factor_low, const double *a,
-                    const double *a_low, double *x, double *x_low),
-                   (n, factor, factor_low, a, a_low, x, x_low))
 
 static void layout(perp__arena *arena, void *object)
 {

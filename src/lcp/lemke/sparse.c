@@ -373,7 +373,6 @@ static int32_t choose_slack(perp__lemke *l)
 static perp_status load_with(perp__lemke *l, int32_t slack)
 {
     const int32_t r = l->factored.missing;
-    double largest = 0.0;
     perp_status status;
 
     l->basic[r] = l->pairs + slack;
@@ -381,9 +380,7 @@ static perp_status load_with(perp__lemke *l, int32_t slack)
     if (status != PERP_OK)
         return status;
     solve_column(l, perp__lemke_t(l));
-    for (int32_t k = 0; k < l->pairs; k++)
-        largest = fmax(largest, fabs(l->column[k]));
-    if (!(fabs(l->column[r]) > l->smallest_pivot * largest))
+    if (!(fabs(l->column[r]) > l->smallest_pivot * perp__largest(l->column, l->pairs)))
         return PERP__FACTOR_SINGULAR;
     perp__basis_replace(&l->factored.basis, r, l->column); /* the file is empty: there is room */
     l->basic[r] = perp__lemke_t(l);

@@ -111,12 +111,12 @@ static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
     if (diagonal > 0.0)
         return PERP_OK;
     if (problem->row_norms[i] > 0.0)
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "M(%d,%d) = %g: pgs needs a positive diagonal", (int)i, (int)i, diagonal);
+        return perp__refuse(problem->context, "M(%d,%d) = %g: pgs needs a positive diagonal",
+                            (int)i, (int)i, diagonal);
     if ((q > 0.0 && problem->lower[i] == -INFINITY) || (q < 0.0 && problem->upper[i] == INFINITY))
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z", (int)i,
-                          (int)i, (int)i, (int)i);
+        return perp__refuse(problem->context,
+                            "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z", (int)i,
+                            (int)i, (int)i, (int)i);
     return PERP_OK;
 }
 

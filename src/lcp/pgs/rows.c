@@ -305,9 +305,8 @@ static void find_reach(perp__rows *rows)
 
 static void slice_rows(perp__rows *rows)
 {
-    sorting sort;
+    sorting sort = {0};
 
-    memset(&sort, 0, sizeof sort);
     sort.rows = rows;
     find_reach(rows);
     for (int32_t s = 0; s < rows->count; s++)

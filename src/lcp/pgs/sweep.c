@@ -266,19 +266,17 @@ PERP__KERNEL static void pass_any(const perp__sweeper *sweeper, perp__passage *p
     passage->done++;
 }
 
-PERP__KERNEL static void forward_loops(const perp__sweeper *sweeper, perp__passage *passage)
+PERP__MULTIVERSION(forward, (const perp__sweeper *sweeper, perp__passage *passage),
+                   (sweeper, passage))
 {
     pass_any(sweeper, passage, passage->done, 0);
 }
-PERP__MULTIVERSION(forward, (const perp__sweeper *sweeper, perp__passage *passage),
-                   (sweeper, passage))
 
-PERP__KERNEL static void backward_loops(const perp__sweeper *sweeper, perp__passage *passage)
+PERP__MULTIVERSION(backward, (const perp__sweeper *sweeper, perp__passage *passage),
+                   (sweeper, passage))
 {
     pass_any(sweeper, passage, (sweeper->rows.count - 1) / PERP__BLOCK - passage->done, 1);
 }
-PERP__MULTIVERSION(backward, (const perp__sweeper *sweeper, perp__passage *passage),
-                   (sweeper, passage))
 
 static void begin(perp__passage *passage)
 {

@@ -67,8 +67,10 @@ PERP__KERNEL static void add_child(int32_t width, const perp__front *child, cons
         }
 }
 
-PERP__KERNEL static void sum_up_loops(const perp__fronts *f, const front_view *v,
-                                      const perp__front *child, const double *from)
+PERP__MULTIVERSION(sum_up,
+                   (const perp__fronts *f, const front_view *v, const perp__front *child,
+                    const double *from),
+                   (f, v, child, from))
 {
     if (child && f->width == 6)
         add_child(6, child, from, v);
@@ -81,10 +83,6 @@ PERP__KERNEL static void sum_up_loops(const perp__fronts *f, const front_view *v
 }
 
 /* Adds the entries of the matrix, or what a child leaves. */
-PERP__MULTIVERSION(sum_up,
-                   (const perp__fronts *f, const front_view *v, const perp__front *child,
-                    const double *from),
-                   (f, v, child, from))
 
 static void clear(double *x, size_t count)
 {

@@ -22,15 +22,17 @@ PERP__KERNEL static void subtract_4_loops(size_t m, const double *a, size_t lda,
         y[i] = (((y[i] - a0[i] * x0) - a1[i] * x1) - a2[i] * x2) - a3[i] * x3;
 }
 
-PERP__KERNEL static void subtract_1_loops(size_t m, const double *a, double x, double *restrict y)
+PERP__MULTIVERSION(subtract_1, (size_t m, const double *a, double x, double *restrict y),
+                   (m, a, x, y))
 {
     for (size_t i = 0; i < m; i++)
         y[i] -= a[i] * x;
 }
-PERP__MULTIVERSION(subtract_1, (size_t m, const double *a, double x, double *y), (m, a, x, y))
 
-PERP__KERNEL static void subtract_product_loops(size_t m, size_t n, const double *A, size_t lda,
-                                                const double *x, size_t incx, double *y)
+PERP__MULTIVERSION(subtract_product,
+                   (size_t m, size_t n, const double *A, size_t lda, const double *x, size_t incx,
+                    double *y),
+                   (m, n, A, lda, x, incx, y))
 {
     size_t j;
 
@@ -39,10 +41,6 @@ PERP__KERNEL static void subtract_product_loops(size_t m, size_t n, const double
     for (; j < n; j++)
         subtract_1_loops(m, A + j * lda, x[j * incx], y);
 }
-PERP__MULTIVERSION(subtract_product,
-                   (size_t m, size_t n, const double *A, size_t lda, const double *x, size_t incx,
-                    double *y),
-                   (m, n, A, lda, x, incx, y))
 
 void perp__loops_gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
                                int32_t incx, double *y)
@@ -52,9 +50,10 @@ void perp__loops_gemv_subtract(int32_t m, int32_t n, const double *A, int32_t ld
 
 /* Two columns of C minus four of A times a 4 by 2 block of B; each entry's order of summation is
  * that of subtract_4. */
-PERP__KERNEL static void subtract_4_by_2_loops(size_t m, const double *a, size_t lda,
-                                               const double *b, size_t ldb, double *restrict c,
-                                               double *restrict d)
+PERP__MULTIVERSION(subtract_4_by_2,
+                   (size_t m, const double *a, size_t lda, const double *b, size_t ldb,
+                    double *restrict c, double *restrict d),
+                   (m, a, lda, b, ldb, c, d))
 {
     const double *a0 = a, *a1 = a + lda, *a2 = a + 2 * lda, *a3 = a + 3 * lda;
     const double b0 = b[0], b1 = b[1], b2 = b[2], b3 = b[3];
@@ -65,10 +64,6 @@ PERP__KERNEL static void subtract_4_by_2_loops(size_t m, const double *a, size_t
         d[i] = (((d[i] - a0[i] * d0) - a1[i] * d1) - a2[i] * d2) - a3[i] * d3;
     }
 }
-PERP__MULTIVERSION(subtract_4_by_2,
-                   (size_t m, const double *a, size_t lda, const double *b, size_t ldb, double *c,
-                    double *d),
-                   (m, a, lda, b, ldb, c, d))
 
 void perp__loops_gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
                                const double *B, int32_t ldb, double *C, int32_t ldc)
@@ -104,15 +99,13 @@ PERP__KERNEL static double sum_of_lanes(size_t m, const double *a, const double 
     return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
 }
 
-PERP__KERNEL static void subtract_dots_loops(size_t m, size_t n, const double *A, size_t lda,
-                                             const double *x, double *y)
+PERP__MULTIVERSION(subtract_dots,
+                   (size_t m, size_t n, const double *A, size_t lda, const double *x, double *y),
+                   (m, n, A, lda, x, y))
 {
     for (size_t j = 0; j < n; j++)
         y[j] -= sum_of_lanes(m, A + j * lda, x);
 }
-PERP__MULTIVERSION(subtract_dots,
-                   (size_t m, size_t n, const double *A, size_t lda, const double *x, double *y),
-                   (m, n, A, lda, x, y))
 
 void perp__loops_gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
                                           const double *x, int32_t incx, double *y)
@@ -153,8 +146,10 @@ static void swap_rows(int32_t n, double *A, int32_t lda, int32_t i, int32_t k)
     }
 }
 
-PERP__KERNEL static void lu_panel_loops(int32_t m, int32_t n, double *A, int32_t lda,
-                                        int32_t *pivots, int32_t *zero_pivot)
+PERP__MULTIVERSION(lu_panel,
+                   (int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots,
+                    int32_t *zero_pivot),
+                   (m, n, A, lda, pivots, zero_pivot))
 {
     for (int32_t k = 0; k < n; k++) {
         double *a = A + (size_t)lda * (size_t)k;
@@ -179,10 +174,6 @@ PERP__KERNEL static void lu_panel_loops(int32_t m, int32_t n, double *A, int32_t
         }
     }
 }
-PERP__MULTIVERSION(lu_panel,
-                   (int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots,
-                    int32_t *zero_pivot),
-                   (m, n, A, lda, pivots, zero_pivot))
 
 int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots)
 {
@@ -192,8 +183,10 @@ int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32
     return zero_pivot;
 }
 
-PERP__KERNEL static void solve_unit_lower_loops(int32_t n, int32_t columns, const double *A,
-                                                int32_t lda, double *B, int32_t ldb)
+PERP__MULTIVERSION_SHARED(perp__loops_solve_unit_lower,
+                          (int32_t n, int32_t columns, const double *A, int32_t lda, double *B,
+                           int32_t ldb),
+                          (n, columns, A, lda, B, ldb))
 {
     for (int32_t j = 0; j < columns; j++) {
         double *b = B + (size_t)ldb * (size_t)j;
@@ -202,16 +195,6 @@ PERP__KERNEL static void solve_unit_lower_loops(int32_t n, int32_t columns, cons
             if (b[k] != 0.0)
                 subtract_1_loops((size_t)(n - k - 1), column(A, lda, k) + k + 1, b[k], b + k + 1);
     }
-}
-PERP__MULTIVERSION(solve_unit_lower,
-                   (int32_t n, int32_t columns, const double *A, int32_t lda, double *B,
-                    int32_t ldb),
-                   (n, columns, A, lda, B, ldb))
-
-void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
-                                  double *B, int32_t ldb)
-{
-    solve_unit_lower(n, columns, A, lda, B, ldb);
 }
 
 static void swap_entries(double *x, int32_t i, int32_t k)
@@ -223,21 +206,19 @@ static void swap_entries(double *x, int32_t i, int32_t k)
 }
 
 /* P A = L U: x := U^-1 L^-1 P x */
-PERP__KERNEL static void solve_loops(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
-                                     double *x)
+PERP__MULTIVERSION(solve,
+                   (int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x),
+                   (n, A, lda, pivots, x))
 {
     for (int32_t k = 0; k < n; k++)
         swap_entries(x, k, pivots[k] - 1);
-    solve_unit_lower_loops(n, 1, A, lda, x, n);
+    perp__loops_solve_unit_lower_loops(n, 1, A, lda, x, n);
     for (int32_t k = n - 1; k >= 0; k--) {
         x[k] /= column(A, lda, k)[k];
         if (x[k] != 0.0)
             subtract_1_loops((size_t)k, column(A, lda, k), x[k], x);
     }
 }
-PERP__MULTIVERSION(solve,
-                   (int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x),
-                   (n, A, lda, pivots, x))
 
 /* x := P' L^-T U^-T x */
 static void solve_transposed(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
@@ -271,7 +252,7 @@ void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t
 
 /* Left-looking: column k less L(k:, :k) L(k, :k)', then divided by the root of its first entry.
  * *wrong: the column whose pivot is not positive, from 1 on; or 0. */
-PERP__KERNEL static void cholesky_loops(size_t n, double *A, size_t lda, int32_t *wrong)
+PERP__MULTIVERSION(cholesky, (size_t n, double *A, size_t lda, int32_t *wrong), (n, A, lda, wrong))
 {
     *wrong = 0;
     for (size_t k = 0; k < n; k++) {
@@ -287,7 +268,6 @@ PERP__KERNEL static void cholesky_loops(size_t n, double *A, size_t lda, int32_t
             column[i] /= root;
     }
 }
-PERP__MULTIVERSION(cholesky, (size_t n, double *A, size_t lda, int32_t *wrong), (n, A, lda, wrong))
 
 /* Entry by entry, where vectors would not be filled: the same sums in the same order. */
 static int32_t cholesky_of_few(size_t n, double *A, size_t lda)
@@ -315,8 +295,9 @@ int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda)
     return wrong;
 }
 
-PERP__KERNEL static void cholesky_solve_loops(size_t n, size_t columns, const double *L, size_t lda,
-                                              double *B, size_t ldb)
+PERP__MULTIVERSION(cholesky_solve,
+                   (size_t n, size_t columns, const double *L, size_t lda, double *B, size_t ldb),
+                   (n, columns, L, lda, B, ldb))
 {
     for (size_t j = 0; j < columns; j++) {
         double *b = B + j * ldb;
@@ -334,9 +315,6 @@ PERP__KERNEL static void cholesky_solve_loops(size_t n, size_t columns, const do
         }
     }
 }
-PERP__MULTIVERSION(cholesky_solve,
-                   (size_t n, size_t columns, const double *L, size_t lda, double *B, size_t ldb),
-                   (n, columns, L, lda, B, ldb))
 
 static void cholesky_solve_few(size_t n, const double *L, size_t lda, double *b)
 {

@@ -2,8 +2,9 @@
  * multiply-add in hardware. A kernel's arithmetic is fixed by its C text (-ffp-contract=off, fma()
  * only where written), so both versions give the same bits.
  *
- * Usage: write the loops as PERP__KERNEL static void name_loops(...), then
- * PERP__MULTIVERSION(name, (parameters), (arguments)) defines `static void name(...)`. */
+ * Usage: PERP__MULTIVERSION(name, (parameters), (arguments)) and the body with the loops, in
+ * braces, define `static void name(parameters)`, PERP__MULTIVERSION_SHARED one that a header
+ * declares; the loops alone are `name_loops`. Functions that loops call are PERP__KERNEL static. */
 #ifndef PERP_LINALG_MULTIVERSION_H
 #define PERP_LINALG_MULTIVERSION_H
 
@@ -11,7 +12,8 @@
     !(defined(__AVX2__) && defined(__FMA__))
 
 #define PERP__KERNEL __attribute__((always_inline)) inline
-#define PERP__MULTIVERSION(name, parameters, arguments)                              \
+#define PERP__MULTIVERSIONS(linkage, name, parameters, arguments)                    \
+    PERP__KERNEL static void name##_loops parameters;                                \
     __attribute__((target("avx2,fma"), noinline)) static void name##_avx2 parameters \
     {                                                                                \
         name##_loops arguments;                                                      \
@@ -20,23 +22,31 @@
     {                                                                                \
         name##_loops arguments;                                                      \
     }                                                                                \
-    static void name parameters                                                      \
+    linkage void name parameters                                                     \
     {                                                                                \
         if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))         \
             name##_avx2 arguments;                                                   \
         else                                                                         \
             name##_any arguments;                                                    \
-    }
+    }                                                                                \
+    PERP__KERNEL static void name##_loops parameters
 
 #else
 
 #define PERP__KERNEL inline
-#define PERP__MULTIVERSION(name, parameters, arguments) \
-    static void name parameters                         \
-    {                                                   \
-        name##_loops arguments;                         \
-    }
+#define PERP__MULTIVERSIONS(linkage, name, parameters, arguments) \
+    PERP__KERNEL static void name##_loops parameters;             \
+    linkage void name parameters                                  \
+    {                                                             \
+        name##_loops arguments;                                   \
+    }                                                             \
+    PERP__KERNEL static void name##_loops parameters
 
 #endif
+
+#define PERP__MULTIVERSION(name, parameters, arguments) \
+    PERP__MULTIVERSIONS(static, name, parameters, arguments)
+#define PERP__MULTIVERSION_SHARED(name, parameters, arguments) \
+    PERP__MULTIVERSIONS(, name, parameters, arguments)
 
 #endif

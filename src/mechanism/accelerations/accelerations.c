@@ -10,22 +10,11 @@
 #define ROUNDING 1e-11
 #define DIFFERENCE_ROWS 24 /* of state.c */
 
-static const char *const reason_texts[] = {
-    "one acceleration, whatever the loads are",
-    "a contact that slides pulls itself in",
-    "a contact that slides neither pulls itself in nor pushes itself away",
-    "contacts pull each other in",
-    "contacts share a load",
-    "too many contacts to decide",
-    "friction is larger at rest than in motion",
-};
-
-const char *perp_mechanism_reason_text(int32_t reason)
-{
-    const int32_t count = (int32_t)(sizeof reason_texts / sizeof *reason_texts);
-
-    return reason >= 0 && reason < count ? reason_texts[reason] : "unknown reason";
-}
+PERP__WORDS(perp_mechanism_reason_text, "unknown reason",
+            "one acceleration, whatever the loads are", "a contact that slides pulls itself in",
+            "a contact that slides neither pulls itself in nor pushes itself away",
+            "contacts pull each other in", "contacts share a load", "too many contacts to decide",
+            "friction is larger at rest than in motion")
 
 PERP__INIT(perp_mechanism_found)
 
@@ -218,11 +207,11 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
     if (status != PERP_OK)
         return status;
     if (!a || !a->asked)
-        return perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                          "there are no accelerations: ask perp_mechanism_accelerations first");
+        return perp__refuse(m->context,
+                            "there are no accelerations: ask perp_mechanism_accelerations first");
     if (index < 0 || index >= a->answers.count)
-        return perp__fail(m->context, PERP_ERROR_ARGUMENT, "index is %d, and there are %d answers",
-                          (int)index, (int)a->answers.count);
+        return perp__refuse(m->context, "index is %d, and there are %d answers", (int)index,
+                            (int)a->answers.count);
     answer = perp__answers_get(&a->answers, index);
     perp_mechanism_found_init(&own, sizeof own);
     own.stable = answer->stable;

@@ -380,8 +380,7 @@ perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, dou
     if (status == PERP_OK && *impact < 0)
         status = find_bias(a, t, q, v);
     if (status == PERP__OUTSIDE)
-        return perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                          "q is outside of what the mechanism is defined for");
+        return perp__refuse(m->context, "q is outside of what the mechanism is defined for");
     if (status == PERP_OK && *impact < 0)
         status = perp__acceleration_reduce(a);
     return status;

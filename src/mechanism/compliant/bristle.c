@@ -37,8 +37,7 @@ static perp_status check_size(perp_context *context, const char *name, double va
 
     if (status != PERP_OK || value > 0.0 || (value == 0.0 && !above))
         return status;
-    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %g, expected %s", name, value,
-                      above ? "> 0" : ">= 0");
+    return perp__refuse(context, "%s is %g, expected %s", name, value, above ? "> 0" : ">= 0");
 }
 
 static perp_status check_stribeck(perp_context *context, perp_bristle *law)
@@ -51,9 +50,8 @@ static perp_status check_stribeck(perp_context *context, perp_bristle *law)
     if (law->breakaway == 0.0)
         law->breakaway = law->kinetic;
     if (law->breakaway < law->kinetic)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "law.breakaway is %g, below law.kinetic = %g", law->breakaway,
-                          law->kinetic);
+        return perp__refuse(context, "law.breakaway is %g, below law.kinetic = %g", law->breakaway,
+                            law->kinetic);
     status = check_size(context, "law.speed", law->speed, law->breakaway > law->kinetic);
     PERP__THEN(status, check_size(context, "law.viscosity", law->viscosity, 0));
     return status;

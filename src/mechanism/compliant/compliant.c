@@ -110,8 +110,8 @@ static perp_status take_sides(perp_compliant *c, const int32_t *one_sided)
     for (int32_t k = 0; k < c->p; k++) {
         c->one_sided[k] = one_sided ? one_sided[k] : 0;
         if (c->one_sided[k] != 0 && c->one_sided[k] != 1)
-            return perp__fail(c->context, PERP_ERROR_ARGUMENT, "one_sided[%d] is %d, not 0 or 1",
-                              (int)k, (int)c->one_sided[k]);
+            return perp__refuse(c->context, "one_sided[%d] is %d, not 0 or 1", (int)k,
+                                (int)c->one_sided[k]);
     }
     return PERP_OK;
 }
@@ -165,11 +165,10 @@ static const perp__field sizes[] = {
 static perp_status create(perp_context *context, perp_compliant **compliant,
                           const perp_compliant_system *system)
 {
-    perp_compliant_system read;
+    perp_compliant_system read = {0};
     perp_compliant *c;
     perp_status status = perp__check_pointer(context, "compliant", compliant);
 
-    memset(&read, 0, sizeof read);
     PERP__THEN(status, perp__check_pointer(context, "system", system));
     PERP__THEN(status, PERP__READ(perp_compliant_system, context, &read, system));
     PERP__THEN(status, PERP__CHECK_FIELDS(context, "system", &read, sizes));
@@ -210,8 +209,8 @@ static perp_status check_signs(perp_compliant *c, const char *name, const int32_
 
     for (int32_t k = 0; k < c->p && status == PERP_OK; k++)
         if (signs[k] < -1 || signs[k] > 1 || (signs[k] == 0 && least == 1))
-            status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "%s[%d] is %d, not a sign", name,
-                                (int)k, (int)signs[k]);
+            status =
+                perp__refuse(c->context, "%s[%d] is %d, not a sign", name, (int)k, (int)signs[k]);
     return status;
 }
 
@@ -219,7 +218,7 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
                              double *eigenvalues, const int32_t *slip, const int32_t *load)
 {
     const size_t p = (size_t)c->p;
-    perp_compliant_stability own;
+    perp_compliant_stability own = {0};
     perp__stability verdict;
     perp_status status = PERP__CHECK(perp_compliant_stability, c->context, stability);
 
@@ -235,7 +234,6 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
     if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
         return perp__fail(c->context, PERP_ERROR_NOT_FINITE,
                           "the eigenvalues of the compliant contacts overflow");
-    memset(&own, 0, sizeof own);
     own.stable = verdict.stable;
     own.flutter = verdict.flutter;
     own.growth = c->roots[0];

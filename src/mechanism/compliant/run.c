@@ -389,8 +389,7 @@ static perp_status check(perp_compliant *c, const progress *run)
 
     PERP__THEN(status, perp__check_vector(c->context, "v0", run->v0, (size_t)c->n));
     if (status == PERP_OK && !(run->t_end > 0.0 && isfinite(run->t_end)))
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT,
-                            "t_end is %g, expected a positive number", run->t_end);
+        status = perp__refuse(c->context, "t_end is %g, expected a positive number", run->t_end);
     PERP__THEN(status, PERP__CHECK_FIELDS(c->context, "settings", &run->settings, fields));
     return status;
 }
@@ -412,9 +411,9 @@ static perp_status begin(perp_compliant *c, progress *run)
     perp__compliant_begin_modes(c);
     for (int32_t k = 0; k < c->p && !run->settings.through; k++)
         if (perp__compliant_rests(c, k))
-            return perp__fail(c->context, PERP_ERROR_ARGUMENT,
-                              "contact %d does not slide: settings.through goes on from rest",
-                              (int)k);
+            return perp__refuse(c->context,
+                                "contact %d does not slide: settings.through goes on from rest",
+                                (int)k);
     run->result.contact = -1;
     run->result.least_normal = INFINITY;
     run->result.largest_normal = -INFINITY;

@@ -84,10 +84,9 @@ static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const 
 static perp_status invert(perp_load_friction *f, double *tau, perp_load_inverse *inverse,
                           const double *velocity, const double *acceleration)
 {
-    perp_load_inverse own;
+    perp_load_inverse own = {0};
     perp_status status = perp__check_pointer(f->context, "tau", tau);
 
-    memset(&own, 0, sizeof own);
     if (status == PERP_OK && inverse)
         status = PERP__CHECK(perp_load_inverse, f->context, inverse);
     PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));

@@ -19,33 +19,18 @@ PERP__INIT(perp_load_summary)
 
 PERP__INIT(perp_load_inverse)
 
-const char *perp_load_kind_text(int32_t kind)
-{
-    static const char *const words[] = {"dynamic", "static", "mixed", "family"};
+PERP__WORDS(perp_load_kind_text, "unknown kind", "dynamic", "static", "mixed", "family")
 
-    return kind >= 0 && kind < 4 ? words[kind] : "unknown kind";
-}
+PERP__WORDS(perp_load_mode_text, "unknown mode", "slide", "stick", "forward", "backward", "stopped")
 
-const char *perp_load_mode_text(int32_t mode)
-{
-    static const char *const words[] = {"slide", "stick", "forward", "backward", "stopped"};
-
-    return mode >= 0 && mode < 5 ? words[mode] : "unknown mode";
-}
-
-const char *perp_load_reason_text(int32_t reason)
-{
-    static const char *const words[] = {
-        "",
-        "the torque leaves the acceleration free along a direction: an effective inertia is zero",
-        "the wanted motion is on an unstable branch, where an effective inertia is negative",
-        "the wanted motion is unstable: compliant contacts oscillate away from it (flutter)",
-        "the torque has other accelerations, too",
-        "static friction at rest leaves the torque open within its limits",
-        "the system is too large to exclude other accelerations of this torque"};
-
-    return reason >= 0 && reason < 7 ? words[reason] : "unknown reason";
-}
+PERP__WORDS(
+    perp_load_reason_text, "unknown reason", "",
+    "the torque leaves the acceleration free along a direction: an effective inertia is zero",
+    "the wanted motion is on an unstable branch, where an effective inertia is negative",
+    "the wanted motion is unstable: compliant contacts oscillate away from it (flutter)",
+    "the torque has other accelerations, too",
+    "static friction at rest leaves the torque open within its limits",
+    "the system is too large to exclude other accelerations of this torque")
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
@@ -241,8 +226,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
     perp_status status = read_system(f->context, &read, system);
 
     if (status == PERP_OK && read.n != f->n)
-        status = perp__fail(f->context, PERP_ERROR_ARGUMENT, "system.n is %d, it was %d",
-                            (int)read.n, (int)f->n);
+        status = perp__refuse(f->context, "system.n is %d, it was %d", (int)read.n, (int)f->n);
     PERP__THEN(status, make(f->context, &made, &f->settings, &read));
     if (status != PERP_OK)
         return status;
@@ -300,16 +284,15 @@ perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_sum
 static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
 {
     const perp__answer *a;
-    perp_load_found own;
+    perp_load_found own = {0};
     perp_status status = PERP__CHECK(perp_load_found, f->context, found);
 
     if (status != PERP_OK)
         return status;
     if (index < 0 || index >= f->answers.count)
-        return perp__fail(f->context, PERP_ERROR_ARGUMENT, "index is %d, but there are %d answers",
-                          (int)index, (int)f->answers.count);
+        return perp__refuse(f->context, "index is %d, but there are %d answers", (int)index,
+                            (int)f->answers.count);
     a = perp__answers_get(&f->answers, index);
-    memset(&own, 0, sizeof own);
     own.kind = a->kind;
     own.stable = a->stable;
     own.flutter = a->flutter;

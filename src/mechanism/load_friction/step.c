@@ -162,8 +162,7 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
             status = perp__fail(f->context, PERP_ERROR_NOT_FINITE, "previous[%d] is %g", (int)i,
                                 previous[i]);
     if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status =
-            perp__fail(f->context, PERP_ERROR_ARGUMENT, "h is %g, expected a positive number", h);
+        status = perp__refuse(f->context, "h is %g, expected a positive number", h);
     return status;
 }
 
@@ -172,11 +171,10 @@ perp_status perp_load_friction_step(perp_load_friction *friction, double *next, 
                                     const double *previous, double h)
 {
     perp_status status = perp__friction_enter(friction);
-    perp_load_step own;
+    perp_load_step own = {0};
 
     if (status != PERP_OK)
         return status;
-    memset(&own, 0, sizeof own);
     own.chosen = -1;
     status = check(friction, next, step, tau, velocity, previous, h);
     if (status == PERP_OK) {

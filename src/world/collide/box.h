@@ -14,7 +14,6 @@
 /* Two boxes in the frame of the first, the reference. */
 typedef struct perp__box_pair {
     const perp__placed *reference;
-    const perp__placed *incident;
     const double *half;          /* of the reference */
     const double *incident_half; /* of the incident box */
     double axes[9];              /* columns: the incident box's axes */
@@ -28,11 +27,6 @@ void perp__box_pair_set(perp__box_pair *pair, const perp__placed *reference,
 /* The larger box of a pair is preferred as reference: the smaller one's corners then are contact
  * points, and the choice does not depend on which is called A. */
 int perp__box_is_smaller(const perp__placed *a, const perp__placed *b);
-
-/* Writes one point: `position` and `normal` in the reference's frame, normal from reference to
- * incident. */
-void perp__box_pair_emit(const perp__box_pair *pair, const double *position, const double *normal,
-                         double gap, int32_t feature, perp__point *point);
 
 /* One point at the closest points of two separated boxes' edges, if their distance is at most
  * margin. `normal`, in the reference's frame, stands in where the distance is lost in rounding.

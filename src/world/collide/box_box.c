@@ -137,11 +137,9 @@ static int32_t face_points(const views *both, const face_axis *axis, double marg
     int32_t count = perp__box_clip(&both->from[axis->second], &axis->face, margin, points);
     if (!axis->second)
         return count;
-    for (int32_t q = 0; q < count; q++) {
+    perp__turn_points(count, points);
+    for (int32_t q = 0; q < count; q++)
         points[q].feature += FEATURES_A_FACE;
-        for (int k = 0; k < 3; k++)
-            points[q].normal[k] = -points[q].normal[k];
-    }
     return count;
 }
 
@@ -179,9 +177,20 @@ static int32_t edge_point(const perp__box_pair *pair, const edge_axis *axis, dou
         return 0;
     for (int k = 0; k < 3; k++)
         position[k] = 0.5 * (on_first[k] + on_second[k]);
-    perp__box_pair_emit(pair, position, axis->normal, gap,
-                        FEATURE_EDGES + 12 * number_first + number_second, points);
+    perp__emit_point(pair->reference, position, axis->normal, gap,
+                     FEATURE_EDGES + 12 * number_first + number_second, points);
     return 1;
+}
+
+/* The points of the face that the edges' axis is nearly normal to, noted in *flat; where there is
+ * no such face or it has none, the point where the edges cross. */
+static int32_t edge_points(const views *both, const edge_axis *axis, face_axis *flat, double margin,
+                           perp__point *points)
+{
+    int32_t count = 0;
+    if (flat_face(&both->from[0], axis, flat))
+        count = face_points(both, flat, margin, points);
+    return count > 0 ? count : edge_point(&both->from[0], axis, margin, points);
 }
 
 /* The face's normal in the first box's frame, from first to second. */
@@ -208,15 +217,9 @@ static int32_t collide_views(const views *both, double margin, perp__point *poin
     if (separation > margin)
         return 0;
 
-    int32_t count = 0;
-    if (edges.separation > face.separation + PERP__BOX_BIAS * pair->size) {
-        if (flat_face(pair, &edges, &flat))
-            count = face_points(both, &flat, margin, points);
-        if (count == 0)
-            count = edge_point(pair, &edges, margin, points);
-    } else {
-        count = face_points(both, &face, margin, points);
-    }
+    int32_t count = edges.separation > face.separation + PERP__BOX_BIAS * pair->size
+                        ? edge_points(both, &edges, &flat, margin, points)
+                        : face_points(both, &face, margin, points);
     if (count > 0)
         return count;
 
@@ -227,19 +230,23 @@ static int32_t collide_views(const views *both, double margin, perp__point *poin
     return perp__box_pair_closest(pair, 0, margin, normal, FEATURE_CLOSEST, points);
 }
 
+/* Both views, the larger box first. Returns whether that is B. */
+static int32_t set_views(views *both, const perp__placed *a, const perp__placed *b)
+{
+    const int32_t swapped = perp__box_is_smaller(a, b);
+    perp__box_pair_set(&both->from[0], swapped ? b : a, swapped ? a : b);
+    perp__box_pair_set(&both->from[1], swapped ? a : b, swapped ? b : a);
+    return swapped;
+}
+
 int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, double margin,
                               perp__point *points)
 {
-    int swapped = perp__box_is_smaller(a, b);
-    const perp__placed *first = swapped ? b : a, *second = swapped ? a : b;
     views both;
-    perp__box_pair_set(&both.from[0], first, second);
-    perp__box_pair_set(&both.from[1], second, first);
+    const int32_t swapped = set_views(&both, a, b);
     int32_t count = collide_views(&both, margin, points);
     if (swapped)
-        for (int32_t q = 0; q < count; q++)
-            for (int k = 0; k < 3; k++)
-                points[q].normal[k] = -points[q].normal[k];
+        perp__turn_points(count, points);
     return count;
 }
 
@@ -249,24 +256,17 @@ static int32_t points_along(const views *both, int32_t axis, perp__point *points
     face_axis face = {0, {0, 1.0}, 0.0};
     edge_axis edges;
     double normal[3];
-    if (axis >= 6) {
-        if (edge_product(&both->from[0], (axis - 6) / 3, (axis - 6) % 3, &edges)) {
-            int32_t count = 0;
-            if (flat_face(&both->from[0], &edges, &face))
-                count = face_points(both, &face, INFINITY, points);
-            if (count == 0)
-                count = edge_point(&both->from[0], &edges, INFINITY, points);
-            if (count > 0)
-                return count;
-        }
-    } else {
+    int32_t count = 0;
+    if (axis < 6) {
         face.second = axis >= 3;
         face.face.axis = axis % 3;
         face.face.sign = both->from[face.second].centre[face.face.axis] < 0.0 ? -1.0 : 1.0;
-        int32_t count = face_points(both, &face, INFINITY, points);
-        if (count > 0)
-            return count;
+        count = face_points(both, &face, INFINITY, points);
+    } else if (edge_product(&both->from[0], (axis - 6) / 3, (axis - 6) % 3, &edges)) {
+        count = edge_points(both, &edges, &face, INFINITY, points);
     }
+    if (count > 0)
+        return count;
     face_normal(both, &face, normal);
     return perp__box_pair_closest(&both->from[0], 0, INFINITY, normal, FEATURE_CLOSEST, points);
 }
@@ -274,17 +274,12 @@ static int32_t points_along(const views *both, int32_t axis, perp__point *points
 int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
                                     perp__point *points)
 {
-    int swapped = perp__box_is_smaller(a, b);
-    const perp__placed *first = swapped ? b : a, *second = swapped ? a : b;
     views both;
-    perp__box_pair_set(&both.from[0], first, second);
-    perp__box_pair_set(&both.from[1], second, first);
+    const int32_t swapped = set_views(&both, a, b);
     if (swapped)
         axis = axis < 3 ? axis + 3 : axis < 6 ? axis - 3 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
     int32_t count = points_along(&both, axis, points);
     if (swapped)
-        for (int32_t q = 0; q < count; q++)
-            for (int k = 0; k < 3; k++)
-                points[q].normal[k] = -points[q].normal[k];
+        perp__turn_points(count, points);
     return count;
 }

@@ -130,7 +130,7 @@ int32_t perp__box_clip(const perp__box_pair *pair, const perp__box_face *face, d
         double position[3];
         perp__along3(position, at->position, -0.5 * gap, normal);
         int32_t feature = ((6 * reference + incident) * 8 + at->before) * 8 + at->after;
-        perp__box_pair_emit(pair, position, normal, gap, feature, &points[count++]);
+        perp__emit_point(pair->reference, position, normal, gap, feature, &points[count++]);
     }
     return count;
 }

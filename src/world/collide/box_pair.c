@@ -8,7 +8,6 @@ void perp__box_pair_set(perp__box_pair *pair, const perp__placed *reference,
                         const perp__placed *incident)
 {
     pair->reference = reference;
-    pair->incident = incident;
     pair->half = reference->geometry->half_extents;
     pair->incident_half = incident->geometry->half_extents;
     for (int j = 0; j < 3; j++) {
@@ -30,17 +29,6 @@ int perp__box_is_smaller(const perp__placed *a, const perp__placed *b)
     return x[0] + x[1] + x[2] < y[0] + y[1] + y[2];
 }
 
-void perp__box_pair_emit(const perp__box_pair *pair, const double *position, const double *normal,
-                         double gap, int32_t feature, perp__point *point)
-{
-    double turned[3];
-    perp__apply3(turned, pair->reference->rotation, position);
-    perp__along3(point->position, pair->reference->position, 1.0, turned);
-    perp__apply3(point->normal, pair->reference->rotation, normal);
-    point->gap = gap;
-    point->feature = feature;
-}
-
 int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, double margin,
                                const double *normal, int32_t feature, perp__point *points)
 {
@@ -58,8 +46,7 @@ int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, doubl
     for (int k = 0; k < 3; k++)
         position[k] = 0.5 * (on_reference[k] + on_incident[k]);
     if (gap <= PERP__BOX_ON_FACE * pair->size)
-        for (int k = 0; k < 3; k++)
-            direction[k] = normal[k];
-    perp__box_pair_emit(pair, position, direction, gap, feature, points);
+        perp__copy3(direction, normal);
+    perp__emit_point(pair->reference, position, direction, gap, feature, points);
     return 1;
 }

@@ -3,6 +3,7 @@
 
 #include <float.h>
 
+#include "linalg/spatial.h"
 #include "world/collide/convex.h"
 
 /* kind of a <= kind of b */
@@ -33,6 +34,24 @@ static int32_t collide_sorted(const perp__placed *a, const perp__placed *b, int3
     return perp__collide_convex(a, b, planar, margin, points);
 }
 
+void perp__emit_point(const perp__placed *frame, const double *position, const double *normal,
+                      double gap, int32_t feature, perp__point *point)
+{
+    double turned[3];
+    perp__apply3(turned, frame->rotation, position);
+    perp__along3(point->position, frame->position, 1.0, turned);
+    perp__apply3(point->normal, frame->rotation, normal);
+    point->gap = gap;
+    point->feature = feature;
+}
+
+void perp__turn_points(int32_t count, perp__point *points)
+{
+    for (int32_t q = 0; q < count; q++)
+        for (int k = 0; k < 3; k++)
+            points[q].normal[k] = -points[q].normal[k];
+}
+
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points)
 {
@@ -41,9 +60,7 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
 
     /* positions and features belong to the pair, only the normal knows which one is A */
     int32_t count = collide_sorted(b, a, planar, margin, points);
-    for (int32_t i = 0; i < count; i++)
-        for (int k = 0; k < 3; k++)
-            points[i].normal[k] = -points[i].normal[k];
+    perp__turn_points(count, points);
     return count;
 }
 

@@ -141,18 +141,6 @@ static void incident_rim(const perp__convex_pair *pair, int32_t side, const doub
     }
 }
 
-/* Position and normal are in the pair's frame, the normal from A to B. */
-static void emit(const perp__convex_pair *pair, const double *position, const double *normal,
-                 double gap, int32_t feature, perp__point *point)
-{
-    double turned[3];
-    perp__apply3(turned, pair->frame->rotation, position);
-    perp__along3(point->position, pair->frame->position, 1.0, turned);
-    perp__apply3(point->normal, pair->frame->rotation, normal);
-    point->gap = gap;
-    point->feature = feature;
-}
-
 /* Writes the rim's corners over the face as points; every so many where there are too many. */
 static int32_t rim_points(const cutter *cut, const rim *corners, double margin, perp__point *points)
 {
@@ -172,7 +160,7 @@ static int32_t rim_points(const cutter *cut, const rim *corners, double margin, 
         if (!(gap <= margin))
             continue;
         perp__along3(position, at->position, -(other->radius + 0.5 * gap), out);
-        emit(pair, position, normal, gap, at->feature, &points[count++]);
+        perp__emit_point(pair->frame, position, normal, gap, at->feature, &points[count++]);
     }
     return count;
 }
@@ -251,7 +239,7 @@ static int32_t edge_point(const perp__convex_pair *pair, int32_t edge_a, int32_t
     for (int k = 0; k < 3; k++)
         middle[k] = 0.5 * ((on_a[k] + pair->side[0].radius * normal[k]) +
                            (on_b[k] - pair->side[1].radius * normal[k]));
-    emit(pair, middle, normal, gap, edge_feature(pair, edge_a, edge_b), points);
+    perp__emit_point(pair->frame, middle, normal, gap, edge_feature(pair, edge_a, edge_b), points);
     return 1;
 }
 
@@ -277,7 +265,7 @@ static int32_t closest_points(const perp__convex_pair *pair, const double *norma
         for (int k = 0; k < 3; k++)
             middle[k] = 0.5 * ((closest.on[i][0][k] + pair->side[0].radius * along[k]) +
                                (closest.on[i][1][k] - pair->side[1].radius * along[k]));
-        emit(pair, middle, along, gap, FEATURE_CLOSEST + i, &points[count++]);
+        perp__emit_point(pair->frame, middle, along, gap, FEATURE_CLOSEST + i, &points[count++]);
     }
     return count;
 }

@@ -60,9 +60,9 @@ static perp_status measure(work *w)
         half = fmax(half, 0.5 * high[k] - 0.5 * low[k]);
     }
     frexp(half, &w->exponent);
-    return half > 0.0 ? PERP_OK
-                      : perp__fail(w->context, PERP_ERROR_ARGUMENT,
-                                   "points[0 .. %d] are all the same", (int)w->count - 1);
+    return half > 0.0
+               ? PERP_OK
+               : perp__refuse(w->context, "points[0 .. %d] are all the same", (int)w->count - 1);
 }
 
 /* Through three corners; in the plane through two. */
@@ -121,9 +121,9 @@ static perp_status degenerate(const work *w, const char *what, int32_t a, int32_
         snprintf(others, sizeof others, ", [%d] and [%d]", (int)b, (int)c);
     else
         snprintf(others, sizeof others, " and [%d]", (int)b);
-    return perp__fail(w->context, PERP_ERROR_ARGUMENT,
-                      "points enclose nothing: all lie on the %s through points [%d]%s", what,
-                      (int)a, others);
+    return perp__refuse(w->context,
+                        "points enclose nothing: all lie on the %s through points [%d]%s", what,
+                        (int)a, others);
 }
 
 /* Two points far apart, the one farthest from their line and, in space, from the three's plane. */
@@ -167,9 +167,9 @@ static perp_status start(work *w, int32_t *simplex)
 static perp_status add_corner(work *w, int32_t point)
 {
     if (w->corners == PERP__MAX_CORNERS)
-        return perp__fail(w->context, PERP_ERROR_ARGUMENT,
-                          "points have a hull of more than %d corners, of which points[%d] is one",
-                          PERP__MAX_CORNERS, (int)point);
+        return perp__refuse(
+            w->context, "points have a hull of more than %d corners, of which points[%d] is one",
+            PERP__MAX_CORNERS, (int)point);
     w->corner[w->corners++] = point;
     return PERP_OK;
 }
@@ -559,10 +559,10 @@ static perp_status finish(work *w, perp__hull **made, double *centre)
     write_corners(w, &p, centre);
     if (!write_topology(w, polytope, &p)) {
         perp__release(w->context, hull);
-        return perp__fail(w->context, PERP_ERROR_ARGUMENT,
-                          "points[0 .. %d] are too close to one another, or to planes through "
-                          "others, for a hull",
-                          (int)w->count - 1);
+        return perp__refuse(w->context,
+                            "points[0 .. %d] are too close to one another, or to planes through "
+                            "others, for a hull",
+                            (int)w->count - 1);
     }
     for (int32_t f = 0; f < polytope->faces; f++)
         write_plane(w, &p, f);

@@ -45,8 +45,7 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
         perp__point *point = &points[count++];
         perp__along3(position, position, -0.5 * gap, normal);
         perp__along3(point->position, box->position, 1.0, position);
-        for (int k = 0; k < 3; k++)
-            point->normal[k] = normal[k];
+        perp__copy3(point->normal, normal);
         point->gap = gap;
         point->feature = corner;
     }

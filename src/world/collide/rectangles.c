@@ -89,8 +89,8 @@ static int32_t side_points(const perp__box_pair *pair, const perp__box_face *fac
             continue;
         double position[3];
         perp__along3(position, ends[e], -0.5 * gap, normal);
-        perp__box_pair_emit(pair, position, normal, gap, (4 * reference + incident) * 2 + e,
-                            &points[count++]);
+        perp__emit_point(pair->reference, position, normal, gap, (4 * reference + incident) * 2 + e,
+                         &points[count++]);
     }
     return count;
 }
@@ -106,12 +106,12 @@ static int32_t points_from(const perp__box_pair *pair, const perp__box_face *fac
         normal[face->axis] = face->sign;
         count = perp__box_pair_closest(pair, 1, margin, normal, FEATURE_CLOSEST, points);
     }
-    for (int32_t q = 0; second && q < count; q++) {
+    if (!second)
+        return count;
+    perp__turn_points(count, points);
+    for (int32_t q = 0; q < count; q++)
         if (points[q].feature < FEATURE_CLOSEST)
             points[q].feature += FEATURES_A_REFERENCE;
-        for (int k = 0; k < 3; k++)
-            points[q].normal[k] = -points[q].normal[k];
-    }
     return count;
 }
 
@@ -137,9 +137,7 @@ int32_t perp__collide_rectangles(const perp__placed *a, const perp__placed *b, d
     if (!perp__box_is_smaller(a, b))
         return collide_sorted(a, b, margin, points);
     int32_t count = collide_sorted(b, a, margin, points);
-    for (int32_t q = 0; q < count; q++)
-        for (int k = 0; k < 3; k++)
-            points[q].normal[k] = -points[q].normal[k];
+    perp__turn_points(count, points);
     return count;
 }
 
@@ -153,8 +151,7 @@ int32_t perp__collide_rectangles_along(const perp__placed *a, const perp__placed
     perp__box_pair_set(&pair, reference, incident);
     perp__box_face face = {axis % 2, pair.centre[axis % 2] < 0.0 ? -1.0 : 1.0};
     int32_t count = points_from(&pair, &face, second, INFINITY, points);
-    for (int32_t q = 0; swapped && q < count; q++)
-        for (int k = 0; k < 3; k++)
-            points[q].normal[k] = -points[q].normal[k];
+    if (swapped)
+        perp__turn_points(count, points);
     return count;
 }

@@ -60,8 +60,7 @@ void perp__segment_of_box(perp__segment *edge, const double *half, const double 
     int32_t sides = number % each;
     perp__column3(edge->direction, axes, j);
     edge->half = half[j];
-    for (int k = 0; k < 3; k++)
-        edge->centre[k] = centre[k];
+    perp__copy3(edge->centre, centre);
     for (int m = 1; m < dimension; m++) {
         int other = (j + m) % dimension;
         double axis[3];

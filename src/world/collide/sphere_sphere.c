@@ -21,8 +21,7 @@ int32_t perp__collide_sphere_sphere(const perp__placed *a, const perp__placed *b
         return 0;
 
     perp__along3(points->position, a->position, radius + 0.5 * gap, normal);
-    for (int k = 0; k < 3; k++)
-        points->normal[k] = normal[k];
+    perp__copy3(points->normal, normal);
     points->gap = gap;
     points->feature = 0;
     return 1;
