@@ -51,8 +51,8 @@ void perp__half_invert(int32_t n, const double *L, double *X, int32_t *firsts, d
 }
 
 /* Row i of X ends in the tile of its diagonal: so many lanes are enough. out: as wide as X. */
-PERP__KERNEL static void apply_loops(size_t n, size_t width, const double *X, const double *x,
-                                     double *out)
+PERP__MULTIVERSION(apply, (size_t n, size_t width, const double *X, const double *x, double *out),
+                   (n, width, X, x, out))
 {
     for (size_t j = 0; j < width; j++)
         out[j] = 0.0;
@@ -66,8 +66,6 @@ PERP__KERNEL static void apply_loops(size_t n, size_t width, const double *X, co
             PERP__LANES_AT(out + j) += PERP__CONST_LANES_AT(X + j) * y;
     }
 }
-PERP__MULTIVERSION(apply, (size_t n, size_t width, const double *X, const double *x, double *out),
-                   (n, width, X, x, out))
 
 void perp__half_apply(int32_t n, const double *X, double *x, double *work)
 {
