@@ -140,8 +140,10 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
     if (m->known && m->n > 0) {
         measure(solver, evidence);
     } else { /* no scales but those of the start */
-        evidence->tested = m->start_known ? worth->at_start : worth->natural;
-        evidence->own = m->start_known || worth->natural == 0.0 ? evidence->tested : INFINITY;
+        const int32_t tells = perp__ncp_start_tells(m, solver->candidate, m->w_caller);
+
+        evidence->tested = tells && m->start_known ? worth->at_start : worth->natural;
+        evidence->own = tells ? evidence->tested : INFINITY;
         evidence->backward = INFINITY;
     }
     evidence->sound = worth->at_start <= sqrt(solver->settings.tol) &&

@@ -176,6 +176,10 @@ void perp__ncp_mark_start(perp__ncp_model *model, const double *z, const double 
  * are not known. */
 double perp__ncp_residual_at_start(const perp__ncp_model *model, const double *z, const double *w);
 
+/* Whether those tell something of every row whose law is broken: where nothing drives z or w there
+ * is no unit of it. */
+int32_t perp__ncp_start_tells(const perp__ncp_model *model, const double *z, const double *w);
+
 /* max |mid(z - l, z - u, w)| in scaled units, and over omega; NaN stays. */
 double perp__ncp_residual(const perp__ncp_model *model, const double *z, const double *w);
 double perp__ncp_tested(const perp__ncp_model *model, const double *z, const double *w);

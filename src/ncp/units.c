@@ -230,6 +230,17 @@ double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, co
     return most;
 }
 
+int32_t perp__ncp_start_tells(const perp__ncp_model *m, const double *z, const double *w)
+{
+    const double *omega_w = m->omega_start, *omega_z = m->omega_start + m->n;
+
+    for (int32_t i = 0; i < m->n; i++)
+        if (!(m->start_known && omega_z[i] > 0.0 && omega_w[i] > 0.0) &&
+            perp__ncp_mid(z[i], m->lower[i], m->upper[i], w[i]) != 0.0)
+            return 0;
+    return 1;
+}
+
 double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)
 {
     double most = 0.0;

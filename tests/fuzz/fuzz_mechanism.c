@@ -354,7 +354,8 @@ static void check_found(machine *m, const perp_mechanism_found *found)
     fuzz_finite("acceleration", found->acceleration, n);
     fuzz_finite("force", found->force, m->rows);
     for (i = 0; i < n; i++) {
-        wide sum = -(wide)F[i], size = oracle_abs(sum), grain = 0; /* where doubles end */
+        wide sum = -(wide)F[i], size = oracle_abs(sum);
+        wide grain = n * (wide)0x1p-1074; /* where doubles end, products too */
 
         for (j = 0; j < n + m->rows; j++) {
             const wide entry = j < n ? (wide)m->M[i * n + j] : (wide)H[(j - n) * n + i];

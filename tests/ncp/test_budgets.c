@@ -28,17 +28,22 @@ typedef struct watched {
     int calls, wait_at, stop_at, looks;
 } watched;
 
-/* A chain with Billups' false minimum at its end: 0 is a trap, and only another start solves it. */
-static int32_t chain(double *F, const double *z, void *user)
+static void wait(watched *u)
 {
-    watched *u = user;
-
     if (++u->calls == u->wait_at) {
         const double until = now() + 2 * LIMIT;
 
         while (now() < until)
             continue;
     }
+}
+
+/* A chain with Billups' false minimum at its end: 0 is a trap, and only another start solves it. */
+static int32_t chain(double *F, const double *z, void *user)
+{
+    watched *u = user;
+
+    wait(u);
     for (int i = 0; i < N; i++)
         F[i] = z[i] * z[i] * z[i] + 4 * z[i] - (i > 0 ? z[i - 1] : 0) - (i + 1);
     F[N - 1] = (z[N - 1] - 1) * (z[N - 1] - 1) - 1.01 + 1e-3 * z[0];
@@ -107,6 +112,42 @@ static void test_time(void **state)
         }
 }
 
+/* -3 whatever z is: no solution, and nothing that gives z a unit. */
+static int32_t falls(double *F, const double *z, void *user)
+{
+    (void)z;
+    wait(user);
+    F[0] = -3;
+    return 0;
+}
+
+static void test_time_without_units(void **state)
+{
+    (void)state;
+    for (int32_t method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++)
+        for (int at = 1; at < 40; at++) {
+            perp_ncp_settings settings = defaults(method);
+            watched u = {0};
+            perp_ncp_problem problem;
+            perp_ncp_result result;
+            const double start = -2;
+            double z;
+
+            u.wait_at = at;
+            settings.time_limit = LIMIT;
+            settings.scaling = settings.polish = 0;
+            assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
+            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+            problem.n = 1;
+            problem.function = falls;
+            problem.user = &u;
+            assert_int_equal(
+                perp_ncp_solve(context, &z, NULL, &result, &settings, &problem, &start), PERP_OK);
+            assert_false(is_good(&result));
+            assert_true(result.residual > 0.0);
+        }
+}
+
 /* The monitor is never asked again once it has said stop. */
 static void test_stop(void **state)
 {
@@ -160,6 +201,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_time),
+        cmocka_unit_test(test_time_without_units),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_iterations),
     };
