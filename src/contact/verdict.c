@@ -17,7 +17,7 @@
 #include "contact/solver.h"
 
 /* Of its terms: a contact that closes faster than this has none that cancel, and what others around
- * it carry is no excuse. */
+ * it carry is no excuse. One that opens faster keeps its impulse of 0, and excuses nobody. */
 #define CLOSING 0.0625
 
 /* change / scale, both >= 0; a scale that overflowed excuses nothing. */
@@ -228,9 +228,9 @@ static void couple(perp_contact_solver *solver, const double *x, const double *a
     }
 }
 
-/* Terms of contact k that impulses have to do with, and in push[...] what these may be: friction
- * cannot answer to more than tol of what all of it, turned round, would change, and to what its
- * normal has to do with. */
+/* Terms of contact k that impulses have to do with, and in push[...], zeros before, what these may
+ * be: friction cannot answer to more than tol of what all of it, turned round, would change, and to
+ * what its normal has to do with. */
 static double answerable(const perp_contact_solver *solver, int32_t k, double *push)
 {
     const perp__contact_problem *p = &solver->problem;
@@ -243,6 +243,9 @@ static double answerable(const perp_contact_solver *solver, int32_t k, double *p
     const int32_t count = perp__contact_parts(p, k, parts);
     double terms = normal;
 
+    if (solver->modes[k] == PERP_CONTACT_SEPARATE && row < first &&
+        solver->u[row] > CLOSING * normal)
+        return 0.0;
     for (int32_t i = 0; i < count; i++)
         terms = hypot(terms, fmin(parts[i].coefficient * most,
                                   perp__contact_length(solver->scale, parts[i].row,

@@ -491,14 +491,16 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
         const int32_t body = world->awake[i + FETCHED / 2];
         const int32_t shape = world->bodies[body].first_shape;
 
-        fetch(&world->shapes[shape < 0 ? 0 : shape], sizeof *world->shapes);
+        if (shape >= 0)
+            fetch(&world->shapes[shape], sizeof *world->shapes);
         if (world->motions[body].coasts + 1 == world->coasting)
             return; /* likely to go on so */
         fetch(&world->bodies[body].mass,
               offsetof(perp__body, given_mass) - offsetof(perp__body, mass));
         fetch(&world->motions[body].verdict,
               offsetof(perp__motion, trial) - offsetof(perp__motion, verdict));
-        fetch(&world->placed[shape < 0 ? 0 : shape], sizeof *world->placed);
+        if (shape >= 0)
+            fetch(&world->placed[shape], sizeof *world->placed);
     }
 }
 
