@@ -10,7 +10,8 @@
  * neighbours have to do with would change here; in the third, over what is near (parts.c), the
  * former maximum is right where light bodies lie on heavy ones, the latter where rows have
  * different units. In both, S_j is what impulses can answer to: nothing of a contact that opens, of
- * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j), as where W is semidefinite. */
+ * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j), as where W is semidefinite.
+ */
 #include <math.h>
 #include <string.h>
 
