@@ -8,6 +8,9 @@
 
 enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
 
+/* How much further off a bound is that an impulse has reached. */
+#define WIDEN 32.0
+
 static double lower_of(const perp_contact_laws *laws, int32_t i)
 {
     return laws->lower ? laws->lower[i] : 0.0;
@@ -63,7 +66,8 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t size = (size_t)own->size, units = (size_t)own->units;
     const size_t larger = (size_t)(own_size(own) > own->n ? own_size(own) : own->n);
 
-    PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high);
+    PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high, &own->reach, &own->near_low,
+                  &own->near_high);
     own->unit = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
     own->row = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
@@ -85,23 +89,33 @@ static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
     return laws->dims ? laws->dims[k] : laws->dim;
 }
 
+/* Shift and half width of row i among the bounded, by the bounds that count. */
+static void set_bounds(perp__contact_bounded *own, int32_t i, double low, double high)
+{
+    const int32_t kind = kind_of(own, i);
+    const double half = 0.5 * high - 0.5 * low;
+
+    own->near_low[i] = low;
+    own->near_high[i] = high;
+    own->shift[own->rows - own->count + i] = kind == LOWER   ? low
+                                             : kind == UPPER ? high
+                                                             : 0.5 * low + 0.5 * high;
+    own->bound[own->unit[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
+}
+
 /* Row i among the bounded becomes contact `unit` with its first row at `row`. */
 static void place_contact(perp__contact_bounded *own, int32_t i, int32_t unit, int32_t row)
 {
     const int32_t given = own->rows - own->count + i, kind = kind_of(own, i);
-    const double half = 0.5 * own->high[i] - 0.5 * own->low[i];
 
     own->unit[i] = unit;
     own->row[given] = row + (kind == BOTH);
     own->sign[given] = kind == UPPER ? -1.0 : 1.0;
-    own->shift[given] = kind == LOWER   ? own->low[i]
-                        : kind == UPPER ? own->high[i]
-                                        : 0.5 * own->low[i] + 0.5 * own->high[i];
     own->dims[unit] = kind == BOTH ? 2 : 1;
     own->two_sided[unit] = 0;
-    own->bound[unit] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
-    own->mu[unit] = kind == BOTH && half > 0.0 ? 1.0 : 0.0;
+    own->mu[unit] = kind == BOTH && own->low[i] < own->high[i] ? 1.0 : 0.0;
     own->rolling[unit] = own->spinning[unit] = 0.0;
+    set_bounds(own, i, own->low[i], own->high[i]);
 }
 
 static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws)
@@ -369,6 +383,58 @@ static void offsets(perp__contact_bounded *own, const perp__contact_call *given)
     }
 }
 
+/* The number within the bounds that is nearest to 0. */
+static double nearest(const perp__contact_bounded *own, int32_t i)
+{
+    return fmin(fmax(0.0, own->low[i]), own->high[i]);
+}
+
+int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own)
+{
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t kind = kind_of(own, i);
+        const double middle = 0.5 * own->low[i] + 0.5 * own->high[i];
+        const double shift = kind == LOWER ? own->low[i] : kind == UPPER ? own->high[i] : middle;
+
+        if (kind != NEITHER && shift != nearest(own, i))
+            return 1;
+    }
+    return 0;
+}
+
+void perp__contact_bounded_draw_in(perp__contact_bounded *own)
+{
+    for (int32_t i = 0; i < own->count; i++)
+        if (kind_of(own, i) != NEITHER)
+            set_bounds(own, i, fmax(own->low[i], nearest(own, i) - own->reach[i]),
+                       fmin(own->high[i], nearest(own, i) + own->reach[i]));
+    own->shifts = 0;
+    for (int32_t i = 0; i < own->size; i++)
+        own->shifts |= own->shift[i] != 0.0;
+}
+
+int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, int32_t is_ray)
+{
+    int32_t widened = 0;
+
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t kind = kind_of(own, i), given = own->rows - own->count + i;
+        const double value = x[own->row[given]];
+        const int32_t below = own->near_low[i] > own->low[i] &&
+                              (kind == LOWER ? value == 0.0 : value <= -own->bound[own->unit[i]]);
+        const int32_t above = own->near_high[i] < own->high[i] &&
+                              (kind == UPPER ? value == 0.0 : value >= own->bound[own->unit[i]]);
+
+        if (kind == NEITHER ||
+            (own->near_low[i] == own->low[i] && own->near_high[i] == own->high[i]) ||
+            (!is_ray && !below && !above))
+            continue;
+        own->reach[i] = is_ray ? INFINITY : WIDEN * own->reach[i];
+        widened = 1;
+    }
+    return widened;
+}
+
 /* The start, within the bounds; what lies beyond is clipped by the law. */
 static void start(perp__contact_bounded *own, const double *r0)
 {
@@ -408,7 +474,7 @@ void perp__contact_bounded_impulses(const perp__contact_bounded *own, const doub
         if (k < 0 || k >= own->count || kind_of(own, k) != BOTH)
             continue;
         if (fabs(value) >= own->mu[own->unit[k]] * own->bound[own->unit[k]])
-            r[i] = value > 0.0 ? own->high[k] : own->low[k];
+            r[i] = value > 0.0 ? own->near_high[k] : own->near_low[k];
     }
 }
 

@@ -8,7 +8,12 @@
  *                  whose normal moves nothing but yields by c, 0 = c x_n - c F
  *
  * The last are judged by their one row (law.h: problem->bound). Rows of the caller's problem are
- * 'given', those of the methods 'own'. */
+ * 'given', those of the methods 'own'.
+ *
+ * A shift to a bound of 1e9, or to the middle between it and 0, would drown impulses of 1 in its
+ * rounding, and in the size of W shift what the verdict asks of them. So bounds count as no further
+ * off than a call's impulses are likely to reach; if one does reach such a bound, that moves off.
+ */
 #ifndef PERP_CONTACT_BOUNDED_H
 #define PERP_CONTACT_BOUNDED_H
 
@@ -36,10 +41,12 @@ typedef struct perp__contact_bounded {
     const double *lower, *upper;
     perp__contact_lines lines[2]; /* own H and G; or W */
     double *low, *high;           /* count */
+    double *reach;                /* count: how far from the bounds' nearest to 0 impulses may be */
+    double *near_low, *near_high; /* count: the bounds, no further off than that */
     int32_t *unit;                /* count: own contact, -1: bilateral */
     int32_t *row;                 /* size: own row */
     double *sign, *shift;         /* size */
-    double *bound;                /* units: x_n of those with two bounds; else 0 */
+    double *bound;                /* units: x_n of those with two bounds, by near_...; else 0 */
     int32_t *dims, *two_sided;    /* units */
     double *mu, *rolling, *spinning, *compliance;
     double *f, *w, *b, *r0, *work; /* of a call; f: or q */
@@ -54,6 +61,16 @@ void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_
 perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context *context,
                                        const perp_contact_laws *laws, perp__dynamics *dynamics,
                                        perp__matrix *W);
+
+/* Whether there are bounds that a shift to could drown impulses in. */
+int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own);
+
+/* The bounds of the next call, by own->reach. */
+void perp__contact_bounded_draw_in(perp__contact_bounded *own);
+
+/* Lets impulses x that are at a bound which is not the caller's reach further; and all where there
+ * are said to be none, which bounds further off might change. Returns 0 if x may stay. */
+int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, int32_t is_ray);
 
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
 void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance);

@@ -437,11 +437,68 @@ static perp_outcome last_word(const perp_contact_solver *solver)
     return solver->said == PERP_OUTCOME_RAY ? PERP_OUTCOME_STALLED : solver->said; /* it was none */
 }
 
+/* Beside what the largest free velocity of its part would take to stop, how far an impulse is
+ * likely to reach. */
+#define REACH 16.0
+
+/* Bounds that are far off are drawn in (bounded.h), by the free velocities at the impulses nearest
+ * to 0. */
+static perp_status draw_in(perp_contact_solver *solver, const perp__contact_call *given,
+                           perp__contact_call *own)
+{
+    perp__contact_bounded *bounded = &solver->bounded;
+    perp_status status;
+
+    for (int32_t i = 0; i < bounded->count; i++)
+        bounded->reach[i] = 0.0;
+    perp__contact_bounded_draw_in(bounded);
+    perp__contact_bounded_pose(bounded, given, own);
+    solver->call = own;
+    status = perp__contact_load(solver);
+    for (int32_t i = 0; i < bounded->count && status == PERP_OK; i++) {
+        const int32_t k = bounded->unit[i];
+        const double reach = k < 0 ? 0.0 : REACH * solver->omega[k] / solver->root[k];
+
+        bounded->reach[i] = reach > 0.0 ? reach : INFINITY;
+    }
+    return status;
+}
+
+/* With rows that have bounds: within such as are near, while these are those that count. */
+static perp_status find_within(perp_contact_solver *solver, const perp__contact_call *given,
+                               perp__contact_call *own, double deadline)
+{
+    perp__contact_bounded *bounded = &solver->bounded;
+    const int32_t limit = solver->settings.max_iterations;
+    const int32_t is_far = perp__contact_bounded_is_far(bounded);
+    int64_t iterations = 0;
+    perp_status status = is_far ? draw_in(solver, given, own) : PERP_OK;
+
+    do {
+        if (status == PERP_OK && is_far) {
+            perp__contact_bounded_draw_in(bounded);
+            perp__copy(solver->bound, bounded->bound, solver->contacts);
+        }
+        perp__contact_bounded_pose(bounded, given, own);
+        PERP__THEN(status, perp__contact_find(solver, own, deadline));
+        iterations += status == PERP_OK ? solver->iterations : 0;
+        if (limit > 0) /* what is left of it */
+            solver->settings.max_iterations =
+                limit > iterations ? (int32_t)(limit - iterations) : 1;
+    } while (status == PERP_OK && is_far &&
+             perp__contact_bounded_widen(bounded, solver->best.r,
+                                         solver->best.outcome == PERP_OUTCOME_RAY));
+    solver->settings.max_iterations = limit;
+    solver->iterations = iterations;
+    return status;
+}
+
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call)
 {
     const double started = perp__now();
     perp__contact_call given = *call, own;
     perp_status status = perp__contact_check_call(solver, call);
+    double deadline;
 
     if (status != PERP_OK)
         return status;
@@ -449,11 +506,9 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
         perp__is_zero(given.r0, solver->bounded.count > 0 ? solver->bounded.size : solver->size))
         given.r0 = NULL; /* a start that knows nothing is none */
     own = given;
-    if (solver->bounded.count > 0)
-        perp__contact_bounded_pose(&solver->bounded, &given, &own);
-    status = perp__contact_find(
-        solver, &own,
-        solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);
+    deadline = solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
+    status = solver->bounded.count > 0 ? find_within(solver, &given, &own, deadline)
+                                       : perp__contact_find(solver, &own, deadline);
     if (status == PERP_OK && !call->holds_itself && (call->v || call->u)) /* nobody else asks */
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)

@@ -246,6 +246,47 @@ static void test_motor(void **state)
     assert_true(fabs(a.r[0] - 1.0) <= 1e-10 && a.u[0] == 0.0);
 }
 
+/* Bounds that are far off are no measure of what impulses do, nor of what they lack: with
+ * W = [1 .1 0 0; .1 2 .5 .1; 0 .5 1 .2; 0 .1 .2 1.5] and q = (-1, -1, -2, .3), r = (1, 0, 2, 0) by
+ * hand, whichever sides of 0 the bounds lie on; and one that does hold, holds. */
+static void test_far_bounds(void **state)
+{
+    static const double W[] = {1, 0.1, 0, 0, 0.1, 2, 0.5, 0.1, 0, 0.5, 1, 0.2, 0, 0.1, 0.2, 1.5};
+    static const double q[] = {-1.0, -1.0, -2.0, 0.3}, mirrored[] = {-1.0, 1.0, 2.0, -0.3};
+    static const double far[] = {1e3, 1e6, 1e9, 1e12};
+
+    (void)state;
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        for (int k = 0; k < 12; k++) {
+            const double most = far[k % 4];
+            const int below = k / 4 == 1, holds = k / 4 == 2;
+            both_problem p;
+            both_answer a;
+
+            memset(&p, 0, sizeof p);
+            both_add(&p, 0, 1, 0.0);
+            p.bounded = 3;
+            p.size = p.n = 4;
+            for (int i = 0; i < 16; i++) /* the first row's couplings turn with the others */
+                p.W[i / 4 * MOST + i % 4] =
+                    W[i] * (below && (i / 4 == 0) != (i % 4 == 0) ? -1.0 : 1.0);
+            memcpy(p.q, below ? mirrored : q, sizeof q);
+            for (int i = 0; i < 3; i++) {
+                p.lower[i] = below ? -most : 0.0;
+                p.upper[i] = below ? 0.0 : i == 1 && k % 2 ? INFINITY : most;
+            }
+            if (holds) /* r_2 = most pushes all others open but the first */
+                p.q[2] = -2.0 * most;
+            both_by_delassus(&p, methods[m], &a);
+            both_require_solved(&a, 0);
+            if (holds) /* beside so much the others are known to little */
+                assert_true(fabs(a.r[2] / (k % 2 ? 2.0 * most : most) - 1.0) <= 1e-8);
+            else /* 1e-6: tol times what REACH and the part's largest velocity may add to each */
+                assert_true(fabs(a.r[0] - 1.0) <= 1e-6 && fabs(a.r[1]) <= 1e-6 &&
+                            fabs(fabs(a.r[2]) - 2.0) <= 1e-6 && fabs(a.r[3]) <= 1e-6);
+        }
+}
+
 /* A limit that holds a joint: v is exactly 0, and a row beside it that lets go. */
 static void test_limit(void **state)
 {
@@ -361,8 +402,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_enumerated), cmocka_unit_test(test_laws),
         cmocka_unit_test(test_motor),      cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_infeasible), cmocka_unit_test(test_clip),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_far_bounds), cmocka_unit_test(test_infeasible),
+        cmocka_unit_test(test_clip),       cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, both_make, both_destroy);
 }
