@@ -70,15 +70,8 @@ static void copy(const perp_contact_solver *solver, perp__contact_apart *own)
 
 static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
 {
-    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->size, own->size, own->W);
     perp_contact_laws laws;
-    perp_status status = PERP_OK;
 
-    if (!own->solver)
-        status = perp__contact_create(solver->context, &own->solver, NULL);
-    if (status != PERP_OK)
-        return status;
-    own->solver->settings = solver->settings;
     perp_contact_laws_init(&laws, sizeof laws);
     laws.contacts = own->contacts;
     laws.dims = own->dims;
@@ -87,7 +80,7 @@ static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
     laws.rolling = own->rolling;
     laws.spinning = own->spinning;
     laws.bilateral = own->bilateral;
-    return perp__contact_setup(own->solver, &laws, NULL, &W);
+    return perp__contact_set_up_inner(solver, &own->solver, &laws, own->size, own->W);
 }
 
 /* What was found to the whole: a proof, or impulses that are better than those of before. */

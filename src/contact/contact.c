@@ -472,6 +472,7 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
     const int32_t limit = solver->settings.max_iterations;
     const int32_t is_far = perp__contact_bounded_is_far(bounded);
     int64_t iterations = 0;
+    int32_t widened;
     perp_status status = is_far ? draw_in(solver, given, own) : PERP_OK;
 
     do {
@@ -485,9 +486,12 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
         if (limit > 0) /* what is left of it */
             solver->settings.max_iterations =
                 limit > iterations ? (int32_t)(limit - iterations) : 1;
-    } while (status == PERP_OK && is_far &&
-             perp__contact_bounded_widen(bounded, solver->best.r,
-                                         solver->best.outcome == PERP_OUTCOME_RAY));
+        widened = status == PERP_OK && is_far &&
+                  perp__contact_bounded_widen(bounded, solver->best.r,
+                                              solver->best.outcome == PERP_OUTCOME_RAY);
+    } while (widened && solver->ended != PERP_OUTCOME_STOPPED);
+    if (widened) /* whoever said stop is not asked again: at a bound that is none it is no answer */
+        solver->best.outcome = perp__worse_outcome(solver->best.outcome, PERP_OUTCOME_STOPPED);
     solver->settings.max_iterations = limit;
     solver->iterations = iterations;
     return status;

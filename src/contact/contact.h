@@ -43,6 +43,12 @@ void perp__contact_destroy(perp_contact_solver *solver);
 perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W);
 
+/* The same for a solver of our own inside of another, with whose settings it is made at need; W by
+ * columns: solver.c. */
+perp_status perp__contact_set_up_inner(const perp_contact_solver *outer,
+                                       perp_contact_solver **inner, const perp_contact_laws *laws,
+                                       int32_t size, const double *W);
+
 /* Whether the contacts, of `name`, have normals and tangents as a contact may: problem.c. */
 perp_status perp__contact_check_dims(perp_context *context, const char *name,
                                      const perp_contact_laws *laws);

@@ -62,20 +62,13 @@ static void copy(const perp_contact_solver *solver, const perp_contact_step *s,
 static perp_status set_up(perp_contact_solver *solver, const perp_contact_step *s,
                           perp__contact_opening *own)
 {
-    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->size, own->size, own->W);
     perp_contact_laws laws;
-    perp_status status = PERP_OK;
 
-    if (!own->solver)
-        status = perp__contact_create(solver->context, &own->solver, NULL);
-    if (status != PERP_OK)
-        return status;
-    own->solver->settings = solver->settings;
     perp_contact_laws_init(&laws, sizeof laws);
     laws.contacts = s->gap_count;
     laws.dims = own->dims;
     laws.bilateral = s->bilateral;
-    return perp__contact_setup(own->solver, &laws, NULL, &W);
+    return perp__contact_set_up_inner(solver, &own->solver, &laws, own->size, own->W);
 }
 
 /* shift := M^-1 (A'p + G'q) */

@@ -49,6 +49,19 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     return status;
 }
 
+perp_status perp__contact_set_up_inner(const perp_contact_solver *outer,
+                                       perp_contact_solver **inner, const perp_contact_laws *laws,
+                                       int32_t size, const double *W)
+{
+    const perp_matrix view = perp__view(PERP_STORAGE_COLUMN_MAJOR, size, size, W);
+    perp_status status = *inner ? PERP_OK : perp__contact_create(outer->context, inner, NULL);
+
+    if (status != PERP_OK)
+        return status;
+    (*inner)->settings = outer->settings;
+    return perp__contact_setup(*inner, laws, NULL, &view);
+}
+
 perp_status perp__contact_configure(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {

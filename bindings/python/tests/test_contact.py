@@ -369,3 +369,23 @@ def test_solver_keeps_what_holds_both_ways():
             assert result.v[0] == 0.0 and result.impulse[0] == pytest.approx(-push, rel=1e-14)
             assert speed == pytest.approx(expected, abs=1e-12)  # a few roundings a step
     assert speed == 0.0
+
+
+@pytest.mark.parametrize("method", ["auto", "sweep", "proximal", "admm", "lemke"])
+def test_bounds_that_are_reached_for_and_a_monitor_that_stops(method):
+    """r = (0, 1e4, -1e4) by hand: further off than the loads suggest, and searched for again."""
+    W = np.array([[1, 0.1, 0], [0.1, 1, 0.9999], [0, 0.9999, 1]])
+    q = np.array([-1.0, -1.0, 1.0])
+    for most in range(1, 30):
+        asked = []
+
+        def monitor(progress, asked=asked, most=most):
+            asked.append(progress)
+            return len(asked) >= most
+
+        r = perp.contact_delassus(
+            W, q, [0.5], dim=[1], bounds=([-1e9] * 2, [2e9] * 2), method=method, monitor=monitor
+        )
+        assert len(asked) <= most  # never again after it has said stop
+        if r.ok:  # the matrix has a condition of 2e4
+            assert np.allclose(r.impulse, [0, 1e4, -1e4], rtol=1e-3)
