@@ -113,7 +113,8 @@ PERP__MULTIVERSION(by_sparse_columns,
     }
 }
 
-/* One pair for one value: |low| <= ulp(high) / 2. */
+/* One pair for one value: |low| <= ulp(high) / 2. An error that overflowed, where its sum did not,
+ * shows in high. */
 PERP__MULTIVERSION(join, (size_t rows, double *restrict high, double *restrict low),
                    (rows, high, low))
 {
@@ -123,7 +124,7 @@ PERP__MULTIVERSION(join, (size_t rows, double *restrict high, double *restrict l
         const double rest = (high[i] - (sum - part)) + (low[i] - part);
         const int32_t is_finite = sum - sum == 0.0;
 
-        high[i] = is_finite ? sum : high[i];
+        high[i] = is_finite || high[i] - high[i] == 0.0 ? sum : high[i];
         low[i] = is_finite ? rest : 0.0;
     }
 }

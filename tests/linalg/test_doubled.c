@@ -1,4 +1,5 @@
 /* The doubled product against exact sums (exact.h), and exactly where double-double has room. */
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -226,6 +227,25 @@ static void test_extremes(void **state)
     views_release(&v);
 }
 
+/* DBL_MAX - 1.5 ulp is a double, but its error passes through DBL_MAX + ulp / 2: a sum whose error
+ * is lost is not told as exact. */
+static void test_lost_error(void **state)
+{
+    static const double entries[2] = {DBL_MAX, 1.0}, x[1] = {1.0}, add[2] = {-0x1.8p971, 2.0};
+    double h[2], l[2];
+    views v;
+    int k;
+
+    (void)state;
+    views_make(&v, 2, 1, entries);
+    for (k = 0; k < VIEWS; k++) {
+        perp__multiply_doubled(&v.view[k], x, add, h, l);
+        assert_true(!isfinite(h[0]) || (h[0] - DBL_MAX) + l[0] == -0x1.8p971);
+        assert_true(h[1] == 3.0 && l[1] == 0.0);
+    }
+    views_release(&v);
+}
+
 /* Dense by columns and CSC add the same products in the same order: the same bits, though one is
  * vectorised and the other is not; and a zero in x skips whole columns. */
 static void test_same_bits(void **state)
@@ -258,7 +278,7 @@ int main(void)
         cmocka_unit_test(test_random),       cmocka_unit_test(test_wide),
         cmocka_unit_test(test_cancellation), cmocka_unit_test(test_hilbert),
         cmocka_unit_test(test_pairs),        cmocka_unit_test(test_extremes),
-        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_same_bits),    cmocka_unit_test(test_lost_error),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
