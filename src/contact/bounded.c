@@ -404,13 +404,28 @@ int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own)
 
 void perp__contact_bounded_draw_in(perp__contact_bounded *own)
 {
-    for (int32_t i = 0; i < own->count; i++)
-        if (kind_of(own, i) != NEITHER)
-            set_bounds(own, i, fmax(own->low[i], nearest(own, i) - own->reach[i]),
-                       fmin(own->high[i], nearest(own, i) + own->reach[i]));
+    for (int32_t i = 0; i < own->count; i++) {
+        const double middle = nearest(own, i), reach = own->reach[i];
+
+        if (kind_of(own, i) != NEITHER) /* where there is no bound, none is made */
+            set_bounds(own, i,
+                       own->low[i] > -INFINITY ? fmax(own->low[i], middle - reach) : -INFINITY,
+                       own->high[i] < INFINITY ? fmin(own->high[i], middle + reach) : INFINITY);
+    }
     own->shifts = 0;
     for (int32_t i = 0; i < own->size; i++)
         own->shifts |= own->shift[i] != 0.0;
+}
+
+/* Whether x is at a bound that has been drawn in. */
+static int32_t is_reached(const perp__contact_bounded *own, int32_t i, double x)
+{
+    const int32_t kind = kind_of(own, i);
+    const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
+
+    if (kind != BOTH)
+        return kind != NEITHER && (low || high) && x <= 0.0;
+    return (low && x <= -own->bound[own->unit[i]]) || (high && x >= own->bound[own->unit[i]]);
 }
 
 int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, int32_t is_ray)
@@ -418,16 +433,11 @@ int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x,
     int32_t widened = 0;
 
     for (int32_t i = 0; i < own->count; i++) {
-        const int32_t kind = kind_of(own, i), given = own->rows - own->count + i;
-        const double value = x[own->row[given]];
-        const int32_t below = own->near_low[i] > own->low[i] &&
-                              (kind == LOWER ? value == 0.0 : value <= -own->bound[own->unit[i]]);
-        const int32_t above = own->near_high[i] < own->high[i] &&
-                              (kind == UPPER ? value == 0.0 : value >= own->bound[own->unit[i]]);
+        const int32_t given = own->rows - own->count + i;
+        const int32_t near = own->near_low[i] > own->low[i] || own->near_high[i] < own->high[i];
 
-        if (kind == NEITHER ||
-            (own->near_low[i] == own->low[i] && own->near_high[i] == own->high[i]) ||
-            (!is_ray && !below && !above))
+        if (kind_of(own, i) == NEITHER || !near ||
+            (!is_ray && !is_reached(own, i, x[own->row[given]])))
             continue;
         own->reach[i] = is_ray ? INFINITY : WIDEN * own->reach[i];
         widened = 1;

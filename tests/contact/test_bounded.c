@@ -287,6 +287,42 @@ static void test_far_bounds(void **state)
         }
 }
 
+/* One bound alone, so far off that it never holds: the row is an equation, and all of W r = -q. */
+static void test_far_bounds_of_one_side(void **state)
+{
+    static const double W[] = {1, 0.1, 0, 0, 0.1, 2, 0.5, 0.1, 0, 0.5, 1, 0.2, 0, 0.1, 0.2, 1.5};
+    static const double q[] = {-1.0, -1.0, -2.0, 0.3};
+    static const double far[] = {1e3, 1e6, 1e9, 1e12};
+
+    (void)state;
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        for (int k = 0; k < 32; k++) {
+            both_problem p;
+            both_answer a;
+
+            memset(&p, 0, sizeof p);
+            both_add(&p, 0, 1, 0.0);
+            p.bounded = 3;
+            p.size = p.n = 4;
+            memcpy(p.q, q, sizeof q);
+            for (int i = 0; i < 16; i++)
+                p.W[i / 4 * MOST + i % 4] = W[i];
+            for (int i = 0; i < 3; i++) { /* each of the eight choices of sides */
+                p.lower[i] = k >> i & 1 ? -far[k / 8] : -INFINITY;
+                p.upper[i] = k >> i & 1 ? INFINITY : far[k / 8];
+            }
+            both_by_delassus(&p, methods[m], &a);
+            both_require_solved(&a, 0);
+            for (int i = 0; i < 4; i++) { /* tol 1e-9 of W and of what r may reach: 1e-7 of 1 */
+                double u = q[i];
+
+                for (int j = 0; j < 4; j++)
+                    u += W[4 * i + j] * a.r[j];
+                assert_true(fabs(u) <= 1e-7);
+            }
+        }
+}
+
 /* A limit that holds a joint: v is exactly 0, and a row beside it that lets go. */
 static void test_limit(void **state)
 {
@@ -402,8 +438,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_enumerated), cmocka_unit_test(test_laws),
         cmocka_unit_test(test_motor),      cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_far_bounds), cmocka_unit_test(test_infeasible),
-        cmocka_unit_test(test_clip),       cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_far_bounds), cmocka_unit_test(test_far_bounds_of_one_side),
+        cmocka_unit_test(test_infeasible), cmocka_unit_test(test_clip),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, both_make, both_destroy);
 }
