@@ -417,14 +417,19 @@ void perp__contact_bounded_draw_in(perp__contact_bounded *own)
         own->shifts |= own->shift[i] != 0.0;
 }
 
-/* Whether x is at a bound that has been drawn in. */
+static int32_t is_drawn_in(const perp__contact_bounded *own, int32_t i)
+{
+    return own->near_low[i] > own->low[i] || own->near_high[i] < own->high[i];
+}
+
+/* Whether x is at a bound that has been drawn in; what nothing drives stays there. */
 static int32_t is_reached(const perp__contact_bounded *own, int32_t i, double x)
 {
     const int32_t kind = kind_of(own, i);
     const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
 
     if (kind != BOTH)
-        return kind != NEITHER && (low || high) && x <= 0.0;
+        return kind != NEITHER && is_drawn_in(own, i) && own->reach[i] > 0.0 && x <= 0.0;
     return (low && x <= -own->bound[own->unit[i]]) || (high && x >= own->bound[own->unit[i]]);
 }
 
@@ -434,12 +439,11 @@ int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x,
 
     for (int32_t i = 0; i < own->count; i++) {
         const int32_t given = own->rows - own->count + i;
-        const int32_t near = own->near_low[i] > own->low[i] || own->near_high[i] < own->high[i];
 
-        if (kind_of(own, i) == NEITHER || !near ||
+        if (kind_of(own, i) == NEITHER || !is_drawn_in(own, i) ||
             (!is_ray && !is_reached(own, i, x[own->row[given]])))
             continue;
-        own->reach[i] = is_ray ? INFINITY : WIDEN * own->reach[i];
+        own->reach[i] = is_ray || own->reach[i] == 0.0 ? INFINITY : WIDEN * own->reach[i];
         widened = 1;
     }
     return widened;
@@ -494,21 +498,32 @@ void perp__contact_bounded_velocities(const perp__contact_bounded *own, const do
         u[i] = own->sign[i] < 0.0 ? 0.0 - x[own->row[i]] : x[own->row[i]];
 }
 
+static int32_t mode_of(const perp__contact_bounded *own, int32_t i, int32_t mode, double x,
+                       double u)
+{
+    const int32_t kind = kind_of(own, i);
+    int32_t inside;
+
+    if (kind == NEITHER)
+        return PERP_CONTACT_STICK;
+    if (kind != BOTH && (mode != PERP_CONTACT_SEPARATE || is_drawn_in(own, i)))
+        return PERP_CONTACT_STICK;
+    if (kind != BOTH)
+        return kind == UPPER ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
+    inside = fabs(x) < own->mu[own->unit[i]] * own->bound[own->unit[i]];
+    if (mode == PERP_CONTACT_STICK || (inside && u == 0.0))
+        return PERP_CONTACT_STICK;
+    return (inside ? 0.0 - u : x) > 0.0 ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
+}
+
 void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
-                                 const double *x, int32_t *given)
+                                 const double *x, const double *u, int32_t *given)
 {
     for (int32_t k = 0; k < own->contacts; k++)
         given[k] = modes[k];
     for (int32_t i = 0; i < own->count; i++) {
-        const int32_t kind = kind_of(own, i), unit = own->unit[i];
-        const int32_t holds =
-            kind == NEITHER || (kind == BOTH ? modes[unit] == PERP_CONTACT_STICK
-                                             : modes[unit] != PERP_CONTACT_SEPARATE);
-        const double value = x[own->row[own->rows - own->count + i]];
+        const int32_t row = own->row[own->rows - own->count + i], unit = own->unit[i];
 
-        given[own->contacts + i] = holds ? PERP_CONTACT_STICK
-                                   : kind == UPPER || (kind == BOTH && value > 0.0)
-                                       ? PERP_CONTACT_UPPER
-                                       : PERP_CONTACT_LOWER;
+        given[own->contacts + i] = mode_of(own, i, unit < 0 ? 0 : modes[unit], x[row], u[row]);
     }
 }

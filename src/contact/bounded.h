@@ -86,6 +86,6 @@ void perp__contact_bounded_pose(perp__contact_bounded *own, const struct perp__c
 void perp__contact_bounded_impulses(const perp__contact_bounded *own, const double *x, double *r);
 void perp__contact_bounded_velocities(const perp__contact_bounded *own, const double *x, double *u);
 void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
-                                 const double *x, int32_t *given);
+                                 const double *x, const double *u, int32_t *given);
 
 #endif

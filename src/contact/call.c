@@ -117,7 +117,8 @@ static void write_translated(const perp_contact_solver *solver, const perp__cont
     if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
         perp__contact_bounded_velocities(bounded, solver->ray, call->ray);
     if (call->modes)
-        perp__contact_bounded_modes(bounded, solver->best.modes, solver->best.r, call->modes);
+        perp__contact_bounded_modes(bounded, solver->best.modes, solver->best.r, solver->best.u,
+                                    call->modes);
 }
 
 static void write_rows(const perp_contact_solver *solver, const perp__contact_call *call)

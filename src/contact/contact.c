@@ -457,9 +457,9 @@ static perp_status draw_in(perp_contact_solver *solver, const perp__contact_call
     status = perp__contact_load(solver);
     for (int32_t i = 0; i < bounded->count && status == PERP_OK; i++) {
         const int32_t k = bounded->unit[i];
-        const double reach = k < 0 ? 0.0 : REACH * solver->omega[k] / solver->root[k];
+        const double drive = k < 0 ? 0.0 : REACH * solver->drive[solver->part[k]];
 
-        bounded->reach[i] = reach > 0.0 ? reach : INFINITY;
+        bounded->reach[i] = drive > 0.0 ? drive / solver->root[k] : 0.0;
     }
     return status;
 }

@@ -8,14 +8,18 @@
 #include "contact/solver.h"
 
 /* A part that nothing drives has no impulses: beside which size any could be right, nobody knows.
- */
+ * Normals that are bounds stay what they are. */
 static void rest(perp_contact_solver *solver)
 {
     const perp__contact_problem *p = &solver->problem;
 
-    for (int32_t i = 0; solver->rests && i < p->size; i++)
-        if (solver->drive[solver->part[solver->unit_of[i]]] == 0.0)
+    for (int32_t i = 0; solver->rests && i < p->size; i++) {
+        const int32_t k = solver->unit_of[i];
+
+        if (solver->drive[solver->part[k]] == 0.0 &&
+            (k >= p->contacts || i >= perp__contact_first_row(p, k)))
             solver->r[i] = 0.0;
+    }
 }
 
 /* Finite data may make numbers that no double holds. */
@@ -149,9 +153,9 @@ static int32_t write(double *r, double value)
     return changes;
 }
 
-/* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at.
- * Returns whether that changed anything. */
-static int32_t separate(perp_contact_solver *solver, const int8_t *modes)
+/* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at;
+ * `moves`: on the side that u tells, be r where it may. Returns whether that changed anything. */
+static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_t moves)
 {
     const perp__contact_problem *p = &solver->problem;
     int32_t changed = 0, k, i;
@@ -162,9 +166,12 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes)
         for (i = p->starts[k]; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++)
             changed |= write(&solver->r[i], 0.0);
         i = p->starts[k] + 1;
-        if (p->bound && p->bound[k] > 0.0 && modes[k] == PERP_CONTACT_SLIP &&
-            fabs(solver->r[i]) > 0.5 * most)
+        if (!p->bound || p->bound[k] == 0.0 || modes[k] != PERP_CONTACT_SLIP)
+            continue;
+        if (fabs(solver->r[i]) > 0.5 * most)
             changed |= write(&solver->r[i], copysign(most, solver->r[i]));
+        else if (moves && solver->u[i] != 0.0)
+            changed |= write(&solver->r[i], copysign(most, 0.0 - solver->u[i]));
     }
     return changed;
 }
@@ -194,13 +201,14 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
         perp__contact_clip(p, k, solver->r);
     rest(solver);
     if (modes)
-        separate(solver, modes);
+        separate(solver, modes, 0);
     status = compute_velocities(solver);
     if (status != PERP_OK)
         return status;
     perp__contact_measure(solver, worth);
     /* far from a solution the sides on which a point lies are no active set */
-    if (!modes && worth->tested <= sqrt(solver->settings.tol) && separate(solver, solver->modes)) {
+    if (!modes && worth->tested <= sqrt(solver->settings.tol) &&
+        separate(solver, solver->modes, 1)) {
         status = compute_velocities(solver);
         if (status == PERP_OK)
             perp__contact_measure(solver, worth);

@@ -287,6 +287,39 @@ static void test_far_bounds(void **state)
         }
 }
 
+/* What nothing drives stays: impulses are the bounds' nearest to 0, to the last bit, and rows that
+ * are between theirs stick. */
+static void test_rest(void **state)
+{
+    static const double bounds[][2] = {{-1, 1},        {-0.5e9, 1e9},  {-1e9, INFINITY},
+                                       {-INFINITY, 1}, {-1e-9, 2e-9},  {0.0, 1e12},
+                                       {-1e12, 0.0},   {-0.5e-3, 1e3}, {-INFINITY, INFINITY}};
+    both_problem p;
+    both_answer a;
+
+    (void)state;
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        for (int k = 0; k < 9; k++) {
+            memset(&p, 0, sizeof p);
+            both_add(&p, 0, 3, 0.5);
+            p.bounded = 2;
+            p.size = p.n = 5;
+            for (int i = 0; i < 5; i++)
+                for (int j = 0; j < 5; j++)
+                    p.W[i * MOST + j] = i == j ? 2.0 : 0.5;
+            p.lower[0] = bounds[k][0];
+            p.upper[0] = bounds[k][1];
+            p.lower[1] = -3.0;
+            p.upper[1] = INFINITY;
+            both_by_delassus(&p, methods[m], &a);
+            both_require_solved(&a, 0);
+            for (int i = 0; i < 5; i++)
+                assert_true(a.r[i] == 0.0 && a.u[i] == 0.0);
+            if (bounds[k][0] < 0.0 && bounds[k][1] > 0.0)
+                assert_int_equal(a.modes[1], PERP_CONTACT_STICK);
+        }
+}
+
 /* One bound alone, so far off that it never holds: the row is an equation, and all of W r = -q. */
 static void test_far_bounds_of_one_side(void **state)
 {
@@ -436,10 +469,15 @@ static void test_clip(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_enumerated), cmocka_unit_test(test_laws),
-        cmocka_unit_test(test_motor),      cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_far_bounds), cmocka_unit_test(test_far_bounds_of_one_side),
-        cmocka_unit_test(test_infeasible), cmocka_unit_test(test_clip),
+        cmocka_unit_test(test_enumerated),
+        cmocka_unit_test(test_laws),
+        cmocka_unit_test(test_motor),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_far_bounds),
+        cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_far_bounds_of_one_side),
+        cmocka_unit_test(test_infeasible),
+        cmocka_unit_test(test_clip),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, both_make, both_destroy);

@@ -193,7 +193,7 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
 {
     double *v = fuzz_doubles(d->n), *r = fuzz_doubles(p->rows), *u = fuzz_doubles(p->rows);
     double *ray = fuzz_doubles(p->rows), *r0 = fuzz_doubles(p->rows);
-    int32_t *modes = fuzz_take(p->laws.contacts, sizeof *modes);
+    int32_t *modes = fuzz_take(p->laws.contacts + p->laws.bounded, sizeof *modes);
     wide *W = fuzz_take(p->rows * p->rows, sizeof *W), *q = fuzz_take(p->rows, sizeof *q);
     wide *t = fuzz_take(p->rows, sizeof *t);
     perp_contact_result result;
@@ -372,7 +372,7 @@ static void renew_outputs(const laws_problem *p, const dynamics_problem *d, simu
     perp_contact_step *s = &sim->step;
 
     s->v = fuzz_doubles(d->n), s->r = fuzz_doubles(p->rows), s->u = fuzz_doubles(p->rows);
-    s->modes = fuzz_take(p->laws.contacts, sizeof *s->modes);
+    s->modes = fuzz_take(p->laws.contacts + p->laws.bounded, sizeof *s->modes);
     s->acceleration = fuzz_doubles(d->n), s->force_of_rows = fuzz_doubles(d->n);
     s->shift = fuzz_doubles(d->n);
     sim->at_force = fuzz_doubles(s->J_rows);

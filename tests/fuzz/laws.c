@@ -6,7 +6,8 @@
 static void add_law(laws_problem *p, int32_t kind, int32_t rows, int32_t normal, double mu)
 {
     if (rows > 0)
-        p->law[p->count++] = (oracle_law){kind, p->rows, rows, normal, mu, p->rows, rows, 0, 0};
+        p->law[p->count++] =
+            (oracle_law){kind, p->rows, rows, normal, mu, p->rows, rows, 0, 0, 0, 0};
     p->rows += rows;
 }
 
@@ -31,16 +32,37 @@ static void add_contact(laws_problem *p, int32_t k)
     }
 }
 
-/* Contacts that hold both ways, from a trailer of four bytes: three bits each, then "b2". Without
- * it, as in inputs of before there were such contacts, there are none. */
-static uint32_t take_trailer(fuzz_bytes *bytes)
+/* Rows with bounds and contacts that hold both ways come from trailers, two bytes of numbers, then
+ * two of a name. Without them, as in inputs of before there were such rows, there are none. */
+static uint32_t take_trailer(fuzz_bytes *bytes, char kind)
 {
     const uint8_t *end = bytes->end;
 
-    if (end - bytes->at < 4 || end[-2] != 'b' || end[-1] != '2')
+    if (end - bytes->at < 4 || end[-2] != 'b' || end[-1] != kind)
         return 0;
     bytes->end -= 4;
     return end[-4] | (uint32_t)end[-3] << 8;
+}
+
+/* Five bits a row: how far its bounds are off, and which of them there are. */
+static void add_bounded(laws_problem *p, uint32_t trailer)
+{
+    static const double sizes[] = {1, 0, 1e-3, 1e3, 1e6, 1e9, 1e12, 1e-9};
+    int32_t k;
+
+    for (k = 0; k < LAWS_BOUNDED && trailer >> 5 * k; k++) {
+        const double size = sizes[trailer >> 5 * k & 7];
+        const int32_t sides = trailer >> (5 * k + 3) & 3;
+
+        p->lower[k] = sides == 1 ? -INFINITY : sides == 2 ? -size : 0.5 * size * (sides - 1);
+        p->upper[k] = sides == 2 ? INFINITY : size;
+        add_law(p, ORACLE_BOUNDED, 1, -1, 0);
+        p->law[p->count - 1].lower = p->lower[k];
+        p->law[p->count - 1].upper = p->upper[k];
+    }
+    p->laws.bounded = k;
+    p->laws.lower = k > 0 ? p->lower : NULL;
+    p->laws.upper = k > 0 ? p->upper : NULL;
 }
 
 static void hold_both_ways(laws_problem *p, uint32_t trailer)
@@ -62,7 +84,7 @@ static void hold_both_ways(laws_problem *p, uint32_t trailer)
 
 void laws_make(fuzz_bytes *bytes, fuzz_mood mood, laws_problem *p)
 {
-    uint32_t trailer = take_trailer(bytes);
+    uint32_t bounded = take_trailer(bytes, '3'), both = take_trailer(bytes, '2');
     uint8_t flags;
     int32_t k;
 
@@ -83,9 +105,10 @@ void laws_make(fuzz_bytes *bytes, fuzz_mood mood, laws_problem *p)
     p->laws.mu = flags & 4 ? NULL : p->mu;
     p->laws.rolling = flags & 8 ? p->rolling : NULL;
     p->laws.spinning = flags & 16 ? p->spinning : NULL;
-    hold_both_ways(p, trailer);
+    hold_both_ways(p, both);
     for (k = 0; k < p->laws.contacts; k++)
         add_contact(p, k);
+    add_bounded(p, bounded);
     for (k = 0; k < p->laws.bilateral; k++)
         add_law(p, ORACLE_BILATERAL, 1, -1, 0);
     if (flags & 32) {
@@ -115,14 +138,34 @@ int laws_settings_make(fuzz_bytes *bytes, perp_contact_settings *settings, laws_
     return settings->max_iterations > 0 || settings->time_limit > 0;
 }
 
+/* The word for a row with bounds, which it is at, as far as it is known at all. */
+static void check_bounded_mode(const char *where, const laws_problem *p,
+                               const perp_contact_settings *settings,
+                               const perp_contact_result *result, int32_t k, double r, double u,
+                               int32_t mode)
+{
+    const double near = oracle_limit(result->outcome, settings->tol) * (p->upper[k] - p->lower[k]);
+    const int known =
+        mode == PERP_CONTACT_STICK || mode == PERP_CONTACT_LOWER || mode == PERP_CONTACT_UPPER;
+
+    if (!known || (fuzz_good(result->outcome) &&
+                   ((mode == PERP_CONTACT_LOWER && !(r - p->lower[k] <= near)) ||
+                    (mode == PERP_CONTACT_UPPER && !(p->upper[k] - r <= near)) ||
+                    (mode == PERP_CONTACT_STICK && u != 0))))
+        fuzz_fail("%s: '%s' with tol %g: row %d with bounds is called '%s' with r = %g, u = %g",
+                  where, perp_outcome_text(result->outcome), settings->tol, k,
+                  perp_contact_mode_text(mode), r, u);
+}
+
 /* A contact that separates carries nothing; one that sticks has velocity 0.0; who presses stays. */
-static void check_modes(const char *where, const laws_problem *p, const perp_contact_result *result,
+static void check_modes(const char *where, const laws_problem *p,
+                        const perp_contact_settings *settings, const perp_contact_result *result,
                         const double *r, const double *u, const int32_t *modes)
 {
-    int32_t k, i;
+    int32_t first = p->rows - p->laws.bilateral - p->laws.bounded, k, i;
 
     for (k = 0; k < p->laws.contacts; k++) {
-        int32_t end = k + 1 < p->laws.contacts ? p->first[k + 1] : p->rows - p->laws.bilateral;
+        int32_t end = k + 1 < p->laws.contacts ? p->first[k + 1] : first;
 
         for (i = p->first[k]; i < end; i++) {
             if (modes[k] == PERP_CONTACT_SEPARATE && r[i] != 0)
@@ -137,6 +180,9 @@ static void check_modes(const char *where, const laws_problem *p, const perp_con
             fuzz_fail("%s: contact %d presses with r_n = %g and opens with u_n = %g", where, k,
                       r[p->first[k]], u[p->first[k]]);
     }
+    for (k = 0; k < p->laws.bounded; k++)
+        check_bounded_mode(where, p, settings, result, k, r[first + k], u[first + k],
+                           modes[p->laws.contacts + k]);
     for (i = p->rows - p->laws.bilateral; fuzz_good(result->outcome) && i < p->rows; i++)
         if (u[i] != 0)
             fuzz_fail("%s: bilateral row %d moves with %g", where, i, u[i]);
@@ -162,6 +208,6 @@ void laws_check(const char *where, const laws_problem *p, wide *W, const wide *q
         W[k * p->rows + k] += p->compliance[k];
     if (fuzz_good(result->outcome))
         fuzz_finite("u", u, p->rows);
-    check_modes(where, p, result, r, u, modes);
+    check_modes(where, p, settings, result, r, u, modes);
     oracle_check_contacts(&contacts);
 }

@@ -6,15 +6,16 @@
 #include "oracle.h"
 
 #define LAWS_CONTACTS 5
-#define LAWS_ROWS (6 * LAWS_CONTACTS + 2)
-#define LAWS_MOST (4 * LAWS_CONTACTS + 2)
+#define LAWS_BOUNDED 3
+#define LAWS_ROWS (6 * LAWS_CONTACTS + LAWS_BOUNDED + 2)
+#define LAWS_MOST (4 * LAWS_CONTACTS + LAWS_BOUNDED + 2)
 
 typedef struct laws_problem {
     perp_contact_laws laws;
     int32_t rows, count; /* rows with the bilateral ones; of `law` */
     int32_t dims[LAWS_CONTACTS], two_sided[LAWS_CONTACTS];
     double mu[LAWS_CONTACTS], rolling[LAWS_CONTACTS], spinning[LAWS_CONTACTS];
-    double compliance[LAWS_ROWS];
+    double compliance[LAWS_ROWS], lower[LAWS_BOUNDED], upper[LAWS_BOUNDED];
     oracle_law law[LAWS_MOST];
     int32_t first[LAWS_CONTACTS];
 } laws_problem;

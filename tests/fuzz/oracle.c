@@ -432,6 +432,9 @@ static void check_cone(const oracle_contacts *c, const oracle_law *law)
 
     if (law->kind == ORACLE_NORMAL && !(r[0] >= 0))
         fuzz_fail("%s: r_n >= 0: row %d has %g", c->where, law->first, c->r[law->first]);
+    if (law->kind == ORACLE_BOUNDED && !(r[0] >= law->lower && r[0] <= law->upper))
+        fuzz_fail("%s: lower <= r <= upper: row %d has %.17g, [%g, %g]", c->where, law->first,
+                  c->r[law->first], law->lower, law->upper);
     if (law->kind == ORACLE_FRICTION && size > radius(c, law) * (1 + (wide)1e-12) + (wide)1e-307)
         fuzz_fail("%s: impulses lie within their cones: row %d has %Lg, the cone %Lg", c->where,
                   law->first, (long double)size, (long double)radius(c, law));
@@ -464,6 +467,18 @@ static wide trace_of(const oracle_contacts *c, const oracle_law *law)
     return trace;
 }
 
+/* How far r is from r - u / t between the bounds, in units of velocity. */
+static wide bounded_error(const oracle_contacts *c, const oracle_law *law, wide u, wide trace)
+{
+    const wide r = c->r[law->first];
+    wide low = trace * (r - law->lower), high = trace * (r - law->upper);
+
+    if (law->lower == law->upper)
+        return 0;
+    low = isfinite(law->lower) && low < u ? low : u; /* the middle of low, u and high */
+    return oracle_abs(isfinite(law->upper) && high > low ? high : low);
+}
+
 static wide law_error(const oracle_contacts *c, const oracle_law *law, const wide *u)
 {
     const wide trace = trace_of(c, law);
@@ -475,6 +490,8 @@ static wide law_error(const oracle_contacts *c, const oracle_law *law, const wid
         return oracle_abs(u[law->first] < pressed ? u[law->first] : pressed);
     case ORACLE_FRICTION:
         return law->polyhedral ? 0 : slip_error(c, law, u, trace);
+    case ORACLE_BOUNDED:
+        return bounded_error(c, law, u[law->first], trace);
     default:
         return norm(&u[law->first], law->rows);
     }
@@ -483,7 +500,8 @@ static wide law_error(const oracle_contacts *c, const oracle_law *law, const wid
 static void check_law(const oracle_contacts *c, const oracle_law *law, const wide *u,
                       const wide *carried)
 {
-    static const char *const names[] = {"Signorini's law", "Coulomb's law", "a bilateral row"};
+    static const char *const names[] = {"Signorini's law", "Coulomb's law", "a bilateral row",
+                                        "a row with bounds"};
     wide most = 0, error = law_error(c, law, u);
     double limit = oracle_limit(c->outcome, c->tol);
     int32_t k;

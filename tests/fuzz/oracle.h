@@ -64,15 +64,16 @@ void oracle_check_point(const oracle_point *point);
 int oracle_is_exact(const oracle_point *point);
 
 /* What the rows of a contact problem obey. */
-enum { ORACLE_NORMAL, ORACLE_FRICTION, ORACLE_BILATERAL };
+enum { ORACLE_NORMAL, ORACLE_FRICTION, ORACLE_BILATERAL, ORACLE_BOUNDED };
 
 typedef struct oracle_law {
     int32_t kind, first, rows;
     int32_t normal; /* friction: the row of its normal, -1: the bound is `mu` itself */
     double mu;
     int32_t block, block_rows; /* the rows of its contact */
-    int32_t polyhedral; /* friction: the cone is smaller than the disc; only its size is known */
-    int32_t normals;    /* friction: rows of r_N of any sign, mu |r_N|; 0: mu r_n */
+    int32_t polyhedral;  /* friction: the cone is smaller than the disc; only its size is known */
+    int32_t normals;     /* friction: rows of r_N of any sign, mu |r_N|; 0: mu r_n */
+    double lower, upper; /* bounded */
 } oracle_law;
 
 typedef struct oracle_contacts {
