@@ -66,8 +66,8 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t size = (size_t)own->size, units = (size_t)own->units;
     const size_t larger = (size_t)(own_size(own) > own->n ? own_size(own) : own->n);
 
-    PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high, &own->reach, &own->near_low,
-                  &own->near_high);
+    PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high, &own->reach, &own->likely,
+                  &own->near_low, &own->near_high);
     own->unit = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
     own->row = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
@@ -423,27 +423,30 @@ static int32_t is_drawn_in(const perp__contact_bounded *own, int32_t i)
 }
 
 /* Whether x is at a bound that has been drawn in; what nothing drives stays there. */
-static int32_t is_reached(const perp__contact_bounded *own, int32_t i, double x)
+static int32_t is_reached(const perp__contact_bounded *own, int32_t i, double x, double u)
 {
     const int32_t kind = kind_of(own, i);
     const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
 
     if (kind != BOTH)
-        return kind != NEITHER && is_drawn_in(own, i) && own->reach[i] > 0.0 && x <= 0.0;
+        return kind != NEITHER && is_drawn_in(own, i) && x <= 0.0 &&
+               (own->reach[i] > 0.0 || u > 0.0);
     return (low && x <= -own->bound[own->unit[i]]) || (high && x >= own->bound[own->unit[i]]);
 }
 
-int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, int32_t is_ray)
+int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
+                                    int32_t is_ray)
 {
     int32_t widened = 0;
 
     for (int32_t i = 0; i < own->count; i++) {
-        const int32_t given = own->rows - own->count + i;
+        const int32_t row = own->row[own->rows - own->count + i];
+        const double next = fmax(WIDEN * own->reach[i], own->likely[i]);
 
         if (kind_of(own, i) == NEITHER || !is_drawn_in(own, i) ||
-            (!is_ray && !is_reached(own, i, x[own->row[given]])))
+            (!is_ray && !is_reached(own, i, x[row], u[row])))
             continue;
-        own->reach[i] = is_ray || own->reach[i] == 0.0 ? INFINITY : WIDEN * own->reach[i];
+        own->reach[i] = is_ray || next == 0.0 ? INFINITY : next;
         widened = 1;
     }
     return widened;

@@ -41,7 +41,7 @@ typedef struct perp__contact_bounded {
     const double *lower, *upper;
     perp__contact_lines lines[2]; /* own H and G; or W */
     double *low, *high;           /* count */
-    double *reach;                /* count: how far from the bounds' nearest to 0 impulses may be */
+    double *reach, *likely;       /* count: how far from the bounds' nearest to 0 impulses may be */
     double *near_low, *near_high; /* count: the bounds, no further off than that */
     int32_t *unit;                /* count: own contact, -1: bilateral */
     int32_t *row;                 /* size: own row */
@@ -68,9 +68,11 @@ int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own);
 /* The bounds of the next call, by own->reach. */
 void perp__contact_bounded_draw_in(perp__contact_bounded *own);
 
-/* Lets impulses x that are at a bound which is not the caller's reach further; and all where there
- * are said to be none, which bounds further off might change. Returns 0 if x may stay. */
-int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, int32_t is_ray);
+/* Lets impulses x, with velocities u, that are at a bound which is not the caller's reach further,
+ * as far as is likely at least (own->likely); and all where there are said to be none, which bounds
+ * further off might change. Returns 0 if x may stay. */
+int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
+                                    int32_t is_ray);
 
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
 void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance);

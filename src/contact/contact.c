@@ -441,6 +441,16 @@ static perp_outcome last_word(const perp_contact_solver *solver)
  * likely to reach. */
 #define REACH 16.0
 
+static void find_reach(const perp_contact_solver *solver, double *reach)
+{
+    for (int32_t i = 0; i < solver->bounded.count; i++) {
+        const int32_t k = solver->bounded.unit[i];
+        const double drive = k < 0 ? 0.0 : REACH * solver->drive[solver->part[k]];
+
+        reach[i] = drive > 0.0 ? drive / solver->root[k] : 0.0;
+    }
+}
+
 /* Bounds that are far off are drawn in (bounded.h), by the free velocities at the impulses nearest
  * to 0. */
 static perp_status draw_in(perp_contact_solver *solver, const perp__contact_call *given,
@@ -455,13 +465,19 @@ static perp_status draw_in(perp_contact_solver *solver, const perp__contact_call
     perp__contact_bounded_pose(bounded, given, own);
     solver->call = own;
     status = perp__contact_load(solver);
-    for (int32_t i = 0; i < bounded->count && status == PERP_OK; i++) {
-        const int32_t k = bounded->unit[i];
-        const double drive = k < 0 ? 0.0 : REACH * solver->drive[solver->part[k]];
-
-        bounded->reach[i] = drive > 0.0 ? drive / solver->root[k] : 0.0;
-    }
+    if (status == PERP_OK)
+        find_reach(solver, bounded->reach);
     return status;
+}
+
+/* Whether bounds that were drawn in are in the way; then they are further off. */
+static int32_t widen(perp_contact_solver *solver)
+{
+    perp__contact_bounded *bounded = &solver->bounded;
+
+    find_reach(solver, bounded->likely);
+    return perp__contact_bounded_widen(bounded, solver->best.r, solver->best.u,
+                                       solver->best.outcome == PERP_OUTCOME_RAY);
 }
 
 /* With rows that have bounds: within such as are near, while these are those that count. */
@@ -486,9 +502,7 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
         if (limit > 0) /* what is left of it */
             solver->settings.max_iterations =
                 limit > iterations ? (int32_t)(limit - iterations) : 1;
-        widened = status == PERP_OK && is_far &&
-                  perp__contact_bounded_widen(bounded, solver->best.r,
-                                              solver->best.outcome == PERP_OUTCOME_RAY);
+        widened = status == PERP_OK && is_far && widen(solver);
     } while (widened && solver->ended != PERP_OUTCOME_STOPPED);
     if (widened) /* whoever said stop is not asked again: at a bound that is none it is no answer */
         solver->best.outcome = perp__worse_outcome(solver->best.outcome, PERP_OUTCOME_STOPPED);
