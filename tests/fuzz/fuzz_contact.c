@@ -200,6 +200,8 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
     int warm = fuzz_one_in(bytes, 3), i;
 
     fuzz_show("r", r, p->rows);
+    fuzz_show("v", v, d->n);
+    fuzz_show("mu", p->mu, p->laws.contacts);
     if (warm)
         fuzz_numbers(bytes, FUZZ_MODERATE, r0, p->rows);
     if (perp_contact_result_init(&result, sizeof result) != PERP_OK)
@@ -565,6 +567,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fuzz_show("G", d.G.dense, d.bilateral * d.n);
     fuzz_show("f", d.f, d.n);
     fuzz_show("w", d.w, p.rows);
+    fuzz_show("tol", &settings.tol, 1);
     if (fuzz_status(context, perp_contact_solver_create(context, &solver, &settings), "create") &&
         fuzz_status(context, perp_contact_solver_setup_dynamics(solver, &p.laws, &d.dynamics),
                     "setup"))

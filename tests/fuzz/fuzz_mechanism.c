@@ -170,16 +170,25 @@ static int32_t make_laws(const machine *m, double h, oracle_law *law)
     int32_t i, row = 0, count = 0, dry = m->model.dry, rows = m->model.dry_dim;
 
     for (i = 0; i < m->model.contacts; row += m->dims[i++]) {
-        law[count++] = (oracle_law){ORACLE_NORMAL, row, 1, -1, 0, row, m->dims[i], 0, 0};
+        law[count++] = (oracle_law){ORACLE_NORMAL, row, 1, -1, 0, row, m->dims[i], 0, 0, 0, 0};
         if (m->dims[i] > 1)
-            law[count++] = (oracle_law){
-                ORACLE_FRICTION, row + 1, m->dims[i] - 1, row, m->mu[i], row, m->dims[i], 0, 0};
+            law[count++] = (oracle_law){ORACLE_FRICTION,
+                                        row + 1,
+                                        m->dims[i] - 1,
+                                        row,
+                                        m->mu[i],
+                                        row,
+                                        m->dims[i],
+                                        0,
+                                        0,
+                                        0,
+                                        0};
     }
     for (i = 0; i < m->model.bilateral; i++, row++)
-        law[count++] = (oracle_law){ORACLE_BILATERAL, row, 1, -1, 0, row, 1, 0, 0};
+        law[count++] = (oracle_law){ORACLE_BILATERAL, row, 1, -1, 0, row, 1, 0, 0, 0, 0};
     for (i = 0; i < dry; i++, row += rows)
         law[count++] =
-            (oracle_law){ORACLE_FRICTION, row, rows, -1, m->bound[i] * h, row, rows, 0, 0};
+            (oracle_law){ORACLE_FRICTION, row, rows, -1, m->bound[i] * h, row, rows, 0, 0, 0, 0};
     return count;
 }
 

@@ -201,6 +201,15 @@ static void add_terms(const perp__matrix *A, const double *x, double *out)
                 fabs(A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride]) * x[i];
 }
 
+/* A contact that opens has no impulse that could be wrong. `scale` is at hand. */
+static int32_t opens(const perp_contact_solver *solver, int32_t k)
+{
+    const int32_t row = solver->bodies.rows[k];
+
+    return k < solver->contacts && solver->best.modes[k] == PERP_CONTACT_SEPARATE &&
+           solver->best.u[row] > ROUNDING * solver->scale[row];
+}
+
 /* push := what zeros in v may take of the momentum in each coordinate: what the impulses there may
  * be wrong by, that is tol of all that their contacts' velocities are made of, and rounding of what
  * acts. */
@@ -215,7 +224,7 @@ static void find_slack(perp_contact_solver *solver)
         const double size = perp__contact_length(solver->scale, b->rows[k], b->rows[k + 1]);
 
         for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++)
-            x[i] = size / solver->trace[k];
+            x[i] = opens(solver, k) ? 0.0 : size / solver->trace[k];
     }
     for (int32_t j = 0; j < solver->n; j++)
         solver->push[j] = 0.0;
