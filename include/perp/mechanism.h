@@ -378,10 +378,11 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  * rounding_limit: tol is below what rounding of q makes of gap / h. The outcome of a whole is that
  * of its worst part.
  *
- * Gaps below 0 count as 0 and are opened afterwards by the smallest displacement in the metric of
- * M, to first order; theta closes those of contacts that press at the end, too. Restitution:
- * docs/mechanism.md. Where rows that hold (closed normals, sticking tangents, bilateral ones)
- * determine a velocity it carries no rounding: at rest it is 0.0.
+ * Gaps below 0, and those that are rounding of q, count as 0; overlaps are opened afterwards by the
+ * smallest displacement in the metric of M, to first order; theta closes those of contacts that
+ * press at the end, too. Restitution: docs/mechanism.md. Where rows that hold (closed normals,
+ * sticking tangents, bilateral ones) determine a velocity it carries no rounding: at rest it is
+ * 0.0.
  *
  * Where the step's outcome is ray, evaluation_failed or singular, q and v are q0 and v0, impulses
  * are 0.

@@ -255,6 +255,8 @@ static int reduce(machine *m, double h, const double *q0, const double *v0, cons
     for (i = 0; i < m->model.contacts; row += m->dims[i++]) {
         q[row] += gap[i] > 0 ? gap[i] / (wide)h : 0;
         t[row] += gap[i] > 0 ? gap[i] / (wide)h : 0;
+        for (k = 0; k < n; k++) /* a gap that is rounding of q counts as 0 */
+            t[row] += 16 * DBL_EPSILON / limit * oracle_abs(H[row * n + k] * (wide)q0[k]) / h;
     }
     add_momentum(m, H, v0, limit, t);
     return 1;
