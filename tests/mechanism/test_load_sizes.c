@@ -132,6 +132,37 @@ static void test_every_answer_is_one(void **state)
     assert_true(answers > 3000);
 }
 
+/* Two coordinates that press alike, by accelerations of 1e-216: rows that do not balance are no
+ * answer, be that what was sought. */
+static void test_accelerations_of_next_to_nothing(void **state)
+{
+    int exponent, light;
+
+    (void)state;
+    for (exponent = 0; exponent <= 300; exponent += 10)
+        for (light = 0; light < 2; light++) {
+            const double large = pow(10.0, exponent), mass = light ? 0x1p-40 : 1.0;
+            const sized s = {2,
+                             {mass, mass / 8, mass / 8, mass},
+                             {-large, -large, -large, -large},
+                             {0.0, 0.0},
+                             {-0x1p-52, -0x1p-52},
+                             {1.25, 1.0},
+                             {-8e-70, -3e-157},
+                             {-1.0, -1.0}};
+            asked a;
+            int32_t count = begin(&a, &s), k;
+
+            for (k = 0; k < count; k++) {
+                const perp_load_found found = answer(&a, k);
+
+                if (found.dimension == 0)
+                    check_answer(&s, &found);
+            }
+            finish(&a);
+        }
+}
+
 /* One coordinate in motion: side N >= 0 and side N < 0 have an answer each or not. Returns their
  * number, or -1 where some number is within 1e-6 of a change, or beyond doubles. */
 static int count_by_hand(const sized *s)
@@ -273,9 +304,12 @@ static void test_the_largest_number(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_answer_is_one), cmocka_unit_test(test_exhaustive_counts),
-        cmocka_unit_test(test_uniqueness),          cmocka_unit_test(test_larger_systems_end),
+        cmocka_unit_test(test_every_answer_is_one),
+        cmocka_unit_test(test_exhaustive_counts),
+        cmocka_unit_test(test_uniqueness),
+        cmocka_unit_test(test_larger_systems_end),
         cmocka_unit_test(test_the_largest_number),
+        cmocka_unit_test(test_accelerations_of_next_to_nothing),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

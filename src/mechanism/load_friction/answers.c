@@ -179,7 +179,7 @@ static int32_t is_held(const perp_load_friction *f, const perp__answer *a)
 /* Keeps it if it is one. */
 static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
 {
-    if (holds && is_finite(f, a) && is_held(f, a)) {
+    if (holds && is_finite(f, a) && is_held(f, a) && a->residual <= HELD) {
         perp__answers_keep(&f->answers, a);
     } else {
         f->answers.incomplete = 1;
