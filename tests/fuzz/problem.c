@@ -182,8 +182,8 @@ static int is_tame(const double *x, int32_t count)
     return 1;
 }
 
-/* Whether doubled precision, of about 104 bits, tells rows whose terms are these to tol of q: the
- * library calls nothing good that it can't tell. */
+/* Whether doubled precision, of about 104 bits, tells rows whose terms are these to tol of q, or of
+ * 1 where q is 0: the library calls nothing good that it can't tell. */
 static int is_told_by_doubled(const wide *terms, const double *q, int32_t n, double tol)
 {
     double largest = 0;
@@ -192,7 +192,7 @@ static int is_told_by_doubled(const wide *terms, const double *q, int32_t n, dou
     for (i = 0; i < n; i++)
         largest = fmax(largest, fabs(q[i]));
     for (i = 0; i < n; i++)
-        if (largest > 0 && !((double)terms[i] * 0x1p-104 <= tol * largest))
+        if (!((double)terms[i] * 0x1p-104 <= tol * (largest > 0 ? largest : 1)))
             return 0;
     return 1;
 }
