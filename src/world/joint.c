@@ -322,7 +322,7 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
     perp__view_of_states(world, joint, world->states, 0.0, &view);
     if (settings->lower > -INFINITY || settings->upper < INFINITY)
         return PERP_OK;
-    if (!(view.coordinate > 0.0))
+    if (!(view.coordinate > view.rounding))
         return fail_argument(world, "the anchors are in the same place: their distance is 0");
     settings->lower = settings->upper = view.coordinate;
     return PERP_OK;

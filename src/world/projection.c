@@ -24,6 +24,11 @@
 #define ITERATIONS 50
 #define MANY 100
 
+/* Passes for joints, while one leaves more than this of what they lack: in bodies that turn far in
+ * a step a pass alone is a rough one. */
+#define PASSES 4
+#define ROUGH 0x1p-14
+
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
@@ -232,15 +237,34 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     return status;
 }
 
+/* Passes until joints lack next to nothing of what they lacked. */
+static perp_status close_joints(perp_world *world, double lack)
+{
+    perp_status status = PERP_OK;
+    double found = perp__joint_errors(world);
+    int32_t left = 0;
+
+    for (int32_t pass = 1; pass < PASSES && status == PERP_OK && found > ROUGH * lack; pass++) {
+        lack = found;
+        status = project(world, LONGEST_WAY * lack, 0, &left);
+        found = perp__joint_errors(world);
+        if (left > 0 || found >= lack)
+            break;
+    }
+    return status;
+}
+
 /* Works on the next states; the links and islands of the step are gone afterwards. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
-    double depth = 0.0, longest;
+    double depth = 0.0, lack = 0.0, longest;
     int32_t left;
     perp_status status = perp__cover_strays(world);
 
-    if (status == PERP_OK)
-        depth = deepest(world) + perp__joint_errors(world);
+    if (status == PERP_OK) {
+        lack = perp__joint_errors(world);
+        depth = deepest(world) + lack;
+    }
     *changed = depth > 0.0;
     if (depth == 0.0)
         return status;
@@ -249,5 +273,5 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
         status = project(world, longest, 1, &left);
-    return status;
+    return status == PERP_OK && lack > 0.0 && left == 0 ? close_joints(world, lack) : status;
 }
