@@ -1,5 +1,6 @@
 #include "contact/bounded.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -10,6 +11,9 @@ enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
 
 /* How much further off a bound is that an impulse has reached. */
 #define WIDEN 32.0
+
+/* An impulse that is less than this of how far it could have reached has lost half its digits. */
+#define DROWNED 0x1p-26
 
 static double lower_of(const perp_contact_laws *laws, int32_t i)
 {
@@ -450,6 +454,26 @@ int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x,
         widened = 1;
     }
     return widened;
+}
+
+int32_t perp__contact_bounded_narrow(perp__contact_bounded *own, const double *x)
+{
+    int32_t narrowed = 0;
+
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t given = own->rows - own->count + i, kind = kind_of(own, i);
+        const double middle = nearest(own, i);
+        const double r = own->shift[given] + own->sign[given] * x[own->row[given]];
+        const double below = kind & LOWER ? middle - own->near_low[i] : 0.0;
+        const double above = kind & UPPER ? own->near_high[i] - middle : 0.0;
+        const double away = fabs(r - middle), extent = fmax(below, above);
+
+        if (kind == NEITHER || away >= DROWNED * extent)
+            continue;
+        own->reach[i] = WIDEN * (away + 8.0 * DBL_EPSILON * extent);
+        narrowed = 1;
+    }
+    return narrowed;
 }
 
 /* The start, within the bounds; what lies beyond is clipped by the law. */

@@ -480,6 +480,11 @@ static int32_t widen(perp_contact_solver *solver)
                                        solver->best.outcome == PERP_OUTCOME_RAY);
 }
 
+static int32_t is_settled(const perp_contact_solver *solver)
+{
+    return perp__is_good(solver->best.outcome) && solver->ended != PERP_OUTCOME_STOPPED;
+}
+
 /* With rows that have bounds: within such as are near, while these are those that count. */
 static perp_status find_within(perp_contact_solver *solver, const perp__contact_call *given,
                                perp__contact_call *own, double deadline)
@@ -488,7 +493,7 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
     const int32_t limit = solver->settings.max_iterations;
     const int32_t is_far = perp__contact_bounded_is_far(bounded);
     int64_t iterations = 0;
-    int32_t widened;
+    int32_t again, narrowed = 0;
     perp_status status = is_far ? draw_in(solver, given, own) : PERP_OK;
 
     do {
@@ -502,9 +507,11 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
         if (limit > 0) /* what is left of it */
             solver->settings.max_iterations =
                 limit > iterations ? (int32_t)(limit - iterations) : 1;
-        widened = status == PERP_OK && is_far && widen(solver);
-    } while (widened && solver->ended != PERP_OUTCOME_STOPPED);
-    if (widened) /* whoever said stop is not asked again: at a bound that is none it is no answer */
+        again = status == PERP_OK && is_far && widen(solver);
+        if (status == PERP_OK && is_far && !again && !narrowed && is_settled(solver))
+            again = narrowed = perp__contact_bounded_narrow(bounded, solver->best.r);
+    } while (again && solver->ended != PERP_OUTCOME_STOPPED);
+    if (again) /* whoever said stop is not asked again: at a bound that is none it is no answer */
         solver->best.outcome = perp__worse_outcome(solver->best.outcome, PERP_OUTCOME_STOPPED);
     solver->settings.max_iterations = limit;
     solver->iterations = iterations;

@@ -153,6 +153,12 @@ static int32_t write(double *r, double value)
     return changes;
 }
 
+/* A row with two bounds (bounded.h) always presses. */
+static int32_t is_bound(const perp__contact_problem *p, int32_t k)
+{
+    return p->bound && p->bound[k] > 0.0;
+}
+
 /* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at;
  * `moves`: on the side that u tells, be r where it may. Returns whether that changed anything. */
 static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_t moves)
@@ -161,17 +167,18 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_
     int32_t changed = 0, k, i;
 
     for (k = 0; k < p->contacts; k++) {
-        const double most = p->bound ? p->mu[k] * p->bound[k] : 0.0;
+        const double most = is_bound(p, k) ? p->mu[k] * p->bound[k] : 0.0;
 
-        for (i = p->starts[k]; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++)
-            changed |= write(&solver->r[i], 0.0);
-        i = p->starts[k] + 1;
-        if (!p->bound || p->bound[k] == 0.0 || modes[k] != PERP_CONTACT_SLIP)
-            continue;
-        if (fabs(solver->r[i]) > 0.5 * most)
-            changed |= write(&solver->r[i], copysign(most, solver->r[i]));
-        else if (moves && solver->u[i] != 0.0)
-            changed |= write(&solver->r[i], copysign(most, 0.0 - solver->u[i]));
+        i = p->starts[k];
+        if (!is_bound(p, k)) {
+            for (; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++)
+                changed |= write(&solver->r[i], 0.0);
+        } else if (modes[k] != PERP_CONTACT_STICK) {
+            if (fabs(solver->r[i + 1]) > 0.5 * most)
+                changed |= write(&solver->r[i + 1], copysign(most, solver->r[i + 1]));
+            else if (moves && solver->u[i + 1] != 0.0)
+                changed |= write(&solver->r[i + 1], copysign(most, 0.0 - solver->u[i + 1]));
+        }
     }
     return changed;
 }
@@ -184,7 +191,7 @@ static void reconcile(perp_contact_solver *solver, const int8_t *modes)
     for (int32_t k = 0; k < p->contacts; k++) {
         if (modes)
             solver->modes[k] = modes[k];
-        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0)
+        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0 && !is_bound(p, k))
             solver->modes[k] = PERP_CONTACT_SEPARATE;
         else if (solver->modes[k] == PERP_CONTACT_SEPARATE)
             solver->modes[k] = PERP_CONTACT_SLIP;
@@ -207,8 +214,8 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
         return status;
     perp__contact_measure(solver, worth);
     /* far from a solution the sides on which a point lies are no active set */
-    if (!modes && worth->tested <= sqrt(solver->settings.tol) &&
-        separate(solver, solver->modes, 1)) {
+    if (worth->tested <= sqrt(solver->settings.tol) &&
+        separate(solver, modes ? modes : solver->modes, 1)) {
         status = compute_velocities(solver);
         if (status == PERP_OK)
             perp__contact_measure(solver, worth);

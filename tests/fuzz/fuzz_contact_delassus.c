@@ -48,6 +48,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fuzz_show("W", W.dense, p.rows * p.rows);
     fuzz_show("q", q, p.rows);
     fuzz_show("r", r, p.rows);
+    fuzz_show("mu", p.mu, p.laws.contacts);
+    fuzz_show("tol", &settings.tol, 1);
     modes = fuzz_take(p.laws.contacts + p.laws.bounded, sizeof *modes);
     if (perp_contact_result_init(result, sizeof *result) != PERP_OK)
         fuzz_fail("perp_contact_result_init takes its own size");
