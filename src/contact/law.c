@@ -134,7 +134,8 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
     pressure = perp__contact_pressure(problem, k, r);
     for (int32_t p = 0; p < count; p++) {
         double *x = r + parts[p].row, nearest[2], excess[2];
-        const double radius = parts[p].coefficient * pressure;
+        /* pressures of both ways may be beyond the range of doubles */
+        const double radius = parts[p].coefficient > 0.0 ? parts[p].coefficient * pressure : 0.0;
         const double length = norm(x, parts[p].size);
 
         if (radius == 0.0) {

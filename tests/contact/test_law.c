@@ -166,11 +166,27 @@ static void test_clip(void **state)
     }
 }
 
+/* Pressures of both ways whose length no double holds: without friction there is none all the same.
+ */
+static void test_clip_beyond_doubles(void **state)
+{
+    static const int32_t both = 2;
+    static const one contact = {3, 0, 0, 0, 0, 1};
+    perp__contact_problem problem = problem_of(&contact);
+    double r[3] = {DBL_MAX, -DBL_MAX, 1.0};
+
+    (void)state;
+    problem.two_sided = &both;
+    perp__contact_clip(&problem, 0, r);
+    assert_true(r[0] == DBL_MAX && r[1] == -DBL_MAX && r[2] == 0.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_what_is_violated),
         cmocka_unit_test(test_clip),
+        cmocka_unit_test(test_clip_beyond_doubles),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
