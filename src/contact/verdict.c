@@ -10,7 +10,8 @@
  * neighbours have to do with would change here; in the third, over what is near (parts.c), the
  * former maximum is right where light bodies lie on heavy ones, the latter where rows have
  * different units. In both, S_j is what impulses can answer to: nothing of a contact that opens, of
- * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j), as where W is semidefinite.
+ * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j), as where W is semidefinite;
+ * a contact with more of another, in a W that no mechanics has, excuses nobody.
  */
 #include <math.h>
 #include <string.h>
@@ -21,6 +22,9 @@
 /* Of its terms: a contact that closes faster than this has none that cancel, and what others around
  * it carry is no excuse. One that opens faster keeps its impulse of 0, and excuses nobody. */
 #define CLOSING 0.0625
+
+/* Couplings are those of a semidefinite W but for this. */
+#define NOISE 0x1p-20
 
 /* change / scale, both >= 0; a scale that overflowed excuses nothing. */
 static double relative_change(double change, double scale)
@@ -260,6 +264,30 @@ static double answerable(const perp_contact_solver *solver, int32_t k, double *p
     return terms;
 }
 
+/* Whether a coupling is more than rounding beyond what a semidefinite W can have. */
+static int32_t is_beyond(double coupling, double root_a, double root_b)
+{
+    const double noise = NOISE * fmax(root_a, root_b);
+
+    return coupling > (1.0 + NOISE) * root_a * root_b + noise * noise;
+}
+
+/* beyond[k] := whether contact k has such a coupling, in a W that no mechanics has. */
+static void find_beyond(const perp_contact_solver *solver, double *beyond)
+{
+    const perp__matrix *W = &solver->W;
+    perp__cursor c = perp__first(W);
+
+    for (int32_t k = 0; k < solver->units; k++)
+        beyond[k] = 0.0;
+    while (!solver->has_bodies && perp__advance(&c)) {
+        const int32_t a = solver->unit_of[c.i], b = solver->unit_of[c.j];
+
+        if (a != b && is_beyond(fabs(c.value), solver->root[a], solver->root[b]))
+            beyond[a] = beyond[b] = 1.0;
+    }
+}
+
 /* wide := the whole denominator. */
 static void widen(perp_contact_solver *solver, double *wide)
 {
@@ -270,8 +298,11 @@ static void widen(perp_contact_solver *solver, double *wide)
     for (int32_t k = 0; k < solver->units; k++)
         solver->most_speed[k] = solver->most_energy[k] = 0.0;
     memset(push, 0, (size_t)solver->size * sizeof *push);
+    find_beyond(solver, wide);
     for (int32_t k = 0; k < solver->units; k++) {
-        const double terms = k < solver->contacts ? answerable(solver, k, push) : solver->terms[k];
+        const double terms = wide[k] > 0.0          ? 0.0
+                             : k < solver->contacts ? answerable(solver, k, push)
+                                                    : solver->terms[k];
 
         if (k >= solver->contacts)
             push[begin_of(solver, k)] = terms / solver->trace[k];

@@ -447,8 +447,25 @@ static void test_couplings_of_no_mechanics(void **state)
     (void)state;
     memset(solver->r, 0, 3 * sizeof *solver->r);
     assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
-    /* 1e200 over itself and what 1e200 does to itself; 1e-5 is more than all the rest */
-    assert_true(fabs(worth.own - 0.5) <= 1e-5);
+    /* 1e200 over itself alone; 1e-5 is more than all the rest */
+    assert_true(fabs(worth.own - 1.0) <= 1e-5);
+    perp_contact_solver_destroy(solver);
+}
+
+/* W = [7e-5 -9e8; -9e8 .04], q = (2e5, -.007): no impulses solve that, and where the first contact
+ * is balanced, by r_2 = 2e5 / 9e8, the second closes with nearly all that it has. */
+static void test_no_mechanics_no_excuse(void **state)
+{
+    static const rig wild = {2, 1, 0, {7e-5, -9e8, -9e8, 0.04}, {0}, {2e5, -0.007}, {0}};
+    perp_contact_solver *solver = solved(&wild, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    assert_false(perp__is_good(solver->best.outcome));
+    solver->r[0] = 0.0;
+    solver->r[1] = 2e5 / 9e8;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.own > 0.99); /* .04 * 2.2e-4 is .0013 of .007 */
     perp_contact_solver_destroy(solver);
 }
 
@@ -485,6 +502,7 @@ int main(void)
         cmocka_unit_test(test_what_is_sound),
         cmocka_unit_test(test_overflow_excuses_nothing),
         cmocka_unit_test(test_couplings_of_no_mechanics),
+        cmocka_unit_test(test_no_mechanics_no_excuse),
         cmocka_unit_test(test_speeds_that_friction_cannot_answer),
     };
 
