@@ -1,6 +1,7 @@
 /* The contact solver over dynamics: bodies (blocks of 3 or 6), dense and sparse M or a callback in
  * its place, joints, several solves with warm starts; and the same numbers as a simulator has them
  * that keeps its own order (perp_contact_solver_step). */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -188,6 +189,125 @@ static void check_momentum(const laws_problem *p, const dynamics_problem *d, dou
                       (long double)sums[i], (long double)sizes[i]);
 }
 
+/* ---- derivatives --------------------------------------------------------------------------------
+ */
+
+static wide dot(const double *x, const double *y, int32_t count, wide *size)
+{
+    wide sum = 0;
+    int32_t i;
+
+    for (i = 0; i < count; i++) {
+        sum += (wide)x[i] * y[i];
+        *size += oracle_abs((wide)x[i] * y[i]);
+    }
+    return sum;
+}
+
+/* M dv = df + H'dr + G's of the same, in rows of moderate numbers and equations. */
+static void check_forward(const laws_problem *p, const dynamics_problem *d, const double *df,
+                          const double *dv, const double *dr, double known)
+{
+    int32_t n = d->n, own = p->rows - d->bilateral, i, j;
+
+    for (i = 0; i < n; i++) {
+        wide sum = -(wide)df[i], size = oracle_abs(sum);
+
+        for (j = 0; j < n + p->rows; j++) {
+            const int32_t k = j - n;
+            const wide a = j < n     ? (wide)d->M.dense[i * n + j]
+                           : k < own ? -(wide)d->H.dense[k * n + i]
+                                     : -(wide)d->G.dense[(k - own) * n + i];
+            const wide x = a * (j < n ? dv[j] : dr[k]);
+
+            sum += x;
+            size += oracle_abs(x);
+        }
+        if (oracle_abs(sum) > size * known + DBL_MIN)
+            fuzz_fail("sensitivity: M dv = df + H'dr + G'ds: row %d is off by %Lg of %Lg", i,
+                      (long double)sum, (long double)size);
+    }
+}
+
+/* What velocities are sums of before rows take most of it away: (|df| + |gv|)'|M^-1| (|df| + |gv| +
+ * |H'|(|dr| + |y|)), M^-1 and rows by their numbers. */
+static wide size_of_moves(const laws_problem *p, const dynamics_problem *d, const double *df,
+                          const double *gv, const double *dr, const double *y)
+{
+    int32_t n = d->n, own = p->rows - d->bilateral, i, j;
+    wide *M = oracle_wide(n * n, d->M.dense), *inverse = fuzz_take(n * n, sizeof *inverse);
+    wide *push = fuzz_take(n, sizeof *push), sum = 0;
+
+    for (i = 0; i < n; i++) {
+        push[i] = oracle_abs(df[i]) + oracle_abs(gv[i]);
+        for (j = 0; j < p->rows; j++)
+            push[i] += oracle_abs(j < own ? d->H.dense[j * n + i] : d->G.dense[(j - own) * n + i]) *
+                       (oracle_abs(dr[j]) + oracle_abs(y[j]));
+        for (j = 0; j < n; j++)
+            inverse[i * n + j] = i == j;
+    }
+    oracle_solve(n, n, M, inverse);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            sum +=
+                (oracle_abs(df[i]) + oracle_abs(gv[i])) * oracle_abs(inverse[i * n + j]) * push[j];
+    return sum;
+}
+
+/* Forward and adjoint products belong together: gv'dv + gr'dr = x'df + y'dw + z'db. */
+static void differentiate(perp_context *context, const perp_contact_settings *settings,
+                          const laws_problem *p, dynamics_problem *d, const double *r)
+{
+    int32_t n = d->n, rows = p->rows, i;
+    double *dv = fuzz_doubles(n), *dr = fuzz_doubles(rows), *df = fuzz_doubles(n);
+    double *dw = fuzz_doubles(rows), *x = fuzz_doubles(n), *y = fuzz_doubles(rows), known;
+    double *gv = fuzz_doubles(n), *gr = fuzz_doubles(rows);
+    perp_contact_sensitivity *sensitivity = NULL;
+    perp_contact_sensitivity_info info;
+    wide size = 0, forward, adjoint;
+
+    if (perp_contact_sensitivity_info_init(&info, sizeof info) != PERP_OK)
+        fuzz_fail("perp_contact_sensitivity_info_init takes its own size");
+    if (!fuzz_status(context,
+                     perp_contact_sensitivity_create(context, &sensitivity, &info, settings,
+                                                     &p->laws, &d->dynamics, d->f, d->w, d->b, r),
+                     "sensitivity_create"))
+        return;
+    for (i = 0; i < n; i++)
+        df[i] = 1.0 + i % 3, gv[i] = 2.0 - i % 4;
+    for (i = 0; i < rows; i++)
+        dw[i] = 1.0 - i % 2, gr[i] = 1.0 + i % 2;
+    if (!fuzz_status_of(context,
+                        perp_contact_sensitivity_forward(sensitivity, dv, dr, df, dw,
+                                                         dw + rows - d->bilateral, NULL, NULL, NULL,
+                                                         NULL),
+                        "sensitivity_forward", (const void *[]){dv, dr, NULL}) ||
+        !fuzz_status_of(context,
+                        perp_contact_sensitivity_adjoint(sensitivity, x, y, y + rows - d->bilateral,
+                                                         NULL, gv, gr),
+                        "sensitivity_adjoint", (const void *[]){x, y, NULL})) {
+        perp_contact_sensitivity_destroy(sensitivity);
+        return;
+    }
+    if (info.verdict != PERP_VERDICT_REGULAR && info.verdict != PERP_VERDICT_DEGENERATE)
+        fuzz_fail("sensitivity: products where the verdict is %d", info.verdict);
+    fuzz_finite("dv", dv, n);
+    fuzz_finite("dr", dr, rows);
+    fuzz_finite("x", x, n);
+    fuzz_finite("y", y, rows);
+    forward = dot(gv, dv, n, &size) + dot(gr, dr, rows, &size);
+    adjoint = dot(df, x, n, &size) + dot(dw, y, rows, &size);
+    size += size_of_moves(p, d, df, gv, dr, y);
+    known = 1e-8 * info.condition; /* what the factors of the active set lose */
+    if (known < 1e-3 && oracle_abs(forward - adjoint) > size * known)
+        fuzz_fail("sensitivity: forward gives %Lg, adjoint %Lg (%Lg of %Lg), condition %g",
+                  (long double)forward, (long double)adjoint,
+                  (long double)oracle_abs(forward - adjoint), (long double)size, info.condition);
+    if (known < 1e-3)
+        check_forward(p, d, df, dv, dr, known);
+    perp_contact_sensitivity_destroy(sensitivity);
+}
+
 static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver *solver,
                   const perp_contact_settings *settings, const laws_problem *p, dynamics_problem *d)
 {
@@ -219,8 +339,10 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
         }
     reduce(p, d, oracle_limit(result.outcome, settings->tol), r, W, q, t);
     laws_check("contact", p, W, q, t, settings, &result, r, u, modes);
-    if (fuzz_good(result.outcome))
+    if (fuzz_good(result.outcome)) {
         check_momentum(p, d, settings->tol, v, r, find_impulses(p, W, t));
+        differentiate(context, settings, p, d, r);
+    }
 }
 
 /* ---- perp_contact_solver_step ---------------------------------------------------------------- */

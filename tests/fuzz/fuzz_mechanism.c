@@ -386,6 +386,17 @@ static void check_found(machine *m, const perp_mechanism_found *found)
             fuzz_fail("mechanism: f_n >= 0: contact %d has %g", i, found->force[row]);
 }
 
+/* Of a model whose H is that of its gaps nothing may be said; any numbers may be given. */
+static void check(perp_context *context, perp_mechanism *mechanism, machine *m)
+{
+    perp_mechanism_check_result result;
+
+    if (perp_mechanism_check_result_init(&result, sizeof result) != PERP_OK)
+        fuzz_fail("perp_mechanism_check_result_init takes its own size");
+    fuzz_status(context, perp_mechanism_check(mechanism, &result, 0.0, m->q, m->v),
+                "perp_mechanism_check");
+}
+
 static void enumerate(perp_context *context, perp_mechanism *mechanism, machine *m, double h)
 {
     perp_mechanism_summary summary;
@@ -459,6 +470,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                 run(context, mechanism, &m, h);
             else
                 enumerate(context, mechanism, &m, what == 4 ? h : 0);
+            check(context, mechanism, &m);
             fuzz_drop_to(mark);
         }
     perp_mechanism_destroy(mechanism);
