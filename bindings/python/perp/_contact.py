@@ -72,7 +72,7 @@ class ContactResult(SolverAnswer):
 
     def __repr__(self) -> str:
         return (
-            f"<perp.ContactResult {self.outcome} by {self.method}, {len(self.modes)} contacts, "
+            f"<perp.ContactResult {self.outcome} by {self.method}, {len(self.dims)} contacts, "
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
 
@@ -128,6 +128,7 @@ class _Laws:
             raise _errors.argument_error("mu is missing: the coefficients of friction")
         dims = np.asarray(dim)
         both = np.asarray(0 if two_sided is None else two_sided)
+        dims, both = (x if x.size else x.astype(np.int32) for x in (dims, both))  # [] is of floats
         if both.dtype.kind not in "iu" or both.ndim > 1:
             raise _errors.argument_error(
                 f"two_sided is {two_sided!r}, expected 0, 1, 2 or 3, or one a contact"

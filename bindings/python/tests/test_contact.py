@@ -329,6 +329,13 @@ def test_solver_takes_a_mass_callback():
         perp.ContactSolver(fail, H, 0.5, bounds=bounds)
 
 
+def test_rows_with_bounds_alone():
+    for dim in (1, [], np.zeros(0, dtype=int)):
+        r = perp.contact_delassus(np.eye(2), [-3.0, 0.5], [], dim=dim, bounds=([0, -1], [2, 1]))
+        assert np.allclose(r.impulse, [2, -0.5]) and list(r.modes) == ["upper", "stick"]
+        assert "0 contacts" in repr(r)
+
+
 def test_bounds_are_refused():
     M, H, G, f, w, b, _ = robot(1)
     for bounds, words in [
