@@ -340,8 +340,11 @@ static void solve(fuzz_bytes *bytes, perp_context *context, perp_contact_solver 
     reduce(p, d, oracle_limit(result.outcome, settings->tol), r, W, q, t);
     laws_check("contact", p, W, q, t, settings, &result, r, u, modes);
     if (fuzz_good(result.outcome)) {
+        const int mark = fuzz_mark();
+
         check_momentum(p, d, settings->tol, v, r, find_impulses(p, W, t));
         differentiate(context, settings, p, d, r);
+        fuzz_drop_to(mark);
     }
 }
 
