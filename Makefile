@@ -269,7 +269,7 @@ $(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(B)/link-fla
 FUZZ_SOURCES := $(sort $(wildcard tests/fuzz/fuzz_*.c))
 FUZZ_NAMES := $(FUZZ_SOURCES:tests/fuzz/fuzz_%.c=%)
 FUZZ_HELPERS := tests/fuzz/fuzz.c tests/fuzz/oracle.c tests/fuzz/oracle_integer.c tests/fuzz/oracle_exact.c \
-    tests/fuzz/problem.c tests/fuzz/laws.c
+    tests/fuzz/problem.c tests/fuzz/laws.c tests/fuzz/dynamics.c
 FUZZ_OBJECTS := $(FUZZ_SOURCES:%.c=$(B)/obj/%.o) $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) \
     $(B)/obj/tests/fuzz/standalone.o
 FUZZERS := $(FUZZ_NAMES:%=$(B)/fuzz/%)
