@@ -115,6 +115,7 @@ static void spatial_inertia(perp__body *body, const double *I)
     transpose3(body->inverse_factor, L);
     transpose3(body->factor, inverse);
     perp__multiply_transposed3(body->inverse_inertia, body->factor, body->factor);
+    body->spherical = 0;
     if (symmetric[1] == 0.0 && symmetric[2] == 0.0 && symmetric[5] == 0.0) {
         for (int32_t i = 0; i < 9; i += 4)
             body->inverse_inertia[i] = 1.0 / symmetric[i];

@@ -108,6 +108,22 @@ static double longest_way(const perp_world *world, const perp__island *island)
     return largest;
 }
 
+/* What turns goes on to do so as its own frame sees it, with the energy that it had: a velocity
+ * that stayed as it is would gain some, step by step, of a capsule that spins while it rolls.
+ * Joints have made theirs for the axes that are. */
+static void turn_with_velocity(const perp_world *world, perp__state *state, const double *turn)
+{
+    double before[9], after[9], own[3];
+
+    perp__rotation_of(world, state, before);
+    perp__turn(world, state, turn);
+    if (world->settings.planar || perp__is_zero3(turn) || perp__is_zero3(state->angular_velocity))
+        return;
+    perp__rotation_of(world, state, after);
+    perp__apply_transposed3(own, before, state->angular_velocity);
+    perp__apply3(state->angular_velocity, after, own);
+}
+
 static void apply(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -115,7 +131,10 @@ static void apply(perp_world *world, const perp__island *island)
         const double *shift = world->motions[body].shift;
 
         perp__add3(world->next[body].position, 1.0, shift);
-        perp__turn(world, &world->next[body], shift + 3);
+        if (island->joints > 0)
+            perp__turn(world, &world->next[body], shift + 3);
+        else
+            turn_with_velocity(world, &world->next[body], shift + 3);
     }
 }
 

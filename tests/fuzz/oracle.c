@@ -510,6 +510,8 @@ static void check_law(const oracle_contacts *c, const oracle_law *law, const wid
         most = larger(most, carried[k] + grain(c->rows, &c->W[k * c->rows]) / limit);
     if (law->kind == ORACLE_FRICTION && law->normal < 0) /* what the bound itself can stop */
         most = larger(most, trace_of(c, law) * law->mu);
+    for (k = law->first; k < law->first + law->rows; k++) /* r is a double, whatever it does */
+        most = larger(most, 4 * DBL_EPSILON / limit * trace_of(c, law) * oracle_abs(c->r[k]));
     if (most < (wide)0x1p-960) /* such numbers have lost digits to underflow on their way */
         return;
     if (error > limit * most)
