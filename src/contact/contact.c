@@ -470,14 +470,17 @@ static perp_status draw_in(perp_contact_solver *solver, const perp__contact_call
     return status;
 }
 
-/* Whether bounds that were drawn in are in the way; then they are further off. */
+/* Whether bounds that were drawn in are in the way; then they are further off. That no velocities
+ * are possible is so wherever they are: a row with one bound has u of one sign, with two of any. */
 static int32_t widen(perp_contact_solver *solver)
 {
     perp__contact_bounded *bounded = &solver->bounded;
+    const int32_t is_ray = solver->best.outcome == PERP_OUTCOME_RAY;
 
+    if (is_ray && solver->certificate == PERP_CONTACT_CERTIFICATE_INFEASIBLE)
+        return 0;
     find_reach(solver, bounded->likely);
-    return perp__contact_bounded_widen(bounded, solver->best.r, solver->best.u,
-                                       solver->best.outcome == PERP_OUTCOME_RAY);
+    return perp__contact_bounded_widen(bounded, solver->best.r, solver->best.u, is_ray);
 }
 
 static int32_t is_settled(const perp_contact_solver *solver)

@@ -376,25 +376,65 @@ static void test_limit(void **state)
     assert_int_equal(a.modes[1], PERP_CONTACT_LOWER);
 }
 
-/* Two limits that contradict each other: the ray proves it, in the caller's rows. */
+/* Two limits that contradict each other: the ray proves it, in the caller's rows, however far off
+ * their bounds are. */
 static void test_infeasible(void **state)
 {
-    both_problem p;
-    both_answer a;
+    static const double far[] = {0.0, 1e3, 1e6, 1e12};
+
     (void)state;
-    memset(&p, 0, sizeof p);
-    p.bounded = p.size = 2;
-    p.n = 1;
-    p.M[0] = 1.0;
-    p.H[0] = p.H[MOST] = 1.0;
-    p.w[0] = -1.0; /* v >= 1 */
-    p.w[1] = 1.0;  /* v <= -1 */
-    p.upper[0] = INFINITY;
-    p.lower[1] = -INFINITY;
-    both_by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, NULL, &a);
-    assert_int_equal(a.result.outcome, PERP_OUTCOME_RAY);
-    assert_int_equal(a.result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
-    assert_true(a.ray[0] == 1.0 && a.ray[1] == -1.0);
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        for (int k = 0; k < 4; k++) {
+            both_problem p;
+            both_answer a;
+
+            memset(&p, 0, sizeof p);
+            p.bounded = p.size = 2;
+            p.n = 1;
+            p.M[0] = 1.0;
+            p.H[0] = p.H[MOST] = 1.0;
+            p.w[0] = -1.0; /* v >= 1 */
+            p.w[1] = 1.0;  /* v <= -1 */
+            p.lower[0] = -far[k];
+            p.upper[0] = INFINITY;
+            p.lower[1] = -INFINITY;
+            p.upper[1] = far[k];
+            both_by_dynamics(&p, methods[m], 0, NULL, &a);
+            assert_int_equal(a.result.outcome, PERP_OUTCOME_RAY);
+            assert_int_equal(a.result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
+            assert_true(a.ray[0] == 1.0 && a.ray[1] == -1.0);
+        }
+}
+
+/* Two bilateral rows that contradict each other, beside a row that slides at a bound far off: every
+ * multiple of (3, -1) proves it, and no bound that is moved makes the problem solvable. */
+static void test_infeasible_beside_far_bounds(void **state)
+{
+    static const double row[] = {1.0, 1.0, 2.0, 1.0, 3.0}, w[] = {0.0, 1.0, 2.0, 1.0, 0.0};
+    static const double lower[] = {-5e-4, -INFINITY, -1e12}, upper[] = {1e-3, 0.0, INFINITY};
+
+    (void)state;
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        both_problem p;
+        both_answer a;
+
+        memset(&p, 0, sizeof p);
+        p.bounded = 3;
+        p.bilateral = 2;
+        p.size = 5;
+        p.n = 1;
+        p.M[0] = 2.0;
+        p.f[0] = 1.0;
+        for (int i = 0; i < 5; i++) {
+            p.H[i * MOST] = row[i];
+            p.w[i] = w[i];
+        }
+        memcpy(p.lower, lower, sizeof lower);
+        memcpy(p.upper, upper, sizeof upper);
+        both_by_dynamics(&p, methods[m], 0, NULL, &a);
+        assert_int_equal(a.result.outcome, PERP_OUTCOME_RAY);
+        assert_int_equal(a.result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
+    }
 }
 
 static void refuse(double lower, double upper, double h, perp_status expected, int32_t method,
@@ -477,6 +517,7 @@ int main(void)
         cmocka_unit_test(test_rest),
         cmocka_unit_test(test_far_bounds_of_one_side),
         cmocka_unit_test(test_infeasible),
+        cmocka_unit_test(test_infeasible_beside_far_bounds),
         cmocka_unit_test(test_clip),
         cmocka_unit_test(test_refusals),
     };
