@@ -49,7 +49,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)p->room;
 
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
-    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
+    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights, &p->then);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);
@@ -64,6 +64,18 @@ static double length_of(const double *x, int32_t size)
 static int32_t is_bound(const perp__contact_problem *problem, int32_t k)
 {
     return problem->bound && problem->bound[k] > 0.0;
+}
+
+/* Whether the one row of such a contact is at its bound: no row of the system, either. */
+static int32_t is_at_bound(const perp__contact_polish *p, const perp__contact_problem *problem,
+                           int32_t k)
+{
+    return is_bound(problem, k) && p->parts[3 * k] == PERP__PART_SLIPS;
+}
+
+static double bound_near(const perp__contact_problem *problem, int32_t k, double r)
+{
+    return copysign(problem->mu[k] * problem->bound[k], r);
 }
 
 /* The side of the kink on which each contact and each part lies. */
@@ -112,18 +124,18 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
         for (int32_t i = is_bound(problem, k);
              p->presses[k] && i < perp__contact_normals(problem, k); i++)
             add_row(p, problem->starts[k] + i);
-        for (int32_t c = 0; c < count; c++)
+        for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
             for (int32_t i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
                 add_row(p, parts[c].row + i);
     }
     for (int32_t i = problem->rows; i < problem->size; i++)
         add_row(p, i);
-    for (int32_t i = 0; i < problem->size; i++)
-        if (p->place[i] < 0)
-            r[i] = 0.0;
-    for (int32_t k = 0; problem->bound && k < problem->contacts; k++)
-        if (is_bound(problem, k))
-            r[problem->starts[k]] = problem->bound[k];
+    for (int32_t k = 0; k < problem->contacts; k++)
+        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+            if (is_bound(problem, k))
+                r[problem->starts[k]] = problem->bound[k];
+            else if (p->place[i] < 0)
+                r[i] = 0.0;
 }
 
 /* K = W of the active rows, column by column. */
@@ -168,10 +180,11 @@ static void write_length(perp__contact_polish *p, const perp__contact_problem *p
 /* The equations of a part that slips: in the first row its length, in the second r_p x u_p / |r_p|.
  */
 static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
-                       const perp__contact_part *part, int32_t k, const double *r, const double *u)
+                       const perp__contact_part *part, int32_t k, const double *r, const double *u,
+                       const double *then)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
-    const double *x = r + part->row, *y = u + part->row;
+    const double *x = r + part->row, *y = u + part->row, *goal = then + part->row;
     const double length = length_of(x, part->size);
 
     for (size_t j = 0; j < n; j++) {
@@ -184,7 +197,7 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
     if (part->size == 2) {
         p->K[b + a * n] += y[1] / length;
         p->K[b + b * n] -= y[0] / length;
-        p->rhs[b] = -(x[0] * y[1] - x[1] * y[0]) / length;
+        p->rhs[b] = -(x[0] * goal[1] - x[1] * goal[0]) / length;
     }
     write_length(p, problem, part, k, r);
 }
@@ -217,20 +230,52 @@ static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
     }
 }
 
+/* u in the rows of the system, once what is at a bound will be there. */
+static const double *at_bounds(perp__contact_polish *p, const perp__contact_problem *problem,
+                               const double *r, const double *u)
+{
+    const double *then = u;
+
+    for (int32_t k = 0; problem->bound && k < problem->contacts; k++) {
+        const int32_t row = problem->starts[k] + 1;
+        const double way =
+            is_at_bound(p, problem, k) ? bound_near(problem, k, r[row]) - r[row] : 0.0;
+
+        if (way != 0.0 && then == u)
+            then = memcpy(p->then, u, (size_t)problem->size * sizeof *u);
+        for (int32_t i = 0; way != 0.0 && i < p->n; i++)
+            p->then[p->rows[i]] += perp__entry(problem->W, p->rows[i], row) * way;
+    }
+    return then;
+}
+
+static void put_at_bounds(const perp__contact_polish *p, const perp__contact_problem *problem,
+                          double *r)
+{
+    for (int32_t k = 0; problem->bound && k < problem->contacts; k++) {
+        const int32_t row = problem->starts[k] + 1;
+
+        if (is_at_bound(p, problem, k))
+            r[row] = bound_near(problem, k, r[row]);
+    }
+}
+
 /* K and the right-hand side. */
 static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
                    const double *u)
 {
+    const double *then = at_bounds(p, problem, r, u);
+
     copy_block(p, problem->W);
     for (int32_t i = 0; i < p->n; i++)
-        p->rhs[i] = -u[p->rows[i]];
+        p->rhs[i] = -then[p->rows[i]];
     for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (int32_t c = 0; c < count; c++)
+        for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
-                write_slip(p, problem, &parts[c], k, r, u);
+                write_slip(p, problem, &parts[c], k, r, u, then);
     }
     scale(p, problem);
 }
@@ -330,6 +375,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return 0;
         for (int32_t i = 0; i < p->n; i++)
             solver->r[p->rows[i]] += p->step[i] * p->units[i];
+        put_at_bounds(p, problem, solver->r);
         velocities(solver);
     }
     return 1;

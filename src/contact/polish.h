@@ -24,6 +24,7 @@ typedef struct perp__contact_polish {
     int32_t *pivots;
     double *K, *factors;                          /* n by n; factors of K + a regularisation */
     double *rhs, *step, *error, *units, *weights; /* n */
+    double *then; /* size: velocities once what goes to its bound is there */
 } perp__contact_polish;
 
 /* Most rows of a problem that is polished: the factors are dense. */

@@ -28,7 +28,8 @@ static void draw_problem(both_problem *p, int32_t contacts, int32_t dim, int32_t
     p->n = 12;
     for (int i = 0; i < bounded; i++) {
         const int kind = (int)floor(2.5 * (both_draw() + 1.0));
-        const double low = both_draw(), width = both_draw() + 1.0;
+        const double low = both_draw(), most = both_draw() + 1.0;
+        const double width = most < 0.3 ? 0.0 : most; /* then r is given, whatever u is */
         p->lower[i] = kind == 0 ? 0.0 : kind == 2 || kind == 4 ? -INFINITY : low;
         p->upper[i] = kind == 0 || kind == 1 || kind == 4 ? INFINITY : low + width;
     }
@@ -138,7 +139,9 @@ static void compare(const both_problem *p, const both_answer *a, const double *r
     for (int i = 0; i < p->bounded; i++) {
         const int32_t mode = a->modes[p->contacts + i];
         const double x = a->r[first + i], u = a->u[first + i];
-        if (mode == PERP_CONTACT_LOWER)
+        if (p->lower[i] == p->upper[i])
+            assert_true(x == p->lower[i]);
+        else if (mode == PERP_CONTACT_LOWER)
             assert_true(x == p->lower[i] && u >= -1e-9);
         else if (mode == PERP_CONTACT_UPPER)
             assert_true(x == p->upper[i] && u <= 1e-9);

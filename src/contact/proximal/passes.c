@@ -6,6 +6,22 @@
 #include "contact/proximal/proximal.h"
 #include "linalg/lanes/multiversion.h"
 
+/* P x; where rows are long, in as many sums as a lane has at most. */
+static inline double times(int32_t width, const double *P, const double *x)
+{
+    double part[8] = {0.0}, sum = 0.0;
+    int32_t j = 0;
+
+    for (; width > PERP__BODY_WIDTH_MOST && j + 8 <= width; j += 8)
+        for (int32_t l = 0; l < 8; l++)
+            part[l] += P[j + l] * x[j + l];
+    for (int32_t l = 0; l < 8 && width > PERP__BODY_WIDTH_MOST; l++)
+        sum += part[l];
+    for (; j < width; j++)
+        sum += P[j] * x[j];
+    return sum;
+}
+
 /* u := J v + q of unit k */
 PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
                                    const double *v, const double *q, double *u)
@@ -17,13 +33,8 @@ PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proxima
     for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++, P += d * width) {
         const double *x = v + (int64_t)s->piece_blocks[p] * width;
 
-        for (int32_t i = 0; i < d; i++) {
-            double sum = 0.0;
-
-            for (int32_t j = 0; j < width; j++)
-                sum += P[i * width + j] * x[j];
-            u[i] += sum;
-        }
+        for (int32_t i = 0; i < d; i++)
+            u[i] += times(width, P + i * width, x);
     }
 }
 
@@ -34,7 +45,7 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proxima
     const double *P = s->values + s->value_starts[k];
 
     for (int32_t i = 0; s->by_rows && i < d; i++)
-        out[k * width + i] += x[i];
+        out[s->home[k] + i] += x[i];
     for (int64_t p = s->piece_starts[k]; !s->by_rows && p < s->piece_starts[k + 1];
          p++, P += d * width) {
         double *y = out + (int64_t)s->piece_blocks[p] * width;
@@ -83,7 +94,11 @@ PERP__KERNEL static void project_unit(int32_t d, double radius, const perp__disc
         project_discs(discs, z, x);
         return;
     }
-    x[0] = radius < 0.0 || z[0] > 0.0 ? z[0] : 0.0;
+    if (radius < 0.0) {
+        x[0] = z[0] > -radius ? -radius : z[0] < radius ? radius : z[0];
+        return;
+    }
+    x[0] = z[0] > 0.0 ? z[0] : 0.0;
     if (d == 1)
         return;
     reach = radius * x[0];
@@ -126,7 +141,7 @@ static void slope_unit(const perp__proximal *s, int32_t k, double rho, const dou
     const double pressed = pressure(discs, z);
 
     memset(K, 0, (size_t)(side * side) * sizeof *K);
-    if (s->radius[k] >= 0.0 && both == 0 && !(z[0] > 0.0))
+    if (s->radius[k] < 0.0 ? !(fabs(z[0]) < -s->radius[k]) : both == 0 && !(z[0] > 0.0))
         return;
     for (int32_t i = 0; i < first; i++)
         K[side * i + i] = rho;
@@ -289,6 +304,29 @@ void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, d
         slope_unit(s, k, rho, z + s->starts[k], perp__proximal_slope(s, k));
 }
 
+/* K's row times a column of a piece. */
+static inline double row_of(const perp__proximal *s, int32_t d, int32_t width, const double *K,
+                            const double *Q)
+{
+    double sum = 0.0;
+
+    for (int32_t j = 0; j < d; j++)
+        sum += K[s->side * j] * Q[j * width];
+    return sum;
+}
+
+/* The same of a block W_kq alone, K W_kq in its rows of a block. */
+PERP__KERNEL static void add_rows(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                  const double *W, double *to)
+{
+    const double *K = perp__proximal_slope(s, k);
+
+    to += s->home[k] % width;
+    for (int32_t i = 0; i < d; i++)
+        for (int32_t c = 0; c < width; c++)
+            to[c * width + i] += row_of(s, d, width, K + i, W + c);
+}
+
 /* Adds J'KJ of unit k to the blocks of the matrix. */
 PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, int32_t k)
 {
@@ -300,22 +338,14 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
     for (int32_t q = 0; q < pieces; q++) {
         const double *Q = values + q * d * width;
 
-        for (int32_t i = 0; i < d; i++)
-            for (int32_t c = 0; c < width; c++) {
-                double sum = 0.0;
-
-                for (int32_t j = 0; j < d; j++)
-                    sum += K[s->side * j + i] * Q[j * width + c];
-                image[i * width + c] = sum;
-            }
         if (s->by_rows) {
-            double *to = s->fronts.values + (size_t)slot[q] * (size_t)(width * width);
-
-            for (int32_t c = 0; c < width; c++)
-                for (int32_t i = 0; i < d; i++)
-                    to[c * width + i] += image[i * width + c];
+            add_rows(width, d, s, k, Q,
+                     s->fronts.values + (size_t)slot[q] * (size_t)(width * width));
             continue;
         }
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t c = 0; c < width; c++)
+                image[i * width + c] = row_of(s, d, width, K + i, Q + c);
         for (int32_t p = 0; p < pieces; p++) {
             const double *P = values + p * d * width;
             double *to = s->fronts.values + (size_t)*slot++ * (size_t)(width * width);
@@ -376,7 +406,8 @@ static double tested(const perp__proximal *s, int32_t k, const double *x, const 
     double mu, z[3] = {0.0, 0.0, 0.0}, p[3] = {0.0, 0.0, 0.0}, slip, length, sum;
 
     if (s->radius[k] < 0.0)
-        return fabs(u[0]);
+        return fabs(x[0] - u[0]) > -s->radius[k] ? fabs(x[0] - copysign(s->radius[k], x[0] - u[0]))
+                                                 : fabs(u[0]);
     if (discs_of(s, k))
         return tested_parts(s, k, x, u);
     if (d == 1)

@@ -10,7 +10,8 @@
  * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). What
  * rolls or spins has a disc more for each, in a scale of its own trace; what holds both ways keeps
  * its normals as they are, and |z_N| stands for z_n^+. Rows of contacts without
- * friction are their normals alone; of bilateral rows P is the identity. J is P of
+ * friction are their normals alone; of rows with two bounds, scaled, P is the nearest point between
+ * these, and of bilateral rows the identity. J is P of
  * bodies.h, scaled, and a row that yields moves a body of its own; where W alone is known J is W,
  * scaled on both sides, v = x, and for J' read the identity throughout. */
 #ifndef PERP_CONTACT_PROXIMAL_H
@@ -46,12 +47,14 @@ typedef struct perp__proximal {
     /* units and blocks in the order of their parts */
     int32_t width, units, blocks, parts;
     perp__proximal_part *part;
-    int32_t by_rows;               /* W alone is known: J is W, a block a unit, J' the identity */
+    int32_t by_rows;               /* W alone is known: J is W, a block a unit, J' the identity; */
+    int32_t whole;                 /* or a block a part */
+    int32_t *home;                 /* of units, by_rows: where in v their rows are */
     int32_t *unit, *place;         /* a unit's number in the problem, and back */
     int32_t *block, *number;       /* the same of blocks; -1 - k: unit k has it to itself */
     int32_t *mark;                 /* blocks: work */
     int32_t *starts;               /* units + 1: own rows */
-    double *radius;                /* units: of the disc; -1: bilateral */
+    double *radius;                /* units: of the disc; < 0: - the bound of a row of any sign */
     struct perp__discs *discs;     /* units: of what rolls, spins or holds both ways; NULL: none */
     double *scale;                 /* rows: s */
     int64_t *piece_starts;         /* units + 1 */

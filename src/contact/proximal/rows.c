@@ -1,26 +1,35 @@
 /* The problem as the method sees it: scaled rows on bodies, part after part, and their graph. */
 #include "contact/proximal/proximal.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "contact/law.h"
 
+static int32_t first_row(const perp__contact_problem *problem, int32_t unit)
+{
+    return unit < problem->contacts ? perp__contact_first_row(problem, unit)
+                                    : problem->rows + unit - problem->contacts;
+}
+
+/* Whether r of its one row is of any sign: bilateral ones, and those with two bounds. */
+static int32_t is_row(const perp__contact_problem *problem, int32_t unit)
+{
+    return unit >= problem->contacts || first_row(problem, unit) > problem->starts[unit];
+}
+
 static int32_t own_rows(const perp__contact_problem *problem, int32_t unit)
 {
-    const int32_t rows =
-        unit < problem->contacts ? problem->starts[unit + 1] - problem->starts[unit] : 1;
+    int32_t rows;
 
-    if (unit >= problem->contacts || problem->mu[unit] > 0.0 || rows > problem->dims[unit] ||
+    if (is_row(problem, unit))
+        return 1;
+    rows = problem->starts[unit + 1] - problem->starts[unit];
+    if (problem->mu[unit] > 0.0 || rows > problem->dims[unit] ||
         perp__contact_two_sided(problem, unit) > 0)
         return rows;
     return 1;
-}
-
-static int32_t first_row(const perp__contact_problem *problem, int32_t unit)
-{
-    return unit < problem->contacts ? problem->starts[unit]
-                                    : problem->rows + unit - problem->contacts;
 }
 
 /* Blocks that a unit with compliance has to itself: as u = J v + c x, each row that yields moves a
@@ -89,14 +98,56 @@ int64_t perp__proximal_couplings(const perp__contact_problem *problem)
     return 2 * count; /* and the other way round, where that is missing */
 }
 
+typedef struct sizes {
+    size_t pieces, entries, edges, slots;
+} sizes;
+
+static int32_t rows_of_part(const perp__contact_problem *problem, int32_t part)
+{
+    const int32_t units = problem->contacts + problem->size - problem->rows;
+    int32_t rows = 0;
+
+    for (int32_t k = 0; k < units; k++)
+        rows +=
+            !problem->part || problem->leaks || problem->part[k] == part ? own_rows(problem, k) : 0;
+    return rows;
+}
+
+/* With W alone: a block a unit, or, where W is dense and so has no more entries, a block a part. */
+static void choose_blocks(perp__proximal *s, sizes *most)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    const int32_t parts = problem->part && !problem->leaks ? problem->parts : 1;
+    int32_t rows = 0, widest = 0;
+
+    s->width = 1;
+    for (int32_t k = 0; k < s->units; k++) {
+        const int32_t own = own_rows(problem, k);
+
+        rows += own;
+        s->width = s->width < own ? own : s->width;
+    }
+    most->pieces = most->edges = most->slots = (size_t)perp__proximal_couplings(problem);
+    most->entries = most->pieces * (size_t)(s->width * s->width);
+    for (int32_t p = 0; p < parts && !problem->W->column_starts; p++) {
+        const int32_t own = rows_of_part(problem, p);
+
+        widest = widest < own ? own : widest;
+    }
+    s->whole = widest > 0 && 2 * (double)parts * widest * widest <= (double)most->entries;
+    if (!s->whole)
+        return;
+    s->width = widest;
+    s->blocks = parts;
+    most->pieces = most->slots = (size_t)s->units;
+    most->edges = (size_t)parts;
+    most->entries = (size_t)rows * (size_t)widest;
+}
+
 static int32_t has_discs(const perp__contact_problem *problem)
 {
     return problem->has_discs || problem->two_sided;
 }
-
-typedef struct sizes {
-    size_t pieces, entries, edges, slots;
-} sizes;
 
 /* What there is of each at most; sets the numbers of units and blocks, and their width. */
 static sizes measure(perp__proximal *s)
@@ -109,22 +160,20 @@ static sizes measure(perp__proximal *s)
     s->side = has_discs(problem) ? PERP__UNIT_ROWS_MOST : 3;
     s->units = problem->contacts + problem->size - problem->rows;
     s->blocks = b ? b->blocks : s->units;
-    s->width = b ? b->width : 1;
-    for (int32_t k = 0; k < s->units; k++) {
-        const int32_t rows = own_rows(problem, k), own = b ? own_blocks(problem, k) : 0;
-        const size_t pieces = b ? (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own) : 0;
+    s->width = b ? b->width : 0;
+    s->whole = 0;
+    for (int32_t k = 0; b && k < s->units; k++) {
+        const int32_t rows = own_rows(problem, k), own = own_blocks(problem, k);
+        const size_t pieces = (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own);
 
         s->blocks += own;
-        s->width = s->width < rows && !b ? rows : s->width;
         most.pieces += pieces;
         most.entries += pieces * (size_t)(rows * s->width);
         most.slots += pieces * pieces;
     }
     most.edges = most.slots + (size_t)s->blocks;
-    if (!b) {
-        most.pieces = most.edges = most.slots = (size_t)perp__proximal_couplings(problem);
-        most.entries = most.pieces * (size_t)(s->width * s->width);
-    }
+    if (!b)
+        choose_blocks(s, &most);
     return most;
 }
 
@@ -138,7 +187,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     const size_t square = (size_t)(s->side * s->side);
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
-    PERP__INTEGERS(arena, units, &s->unit, &s->place);
+    PERP__INTEGERS(arena, units, &s->unit, &s->place, &s->home);
     PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark, &s->graph_starts);
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, units, &s->radius);
@@ -188,11 +237,12 @@ static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
 {
     const perp__bodies *b = s->common.problem->bodies;
     const int32_t unit = s->unit[k], d = s->starts[k + 1] - s->starts[k], width = b->width;
+    const int32_t skipped = first_row(s->common.problem, unit) - b->rows[unit];
     int64_t own = s->piece_starts[k];
 
     s->value_starts[k] = at;
     for (int64_t p = b->piece_starts[unit]; p < b->piece_starts[unit + 1]; p++) {
-        const double *P = b->values + b->piece_values[p];
+        const double *P = b->values + b->piece_values[p] + skipped * width;
 
         s->piece_blocks[own++] = s->number[b->piece_blocks[p]];
         for (int32_t i = 0; i < d; i++)
@@ -255,31 +305,41 @@ static void set_scales(perp__proximal *s, int32_t k)
 {
     const perp__contact_problem *problem = s->common.problem;
     const int32_t unit = s->unit[k], row = s->starts[k], rows = s->starts[k + 1] - row;
-    const int32_t turns = unit < problem->contacts && rows > problem->dims[unit];
-    const int32_t normals = unit < problem->contacts ? perp__contact_normals(problem, unit) : 1;
+    int32_t turns;
 
     for (int32_t i = row; i < row + rows; i++)
         s->scale[i] = 1.0 / sqrt(problem->trace[unit]);
-    s->radius[k] = unit < problem->contacts ? fmax(problem->mu[unit], 1.0) : -1.0;
+    if (s->discs)
+        s->discs[k].count = 0;
+    if (is_row(problem, unit)) {
+        s->radius[k] = -INFINITY;
+        if (unit < problem->contacts) /* -0.0 would be a contact's */
+            s->radius[k] = -fmax(DBL_MIN, problem->mu[unit] * problem->bound[unit] /
+                                              problem->omega[unit] / s->scale[row]);
+        return;
+    }
+    s->radius[k] = fmax(problem->mu[unit], 1.0);
+    turns = rows > problem->dims[unit];
     if (turns)
         scale_rows(s, k, 0, problem->dims[unit]);
-    if (s->radius[k] >= 0.0 && rows > 1 && problem->mu[unit] > 0.0)
-        for (int32_t i = row; i < row + normals; i++)
+    if (rows > 1 && problem->mu[unit] > 0.0)
+        for (int32_t i = row; i < row + perp__contact_normals(problem, unit); i++)
             s->scale[i] /= fmin(problem->mu[unit], 1.0);
-    if (turns || (unit < problem->contacts && perp__contact_two_sided(problem, unit) > 0))
+    if (turns || perp__contact_two_sided(problem, unit) > 0)
         set_discs(s, k);
-    else if (s->discs)
-        s->discs[k].count = 0;
 }
 
 /* Blocks are numbered as they are met. */
-static int64_t read_pieces(perp__proximal *s, int32_t k, int64_t at)
+static int64_t read_pieces(perp__proximal *s, const perp__proximal_part *part, int32_t k,
+                           int64_t at)
 {
     const perp__bodies *b = s->common.problem->bodies;
     const int32_t unit = s->unit[k];
 
     if (s->by_rows) {
-        s->block[s->blocks++] = -1 - k;
+        if (!s->whole || k == part->unit)
+            s->block[s->blocks++] = -1 - k;
+        s->home[k] = (s->blocks - 1) * s->width + (s->whole ? s->starts[k] - part->row : 0);
         return at;
     }
     for (int64_t q = b->piece_starts[unit]; q < b->piece_starts[unit + 1]; q++)
@@ -308,7 +368,7 @@ static void read_rows(perp__proximal *s)
         for (int32_t k = part->unit; k < part->last_unit; k++) {
             s->starts[k + 1] = s->starts[k] + own_rows(problem, s->unit[k]);
             set_scales(s, k);
-            at = read_pieces(s, k, at);
+            at = read_pieces(s, part, k, at);
         }
         part->last_block = s->blocks;
         part->last_row = s->starts[part->last_unit];
@@ -395,6 +455,32 @@ static void read_couplings(perp__proximal *s)
     }
 }
 
+/* J = W, scaled on both sides, where a part is a block. */
+static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64_t at)
+{
+    const perp__contact_problem *problem = s->common.problem;
+
+    for (int32_t k = part->unit; k < part->last_unit; k++) {
+        const int32_t first = first_row(problem, s->unit[k]) - s->starts[k];
+
+        s->piece_blocks[k] = part->block;
+        s->piece_starts[k + 1] = k + 1;
+        s->value_starts[k] = at;
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++, at += s->width) {
+            double *to = s->values + at;
+
+            memset(to, 0, (size_t)s->width * sizeof *to);
+            for (int32_t j = part->unit; j < part->last_unit; j++) {
+                const int32_t column = first_row(problem, s->unit[j]) - s->starts[j];
+
+                for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
+                    to[c - part->row] =
+                        perp__entry(problem->W, first + i, column + c) * s->scale[i] * s->scale[c];
+            }
+        }
+    }
+}
+
 /* The blocks that a unit couples with block i. */
 static int32_t list_neighbours(perp__proximal *s, int32_t i, int32_t k, int32_t at)
 {
@@ -440,7 +526,8 @@ static void find_slots(perp__proximal *s)
         s->slot_starts[k] = at;
         for (int64_t q = s->piece_starts[k]; q < s->piece_starts[k + 1]; q++)
             if (s->by_rows)
-                s->slots[at++] = perp__fronts_edge(&s->fronts, k, s->piece_blocks[q]);
+                s->slots[at++] =
+                    perp__fronts_edge(&s->fronts, s->home[k] / s->width, s->piece_blocks[q]);
             else
                 for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++)
                     s->slots[at++] =
@@ -468,8 +555,10 @@ perp_status perp__proximal_read(perp__proximal *s)
 
     sort_units(s);
     read_rows(s);
-    if (s->by_rows)
+    if (s->by_rows && !s->whole)
         read_couplings(s);
+    for (int32_t p = 0; p < s->parts && s->whole; p++)
+        read_whole(s, &s->part[p], (int64_t)s->part[p].row * s->width);
     read_speeds(s);
     read_graph(s);
     status = perp__fronts_analyse(&s->fronts, problem->context, s->blocks, s->width,
