@@ -97,7 +97,7 @@ def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float, all_move: b
     if not all_move:
         moves, still = _moves(model, data), np.concatenate([equations, address[there]])
         still, equations = still[~moves[still]], equations[moves[:ne]]
-        there &= moves[address]
+        there[there] = moves[address[there]]
     if not there.all():
         address, dim, geom, friction = address[there], dim[there], geom[there], friction[there]
     all_there = _THERE[np.concatenate([dim, np.ones(nb, dtype=np.int32)])]

@@ -357,6 +357,34 @@ def test_what_moved_nothing_is_taken_up_where_it_does():
     assert data.qvel[0] == 0.0 and data.efc_force[0] > 0.0
 
 
+def test_contacts_without_rows_are_left_out():
+    """A ball that can't move against the ground, first in it, then just touching: MuJoCo knows of
+    that contact and makes no row at all."""
+    model, data = scene(
+        '<geom type="plane" size="5 5 .1"/>'
+        '<body pos="0 0 .499"><joint type="slide" axis="1 0 0"/><geom size=".5"/></body>'
+    )
+    stepper = perp.mujoco.Stepper(model)
+    data.qvel[0] = 1.0
+    assert stepper.step(data).ok and data.nefc > 0
+    model.body_pos[1, 2] = 0.5
+    assert stepper.step(data).ok and data.ncon == 1 and data.nefc == 0
+    assert data.qvel[0] == 1.0
+
+
+def test_robots_of_parts_that_overlap_come_apart():
+    """A slider between two walls 5 mm too near for it goes to the middle, 1 mm from it."""
+    model, data = scene(
+        '<geom type="box" pos=".145 0 0" size=".05 1 1"/>'
+        '<geom type="box" pos="-.145 0 0" size=".05 1 1"/>'
+        '<body><joint type="slide" axis="1 0 0"/><geom size=".1"/></body>',
+        'gravity="0 0 0"',
+    )
+    data.qpos[0] = 1e-3
+    assert perp.mujoco.simulate(model, data, 0.2).ok
+    assert data.ncon == 2 and abs(data.qpos[0]) < 1e-4
+
+
 def test_step_keeps_its_solver_and_says_how_it_ended():
     model, data = slope(0.5, BOX.format(mu=0.6), start="0 0 .04999")
     first = perp.mujoco.step(model, data)
