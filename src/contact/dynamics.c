@@ -8,14 +8,13 @@
 #include "contact/half.h"
 #include "linalg/blas.h"
 
-/* Columns of W that are solved for at a time, and velocities up to which M is dense for W, and up
- * to which its factor is inverted. */
-enum { BLOCK = 32, DENSE_MOST = 96, INVERTED_MOST = 32 };
+/* Columns of W that are solved for at a time, and velocities up to which M's factor is inverted. */
+enum { BLOCK = 32, INVERTED_MOST = 32 };
 
 /* Whether W is made by half.h. */
 static int32_t is_halved(const perp__dynamics *own)
 {
-    return own->forms_W && own->has_M && own->n <= DENSE_MOST;
+    return own->forms_W && own->has_M && own->n <= PERP__HALF_MOST;
 }
 
 static void lay_out(perp__arena *arena, void *object)
@@ -206,6 +205,12 @@ perp_status perp__dynamics_setup(perp__dynamics *own)
     if (is_halved(own))
         return form_halved(own);
     return form_delassus(own);
+}
+
+const double *perp__dynamics_half(const perp__dynamics *own, size_t *stride)
+{
+    *stride = perp__half_width(own->size);
+    return is_halved(own) ? own->block : NULL;
 }
 
 void perp__dynamics_push(perp__dynamics *own, const double *f, const double *r)

@@ -54,6 +54,9 @@ void perp__dynamics_relative(perp__dynamics *own, const double *v, const double 
 void perp__dynamics_sizes(const perp__dynamics *own, const double *v, const double *w,
                           const double *b, double *out);
 
+/* Y of W = Y'Y, n by size, row-major with that stride; NULL where W was not made so. */
+const double *perp__dynamics_half(const perp__dynamics *own, size_t *stride);
+
 void perp__dynamics_release(perp__dynamics *own);
 
 #endif

@@ -9,6 +9,9 @@
 /* Rows of A that are worked on at a time: Y has so many more columns than one needs. */
 enum { PERP__HALF_TILE = 8 };
 
+/* Velocities up to which W is made so. */
+enum { PERP__HALF_MOST = 96 };
+
 /* Columns of Y for so many rows of A. */
 static inline size_t perp__half_width(int32_t size)
 {

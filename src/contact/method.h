@@ -51,6 +51,9 @@ typedef struct perp__contact_problem {
     const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where
                               only the bodies are known: perp__contact_delassus makes it */
     const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */
+    const double *half;                /* Y of W = Y'Y, `half_rows` by size, row-major with */
+    int32_t half_rows;                 /* half_stride; NULL: not known */
+    size_t half_stride;
     double tol;
     int64_t iteration_limit; /* <= 0: the method's own */
     int32_t leads;           /* another method takes over where that limit will not do: the sooner

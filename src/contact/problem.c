@@ -5,6 +5,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/contact.h"
+#include "contact/law.h"
 #include "contact/solver.h"
 
 static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
@@ -236,6 +237,17 @@ static perp_status read_traces(perp_contact_solver *solver)
     return PERP_OK;
 }
 
+/* Whether some row does that moves. */
+static int32_t yields(const perp_contact_solver *solver)
+{
+    for (int32_t i = 0; i < solver->size; i++)
+        if (solver->compliance[i] > 0.0 &&
+            (i >= solver->rows ||
+             i >= perp__contact_first_row(&solver->problem, solver->unit_of[i])))
+            return 1;
+    return 0;
+}
+
 static void present(perp_contact_solver *solver)
 {
     perp__contact_problem *p = &solver->problem;
@@ -262,6 +274,9 @@ static void present(perp_contact_solver *solver)
     p->parts = solver->parts;
     p->leaks = solver->leaks;
     p->W = solver->has_bodies ? NULL : &solver->W;
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && p->W && !yields(solver))
+        p->half = perp__dynamics_half(&solver->dynamics, &p->half_stride);
+    p->half_rows = p->half ? solver->dynamics.n : 0;
     p->bodies = solver->has_bodies ? &solver->bodies : NULL;
     p->control = &solver->control;
 }

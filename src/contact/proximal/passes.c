@@ -2,24 +2,26 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/half.h"
 #include "contact/law.h"
 #include "contact/proximal/proximal.h"
+#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
-/* P x; where rows are long, in as many sums as a lane has at most. */
-static inline double times(int32_t width, const double *P, const double *x)
+/* P x; in lanes where rows are as long as a part. */
+static inline double times(int32_t width, int32_t whole, const double *P, const double *x)
 {
-    double part[8] = {0.0}, sum = 0.0;
-    int32_t j = 0;
+    perp__lanes even = {0.0}, odd = {0.0};
+    double sum = 0.0;
 
-    for (; width > PERP__BODY_WIDTH_MOST && j + 8 <= width; j += 8)
-        for (int32_t l = 0; l < 8; l++)
-            part[l] += P[j + l] * x[j + l];
-    for (int32_t l = 0; l < 8 && width > PERP__BODY_WIDTH_MOST; l++)
-        sum += part[l];
-    for (; j < width; j++)
+    for (int32_t j = 0; whole && j < width; j += PERP__WHOLE_STEP) {
+        even += PERP__CONST_LANES_AT(P + j) * PERP__CONST_LANES_AT(x + j);
+        odd += PERP__CONST_LANES_AT(P + j + 4) * PERP__CONST_LANES_AT(x + j + 4);
+    }
+    even += odd;
+    for (int32_t j = 0; !whole && j < width; j++)
         sum += P[j] * x[j];
-    return sum;
+    return whole ? (even[0] + even[1]) + (even[2] + even[3]) : sum;
 }
 
 /* u := J v + q of unit k */
@@ -34,7 +36,7 @@ PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proxima
         const double *x = v + (int64_t)s->piece_blocks[p] * width;
 
         for (int32_t i = 0; i < d; i++)
-            u[i] += times(width, P + i * width, x);
+            u[i] += times(width, s->whole, P + i * width, x);
     }
 }
 
@@ -333,7 +335,7 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
     const int32_t pieces = (int32_t)(s->piece_starts[k + 1] - s->piece_starts[k]);
     const double *K = perp__proximal_slope(s, k), *values = s->values + s->value_starts[k];
     const int32_t *slot = s->slots + s->slot_starts[k];
-    double image[PERP__UNIT_ROWS_MOST * PERP__BODY_WIDTH_MOST];
+    double image[PERP__UNIT_ROWS_MOST * PERP__HALF_MOST];
 
     for (int32_t q = 0; q < pieces; q++) {
         const double *Q = values + q * d * width;

@@ -42,13 +42,16 @@ static inline int32_t perp__discs_first(const perp__discs *discs)
 
 enum { PERP__UNIT_ROWS_MOST = 6 };
 
+/* The width of blocks that are whole parts is a multiple of this: two lanes. */
+enum { PERP__WHOLE_STEP = 8 };
+
 typedef struct perp__proximal {
     perp__contact_work common;
     /* units and blocks in the order of their parts */
     int32_t width, units, blocks, parts;
     perp__proximal_part *part;
-    int32_t by_rows;               /* W alone is known: J is W, a block a unit, J' the identity; */
-    int32_t whole;                 /* or a block a part */
+    int32_t by_rows;               /* J is W, J' the identity */
+    int32_t whole;                 /* without bodies: a block a part, not a unit */
     int32_t *home;                 /* of units, by_rows: where in v their rows are */
     int32_t *unit, *place;         /* a unit's number in the problem, and back */
     int32_t *block, *number;       /* the same of blocks; -1 - k: unit k has it to itself */

@@ -113,7 +113,8 @@ static int32_t rows_of_part(const perp__contact_problem *problem, int32_t part)
     return rows;
 }
 
-/* With W alone: a block a unit, or, where W is dense and so has no more entries, a block a part. */
+/* Without bodies: a block a unit, or, where W is dense and so has no more entries, a block a part;
+ * and that with W = Y'Y in the place of J J' where Y has so few rows that this is cheaper. */
 static void choose_blocks(perp__proximal *s, sizes *most)
 {
     const perp__contact_problem *problem = s->common.problem;
@@ -134,14 +135,16 @@ static void choose_blocks(perp__proximal *s, sizes *most)
 
         widest = widest < own ? own : widest;
     }
-    s->whole = widest > 0 && 2 * (double)parts * widest * widest <= (double)most->entries;
+    s->whole = widest > 0 && (double)parts * widest * widest <= 2.0 * (double)most->entries;
     if (!s->whole)
         return;
-    s->width = widest;
+    s->by_rows = !problem->half || widest < 2 * problem->half_rows;
+    widest = s->by_rows ? widest : problem->half_rows;
+    s->width = (widest + PERP__WHOLE_STEP - 1) / PERP__WHOLE_STEP * PERP__WHOLE_STEP;
     s->blocks = parts;
     most->pieces = most->slots = (size_t)s->units;
     most->edges = (size_t)parts;
-    most->entries = (size_t)rows * (size_t)widest;
+    most->entries = (size_t)rows * (size_t)s->width;
 }
 
 static int32_t has_discs(const perp__contact_problem *problem)
@@ -336,7 +339,7 @@ static int64_t read_pieces(perp__proximal *s, const perp__proximal_part *part, i
     const perp__bodies *b = s->common.problem->bodies;
     const int32_t unit = s->unit[k];
 
-    if (s->by_rows) {
+    if (!b) {
         if (!s->whole || k == part->unit)
             s->block[s->blocks++] = -1 - k;
         s->home[k] = (s->blocks - 1) * s->width + (s->whole ? s->starts[k] - part->row : 0);
@@ -356,7 +359,7 @@ static void read_rows(perp__proximal *s)
     const perp__contact_problem *problem = s->common.problem;
     int64_t at = 0;
 
-    for (int32_t i = 0; !s->by_rows && i < problem->bodies->blocks; i++)
+    for (int32_t i = 0; problem->bodies && i < problem->bodies->blocks; i++)
         s->number[i] = -1;
     s->blocks = s->starts[0] = 0;
     s->piece_starts[0] = 0;
@@ -455,28 +458,42 @@ static void read_couplings(perp__proximal *s)
     }
 }
 
-/* J = W, scaled on both sides, where a part is a block. */
+/* Row i of W, row `of_W` there, scaled on both sides. */
+static void copy_row(const perp__proximal *s, const perp__proximal_part *part, int32_t i,
+                     int32_t of_W, double *to)
+{
+    const perp__contact_problem *problem = s->common.problem;
+
+    memset(to, 0, (size_t)s->width * sizeof *to);
+    for (int32_t j = part->unit; j < part->last_unit; j++) {
+        const int32_t column = first_row(problem, s->unit[j]) - s->starts[j];
+
+        for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
+            to[c - part->row] =
+                perp__entry(problem->W, of_W, column + c) * s->scale[i] * s->scale[c];
+    }
+}
+
+/* J where a part is a block: W or Y'. */
 static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64_t at)
 {
     const perp__contact_problem *problem = s->common.problem;
 
     for (int32_t k = part->unit; k < part->last_unit; k++) {
-        const int32_t first = first_row(problem, s->unit[k]) - s->starts[k];
-
         s->piece_blocks[k] = part->block;
         s->piece_starts[k + 1] = k + 1;
         s->value_starts[k] = at;
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++, at += s->width) {
-            double *to = s->values + at;
+            const int32_t row = first_row(problem, s->unit[k]) + i - s->starts[k];
 
-            memset(to, 0, (size_t)s->width * sizeof *to);
-            for (int32_t j = part->unit; j < part->last_unit; j++) {
-                const int32_t column = first_row(problem, s->unit[j]) - s->starts[j];
-
-                for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
-                    to[c - part->row] =
-                        perp__entry(problem->W, first + i, column + c) * s->scale[i] * s->scale[c];
-            }
+            if (s->by_rows)
+                copy_row(s, part, i, row, s->values + at);
+            for (int32_t l = 0; l < s->width && !s->by_rows; l++)
+                s->values[at + l] =
+                    l < problem->half_rows
+                        ? problem->half[(size_t)l * problem->half_stride + (size_t)row] *
+                              s->scale[i]
+                        : 0.0;
         }
     }
 }
