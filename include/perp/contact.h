@@ -362,7 +362,8 @@ typedef struct perp_contact_step {
     double *shift;   /* out: n; NULL: not needed. Where least_gap < -2 slop and that exists: the
                         least velocity, in the metric of M, that takes the share `correction` of
                         what overlaps by more than slop away in a step, while rows without
-                        overlap do not get one and G shift = 0; else as it was */
+                        overlap do not get one and G shift = 0; where overlaps contradict each
+                        other, one between what they need; else as it was */
 } perp_contact_step;
 
 PERP_API perp_status perp_contact_step_init(perp_contact_step *step, size_t size);

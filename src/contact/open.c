@@ -4,11 +4,19 @@
  *   0 <= p  perp  A s + g >= 0,   G s = 0,   M s = A'p + G'q,
  *
  * A the rows that have gaps and g = (correction min(gap + slop, 0) + max(gap, 0)) / h. Its matrix
- * is a block of W, which the step has made. */
+ * is a block of W, which the step has made. Where overlaps contradict each other, as those of a
+ * body in a gap that is too narrow do, there is no such s; then every row with a gap yields by a
+ * share of its own response, and s is a compromise, at most 1 / sqrt(YIELD) of what the deepest
+ * overlap would need alone. */
 #include <math.h>
 #include <string.h>
 
 #include "contact/solver.h"
+
+#define YIELD 0.1
+
+/* Steps without a look at whether contradictions have gone. */
+enum { PATIENCE = 32 };
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -43,7 +51,7 @@ static void list(const perp_contact_solver *solver, const perp_contact_step *s,
 }
 
 static void copy(const perp_contact_solver *solver, const perp_contact_step *s,
-                 perp__contact_opening *own)
+                 perp__contact_opening *own, double yield)
 {
     const perp__index_set set = {own->size, own->rows, own->position};
     const size_t size = (size_t)own->size;
@@ -52,6 +60,12 @@ static void copy(const perp_contact_solver *solver, const perp_contact_step *s,
     for (size_t j = 0; j < size; j++)
         for (size_t i = 0; i < size; i++)
             own->W[i + j * size] *= own->sign[i] * own->sign[j];
+    for (size_t i = 0; i < (size_t)s->gap_count; i++)
+        own->W[i * (size + 1)] *= 1.0 + yield;
+}
+
+static void find_drift(const perp_contact_step *s, perp__contact_opening *own)
+{
     for (int32_t i = 0; i < own->size; i++) {
         const double gap = i < s->gap_count ? (*s->gaps)[s->gap_sources[i]] : 0.0;
 
@@ -91,22 +105,46 @@ static perp_status find_W(perp_contact_solver *solver, int32_t *made)
                                                         &solver->bodies, &solver->W, made);
 }
 
-static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
-                        perp__contact_opening *own)
+/* p, from the last one. */
+static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s,
+                         perp__contact_opening *own, double yield, int32_t *solved)
 {
     perp_contact_result result;
     perp__contact_call call = {.r = own->r, .result = &result, .q = own->q};
     perp_status status = perp_contact_result_init(&result, sizeof result);
 
+    copy(solver, s, own, yield);
+    PERP__THEN(status, set_up(solver, s, own));
+    if (status != PERP_OK)
+        return status;
+    own->solver->proves = 0;
+    own->solver->brief = yield == 0.0;
+    call.r0 = own->gaps == s->gap_count ? own->start : NULL;
+    status = perp__contact_solve(own->solver, &call);
+    *solved = status == PERP_OK && perp__is_good(result.outcome);
+    return status;
+}
+
+static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
+                        perp__contact_opening *own)
+{
+    int32_t solved = 0;
+    perp_status status = PERP_OK;
+
     list(solver, s, own);
-    copy(solver, s, own);
+    find_drift(s, own);
     if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
         return status;
-    PERP__THEN(status, set_up(solver, s, own));
-    call.r0 = own->gaps == s->gap_count ? own->start : NULL;
+    if (own->patience == 0) {
+        status = solve(solver, s, own, 0.0, &solved);
+        own->patience = solved ? 0 : PATIENCE;
+    } else {
+        own->patience--;
+    }
+    if (status == PERP_OK && !solved)
+        status = solve(solver, s, own, YIELD, &solved);
     own->gaps = -1;
-    PERP__THEN(status, perp__contact_solve(own->solver, &call));
-    if (status != PERP_OK || !perp__is_good(result.outcome))
+    if (status != PERP_OK || !solved)
         return status;
     memcpy(own->start, own->r, (size_t)own->size * sizeof *own->r);
     own->gaps = s->gap_count;

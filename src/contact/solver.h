@@ -85,6 +85,7 @@ typedef struct perp__contact_opening {
     perp__arena arena;
     int32_t size, whole; /* rows with gaps and equations; of the solver */
     int32_t gaps;        /* of the answer in start; -1: there is none */
+    int32_t patience;    /* steps in which overlaps are taken to contradict each other */
     int32_t *rows;       /* own, of the solver; */
     int32_t *position;   /* and back, or -1 */
     int32_t *dims;

@@ -267,6 +267,34 @@ static void test_overlaps_close_nothing_else(void **state)
         near(shift[i], i == 1 ? 1.0 : 0.0, 1e-8); /* tol, of 1 m/s: the rows depend on each other */
 }
 
+/* Between two walls that are too near each other, 3 cm in the one and 1 cm in the other: to the
+ * middle, but for the tenth by which rows yield. With one wall gone the shift is exact again, some
+ * steps later. */
+static void test_overlaps_that_contradict_each_other(void **state)
+{
+    static const int32_t rows[2] = {0, 2}, sources[2] = {3, 0};
+    block *b = *state;
+    double shift[N];
+
+    b->J[2] = 0.0, b->J[1] = -1.0; /* the slider's limit bounds y, too */
+    b->lower = 0.0, b->bound = INFINITY;
+    b->step.by_rows = 1;
+    b->step.shift = shift, b->step.slop = 0.0, b->step.correction = 1.0;
+    b->step.gap_count = 2, b->step.gap_rows = rows, b->step.gap_sources = sources;
+    b->gaps[3] = -3e-2, b->gaps[0] = -1e-2;
+    advance(b);
+    assert_int_equal(b->step.shifts, 1);
+    near(shift[0], 0.0, CLOSE);
+    near(shift[1], 1e-2 / H_STEP, 0.1 * 1e-2 / H_STEP);
+    near(shift[2], 0.0, CLOSE);
+    b->gaps[0] = 1.0;
+    for (int k = 0; k < 40; k++) {
+        b->step.rests = 0;
+        advance(b);
+    }
+    near(shift[1], 3e-2 / H_STEP, 1e-8); /* tol, of 1 m/s: from the last answer */
+}
+
 static void test_hand_back_takes_what_it_is_given(void **state)
 {
     block *b = *state;
@@ -651,6 +679,7 @@ int main(void)
         TEST(test_whole_rows),
         TEST(test_overlaps_are_taken_away),
         TEST(test_overlaps_close_nothing_else),
+        TEST(test_overlaps_that_contradict_each_other),
         TEST(test_what_is_missing),
         TEST(test_a_callback_is_no_mass),
         TEST(test_places_out_of_range),
