@@ -13,7 +13,7 @@
  *   screw        2 and 2, and the way by the angle angle about the axis
  *   cylindrical  2 translations, 2 rotations       way along the axis
  *   planar       1 translation, 2 rotations        -
- *   distance     nothing but what its limits do    distance of the anchors, not 0 at creation
+ *   distance     nothing but what its limits do    distance of the anchors
  *
  * In the coordinate x, with impulses in the interval of length h,
  *

@@ -312,6 +312,15 @@ static void change_composition(perp_world *world, const perp__joint *joint)
     world->edition++;
 }
 
+/* What keeps anchors apart needs a direction to push in. */
+static perp_status check_direction(const perp_world *world, const perp__joint *joint, double lower,
+                                   const perp__joint_view *view)
+{
+    if (joint->kind == PERP_JOINT_DISTANCE && lower > 0.0 && !(view->coordinate > view->rounding))
+        return fail_argument(world, "the anchors are in the same place: their distance is 0");
+    return PERP_OK;
+}
+
 static perp_status read_length(const perp_world *world, const perp__joint *joint,
                                perp_joint_settings *settings)
 {
@@ -321,11 +330,9 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
         return PERP_OK;
     perp__view_of_states(world, joint, world->states, 0.0, &view);
     if (settings->lower > -INFINITY || settings->upper < INFINITY)
-        return PERP_OK;
-    if (!(view.coordinate > view.rounding))
-        return fail_argument(world, "the anchors are in the same place: their distance is 0");
+        return check_direction(world, joint, settings->lower, &view);
     settings->lower = settings->upper = view.coordinate;
-    return PERP_OK;
+    return check_direction(world, joint, INFINITY, &view);
 }
 
 static void fill_state(perp__joint_state *state, const perp_joint_settings *settings)
@@ -478,9 +485,13 @@ perp_status perp_world_get_joint(const perp_world *world, perp_joint_state *stat
 /* Checks what would be in force, and takes it. */
 static perp_status change_laws(perp_world *world, int32_t slot, const perp__joint_state *laws)
 {
-    const int32_t kind = world->joints[slot].kind;
+    const perp__joint *joint = &world->joints[slot];
+    const int32_t kind = joint->kind;
+    perp__joint_view view;
     perp_status status = check_limits(world, kind, laws->lower, laws->upper);
 
+    perp__view_of_states(world, joint, world->states, laws->coordinate, &view);
+    PERP__THEN(status, check_direction(world, joint, laws->lower, &view));
     PERP__THEN(status, check_motor(world, kind, laws->speed, laws->force));
     PERP__THEN(status, check_most(world, kind, "friction", laws->friction));
     if (status != PERP_OK)

@@ -91,6 +91,14 @@ static void test_settings(void **state)
     JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "settings.pitch");
     FRESH(DISTANCE); /* both anchors at 0 */
     JOINT_REFUSED(PERP_ERROR_ARGUMENT, "distance is 0");
+    settings.lower = 0.25, settings.upper = 1.0; /* no direction to push them apart in */
+    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "distance is 0");
+    settings.lower = 0.0;
+    SCENE_OK(&s, perp_world_add_joint(s.world, &joint, b[0], b[1], &settings));
+    REFUSED(&s, perp_world_set_joint_limits(s.world, joint, 0.25, 1.0), PERP_ERROR_ARGUMENT,
+            "distance is 0");
+    SCENE_OK(&s, perp_world_remove_joint(s.world, joint));
+    joint = 7;
     settings.anchor_b[0] = NAN;
     JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "settings.anchor_b[0]");
     FRESH(BALL);
@@ -226,6 +234,7 @@ static void test_collides(void **state)
         scene_step(&s, 1e-3);
         assert_int_equal(perp_world_contact_count(s.world) > 0, collides);
         SCENE_OK(&s, perp_world_remove_joint(s.world, joint));
+        joint = 7;
         scene_step(&s, 1e-3);
         assert_true(perp_world_contact_count(s.world) > 0);
         scene_close(&s);
