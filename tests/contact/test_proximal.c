@@ -190,12 +190,33 @@ static void test_any_dynamics(void **state)
     assert_true(ends >= 30);
 }
 
+/* More than twice as many rows as velocities, which one matrix joins or two: solved in velocities.
+ * Numbers of the order of 1 to 10. */
+static void test_few_velocities(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 0; seed < 40; seed++) {
+        hand_over p;
+
+        hand_make(&p, seed, 16, 12, 3, (int32_t)(seed % 3), 1.0);
+        for (int32_t j = 0; j < p.n && seed % 2; j++)
+            for (int32_t i = 0; i < p.n; i++)
+                if ((i < 2) != (j < 2))
+                    p.M[i + j * p.n] = 0.0;
+        p.settings.method = PERP_CONTACT_METHOD_PROXIMAL;
+        p.settings.tol = 1e-10;
+        assert_int_equal(hand_solve(&p, context, NULL), PERP_OK);
+        assert_int_equal(p.result.outcome, PERP_OUTCOME_SOLVED);
+        assert_true(hand_violation(&p) < 1e-8);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_proximal),     cmocka_unit_test(test_admm),
         cmocka_unit_test(test_paths),        cmocka_unit_test(test_joints),
-        cmocka_unit_test(test_any_dynamics),
+        cmocka_unit_test(test_any_dynamics), cmocka_unit_test(test_few_velocities),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
