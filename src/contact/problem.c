@@ -240,12 +240,15 @@ static perp_status read_traces(perp_contact_solver *solver)
 /* Whether some row does that moves. */
 static int32_t yields(const perp_contact_solver *solver)
 {
-    for (int32_t i = 0; i < solver->size; i++)
-        if (solver->compliance[i] > 0.0 &&
-            (i >= solver->rows ||
-             i >= perp__contact_first_row(&solver->problem, solver->unit_of[i])))
-            return 1;
-    return 0;
+    int32_t some = 0;
+
+    for (int32_t k = 0; k < solver->contacts; k++)
+        for (int32_t i = perp__contact_first_row(&solver->problem, k); i < solver->starts[k + 1];
+             i++)
+            some |= solver->compliance[i] > 0.0;
+    for (int32_t i = solver->rows; i < solver->size; i++)
+        some |= solver->compliance[i] > 0.0;
+    return some;
 }
 
 static void present(perp_contact_solver *solver)
