@@ -36,7 +36,7 @@ PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proxima
         const double *x = v + (int64_t)s->piece_blocks[p] * width;
 
         for (int32_t i = 0; i < d; i++)
-            u[i] += times(width, s->whole, P + i * width, x);
+            u[i] += times(width, width % PERP__WHOLE_STEP == 0 && s->whole, P + i * width, x);
     }
 }
 
