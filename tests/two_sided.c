@@ -149,7 +149,7 @@ static void prepare(const both_problem *p, int32_t method, perp_contact_laws *la
     settings->tol = 1e-10;
 }
 
-void both_by_delassus(const both_problem *p, int32_t method, both_answer *a)
+void both_by_delassus(const both_problem *p, int32_t method, const double *r0, both_answer *a)
 {
     perp_contact_laws laws;
     perp_contact_settings settings;
@@ -160,7 +160,7 @@ void both_by_delassus(const both_problem *p, int32_t method, both_answer *a)
     assert_int_equal(perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, p->size, p->size, p->W, MOST),
                      PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(both_context, a->r, a->u, a->modes, a->ray,
-                                                 &a->result, &settings, &laws, &W, p->q, NULL),
+                                                 &a->result, &settings, &laws, &W, p->q, r0),
                      PERP_OK);
 }
 

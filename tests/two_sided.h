@@ -59,7 +59,7 @@ void both_reduce(int n, int size, const double *M, const double *H, const double
                  const double *w, double *W, double *q);
 void both_form(both_problem *p);
 
-void both_by_delassus(const both_problem *p, int32_t method, both_answer *a);
+void both_by_delassus(const both_problem *p, int32_t method, const double *r0, both_answer *a);
 void both_set(both_problem *p, int32_t method, int callback, both_rig *g, both_answer *a);
 perp_status both_call(both_problem *p, int32_t method, int callback, const double *r0,
                       both_answer *a);

@@ -78,6 +78,7 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, units, &own->dims, &own->two_sided);
     PERP__DOUBLES(arena, units, &own->bound, &own->mu, &own->rolling, &own->spinning);
     PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->b, &own->r0);
+    PERP__DOUBLES(arena, (size_t)own_size(own), &own->load, &own->away);
     for (int32_t k = 0; k < 2; k++) {
         perp__contact_lines *lines = &own->lines[k];
 
@@ -419,6 +420,14 @@ void perp__contact_bounded_draw_in(perp__contact_bounded *own)
     own->shifts = 0;
     for (int32_t i = 0; i < own->size; i++)
         own->shifts |= own->shift[i] != 0.0;
+    for (int32_t i = 0; i < own_size(own); i++)
+        own->away[i] = 0.0;
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t given = own->rows - own->count + i;
+
+        if (kind_of(own, i) != NEITHER)
+            own->away[own->row[given]] = own->sign[given] * (own->shift[given] - nearest(own, i));
+    }
 }
 
 static int32_t is_drawn_in(const perp__contact_bounded *own, int32_t i)

@@ -50,6 +50,8 @@ typedef struct perp__contact_bounded {
     int32_t *dims, *two_sided;    /* units */
     double *mu, *rolling, *spinning, *compliance;
     double *f, *w, *b, *r0, *work; /* of a call; f: or q */
+    double *load,
+        *away; /* own size: |q| at the impulses nearest to 0, and x less what it is there */
 } perp__contact_bounded;
 
 /* Counts what the methods get: own->units, own_rows, free. `rows` of `contacts` come before. */
@@ -65,7 +67,7 @@ perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context 
 /* Whether there are bounds that a shift to could drown impulses in. */
 int32_t perp__contact_bounded_is_far(const perp__contact_bounded *own);
 
-/* The bounds of the next call, by own->reach. */
+/* The bounds of the next call, by own->reach; and own->away. */
 void perp__contact_bounded_draw_in(perp__contact_bounded *own);
 
 /* Lets impulses x, with velocities u, that are at a bound which is not the caller's reach further,

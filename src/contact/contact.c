@@ -466,8 +466,10 @@ static perp_status draw_in(perp_contact_solver *solver, const perp__contact_call
     perp__contact_bounded_pose(bounded, given, own);
     solver->call = own;
     status = perp__contact_load(solver);
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
         find_reach(solver, bounded->reach);
+        perp__copy(bounded->load, solver->load, solver->size);
+    }
     return status;
 }
 
@@ -484,9 +486,13 @@ static int32_t widen(perp_contact_solver *solver)
     return perp__contact_bounded_widen(bounded, solver->best.r, solver->best.u, is_ray);
 }
 
-static int32_t is_settled(const perp_contact_solver *solver)
+/* Whether bounds around its best point may serve better. */
+static int32_t goes_on(const perp_contact_solver *solver)
 {
-    return perp__is_good(solver->best.outcome) && solver->ended != PERP_OUTCOME_STOPPED;
+    const perp_outcome outcome = solver->best.outcome;
+
+    return outcome != PERP_OUTCOME_RAY && solver->ended != PERP_OUTCOME_STOPPED &&
+           (perp__is_good(outcome) || solver->ended != PERP_OUTCOME_TIME_LIMIT);
 }
 
 /* With rows that have bounds: within such as are near, while these are those that count. */
@@ -500,6 +506,7 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
     int32_t again, narrowed = 0;
     perp_status status = is_far ? draw_in(solver, given, own) : PERP_OK;
 
+    solver->is_far = is_far;
     do {
         if (status == PERP_OK && is_far) {
             perp__contact_bounded_draw_in(bounded);
@@ -512,7 +519,7 @@ static perp_status find_within(perp_contact_solver *solver, const perp__contact_
             solver->settings.max_iterations =
                 limit > iterations ? (int32_t)(limit - iterations) : 1;
         again = status == PERP_OK && is_far && widen(solver);
-        if (status == PERP_OK && is_far && !again && !narrowed && is_settled(solver))
+        if (status == PERP_OK && is_far && !again && !narrowed && goes_on(solver))
             again = narrowed = perp__contact_bounded_narrow(bounded, solver->best.r);
     } while (again && solver->ended != PERP_OUTCOME_STOPPED);
     if (again) /* whoever said stop is not asked again: at a bound that is none it is no answer */
@@ -535,6 +542,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
         perp__is_zero(given.r0, solver->bounded.count > 0 ? solver->bounded.size : solver->size))
         given.r0 = NULL; /* a start that knows nothing is none */
     own = given;
+    solver->is_far = 0;
     deadline = solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
     status = solver->bounded.count > 0 ? find_within(solver, &given, &own, deadline)
                                        : perp__contact_find(solver, &own, deadline);

@@ -117,6 +117,7 @@ struct perp_contact_solver {
     double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
     double *bound;                           /* contacts: law.h */
     perp__contact_bounded bounded;           /* what the caller's rows with bounds became */
+    int32_t is_far;                          /* some of the bounds, and those were drawn in */
     int32_t rolls, spins, complies;
     double *diagonal, *trace;
     /* units: the contacts, then the bilateral rows */

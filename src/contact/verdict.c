@@ -111,13 +111,29 @@ static void find_terms(perp_contact_solver *solver)
             perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
 }
 
+/* scale := S of each row. Beside bounds that are far off, W shift would excuse what all rows lack:
+ * then S is that of what the impulses nearest to 0 leave open, and of impulses from there on. */
+static void find_scale(perp_contact_solver *solver)
+{
+    const perp__contact_bounded *bounded = &solver->bounded;
+    double *moved = solver->high;
+
+    if (!solver->is_far) {
+        absolute(solver, solver->r, solver->load, solver->scale);
+        return;
+    }
+    for (int32_t i = 0; i < solver->size; i++)
+        moved[i] = solver->r[i] + bounded->away[i];
+    absolute(solver, moved, bounded->load, solver->scale);
+}
+
 /* All numbers. heeds: the modes stay. */
 static void measure_all(perp_contact_solver *solver, int32_t heeds, perp__contact_worth *worth)
 {
     int32_t k;
 
     clear(solver, worth);
-    absolute(solver, solver->r, solver->load, solver->scale);
+    find_scale(solver);
     find_terms(solver);
     for (k = 0; k < solver->contacts; k++)
         judge_contact(solver, k, heeds, worth);

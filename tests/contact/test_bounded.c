@@ -176,7 +176,7 @@ static void test_enumerated(void **state)
             both_by_dynamics(&p, methods[m], 0, NULL, &a);
             both_require_solved(&a, k);
             compare(&p, &a, r, k);
-            both_by_delassus(&p, methods[m], &a);
+            both_by_delassus(&p, methods[m], NULL, &a);
             both_require_solved(&a, k);
             compare(&p, &a, r, k);
             both_by_dynamics(&p, methods[m], 1, NULL, &a);
@@ -280,7 +280,7 @@ static void test_far_bounds(void **state)
             }
             if (holds) /* r_2 = most pushes all others open but the first */
                 p.q[2] = -2.0 * most;
-            both_by_delassus(&p, methods[m], &a);
+            both_by_delassus(&p, methods[m], NULL, &a);
             both_require_solved(&a, 0);
             if (holds) /* beside so much the others are known to little */
                 assert_true(fabs(a.r[2] / (k % 2 ? 2.0 * most : most) - 1.0) <= 1e-8);
@@ -314,7 +314,7 @@ static void test_rest(void **state)
             p.upper[0] = bounds[k][1];
             p.lower[1] = -3.0;
             p.upper[1] = INFINITY;
-            both_by_delassus(&p, methods[m], &a);
+            both_by_delassus(&p, methods[m], NULL, &a);
             both_require_solved(&a, 0);
             for (int i = 0; i < 5; i++)
                 assert_true(a.r[i] == 0.0 && a.u[i] == 0.0);
@@ -347,7 +347,7 @@ static void test_far_bounds_of_one_side(void **state)
                 p.lower[i] = k >> i & 1 ? -far[k / 8] : -INFINITY;
                 p.upper[i] = k >> i & 1 ? INFINITY : far[k / 8];
             }
-            both_by_delassus(&p, methods[m], &a);
+            both_by_delassus(&p, methods[m], NULL, &a);
             both_require_solved(&a, 0);
             for (int i = 0; i < 4; i++) { /* tol 1e-9 of W and of what r may reach: 1e-7 of 1 */
                 double u = q[i];
@@ -440,6 +440,48 @@ static void test_infeasible_beside_far_bounds(void **state)
     }
 }
 
+/* W of rank 4: the impulses of two bilateral rows and of the second one with bounds go far along
+ * its null direction. Its bounds have to be moved off for that, and what W makes of those was then
+ * the measure by which a start that solves nothing was called solved. */
+static void test_starts_beside_far_bounds(void **state)
+{
+    static const double W[] = {19, -17, -8,  -10, -7, -17, 25, 18, 14, 11, -8, 18, 18,
+                               10, 8,   -10, 14,  10, 8,   6,  -7, 11, 8,  6,  5};
+    static const double lower[] = {-INFINITY, -5e11, -5e-10}, upper[] = {1e12, 1e12, 1e-9};
+    static const double start[] = {1.0, 1.0, 1.0, 1.0, 1.0};
+
+    (void)state;
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        both_problem p;
+        both_answer a;
+
+        memset(&p, 0, sizeof p);
+        p.bounded = 3;
+        p.bilateral = 2;
+        p.size = p.n = 5;
+        for (int i = 0; i < 25; i++)
+            p.W[i / 5 * MOST + i % 5] = W[i];
+        for (int i = 0; i < 5; i++)
+            p.q[i] = 1.0;
+        memcpy(p.lower, lower, sizeof lower);
+        memcpy(p.upper, upper, sizeof upper);
+        both_by_delassus(&p, methods[m], start, &a);
+        for (int i = 0; a.result.outcome == PERP_OUTCOME_SOLVED && i < 5; i++) {
+            double u = 1.0, terms = 1.0;
+
+            for (int j = 0; j < 5; j++) {
+                u += W[5 * i + j] * a.r[j];
+                terms += fabs(W[5 * i + j] * a.r[j]);
+            }
+            /* 1e-6: the terms of rows coupled to this one are up to 10 times its own, and tol is of
+             * all of them together; rounding of u's sum is far below */
+            assert_true(i < 3 && a.r[i] == upper[i]   ? u <= 1e-6 * terms
+                        : i < 3 && a.r[i] == lower[i] ? u >= -1e-6 * terms
+                                                      : fabs(u) <= 1e-6 * terms);
+        }
+    }
+}
+
 static void refuse(double lower, double upper, double h, perp_status expected, int32_t method,
                    const char *text)
 {
@@ -521,6 +563,7 @@ int main(void)
         cmocka_unit_test(test_far_bounds_of_one_side),
         cmocka_unit_test(test_infeasible),
         cmocka_unit_test(test_infeasible_beside_far_bounds),
+        cmocka_unit_test(test_starts_beside_far_bounds),
         cmocka_unit_test(test_clip),
         cmocka_unit_test(test_refusals),
     };

@@ -35,10 +35,10 @@ static void test_laws(void **state)
         both_by_dynamics(&p, PERP_CONTACT_METHOD_PROXIMAL, 0, NULL, &a);
         both_require_solved(&a, k);
         both_require_laws(&p, &a);
-        both_by_delassus(&p, PERP_CONTACT_METHOD_PROXIMAL, &a);
+        both_by_delassus(&p, PERP_CONTACT_METHOD_PROXIMAL, NULL, &a);
         both_require_solved(&a, k);
         both_require_laws(&p, &a);
-        both_by_delassus(&p, PERP_CONTACT_METHOD_LEMKE, &a);
+        both_by_delassus(&p, PERP_CONTACT_METHOD_LEMKE, NULL, &a);
         both_require_solved(&a, k);
         both_require_laws(&p, &a);
     }

@@ -191,6 +191,7 @@ typedef struct scaled {
     int *joined; /* n by n: significant */
 } scaled;
 
+/* What is significant depends a little on how units were made equal: at the edge it counts. */
 static void find_significant(scaled *s, double tol)
 {
     wide *largest = fuzz_take(s->n, sizeof *largest);
@@ -203,7 +204,7 @@ static void find_significant(scaled *s, double tol)
         for (j = 0; j < n; j++)
             s->joined[i * n + j] =
                 s->A[i * n + j] > 0 &&
-                s->A[i * n + j] >= oracle_sqrt(tol) * larger(largest[i], largest[j]);
+                s->A[i * n + j] >= 0.25 * oracle_sqrt(tol) * larger(largest[i], largest[j]);
 }
 
 static scaled scale(int32_t n, const wide *A, const wide *t, double tol, int way)
