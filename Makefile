@@ -117,7 +117,7 @@ endif
 LIBRARY_LIBS = $(strip $(KLU_LIBS) $(BLAS_LIBS) -lm)
 
 # After CFLAGS, so that the environment can't contract a product and a sum by accident.
-STANDARD := -std=c99 -fPIC -ffp-contract=off
+STANDARD := -std=c99 -fPIC -ffp-contract=off -fno-math-errno
 COMPILE = $(CC) $(CPPFLAGS) $(CFLAGS) $(STANDARD) $(SANITIZE_FLAGS) $(WARNINGS)
 LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(KLU_CFLAGS) $(BLAS_CFLAGS) \
     -DPERP__BLAS_NAME='"$(BLAS_NAME)"'

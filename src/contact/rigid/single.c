@@ -40,6 +40,7 @@ PERP__KERNEL static void load(perp__single *s, int32_t n)
     memset(s->bias, 0, (size_t)s->groups * sizeof s->bias[0]);
     memset(s->r, 0, (size_t)s->groups * sizeof s->r[0]);
     memset(s->columns, 0, sizeof s->columns);
+    memset(s->mu, 0, sizeof s->mu);
     for (int32_t k = 0; k < p->contacts; k++) {
         const perp__rigid_rows *g = &p->rows[k];
         const double(*J)[6] = g->rows[g->body[0] != 0];
@@ -117,9 +118,11 @@ PERP__KERNEL static void load_width(perp__single *s, int32_t n)
 
         whiten(s, g, n);
         drift(s, g, n);
+        measure(s->own + LANES * g, (const double(*)[LANES])s->drift[g]);
         for (int32_t l = 0; l < LANES; l++) {
             s->trace[LANES * g + l] = square[0][l] + square[1][l] + square[2][l];
             s->root[LANES * g + l] = sqrt(s->trace[LANES * g + l]);
+            s->own[LANES * g + l] /= s->root[LANES * g + l];
         }
     }
 }
@@ -169,51 +172,68 @@ PERP__MULTIVERSION(find_velocities, (perp__single * s), (s))
         velocities_width(s, 3);
 }
 
-static double norm2(double a, double b)
+/* Impulses into their cones, as in law.c. */
+PERP__KERNEL static void clip(perp__single *s, int32_t g)
 {
-    return sqrt(a * a + b * b);
+    double(*r)[LANES] = s->r[g];
+
+    for (int32_t l = 0; l < LANES; l++) {
+        const double pressure = r[0][l] > 0.0 ? r[0][l] : 0.0;
+        const double radius = s->mu[LANES * g + l] * pressure;
+        const double length = sqrt(r[1][l] * r[1][l] + r[2][l] * r[2][l]);
+        const double ratio = radius / length, inside = radius > 0.0 ? 1.0 : 0.0;
+        const double share = length > radius && radius > 0.0 ? ratio : inside;
+
+        r[0][l] = pressure;
+        r[1][l] *= share;
+        r[2][l] *= share;
+    }
 }
 
-static double norm3(const double *x)
+/* |r - P_K(r - (u + s e_n) / t)| t of each contact of a group, or where that is more the velocities
+ * that its mode says are 0; and the mode, as in law.c. All cases at once: what a lane does not need
+ * may be NaN. */
+PERP__KERNEL static void find_lack(perp__single *s, int32_t g, double *lack, double *mode)
 {
-    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    const double(*r)[LANES] = (const double(*)[LANES])s->r[g];
+    const double(*u)[LANES] = (const double(*)[LANES])s->u[g];
+
+    for (int32_t l = 0; l < LANES; l++) {
+        const double mu = s->mu[LANES * g + l], t = s->trace[LANES * g + l];
+        const double r_n = r[0][l], r_1 = r[1][l], r_2 = r[2][l];
+        const double d_1 = u[1][l] / t, d_2 = u[2][l] / t, speed = sqrt(d_1 * d_1 + d_2 * d_2);
+        const double x_1 = r_1 - d_1, x_2 = r_2 - d_2, length = sqrt(x_1 * x_1 + x_2 * x_2);
+        const double d_n = u[0][l] / t + mu * speed, x_n = r_n - d_n;
+        /* slip: how far x is outside of the cone, without what cancels in it */
+        const double size = sqrt(r_1 * r_1 + r_2 * r_2), both = length + size;
+        const double change = d_1 * (d_1 - 2.0 * r_1) + d_2 * (d_2 - 2.0 * r_2);
+        const double over = size + (change / both + mu * (d_n - r_n)), c = over / (1.0 + mu * mu);
+        const double e_n = d_n - mu * c, e_1 = d_1 + c * x_1 / length, e_2 = d_2 + c * x_2 / length;
+        const double slip = sqrt(e_n * e_n + e_1 * e_1 + e_2 * e_2);
+        const double stick = sqrt(d_n * d_n + speed * speed);
+        const double apart = sqrt(r_n * r_n + r_1 * r_1 + r_2 * r_2);
+        const double still = sqrt(u[0][l] * u[0][l] + u[1][l] * u[1][l] + u[2][l] * u[2][l]);
+        const double closing = fabs(u[0][l]), sticks = mu * x_n >= length ? 1.0 : 0.0;
+        const double presses = mu * length <= -x_n ? 0.0 : 1.0;
+        const double rubs = sticks > 0.0 ? stick : slip;
+        const double free = t * (presses > 0.0 ? (mu > 0.0 ? rubs : fabs(d_n)) : apart);
+        const double held = presses > 0.0 && r_n != 0.0 ? (sticks > 0.0 ? still : closing) : 0.0;
+
+        lack[l] = held > free ? held : free;
+        mode[l] = presses > 0.0 ? 1.0 + sticks : 0.0;
+    }
 }
 
-/* Into the cone, as in law.c. */
-static void clip(perp__single *s, int32_t k)
+PERP__MULTIVERSION(clip_all, (perp__single * s), (s))
 {
-    double *r = &PERP__OF(s->r, k, 0);
-    const double pressure = r[0] > 0.0 ? r[0] : 0.0, radius = s->mu[k] * pressure;
-    const double length = norm2(r[LANES], r[2 * LANES]);
-    const double share = length > radius ? radius / length : 1.0;
-
-    r[0] = pressure;
-    r[LANES] = radius > 0.0 ? share * r[LANES] : 0.0;
-    r[2 * LANES] = radius > 0.0 ? share * r[2 * LANES] : 0.0;
+    for (int32_t g = 0; g < s->groups; g++)
+        clip(s, g);
 }
 
-/* |r - P_K(r - (u + s e_n) / t)| and the mode, as in law.c. */
-static double natural(const double *r, const double *u, double mu, double t, int32_t *mode)
+PERP__MULTIVERSION(find_lacks, (perp__single * s, double *lack, double *mode), (s, lack, mode))
 {
-    const double d[2] = {u[1] / t, u[2] / t}, speed = norm2(d[0], d[1]);
-    const double x[2] = {r[1] - d[0], r[2] - d[1]}, length = norm2(x[0], x[1]);
-    const double d_n = u[0] / t + mu * speed, x_n = r[0] - d_n;
-    double over, c;
-
-    *mode = PERP_CONTACT_SEPARATE;
-    if (mu * length <= -x_n || (mu == 0.0 && x_n <= 0.0))
-        return norm3(r);
-    *mode = mu * x_n >= length ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
-    if (mu == 0.0)
-        return fabs(d_n);
-    if (*mode == PERP_CONTACT_STICK)
-        return norm2(d_n, speed);
-    over = norm2(r[1], r[2]);
-    over += (d[0] * (d[0] - 2.0 * r[1]) + d[1] * (d[1] - 2.0 * r[2])) / (length + over) +
-            mu * (d_n - r[0]);
-    c = over / (1.0 + mu * mu);
-    return norm3(
-        (const double[3]){d_n - mu * c, d[0] + c * x[0] / length, d[1] + c * x[1] / length});
+    for (int32_t g = 0; g < s->groups; g++)
+        find_lack(s, g, lack + LANES * g, mode + LANES * g);
 }
 
 /* The largest |q| / root of a contact; 0 where squares might leave the range of numbers. */
@@ -222,11 +242,7 @@ static double find_drive(const perp__single *s)
     double drive = 0.0;
 
     for (int32_t k = 0; k < s->problem->contacts; k++) {
-        const double q[AXES] = {PERP__OF(s->drift, k, 0), PERP__OF(s->drift, k, 1),
-                                PERP__OF(s->drift, k, 2)};
-        const double own = norm3(q) / s->root[k];
-
-        drive = own > drive ? own : drive;
+        drive = s->own[k] > drive ? s->own[k] : drive;
         if (!(s->trace[k] > LEAST && s->trace[k] < 1.0 / LEAST))
             return 0.0;
     }
@@ -236,23 +252,19 @@ static double find_drive(const perp__single *s)
 /* The residuals, as they are or larger. Returns 0 where contacts that press separate. */
 static int32_t judge(perp__single *s, perp__evidence *worth)
 {
-    for (int32_t k = 0; k < s->problem->contacts; k++)
-        clip(s, k);
-    find_velocities(s);
-    s->omega = find_drive(s);
-    for (int32_t k = 0; k < s->problem->contacts; k++) {
-        const double r[AXES] = {PERP__OF(s->r, k, 0), PERP__OF(s->r, k, 1), PERP__OF(s->r, k, 2)};
-        const double u[AXES] = {PERP__OF(s->u, k, 0), PERP__OF(s->u, k, 1), PERP__OF(s->u, k, 2)};
-        const double error = 2.0 * (1.0 + s->mu[k]) * s->errors[k];
-        double lack = s->trace[k] * natural(r, u, s->mu[k], s->trace[k], &s->modes[k]), held = 0.0;
+    static const int32_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_SLIP, PERP_CONTACT_STICK};
+    double lacks[MOST], mode[MOST];
 
-        if (r[0] == 0.0)
-            s->modes[k] = PERP_CONTACT_SEPARATE;
-        else if (s->modes[k] == PERP_CONTACT_SEPARATE)
+    clip_all(s);
+    find_velocities(s);
+    find_lacks(s, lacks, mode);
+    for (int32_t k = 0; k < s->problem->contacts; k++) {
+        const double error = 2.0 * (1.0 + s->mu[k]) * s->errors[k], lack = lacks[k] + error;
+        const double r_n = PERP__OF(s->r, k, 0);
+
+        if (r_n != 0.0 && mode[k] == 0.0)
             return 0;
-        if (s->modes[k] != PERP_CONTACT_SEPARATE)
-            held = s->modes[k] == PERP_CONTACT_STICK ? norm3(u) : fabs(u[0]);
-        lack = (held > lack ? held : lack) + error;
+        s->modes[k] = r_n == 0.0 ? PERP_CONTACT_SEPARATE : modes[(int32_t)mode[k]];
         perp__raise_to(&worth->tested, lack / (s->root[k] * s->omega));
         perp__raise_to(&worth->own, lack / s->scales[k]);
     }
@@ -328,6 +340,7 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
     if (!is_single(problem))
         return 0;
     set_up(&s);
+    s.omega = find_drive(&s);
     if (!is_answer(&s, &worth, tol) && !(perp__single_guess(&s) && is_answer(&s, &worth, tol)))
         return 0;
     if (!may_hold(&s))

@@ -19,6 +19,7 @@ typedef struct perp__single {
     int32_t axes; /* of any contact that hold, at most */
     int32_t dims[MOST], modes[MOST], held[MOST];
     double mu[MOST], trace[MOST], root[MOST], omega;
+    double own[MOST];                  /* |q| / root */
     double scales[MOST], errors[MOST]; /* lengths of these */
     lane_numbers bias, r, u;
     lane_numbers scale;   /* |P| |P'| |r| + |q| */
