@@ -89,11 +89,6 @@ static perp_status misuse_lcp(void *handle)
     return perp_lcp_solver_solve(handle, NULL, NULL, NULL, NULL, NULL, NULL);
 }
 
-static void end_lcp(void *handle)
-{
-    perp_lcp_solver_destroy(handle);
-}
-
 static perp_status make_sensitivity(perp_context *context, void **made)
 {
     perp_lcp_sensitivity_info info;
@@ -109,11 +104,6 @@ static perp_status misuse_sensitivity(void *handle)
     return perp_lcp_sensitivity_places(handle, NULL);
 }
 
-static void end_sensitivity(void *handle)
-{
-    perp_lcp_sensitivity_destroy(handle);
-}
-
 static perp_status make_ncp(perp_context *context, void **made)
 {
     return perp_ncp_solver_create(context, (perp_ncp_solver **)made, NULL);
@@ -124,11 +114,6 @@ static perp_status misuse_ncp(void *handle)
     return perp_ncp_solver_setup(handle, NULL);
 }
 
-static void end_ncp(void *handle)
-{
-    perp_ncp_solver_destroy(handle);
-}
-
 static perp_status make_contact(perp_context *context, void **made)
 {
     return perp_contact_solver_create(context, (perp_contact_solver **)made, NULL);
@@ -137,11 +122,6 @@ static perp_status make_contact(perp_context *context, void **made)
 static perp_status misuse_contact(void *handle)
 {
     return perp_contact_solver_setup_delassus(handle, NULL, NULL);
-}
-
-static void end_contact(void *handle)
-{
-    perp_contact_solver_destroy(handle);
 }
 
 static perp_status make_friction(perp_context *context, void **made)
@@ -161,11 +141,6 @@ static perp_status misuse_friction(void *handle)
     return perp_load_friction_get(handle, NULL, 7);
 }
 
-static void end_friction(void *handle)
-{
-    perp_load_friction_destroy(handle);
-}
-
 static perp_status make_compliant(perp_context *context, void **made)
 {
     perp_matrix M = unit_matrix();
@@ -182,11 +157,6 @@ static perp_status make_compliant(perp_context *context, void **made)
 static perp_status misuse_compliant(void *handle)
 {
     return perp_compliant_linearise(handle, NULL, NULL, NULL, NULL, NULL);
-}
-
-static void end_compliant(void *handle)
-{
-    perp_compliant_destroy(handle);
 }
 
 static int32_t push(double *k, double t, const double *q, const double *v, void *user)
@@ -215,11 +185,6 @@ static perp_status misuse_mechanism(void *handle)
     return perp_mechanism_run(handle, NULL, NULL, NULL, 0.0, 1.0, 0.5, NULL, NULL, NULL, NULL);
 }
 
-static void end_mechanism(void *handle)
-{
-    perp_mechanism_destroy(handle);
-}
-
 static perp_status make_world(perp_context *context, void **made)
 {
     return perp_world_create(context, (perp_world **)made, NULL);
@@ -230,10 +195,20 @@ static perp_status misuse_world(void *handle)
     return perp_world_step(handle, NULL, -1.0);
 }
 
-static void end_world(void *handle)
-{
-    perp_world_destroy(handle);
-}
+/* The end of each kind. */
+#define END(kind)                        \
+    static void end_##kind(void *handle) \
+    {                                    \
+        perp_##kind##_destroy(handle);   \
+    }
+END(lcp_solver)
+END(lcp_sensitivity)
+END(ncp_solver)
+END(contact_solver)
+END(load_friction)
+END(compliant)
+END(mechanism)
+END(world)
 
 static const struct kind {
     const char *name;
@@ -241,11 +216,11 @@ static const struct kind {
     perp_status (*misuse)(void *handle); /* a call that fails, and so writes to the log */
     void (*end)(void *handle);
 } kinds[] = {
-    {"lcp solver", make_lcp, misuse_lcp, end_lcp},
-    {"sensitivity", make_sensitivity, misuse_sensitivity, end_sensitivity},
-    {"ncp solver", make_ncp, misuse_ncp, end_ncp},
-    {"contact solver", make_contact, misuse_contact, end_contact},
-    {"load friction", make_friction, misuse_friction, end_friction},
+    {"lcp solver", make_lcp, misuse_lcp, end_lcp_solver},
+    {"sensitivity", make_sensitivity, misuse_sensitivity, end_lcp_sensitivity},
+    {"ncp solver", make_ncp, misuse_ncp, end_ncp_solver},
+    {"contact solver", make_contact, misuse_contact, end_contact_solver},
+    {"load friction", make_friction, misuse_friction, end_load_friction},
     {"compliant", make_compliant, misuse_compliant, end_compliant},
     {"mechanism", make_mechanism, misuse_mechanism, end_mechanism},
     {"world", make_world, misuse_world, end_world},
