@@ -12,6 +12,7 @@
 #include <perp/perp.h>
 
 #include "piles.h"
+#include "run.h"
 
 #include "context.h"
 
@@ -58,12 +59,10 @@ static void build(tower *t)
 
 static void solve(tower *t, const double *r0)
 {
+    const perp_matrix W = run_dense(t->W, t->n);
     perp_contact_laws laws;
-    perp_matrix W;
 
     assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    assert_int_equal(perp_matrix_init(&W, sizeof W), 0);
-    assert_int_equal(perp_matrix_dense(&W, 0, t->n, t->n, t->W, t->n), 0);
     laws.contacts = t->n;
     laws.dim = 1;
     assert_int_equal(perp_contact_solve_delassus(context, t->r, t->u, t->modes, NULL, &t->result,
@@ -87,21 +86,18 @@ static void test_what_pressing_answers_to(void **state)
     static const double entries[16] = {1e-24, 0, 0, -1e-12, 0,      0, 0, 0,
                                        0,     0, 0, 0,      -1e-12, 0, 0, 1};
     static const double q[4] = {0, 1, 2, 1.07};
-    size_t m;
+    const perp_matrix W = run_dense(entries, 4);
 
     (void)state;
-    for (m = 0; m < METHODS; m++) {
+    for (size_t m = 0; m < METHODS; m++) {
         perp_contact_settings settings;
         perp_contact_result result;
         perp_contact_laws laws;
         double r[4], u[4];
-        perp_matrix W;
 
         assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
         assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
         assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-        assert_int_equal(perp_matrix_init(&W, sizeof W), 0);
-        perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, 4, 4, entries, 4);
         settings.method = methods[m];
         laws.contacts = laws.bilateral = 1;
         assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
@@ -125,10 +121,11 @@ static void solve_pair(pair *p, int32_t method, const double *r0)
     static const int32_t starts[] = {0, 1, 2, 3}, places[] = {0, 1, 2};
     static const double w[2] = {0};
     const int32_t by_W = p->W[0] > 0.0;
+    const perp_matrix W = run_dense(p->W, 2);
     perp_contact_dynamics dynamics;
     perp_contact_settings settings;
     perp_contact_laws laws;
-    perp_matrix M, H, W;
+    perp_matrix M, H;
 
     assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
     assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
@@ -136,10 +133,8 @@ static void solve_pair(pair *p, int32_t method, const double *r0)
     assert_int_equal(perp_contact_result_init(&p->result, sizeof p->result), 0);
     perp_matrix_init(&M, sizeof M);
     perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&W, sizeof W);
     perp_matrix_csc(&M, 3, 3, starts, places, p->mass);
     perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 2, 3, p->H, 3);
-    perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, 2, 2, p->W, 2);
     laws.contacts = 2;
     laws.dim = 1;
     settings.method = method;
@@ -270,7 +265,7 @@ static int32_t look(const perp_contact_progress *progress, void *user)
     return ++w->calls == w->stop_at;
 }
 
-static perp_contact_result run(const piles *p, const perp_contact_settings *settings)
+static perp_contact_result solve_pile(const piles *p, const perp_contact_settings *settings)
 {
     double *v = gen_allocate((size_t)p->n, sizeof *v),
            *r = gen_allocate((size_t)p->rows, sizeof *r);
@@ -324,17 +319,16 @@ static perp_contact_settings settings_of(int32_t method, int32_t limit)
 static void test_iterations_hold(void **state)
 {
     static const int32_t limits[] = {1, 2, 3, 7, 20, 60, 150};
-    size_t k;
     piles p;
 
     (void)state;
     make_pile(&p);
-    for (k = 0; k < sizeof limits / sizeof *limits; k++) {
+    for (size_t k = 0; k < sizeof limits / sizeof *limits; k++) {
         perp_contact_settings settings = settings_of(PERP_CONTACT_METHOD_SWEEP, limits[k]);
 
-        assert_true(run(&p, &settings).iterations <= 2 * limits[k]);
+        assert_true(solve_pile(&p, &settings).iterations <= 2 * limits[k]);
         settings = settings_of(PERP_CONTACT_METHOD_NEWTON, limits[k]);
-        assert_true(run(&p, &settings).iterations <= 2 * limits[k]);
+        assert_true(solve_pile(&p, &settings).iterations <= 2 * limits[k]);
     }
     piles_destroy(&p);
 }
@@ -344,7 +338,6 @@ static void test_iterations_hold(void **state)
 static void test_proximal_holds(void **state)
 {
     piles_options o = piles_defaults();
-    int32_t limit;
     piles p;
 
     (void)state;
@@ -353,10 +346,10 @@ static void test_proximal_holds(void **state)
     o.mass_ratio = 1e4;
     piles_make(&p, &o);
     assert_true(p.rows > 600);
-    for (limit = 1; limit <= 120; limit += limit < 40 ? 1 : 40) {
+    for (int32_t limit = 1; limit <= 120; limit += limit < 40 ? 1 : 40) {
         const perp_contact_settings settings = settings_of(PERP_CONTACT_METHOD_NEWTON, limit);
 
-        assert_true(run(&p, &settings).iterations <= limit);
+        assert_true(solve_pile(&p, &settings).iterations <= limit);
     }
     piles_destroy(&p);
 }
@@ -378,7 +371,7 @@ static void test_sweeps_go_on(void **state)
 
         settings.tol = 1e-3;
         piles_make(&p, &o);
-        assert_int_equal(run(&p, &settings).outcome, PERP_OUTCOME_SOLVED);
+        assert_int_equal(solve_pile(&p, &settings).outcome, PERP_OUTCOME_SOLVED);
         piles_destroy(&p);
     }
 }
@@ -402,7 +395,7 @@ static void test_iterations_of_all(void **state)
     piles_make(&p, &o);
     settings.monitor = look;
     settings.monitor_user = &w;
-    result = run(&p, &settings);
+    result = solve_pile(&p, &settings);
     for (m = 0; m < (int32_t)(sizeof w.last / sizeof *w.last); m++)
         seen += w.last[m];
     assert_true(w.last[PERP_CONTACT_METHOD_SWEEP] > 0);
@@ -414,17 +407,16 @@ static void test_iterations_of_all(void **state)
 /* A time that is over leaves one step of the method that is first, no more. */
 static void test_no_time(void **state)
 {
-    int32_t m;
     piles p;
 
     (void)state;
     make_pile(&p);
-    for (m = 0; m < METHODS; m++) {
+    for (int32_t m = 0; m < METHODS; m++) {
         perp_contact_settings settings = settings_of(methods[m], 0);
         perp_contact_result result;
 
         settings.time_limit = 1e-12;
-        result = run(&p, &settings);
+        result = solve_pile(&p, &settings);
         assert_int_equal(result.outcome, PERP_OUTCOME_TIME_LIMIT);
         assert_true(result.iterations <= 1);
     }
@@ -444,10 +436,10 @@ static void test_cut_short(void **state)
     make_pile(&p);
     settings.monitor = look;
     settings.monitor_user = &w;
-    begun = run(&p, &settings).residual;
+    begun = solve_pile(&p, &settings).residual;
     w.calls = 0;
     w.stop_at = 12; /* steps of which each but the first few halves the residual */
-    result = run(&p, &settings);
+    result = solve_pile(&p, &settings);
     assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
     assert_true(result.residual <= 0.1 * begun);
     piles_destroy(&p);
@@ -457,10 +449,8 @@ static void test_cut_short(void **state)
  * that is used up. */
 static void test_no_proof_without_budget(void **state)
 {
-    int32_t limit;
-
     (void)state;
-    for (limit = 0; limit <= 1; limit++) {
+    for (int32_t limit = 0; limit <= 1; limit++) {
         tower t = {.n = 2, .mass = {1.0, 1.0}};
 
         build(&t);
@@ -481,10 +471,8 @@ static void test_no_proof_without_budget(void **state)
 /* Impulses of 1e400 are none. */
 static void test_impulse_out_of_range(void **state)
 {
-    int32_t m;
-
     (void)state;
-    for (m = 0; m < METHODS; m++) {
+    for (int32_t m = 0; m < METHODS; m++) {
         tower t = {.n = 1, .mass = {1e200}};
 
         build(&t);
@@ -500,16 +488,14 @@ static void test_impulse_out_of_range(void **state)
 static void test_omega_out_of_range(void **state)
 {
     const double W[] = {1e-300}, q[] = {-1e300};
+    const perp_matrix view = run_dense(W, 1);
     double r[1] = {77.0}, u[1];
     perp_contact_result result;
     perp_contact_laws laws;
-    perp_matrix view;
 
     (void)state;
     assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
     assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), 0);
-    assert_int_equal(perp_matrix_dense(&view, 0, 1, 1, W, 1), 0);
     laws.contacts = 1;
     laws.dim = 1;
     assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, NULL, &laws,
