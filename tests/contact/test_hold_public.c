@@ -1,0 +1,179 @@
+/* Exact zeros through the public entrance, perp_contact_solve, which has to find the bodies itself:
+ * piles at rest, small bodies beside a large one, and a row that yields and so pins nothing. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#include "gen.h"
+#include "piles.h"
+
+static void test_public(void **state)
+{
+    static const int32_t classes[] = {PILES_COLUMN, PILES_TOWER, PILES_WALL};
+    perp_context *context = NULL;
+    int c, i;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    for (c = 0; c < 3; c++) {
+        piles_options o = piles_defaults();
+        perp_contact_dynamics dynamics;
+        perp_contact_result result;
+        perp_contact_laws laws;
+        double *v, *r, *u;
+        piles p;
+
+        o.class = classes[c];
+        o.contacts = 120;
+        o.mu = 0.8;
+        piles_make(&p, &o);
+        v = gen_allocate((size_t)p.n, sizeof *v);
+        r = gen_allocate((size_t)p.rows, sizeof *r);
+        u = gen_allocate((size_t)p.rows, sizeof *u);
+        assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+        assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+        assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+        dynamics.n = p.n;
+        dynamics.M = &p.M;
+        dynamics.H = &p.H;
+        laws.contacts = p.contacts;
+        laws.dims = p.dims;
+        laws.mu = p.mu;
+        assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, NULL, &laws,
+                                            &dynamics, p.f, p.w, NULL, NULL),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        for (i = 0; i < p.n; i++)
+            assert_true(v[i] == 0.0);
+        for (i = 0; i < p.rows; i++)
+            assert_true(u[i] == 0.0);
+        free(v);
+        free(r);
+        free(u);
+        piles_destroy(&p);
+    }
+    perp_context_destroy(context);
+}
+
+/* A tower of ten planar boxes beside an arm of twelve velocities: blocks of 3 and of 12. The boxes
+ * rest; the arm, with M = E + 0.1 and a push of 1 on each of its velocities, moves. */
+static void test_small_beside_large(void **state)
+{
+    enum { ARM = 12, BOXES = 10, SIZE = ARM + 3 * BOXES, CONTACTS = 2 * BOXES };
+    static double M[SIZE * SIZE], H[2 * CONTACTS * SIZE], f[SIZE], w[2 * CONTACTS], mu[CONTACTS];
+    double v[SIZE], r[2 * CONTACTS];
+    perp_matrix views[2];
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_context *context = NULL;
+
+    (void)state;
+    for (int i = 0; i < SIZE; i++) {
+        const int place = (i - ARM) % 3; /* x, z, angle */
+
+        for (int j = 0; j < ARM && i < ARM; j++)
+            M[i * SIZE + j] = 0.1 + (i == j);
+        if (i >= ARM)
+            M[i * SIZE + i] = place < 2 ? 1.0 : 1.0 / 6.0;
+        f[i] = i < ARM ? 1.0 : place == 1 ? -0.1 : 0.0;
+    }
+    for (int k = 0; k < CONTACTS; k++) {
+        const double x = k % 2 ? 0.5 : -0.5;
+
+        for (int side = 0; side < 2; side++) { /* the box above, half a side away; and below */
+            const double sign = side ? -1.0 : 1.0, z = side ? 0.5 : -0.5;
+            const int column = ARM + 3 * (k / 2 - side);
+
+            if (k / 2 - side < 0)
+                continue;
+            H[2 * k * SIZE + column + 1] = sign;
+            H[2 * k * SIZE + column + 2] = sign * x;
+            H[(2 * k + 1) * SIZE + column] = sign;
+            H[(2 * k + 1) * SIZE + column + 2] = -sign * z;
+        }
+        mu[k] = 0.5;
+    }
+    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
+    perp_contact_result_init(&result, sizeof result);
+    perp_contact_laws_init(&laws, sizeof laws);
+    for (int k = 0; k < 2; k++) {
+        perp_matrix_init(&views[k], sizeof views[k]);
+        views[k].rows = k ? 2 * CONTACTS : SIZE;
+        views[k].columns = SIZE;
+        views[k].leading_dimension = SIZE;
+        views[k].storage = (int32_t)PERP_STORAGE_ROW_MAJOR;
+        views[k].values = k ? H : M;
+    }
+    dynamics.n = SIZE, dynamics.M = &views[0], dynamics.H = &views[1];
+    laws.contacts = CONTACTS, laws.dim = 2, laws.mu = mu;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result, NULL, &laws,
+                                        &dynamics, f, w, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    for (int i = 0; i < SIZE; i++) {
+        if (i < ARM)
+            assert_true(fabs(v[i] - 1.0 / 2.2) <= 1e-14);
+        else
+            assert_true(v[i] == 0.0);
+    }
+    perp_context_destroy(context);
+}
+
+/* One rod of compliance c, b = -1: G v + c s = 1, M v = G s. With a G of 1e-9 rounding leaves
+ * nothing of G v beside c s = 1, but v = 1e-9 / (M c) all the same: a row that yields pins nothing.
+ */
+static void test_yielding_row(void **state)
+{
+    static const double G = 1e-9, f = 0.0, b = -1.0, c = 0.02;
+    perp_context *context = NULL;
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix M, H, row;
+    const double mass = 1.0;
+    double v, r, u;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
+    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
+    assert_int_equal(perp_matrix_init(&row, sizeof row), 0);
+    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &mass, 1);
+    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 0, 1, &mass, 1);
+    perp_matrix_dense(&row, PERP_STORAGE_ROW_MAJOR, 1, 1, &G, 1);
+    laws.bilateral = 1;
+    laws.compliance = &c;
+    dynamics.n = 1;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    dynamics.G = &row;
+    assert_int_equal(perp_contact_solve(context, &v, &r, &u, NULL, NULL, &result, NULL, &laws,
+                                        &dynamics, &f, NULL, &b, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(fabs(v - 5e-8) <= 1e-14 && u == 0.0);
+    perp_context_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_public),
+        cmocka_unit_test(test_yielding_row),
+        cmocka_unit_test(test_small_beside_large),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
