@@ -18,14 +18,17 @@
 #include "world/collide/meeting.h"
 #include "linalg/spatial.h"
 
-/* How often an open pair may join; rounds in which doubtful meetings wait for others; and rounds
- * after which what still meets is left to the projection. */
+/* How often an open pair may join, one that bounces too; rounds in which doubtful meetings wait for
+ * others; and rounds after which what still meets is left to the projection. */
 #define MAX_JOINS 3
+#define MAX_BOUNCES 6
 #define PATIENCE 8
 #define MAX_ROUNDS 24
 
-/* Radians in a step beyond which a linear contact says little. */
-#define LARGE_TURN 0.25
+/* Radians in a step beyond which the first meeting says little of the next corner (measured on
+ * boxes that tumble and bounce: less takes longer and leaves no less overlap). */
+#define LARGE_TURN 0.02
+#define SMALL_TURN 1e-3
 
 static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {
@@ -493,16 +496,19 @@ static perp_status look_for_new_motions(perp_world *world, double h)
 }
 
 /* A pair that met before is looked at again where a body turns so far that its first meeting says
- * little of the next corner. */
+ * little of the next corner; what bounces hits with one corner after the other. */
 static int32_t is_worth_a_look(const perp_world *world, const perp__pair *pair, double h)
 {
-    const double *a = world->motions[world->shapes[pair->first].body].moving;
-    const double *b = world->motions[world->shapes[pair->second].body].moving;
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    const double *spin_a = world->motions[a->body].moving + 3;
+    const double *spin_b = world->motions[b->body].moving + 3;
+    const int32_t bounces = a->restitution > 0.0 || b->restitution > 0.0;
 
     if (!pair->open || !is_new(world, pair))
         return 0;
-    return pair->joined == 0 || (pair->joined < MAX_JOINS &&
-                                 h * (perp__length3(a + 3) + perp__length3(b + 3)) > LARGE_TURN);
+    return pair->joined == 0 || (pair->joined < (bounces ? MAX_BOUNCES : MAX_JOINS) &&
+                                 h * (perp__length3(spin_a) + perp__length3(spin_b)) >
+                                     (bounces ? SMALL_TURN : LARGE_TURN));
 }
 
 static void meet_share(perp_world *world, perp__share *share, double h)
@@ -529,7 +535,7 @@ static perp_status join_meetings(perp_world *world, double h)
         perp__motion *a = &world->motions[world->shapes[pair->first].body];
         perp__motion *b = &world->motions[world->shapes[pair->second].body];
 
-        if (!pair->met)
+        if (!pair->met || pair->joined > 0) /* what has joined is part of the motion */
             continue;
         a->earliest = fmin(a->earliest, pair->meeting.time);
         b->earliest = fmin(b->earliest, pair->meeting.time);

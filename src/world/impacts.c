@@ -374,6 +374,26 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     return PERP_OK;
 }
 
+/* Whether the mean velocity until t keeps the chosen contacts further apart than that at the end of
+ * the interval `left`: what was hit leaves and comes back, which the latter knows nothing of. */
+static int32_t mean_is_better(const perp_world *world, const perp__island *island, double t,
+                              double left)
+{
+    const perp__island_work *work = &world->work;
+    double by_mean = 0.0, by_end = 0.0;
+
+    for (int32_t i = 0; i < work->count; i++) {
+        const int32_t k = work->chosen[i];
+        const double gap = work->gap[k] + perp__step_contact(world, island, k)->rounding;
+        const double end = normal_of(world, i, work->v, island->bodies, 1);
+        const double start = normal_of(world, i, work->now, island->bodies, 1);
+
+        by_end = fmin(by_end, gap + t * end);
+        by_mean = fmin(by_mean, gap + t * (start + 0.5 * t / left * (end - start)));
+    }
+    return by_mean > by_end;
+}
+
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
  * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
  * would close, its way need not. */
@@ -402,7 +422,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         if (!work->hit[i])
             perp__add_impulse(world, island, i, perp__step_contact(world, island, i)->next,
                               t / *left);
-    go(world, island, t, mean, *left);
+    go(world, island, t, mean || mean_is_better(world, island, t, *left), *left);
     if (*done)
         return PERP_OK;
     move_gaps(world, island, t);

@@ -155,6 +155,52 @@ static void meetings_are_the_first_contacts(void **context)
             }
 }
 
+/* Height of corner (x, -0.1) of a box that turns from 1e-3 to -2e-4 rad, above the face y = 0.1.
+ */
+static double height(const encounter *e, double x, double t)
+{
+    const double angle = 1e-3 + t * e->moving[1].turn[2];
+    return e->placed[1].position[1] + t * e->moving[1].way[1] + x * sin(angle) - 0.1 * cos(angle) -
+           0.1;
+}
+
+/* A box turns about its left corner, just above a face, until its right one comes down on that:
+ * along the face's normal the boxes come no nearer for most of the way. The time by bisection. */
+static void one_corner_stays(void **context)
+{
+    (void)context;
+    const perp__nearness near = {1e-9, 1e-12, 1e-13};
+    const double gap = 1e-7, tilt = 1e-3, turn = -1.2e-3;
+    for (int planar = 0; planar < 2; planar++) {
+        perp__meeting meeting;
+        encounter e;
+        double open = 0.0, closed = 1.0;
+        memset(&e, 0, sizeof e);
+        e.shapes[0] = scene_box(1.0, 0.1, planar ? 0.0 : 1.0);
+        e.shapes[1] = scene_box(0.1, 0.1, planar ? 0.0 : 0.1);
+        e.placed[0] = scene_place(&e.shapes[0], 0.0, 0.0, 0.0);
+        e.placed[1] = scene_place(&e.shapes[1], 0.0, 0.0, 0.0);
+        scene_planar_rotation(e.placed[1].rotation, tilt);
+        e.placed[1].position[1] = 0.1 + gap + 0.1 * cos(tilt) + 0.1 * sin(tilt);
+        for (int side = 0; side < 2; side++) {
+            e.moving[side].start = &e.placed[side];
+            e.moving[side].reach = side == 0 ? 1.5 : 0.2;
+            memcpy(e.moving[side].centre, e.placed[side].position, 3 * sizeof(double));
+        }
+        e.moving[1].turn[2] = turn;
+        e.moving[1].way[1] = 0.1 * (sin(tilt + turn) + cos(tilt + turn) - sin(tilt) - cos(tilt));
+        assert_true(fabs(height(&e, -0.1, 1.0) - gap) <= 1e-15); /* the left corner is back */
+        assert_true(height(&e, 0.1, 0.0) > 0.0 && height(&e, 0.1, 1.0) < 0.0);
+        for (int k = 0; k < 60; k++) {
+            const double t = 0.5 * (open + closed);
+            *(height(&e, 0.1, t) > 0.0 ? &open : &closed) = t;
+        }
+        assert_true(perp__meet(&e.moving[0], &e.moving[1], planar, &near, &meeting));
+        /* near.rounding, and 20 halvings of the way at worst */
+        assert_true(fabs(meeting.time - closed) <= 1e-6);
+    }
+}
+
 /* Points of a meeting along its axis: on both surfaces, with the normal from A to B. */
 static void points_of_meetings(void **context)
 {
@@ -201,6 +247,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(meetings_are_the_first_contacts),
+        cmocka_unit_test(one_corner_stays),
         cmocka_unit_test(points_of_meetings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -25,6 +25,11 @@
 
 #define MAX_LOOKS 160
 
+/* After so many, which one corner that stays and another that comes down can need for next to no
+ * way, the end of the stretch is looked at, and the closing found from both sides. */
+#define MANY_LOOKS 16
+#define HALVINGS 12
+
 /* How far the way of a ball may bend between two looks, in terms of the smaller shape. */
 #define BEND 1e-3
 #define MAX_REFINEMENTS 20
@@ -362,6 +367,17 @@ static double find_closing(course *on, double open, double closed, double roundi
     return closed;
 }
 
+/* The same where what the last axis lacks has a kink between the two. */
+static double halve(course *on, double open, double closed, double rounding)
+{
+    for (int look = 0; look < HALVINGS; look++) {
+        const double t = 0.5 * (open + closed);
+
+        *(look_at(on, t) > 0.0 ? &open : &closed) = t;
+    }
+    return find_closing(on, open, closed, rounding);
+}
+
 /* Whether one of the axes of the start keeps the shapes apart all the way. */
 static int32_t one_axis_keeps(const course *on, const perp__nearness *near, perp__meeting *meeting)
 {
@@ -446,6 +462,14 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
                 t = find_closing(&on, last, t, near->rounding);
             set_meeting(&on, t, bare, near, meeting);
             return 1;
+        }
+        if (look % MANY_LOOKS == MANY_LOOKS - 1) {
+            if (look_at(&on, end) < -near->rounding) {
+                t = halve(&on, t, end, near->rounding);
+                set_meeting(&on, t, bare, near, meeting);
+                return 1;
+            }
+            look_at(&on, t);
         }
         due = on.turning && on.last == axis && lacks < before
                   ? lacks * (t - last) / (before - lacks)
