@@ -10,8 +10,8 @@
  * neighbours have to do with would change here; in the third, over what is near (parts.c), the
  * former maximum is right where light bodies lie on heavy ones, the latter where rows have
  * different units. In both, S_j is what impulses can answer to: nothing of a contact that opens, of
- * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j), as where W is semidefinite;
- * a contact with more of another, in a W that no mechanics has, excuses nobody.
+ * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j) where W is semidefinite: a
+ * contact with more, of another or of itself, in a W that no mechanics has, excuses nobody.
  */
 #include <math.h>
 #include <string.h>
@@ -223,33 +223,6 @@ static int32_t is_open(const perp_contact_solver *solver)
     return 0;
 }
 
-/* out := |W| |x| + |add|, with couplings that are no larger than those of a semidefinite W can be:
- * larger ones, of a W that no mechanics has, would excuse all that their rows lack. */
-static void couple(perp_contact_solver *solver, const double *x, const double *add, double *out)
-{
-    const perp__matrix *W = &solver->W;
-
-    if (solver->has_bodies) {
-        absolute(solver, x, add, out);
-        return;
-    }
-    for (int32_t i = 0; i < W->rows; i++)
-        out[i] = fabs(add[i]);
-    for (int32_t j = 0; j < W->columns; j++) {
-        const int32_t *starts = W->column_starts;
-        const double root = solver->root[solver->unit_of[j]];
-
-        for (int32_t k = starts ? starts[j] : 0; k < (starts ? starts[j + 1] : W->rows); k++) {
-            const int32_t i = starts ? W->row_indices[k] : k;
-            const size_t at =
-                starts ? (size_t)k : (size_t)i * W->row_stride + (size_t)j * W->column_stride;
-
-            out[i] +=
-                fmin(fabs(W->values[at]), solver->root[solver->unit_of[i]] * root) * fabs(x[j]);
-        }
-    }
-}
-
 /* Terms of contact k that impulses have to do with, and in push[...], zeros before, what these may
  * be: friction cannot answer to more than tol of what all of it, turned round, would change, and to
  * what its normal has to do with. */
@@ -280,14 +253,6 @@ static double answerable(const perp_contact_solver *solver, int32_t k, double *p
     return terms;
 }
 
-/* Whether a coupling is more than rounding beyond what a semidefinite W can have. */
-static int32_t is_beyond(double coupling, double root_a, double root_b)
-{
-    const double noise = NOISE * fmax(root_a, root_b);
-
-    return coupling > (1.0 + NOISE) * root_a * root_b + noise * noise;
-}
-
 /* beyond[k] := whether contact k has such a coupling, in a W that no mechanics has. */
 static void find_beyond(const perp_contact_solver *solver, double *beyond)
 {
@@ -299,7 +264,7 @@ static void find_beyond(const perp_contact_solver *solver, double *beyond)
     while (!solver->has_bodies && perp__advance(&c)) {
         const int32_t a = solver->unit_of[c.i], b = solver->unit_of[c.j];
 
-        if (a != b && is_beyond(fabs(c.value), solver->root[a], solver->root[b]))
+        if (fabs(c.value) > (1.0 + NOISE) * solver->root[a] * solver->root[b])
             beyond[a] = beyond[b] = 1.0;
     }
 }
@@ -325,7 +290,7 @@ static void widen(perp_contact_solver *solver, double *wide)
         perp__raise_to(&solver->most_speed[solver->near[k]], terms);
         perp__raise_to(&solver->most_energy[solver->near[k]], terms / solver->root[k]);
     }
-    couple(solver, push, solver->scale, moves);
+    absolute(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->units; k++) {
         wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
                   share * fmin(solver->most_speed[solver->near[k]],

@@ -354,10 +354,10 @@ static void test_momentum_beside_noise(void **state)
 }
 
 /* u_n = 1/2 and next to no impulse obey the law to 1e-12, but not as a contact that presses, whose
- * u_n would be told to be 0. */
+ * u_n would be told to be 0. W = 3: the square of its root is less by rounding. */
 static void test_modes_must_hold(void **state)
 {
-    static const rig leaves = {1, 1, 0, {1}, {0}, {0.5}, {0}};
+    static const rig leaves = {1, 1, 0, {3}, {0}, {0.5}, {0}};
     static const int8_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_STICK, PERP_CONTACT_SLIP};
     size_t k;
 
@@ -405,6 +405,23 @@ static void test_what_is_sound(void **state)
                 solver->call = NULL;
                 perp_contact_solver_destroy(solver);
             }
+}
+
+/* W = c c', c = (1, -1e-150): r = (1e160, 0) balances both, contact 1 is not told from one that
+ * presses, and the 2e310 that its terms are as an impulse are beyond the range of doubles. What
+ * contact 0 has too much, 1e-6, is judged beside the terms of each alone. */
+static void test_neighbours_that_overflow(void **state)
+{
+    static const rig two = {2, 1, 0, {1, -1e-150, -1e-150, 1e-300}, {0}, {-1e160, 1e10}, {0}};
+    perp_contact_solver *solver = solved(&two, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    solver->r[0] = (1.0 + 1e-6) * 1e160;
+    solver->r[1] = 0.0;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(fabs(worth.own / 0.5e-6 - 1.0) <= 1e-5);
+    perp_contact_solver_destroy(solver);
 }
 
 /* A ball that leaves with 1e200, and beside it a joint that is to stop 1e307. What the ball's speed
@@ -469,6 +486,42 @@ static void test_no_mechanics_no_excuse(void **state)
     perp_contact_solver_destroy(solver);
 }
 
+/* Contacts that close with 1e-6, which is little beside their terms, 2, but not little enough. The
+ * first is coupled with one of t = 1e-30 by 5e-13: rounding beside 1, but 500 times what there can
+ * be, and no excuse. The other one has 1e6 between its normal and its tangent, with t = 2: it is no
+ * excuse to itself. */
+static void test_no_mechanics_within(void **state)
+{
+    static const struct {
+        rig p;
+        double r[4], terms;
+    } cases[] = {
+        {{2, 1, 0, {1e-30, 5e-13, 5e-13, 1}, {0}, {-5e-13, -1 - 1e-6}, {0}}, {0, 1}, 2},
+        /* what balances it has t = 2 and terms of 2: 1 more */
+        {{2,
+          2,
+          0,
+          {1, 1e6, 1, 0, 1e6, 1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1},
+          {0},
+          {-1 - 1e-6, 0, -1, 0},
+          {0}},
+         {0, 0, 1, 0},
+         3},
+    };
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        perp_contact_solver *solver = solved(&cases[k].p, 1);
+        perp__contact_worth worth;
+
+        memcpy(solver->r, cases[k].r, (size_t)solver->size * sizeof *solver->r);
+        assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+        assert_true(fabs(worth.own * cases[k].terms / 1e-6 - 1.0) <= 1e-4);
+        perp_contact_solver_destroy(solver);
+    }
+}
+
 /* Two contacts of a body at which 1 comes, the one without friction on what passes by with 1e10. No
  * impulse has to do with that speed, and it excuses nothing of what the other lacks. */
 static void test_speeds_that_friction_cannot_answer(void **state)
@@ -500,9 +553,11 @@ int main(void)
         cmocka_unit_test(test_momentum_beside_noise),
         cmocka_unit_test(test_modes_must_hold),
         cmocka_unit_test(test_what_is_sound),
+        cmocka_unit_test(test_neighbours_that_overflow),
         cmocka_unit_test(test_overflow_excuses_nothing),
         cmocka_unit_test(test_couplings_of_no_mechanics),
         cmocka_unit_test(test_no_mechanics_no_excuse),
+        cmocka_unit_test(test_no_mechanics_within),
         cmocka_unit_test(test_speeds_that_friction_cannot_answer),
     };
 
