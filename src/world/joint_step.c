@@ -323,6 +323,8 @@ void perp__time_joints(perp_world *world, double t)
 
 /* ---- what came out ---- */
 
+/* A bound is just that, whatever a method made of the row that stands for it: beside impulses that
+ * are larger by 1e10 that row is solved to tol of those. */
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share)
 {
     const perp__island_work *work = &world->work;
@@ -330,12 +332,16 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
     for (int32_t i = work->count; i < work->units; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
         perp__joint *joint = &world->joints[unit->joint];
+        const perp__rigid_rows *rows = &work->rows[i];
         const int32_t is_bounded = i < work->inequalities && unit->slot >= PERP__SLOT_MOTOR;
         const double *r = impulse + 3 * (i - work->count) + is_bounded;
+        const double most = is_bounded ? 0.0 - rows->bias[0] / rows->compliance[0] : INFINITY;
 
         for (int32_t k = 0; k < unit->dim - is_bounded; k++) {
-            joint->impulse[unit->slot + k] += share * r[k];
-            joint->next_warm[unit->slot + k] = r[k];
+            const double push = fmin(fmax(r[k], -most), most);
+
+            joint->impulse[unit->slot + k] += share * push;
+            joint->next_warm[unit->slot + k] = push;
         }
     }
 }
