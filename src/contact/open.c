@@ -105,6 +105,13 @@ static perp_status find_W(perp_contact_solver *solver, int32_t *made)
                                                         &solver->bodies, &solver->W, made);
 }
 
+/* Whether the matrix or what is to be opened overflows where the gaps' rows are by themselves: then
+ * no velocity opens them, and the step is none the worse. */
+static int32_t refuses(perp_status status)
+{
+    return status == PERP_ERROR_NOT_FINITE || status == PERP_ERROR_ARGUMENT;
+}
+
 /* p, from the last one. */
 static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s,
                          perp__contact_opening *own, double yield, int32_t *solved)
@@ -116,13 +123,13 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
     copy(solver, s, own, yield);
     PERP__THEN(status, set_up(solver, s, own));
     if (status != PERP_OK)
-        return status;
+        return refuses(status) ? PERP_OK : status;
     own->solver->proves = 0;
     own->solver->brief = yield == 0.0;
     call.r0 = own->gaps == s->gap_count ? own->start : NULL;
     status = perp__contact_solve(own->solver, &call);
     *solved = status == PERP_OK && perp__is_good(result.outcome);
-    return status;
+    return refuses(status) ? PERP_OK : status;
 }
 
 static perp_status open(perp_contact_solver *solver, perp_contact_step *s,

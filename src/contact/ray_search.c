@@ -81,7 +81,8 @@ static void fill(perp_contact_solver *solver)
                     : 0.0;
 }
 
-/* The LCP of M, q and lower, within what is left of the time limit. */
+/* The LCP of M, q and lower, within what is left of the time limit. One whose numbers overflow in
+ * the units of fill() is none: it stalls, and nothing is found by it. */
 static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 {
     perp__contact_ray *own = &solver->feasibility;
@@ -94,6 +95,10 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
     settings.max_iterations = solver->settings.max_iterations;
     PERP__THEN(status, perp__lcp_set(own->lcp, &settings));
     PERP__THEN(status, perp_lcp_result_init(result, sizeof *result));
+    result->outcome = PERP_OUTCOME_STALLED;
+    if (!perp__all_finite(own->M, (size_t)own->n * (size_t)own->n) ||
+        !perp__all_finite(own->q, (size_t)own->n))
+        return status;
     PERP__THEN(status, perp__lcp_setup(own->lcp, &M, own->lower, NULL));
     PERP__THEN(status,
                perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL));

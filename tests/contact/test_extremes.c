@@ -1,4 +1,5 @@
-/* The edge of sticking at every scale, and towers of very different masses. */
+/* The edge of sticking at every scale, towers of very different masses, and numbers at the ends of
+ * what there is. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -121,11 +122,52 @@ static void test_two_blocks(void **state)
             }
 }
 
+/* What methods solve inside, the LCP of the polyhedra and that of the proof, overflows in the units
+ * of these contacts. W and q are finite: that nobody finds an answer is an outcome, no refusal. */
+static void test_inner_problems_that_overflow(void **state)
+{
+    static const double W[4] = {3.8e160, -6.8e123, -6.8e123, 1.08e93}, q[2] = {1.7e308, -1.7e308};
+    static const double mu[2] = {0.0, 0.0};
+    int32_t k, cone;
+
+    (void)state;
+    for (k = 0; k < METHODS; k++)
+        for (cone = 0; cone <= 4; cone += 4) {
+            const int32_t pivots =
+                methods[k] == PERP_CONTACT_METHOD_AUTO || methods[k] == PERP_CONTACT_METHOD_LEMKE;
+            perp_contact_settings settings;
+            perp_contact_result result;
+            perp_contact_laws laws;
+            perp_matrix view;
+            double r[2], u[2];
+
+            if (cone > 0 && !pivots)
+                continue;
+            assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+            assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+            assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+            assert_int_equal(perp_matrix_init(&view, sizeof view), 0);
+            assert_int_equal(perp_matrix_dense(&view, 0, 2, 2, W, 2), 0);
+            settings.method = methods[k];
+            settings.cone = cone;
+            laws.contacts = 2;
+            laws.dim = 1;
+            laws.mu = mu;
+            if (perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings, &laws,
+                                            &view, q, NULL) != PERP_OK)
+                fail_msg("%s, cone %d: %s", perp_contact_method_text(methods[k]), (int)cone,
+                         perp_context_message(context));
+            assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
+            assert_true(isfinite(r[0]) && isfinite(r[1]) && isfinite(u[0]) && isfinite(u[1]));
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_edge_of_sticking),
         cmocka_unit_test(test_two_blocks),
+        cmocka_unit_test(test_inner_problems_that_overflow),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

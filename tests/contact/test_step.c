@@ -269,6 +269,21 @@ static void test_whole_rows(void **state)
     require_usable(b);
 }
 
+/* The block a star of 1e20 kg, 1e300 m deep in the table: the step is a step, and what would open
+ * that is beyond numbers. */
+static void test_overlaps_beyond_numbers(void **state)
+{
+    block *b = *state;
+    double shift[N] = {1.0, 2.0, 3.0};
+
+    b->mass[0] = b->mass[1] = 1e20;
+    b->gaps[3] = -1e300;
+    b->step.shift = shift, b->step.slop = 0.0, b->step.correction = 1.0;
+    advance(b);
+    assert_int_equal(b->step.shifts, 0);
+    assert_true(shift[0] == 1.0 && shift[1] == 2.0 && shift[2] == 3.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -282,6 +297,7 @@ int main(void)
         TEST(test_overlaps_are_taken_away),
         TEST(test_overlaps_close_nothing_else),
         TEST(test_overlaps_that_contradict_each_other),
+        TEST(test_overlaps_beyond_numbers),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -22,6 +22,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "contact/law.h"
 #include "contact/pyramid/pyramid.h"
 
@@ -113,6 +114,15 @@ static void set_sides(perp__pyramid *p, const double *r, const double *u)
     }
 }
 
+/* Whether M and q are numbers: in the units of their contacts they may overflow where W and q are
+ * at the ends of what there is. */
+static int32_t can_be_posed(const perp__pyramid *p)
+{
+    const size_t n = (size_t)p->n;
+
+    return perp__all_finite(p->M, n * n) && perp__all_finite(p->q, n);
+}
+
 static int32_t watch(const perp_lcp_progress *progress, void *user)
 {
     const perp__contact_control *control = user;
@@ -159,6 +169,10 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     if (status != PERP_OK || !perp__pyramid_fill_impulses(p))
         return status; /* with the start */
     perp__pyramid_fill_speeds(p);
+    if (!can_be_posed(p)) { /* the caller's numbers are finite: no error of theirs */
+        iterate->outcome = PERP_OUTCOME_STALLED;
+        return PERP_OK;
+    }
     status = prepare(p);
     PERP__THEN(status, perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q, NULL));
     if (status != PERP_OK)
