@@ -138,7 +138,7 @@ void dynamics_reduce(const laws_problem *p, const dynamics_problem *d, double li
     }
 }
 
-/* What the terms of a contact's rows amount to as impulses. */
+/* What the terms of a contact's rows amount to as impulses: their length, as in the library. */
 static wide *find_impulses(const laws_problem *p, const wide *W, const wide *t)
 {
     wide *impulses = fuzz_take(p->rows, sizeof *impulses);
@@ -146,20 +146,24 @@ static wide *find_impulses(const laws_problem *p, const wide *W, const wide *t)
 
     for (l = 0; l < p->count; l++) {
         const oracle_law *law = &p->law[l];
-        wide trace = 0, most = 0;
+        wide trace = 0, most = 0, squares = 0;
 
         for (k = law->block; k < law->block + law->block_rows; k++) {
             trace += W[k * p->rows + k];
             most = t[k] > most ? t[k] : most;
         }
+        for (k = law->block; most > 0 && k < law->block + law->block_rows; k++)
+            squares += (t[k] / most) * (t[k] / most);
         for (k = law->first; k < law->first + law->rows; k++)
-            impulses[k] = trace > 0 ? most / trace : 0;
+            impulses[k] = trace > 0 ? most * oracle_sqrt(squares) / trace : 0;
     }
     return impulses;
 }
 
-/* M v = f + H'r + G's, row by row. Impulses carry roundings of their contact's terms; beside a
- * velocity that the rows which hold make 0.0, whatever the impulses, they are known to tol of them.
+/* M v = f + H'r + G's, row by row. Impulses carry roundings of their contact's terms. A velocity
+ * that the rows which hold make 0.0, whatever the impulses, may take what docs/contact.md says:
+ * 10 tol of what the terms of the contacts push, by which impulses may be wrong, and 1e-7 of that,
+ * which M^-1 loses, as it loses it whatever tol is.
  * 1e-6: solves with M, of a condition below 10 in each block; 2^-960: smaller numbers have lost
  * digits to underflow. */
 static void check_rows(const laws_problem *p, const dynamics_problem *d, double tol,
@@ -173,9 +177,8 @@ static void check_rows(const laws_problem *p, const dynamics_problem *d, double 
         wide sum = -(wide)d->f[i], size = oracle_abs(sum), known = (wide)1e-6;
 
         for (j = 0; j < n; j++)
-            if (d->M.dense[i * n + j] != 0.0 && v[j] == 0.0 &&
-                10.0 * tol > 1e-12) /* size is times 1e-6 below */
-                known = 10.0 * tol / 1e-6;
+            if (d->M.dense[i * n + j] != 0.0 && v[j] == 0.0)
+                known = (10.0 * tol + 1e-7) / 1e-6; /* size is times 1e-6 below */
         for (j = 0; j < n + rows; j++) {
             wide a = j < n ? d->M.dense[i * n + j]
                      : j - n < rows - d->bilateral
