@@ -1,10 +1,14 @@
 /* What is kept of a step's joints: what a caller reads, what the next step starts from, and whether
  * that lets their bodies sleep (rest.c). */
+#include <math.h>
 #include <string.h>
 
 #include "base/groups.h"
 #include "linalg/spatial.h"
 #include "world/joints.h"
+
+/* Places farther off than this may have no difference. */
+#define FAR 1e300
 
 /* Impulses of the step on B, and where the coordinate is now. */
 static void read_state(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
@@ -35,6 +39,28 @@ static void read_state(const perp_world *world, const perp__joint *joint, perp__
     perp__add3(last->moment, -1.0, taken);
     for (int32_t row = 0; row < 2 && world->settings.planar; row++)
         last->moment[row] = 0.0;
+}
+
+perp_status perp__check_joints(const perp_world *world)
+{
+    for (int32_t i = 0; i < world->joint_slots; i++) {
+        const perp__joint *joint = &world->joints[i];
+        perp__joint_view view;
+        double most = 0.0;
+
+        if (!perp__joint_works(world, i))
+            continue;
+        for (int32_t side = 0; side < 2; side++)
+            most = fmax(most, fmax(perp__largest3(world->next[joint->body[side]].position),
+                                   perp__largest3(joint->anchors[side])));
+        if (most < FAR)
+            continue;
+        perp__view_of_states(world, joint, world->next, world->joint_states[i].coordinate, &view);
+        if (!isfinite(view.coordinate))
+            return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                              "the step takes joint %d beyond the range of numbers", (int)i);
+    }
+    return PERP_OK;
 }
 
 void perp__keep_joints(perp_world *world)

@@ -38,6 +38,8 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
 int32_t perp__limits_last(const perp_world *world);
 perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem);
+/* Refuses next states between which a joint's coordinate is no number. */
+perp_status perp__check_joints(const perp_world *world);
 /* What the step made of joints becomes their last one's. */
 void perp__keep_joints(perp_world *world);
 /* Rows of all joints, those asleep too. */

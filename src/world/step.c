@@ -179,6 +179,7 @@ static perp_status advance(perp_world *world, double h, perp_world_stats *stats,
     PERP__THEN(status, perp__project_overlaps(world, &changed));
     if (status == PERP_OK && changed)
         status = check(world, perp__find_infinite(world));
+    PERP__THEN(status, perp__check_joints(world));
     add_time(clock, &stats->seconds_project);
     return status;
 }
