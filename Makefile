@@ -116,7 +116,8 @@ BLAS_LIBS :=
 endif
 LIBRARY_LIBS = $(strip $(KLU_LIBS) $(BLAS_LIBS) -lm)
 
-# After CFLAGS, so that the environment can't contract a product and a sum by accident.
+# After CFLAGS, so that the environment can't contract a product and a sum by accident. Nobody reads
+# errno after a square root: loops that take some become lanes.
 STANDARD := -std=c99 -fPIC -ffp-contract=off -fno-math-errno
 COMPILE = $(CC) $(CPPFLAGS) $(CFLAGS) $(STANDARD) $(SANITIZE_FLAGS) $(WARNINGS)
 LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(KLU_CFLAGS) $(BLAS_CFLAGS) \

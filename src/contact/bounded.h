@@ -50,8 +50,8 @@ typedef struct perp__contact_bounded {
     int32_t *dims, *two_sided;    /* units */
     double *mu, *rolling, *spinning, *compliance;
     double *f, *w, *b, *r0, *work; /* of a call; f: or q */
-    double *load,
-        *away; /* own size: |q| at the impulses nearest to 0, and x less what it is there */
+    double *load;                  /* own size: |q| at the impulses nearest to 0 */
+    double *away;                  /* own size: x + away is counted from those */
 } perp__contact_bounded;
 
 /* Counts what the methods get: own->units, own_rows, free. `rows` of `contacts` come before. */

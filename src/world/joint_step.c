@@ -306,25 +306,35 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
     perp__time_joints(world, work->length);
 }
 
+/* The force or moment that bounds a unit of a motor or of dry friction. */
+static double bound_of(const perp_world *world, const perp__joint_unit *unit)
+{
+    const perp__joint_state *state = &world->joint_states[unit->joint];
+
+    return unit->slot == PERP__SLOT_MOTOR ? state->force : state->friction;
+}
+
 void perp__time_joints(perp_world *world, double t)
 {
     perp__island_work *work = &world->work;
 
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
-        const perp__joint_state *state = &world->joint_states[unit->joint];
 
         if (unit->slot >= PERP__SLOT_MOTOR)
-            work->rows[i].bias[0] =
-                -work->rows[i].compliance[0] *
-                (t * (unit->slot == PERP__SLOT_MOTOR ? state->force : state->friction));
+            work->rows[i].bias[0] = -work->rows[i].compliance[0] * (t * bound_of(world, unit));
     }
 }
 
 /* ---- what came out ---- */
 
-/* A bound is just that, whatever a method made of the row that stands for it: beside impulses that
- * are larger by 1e10 that row is solved to tol of those. */
+static double within(double x, double most)
+{
+    return fmin(fmax(x, -most), most);
+}
+
+/* A bound is just that, of the whole step too, whatever a method made of the row that stands for
+ * it: beside impulses that are larger by 1e10 that row is solved to tol of those. */
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share)
 {
     const perp__island_work *work = &world->work;
@@ -332,16 +342,15 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
     for (int32_t i = work->count; i < work->units; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
         perp__joint *joint = &world->joints[unit->joint];
-        const perp__rigid_rows *rows = &work->rows[i];
         const int32_t is_bounded = i < work->inequalities && unit->slot >= PERP__SLOT_MOTOR;
         const double *r = impulse + 3 * (i - work->count) + is_bounded;
-        const double most = is_bounded ? 0.0 - rows->bias[0] / rows->compliance[0] : INFINITY;
+        const double most = is_bounded ? work->length * bound_of(world, unit) : INFINITY;
 
         for (int32_t k = 0; k < unit->dim - is_bounded; k++) {
-            const double push = fmin(fmax(r[k], -most), most);
+            double *sum = &joint->impulse[unit->slot + k];
 
-            joint->impulse[unit->slot + k] += share * push;
-            joint->next_warm[unit->slot + k] = push;
+            *sum = within(*sum + share * r[k], most);
+            joint->next_warm[unit->slot + k] = within(r[k], most);
         }
     }
 }

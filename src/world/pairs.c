@@ -596,19 +596,3 @@ void perp__forget_shape(perp_world *world, int32_t i)
     unlink_shape(world, &world->bodies[shape->body].first_shape,
                  offsetof(perp__shape, next_of_body), i);
 }
-
-void perp__enlist_shape(perp_world *world, int32_t i)
-{
-    perp__shape *shape = &world->shapes[i];
-
-    shape->leaf = shape->first_link = NONE;
-    shape->mark = 0;
-    shape->next_of_body = world->bodies[shape->body].first_shape;
-    world->bodies[shape->body].first_shape = i;
-    perp__disturb(world, shape->body);
-    if (is_plane(world, i)) {
-        shape->next_plane = world->first_plane;
-        world->first_plane = i;
-        world->planes_changed = 1;
-    }
-}

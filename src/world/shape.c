@@ -108,6 +108,24 @@ void perp__remove_shapes(perp_world *world, int32_t body)
     world->bodies[body].shapes = 0;
 }
 
+/* A new shape goes on the lists of its body's, and of the half-spaces; its pairs come with the next
+ * step. */
+static void enlist(perp_world *world, int32_t i)
+{
+    perp__shape *shape = &world->shapes[i];
+
+    shape->leaf = shape->first_link = -1;
+    shape->mark = 0;
+    shape->next_of_body = world->bodies[shape->body].first_shape;
+    world->bodies[shape->body].first_shape = i;
+    perp__disturb(world, shape->body);
+    if (shape->geometry.kind == PERP__PLANE) {
+        shape->next_plane = world->first_plane;
+        world->first_plane = i;
+        world->planes_changed = 1;
+    }
+}
+
 /* Puts `shape`, complete but for body and slot, on the body. */
 static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body body_id,
                                 const perp__shape *shape)
@@ -135,7 +153,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     world->shapes[slot].alive = 1;
     world->shapes[slot].body = body;
     world->shapes[slot].generation = generation;
-    perp__enlist_shape(world, slot);
+    enlist(world, slot);
     include_shape(&world->bodies[body], &world->shapes[slot]);
     world->stats.shapes++;
     if (id)

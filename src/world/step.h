@@ -57,8 +57,7 @@ static inline void perp__unsettle(perp_world *world, int32_t body)
     world->motions[body].repeats = 0;
     world->motions[body].placed = 0;
 }
-/* A shape that is new, or about to be removed. */
-void perp__enlist_shape(perp_world *world, int32_t shape);
+/* A shape that is about to be removed. */
 void perp__forget_shape(perp_world *world, int32_t shape);
 
 /* rest.c */

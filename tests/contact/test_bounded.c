@@ -409,6 +409,17 @@ static void test_infeasible(void **state)
         }
 }
 
+/* Two bilateral rows after three with such bounds. */
+static void begin(both_problem *p, const double *lower, const double *upper)
+{
+    memset(p, 0, sizeof *p);
+    p->bounded = 3;
+    p->bilateral = 2;
+    p->size = 5;
+    memcpy(p->lower, lower, 3 * sizeof *lower);
+    memcpy(p->upper, upper, 3 * sizeof *upper);
+}
+
 /* Two bilateral rows that contradict each other, beside a row that slides at a bound far off: every
  * multiple of (3, -1) proves it, and no bound that is moved makes the problem solvable. */
 static void test_infeasible_beside_far_bounds(void **state)
@@ -421,10 +432,7 @@ static void test_infeasible_beside_far_bounds(void **state)
         both_problem p;
         both_answer a;
 
-        memset(&p, 0, sizeof p);
-        p.bounded = 3;
-        p.bilateral = 2;
-        p.size = 5;
+        begin(&p, lower, upper);
         p.n = 1;
         p.M[0] = 2.0;
         p.f[0] = 1.0;
@@ -432,8 +440,6 @@ static void test_infeasible_beside_far_bounds(void **state)
             p.H[i * MOST] = row[i];
             p.w[i] = w[i];
         }
-        memcpy(p.lower, lower, sizeof lower);
-        memcpy(p.upper, upper, sizeof upper);
         both_by_dynamics(&p, methods[m], 0, NULL, &a);
         assert_int_equal(a.result.outcome, PERP_OUTCOME_RAY);
         assert_int_equal(a.result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
@@ -455,16 +461,12 @@ static void test_starts_beside_far_bounds(void **state)
         both_problem p;
         both_answer a;
 
-        memset(&p, 0, sizeof p);
-        p.bounded = 3;
-        p.bilateral = 2;
-        p.size = p.n = 5;
+        begin(&p, lower, upper);
+        p.n = 5;
         for (int i = 0; i < 25; i++)
             p.W[i / 5 * MOST + i % 5] = W[i];
         for (int i = 0; i < 5; i++)
             p.q[i] = 1.0;
-        memcpy(p.lower, lower, sizeof lower);
-        memcpy(p.upper, upper, sizeof upper);
         both_by_delassus(&p, methods[m], start, &a);
         for (int i = 0; a.result.outcome == PERP_OUTCOME_SOLVED && i < 5; i++) {
             double u = 1.0, terms = 1.0;

@@ -73,27 +73,22 @@ void dynamics_make(fuzz_bytes *bytes, fuzz_mood mood, const laws_problem *p, dyn
         d->dynamics.M = &d->M.view;
 }
 
-/* What v_k is known to where f, that acts, has roundings: |M^-1| |f|. */
-static wide acting(const dynamics_problem *d, const wide *inverse, int32_t k)
+/* What velocities are known to where f, that acts, has roundings: |M^-1| |f|. */
+static wide *find_acting(const dynamics_problem *d)
 {
-    wide sum = 0;
-    int32_t j;
+    int32_t n = d->n, k;
+    wide *M = oracle_wide(n * n, d->M.dense), *X = fuzz_take(n * n, sizeof *X);
+    wide *acting = fuzz_take(n, sizeof *acting);
 
-    for (j = 0; j < d->n; j++)
-        sum += oracle_abs(inverse[k * d->n + j]) * oracle_abs(d->f[j]);
-    return sum;
-}
-
-static wide *invert(const dynamics_problem *d)
-{
-    wide *M = oracle_wide(d->n * d->n, d->M.dense), *X = fuzz_take(d->n * d->n, sizeof *X);
-    int32_t k;
-
-    for (k = 0; k < d->n * d->n; k++)
-        X[k] = k % (d->n + 1) == 0;
-    if (!oracle_solve(d->n, d->n, M, X))
+    for (k = 0; k < n * n; k++)
+        X[k] = k % (n + 1) == 0;
+    if (!oracle_solve(n, n, M, X))
         fuzz_fail("the target's M is singular");
-    return X;
+    for (k = 0; k < n; k++)
+        acting[k] = 0;
+    for (k = 0; k < n * n; k++)
+        acting[k / n] += oracle_abs(X[k]) * oracle_abs(d->f[k % n]);
+    return acting;
 }
 
 /* X = M^-1 (rows' and f), in 113 bits. */
@@ -102,7 +97,7 @@ void dynamics_reduce(const laws_problem *p, const dynamics_problem *d, double li
 {
     int32_t n = d->n, rows = p->rows, i, j, k;
     wide *M = oracle_wide(n * n, d->M.dense), *X = fuzz_take(n * (rows + 1), sizeof *X);
-    wide *all = fuzz_take(rows * n, sizeof *all), *inverse = invert(d), most = 0;
+    wide *all = fuzz_take(rows * n, sizeof *all), *acting = find_acting(d), most = 0;
 
     for (i = 0; i < rows; i++)
         for (j = 0; j < n; j++)
@@ -123,7 +118,7 @@ void dynamics_reduce(const laws_problem *p, const dynamics_problem *d, double li
         t[i] = oracle_abs(d->w[i]);
         /* a velocity that is 0 is so to rounding of f and of the others; doubles end at 2^-1074 */
         for (k = 0; k < n; k++)
-            t[i] += oracle_abs(all[i * n + k]) * (acting(d, inverse, k) * 4 * DBL_EPSILON / limit +
+            t[i] += oracle_abs(all[i * n + k]) * (acting[k] * 4 * DBL_EPSILON / limit +
                                                   most * (wide)0x1p-80 + (wide)0x1p-1074 / limit);
         for (j = 0; j <= rows; j++) {
             wide sum = 0, size = 0;
