@@ -118,10 +118,11 @@ static void column_product(const perp_lcp_solver *solver, const double *y, int32
 
 /* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
  * class of M. y is in solver->z; all in the scaled problem's units, with one omega for all parts.
- */
+ * Sizes count what is lost to rounding, `lost` what is lost below the least normal number. */
 static int32_t proves_infeasible(perp_lcp_solver *solver)
 {
-    double *y = solver->witness.around, total = 0.0, size = 0.0;
+    const double rounding = 2.0 * (double)solver->n * DBL_EPSILON;
+    double *y = solver->witness.around, total = 0.0, size = 0.0, lost = 0.0;
     int32_t omega = INT32_MIN, i;
 
     for (i = 0; i < solver->n; i++) {
@@ -133,6 +134,7 @@ static int32_t proves_infeasible(perp_lcp_solver *solver)
 
         total += q * y[i];
         size += fabs(q * y[i]);
+        lost += DBL_MIN * (1.0 + y[i]);
     }
     for (i = 0; i < solver->n; i++) {
         const double lower = perp__shift(solver->lower[i], -solver->exponents[i] - omega);
@@ -143,9 +145,10 @@ static int32_t proves_infeasible(perp_lcp_solver *solver)
         if (!(sum <= (double)solver->n * DBL_EPSILON * DBL_EPSILON * terms))
             return 0;
         total += sum * lower;
-        size += fabs(sum * lower);
+        size += (fabs(sum) + rounding * terms) * fabs(lower);
+        lost += DBL_MIN * (1.0 + terms);
     }
-    return total < -2.0 * (double)solver->n * DBL_EPSILON * size;
+    return total < -(rounding * size + lost);
 }
 
 /* x rounded to 24 bits. */

@@ -266,6 +266,8 @@ static void test_what_a_proof_is(void **state)
          inf},
         /* M'y = (2^-1100, -2^-600): feasible with z_0 = 2^500 */
         {2, {1, 0, 0x1p-500, -1}, {1, -1}, {0, 0x1p-600}, 0, 0, inf},
+        /* y'q = 8 - 2^-51, the first of which underflows in units of 2^1023 */
+        {2, {0, 0, 0, 0}, {0x1p-57, -0x1p1023}, {0x1p60, 0x1p-1074}, 0, 0, inf},
     };
     size_t k;
     int32_t i;
