@@ -41,7 +41,7 @@ struct perp_contact_sensitivity {
     double *v, *r, *u;                 /* the point */
     double *K, *work;                  /* count by count, and its factors; 4 count */
     int32_t *pivots, *iwork;           /* count */
-    double *units, *weights;           /* size: of impulses; of velocities */
+    double *units;                     /* size: of impulses, over those of the problem */
     double *push, *dv, *free, *low;    /* n */
     double *d, *dr, *image, *step, *y; /* size */
     double *dmu;                       /* contacts */
@@ -87,12 +87,16 @@ static void apply_E(const perp_contact_sensitivity *s, double *x)
             x[i] = 0.0;
     for (int32_t k = 0; k < s->slips; k++) {
         const part *p = &s->parts[k];
-        double *y = x + p->row, along = 0.0;
+        double *y = x + p->row;
 
-        for (int32_t i = 0; i < p->size; i++)
-            along += p->e[i] * y[i];
-        for (int32_t i = 0; i < p->size; i++)
-            y[i] = p->size == 1 ? 0.0 : p->c * (y[i] - p->e[i] * along);
+        if (p->size == 1) {
+            y[0] = 0.0;
+        } else { /* 1 - e e' by what is square to e: nothing cancels */
+            const double across = p->c * (p->e[0] * y[1] - p->e[1] * y[0]);
+
+            y[0] = -p->e[1] * across;
+            y[1] = p->e[0] * across;
+        }
     }
 }
 
@@ -193,10 +197,7 @@ static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info 
     for (int32_t i = s->rows; i < s->size; i++)
         s->moves[i] = 1;
     for (int32_t i = 0; i < s->size; i++) {
-        const int32_t unit = s->solver->unit_of[own_row(s, i)];
-
-        s->units[i] = s->solver->omega[unit] / s->solver->root[unit];
-        s->weights[i] = 1.0 / (s->solver->root[unit] * s->solver->omega[unit]);
+        s->units[i] = 1.0 / s->solver->root[s->solver->unit_of[own_row(s, i)]];
         if (s->moves[i])
             s->active[s->count++] = i;
     }
@@ -246,7 +247,7 @@ static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_
         status = image_of(s, s->dr);
         s->dr[s->active[j]] = 0.0;
         for (size_t i = 0; i < count; i++) {
-            s->K[i + j * count] = s->weights[s->active[i]] * s->image[s->active[i]];
+            s->K[i + j * count] = s->units[s->active[i]] * s->image[s->active[i]];
             sum += fabs(s->K[i + j * count]);
         }
         norm = sum > norm || isnan(sum) ? sum : norm;
@@ -260,19 +261,16 @@ static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_
     return PERP_OK;
 }
 
-/* x := -K^-1 x, or -K^-T x, between velocities and impulses; 0 on rows that are not active. */
+/* x := -K^-1 x, or -K^-T x, from velocities to impulses; 0 on rows that are not active. */
 static void solve(perp_contact_sensitivity *s, double *x, int32_t transposed)
 {
-    const double *before = transposed ? s->units : s->weights;
-    const double *after = transposed ? s->weights : s->units;
-
     for (int32_t k = 0; k < s->count; k++)
-        s->step[k] = before[s->active[k]] * x[s->active[k]];
+        s->step[k] = s->units[s->active[k]] * x[s->active[k]];
     if (s->count > 0)
         perp__lu_solve(s->count, s->K, s->count, s->pivots, s->step, transposed);
     memset(x, 0, (size_t)s->size * sizeof *x);
     for (int32_t k = 0; k < s->count; k++)
-        x[s->active[k]] = -after[s->active[k]] * s->step[k];
+        x[s->active[k]] = -s->units[s->active[k]] * s->step[k];
 }
 
 /* ---- life ---------------------------------------------------------------------------------- */
@@ -294,8 +292,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)s->n, size = (size_t)s->size, contacts = (size_t)s->contacts;
 
     PERP__DOUBLES(arena, n, &s->v, &s->push, &s->dv, &s->free, &s->low);
-    PERP__DOUBLES(arena, size, &s->r, &s->u, &s->units, &s->weights, &s->d, &s->dr, &s->image,
-                  &s->step, &s->y);
+    PERP__DOUBLES(arena, size, &s->r, &s->u, &s->units, &s->d, &s->dr, &s->image, &s->step, &s->y);
     s->K = perp__arena_take(arena, size, size * sizeof(double));
     s->work = perp__arena_take(arena, size, 4 * sizeof(double));
     PERP__INTEGERS(arena, size, &s->active, &s->pivots, &s->iwork);

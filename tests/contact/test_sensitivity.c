@@ -296,6 +296,23 @@ static void test_slip(void **state)
     perp_contact_sensitivity_destroy(b.s);
 }
 
+/* It slips along (1, h), h = 1e-14, with |f_t| = 2 mu r_n: g_r = (0, 1, 1) has the share -(1 - h)
+ * of (-h, 1) as its gradient in w. The first of these is
+ * rounding where (1, h) is cut out by a difference; 1e-10: rounding of a few products of h. */
+static void test_slip_along_an_axis(void **state)
+{
+    const double h = 1e-14, r[3] = {10.0, -5.0, -5.0 * h}, gr[3] = {0.0, 1.0, 1.0};
+    block b = block_pushed(0.0);
+    double y[3];
+    (void)state;
+    b.f[0] = 10.0;
+    b.f[1] = 10.0 * h;
+    assert_int_equal(open_block(&b, r), PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_adjoint(b.s, NULL, y, NULL, NULL, NULL, gr), PERP_OK);
+    assert_true(fabs(y[1] - h) <= 1e-10 * h && fabs(y[2] + 1.0) <= 1e-13);
+    perp_contact_sensitivity_destroy(b.s);
+}
+
 /* It sticks: v = 0 whatever changes but w, which is the plane's velocity. */
 static void test_stick(void **state)
 {
@@ -341,6 +358,47 @@ static void test_verdicts(void **state)
     perp_contact_sensitivity_destroy(b.s);
 }
 
+/* Two equations with compliance c, joined by W_12 = 3 / m alone, that carry impulses 1e16 apart:
+ * db = (0, 1) has dr = -W^-1 db = (W_12, -W_11) / det W, to rounding of each. */
+static void test_far_impulses(void **state)
+{
+    const double m = 0x1p56, c = 0x1p-7, M[4] = {m, 0.0, 0.0, m}, G[4] = {1.0, 1.0, 1.0, 2.0};
+    const double compliance[2] = {c, c}, f[2] = {0.0, 0.0}, b[2] = {0x1p55, -1.0};
+    const double W[3] = {c + 2.0 / m, 3.0 / m, c + 5.0 / m}, det = W[0] * W[2] - W[1] * W[1];
+    const double r[2] = {(W[1] * b[1] - W[2] * b[0]) / det, (W[1] * b[0] - W[0] * b[1]) / det};
+    const double db[2] = {0.0, 1.0};
+    perp_contact_laws laws;
+    perp_contact_dynamics dynamics;
+    perp_contact_sensitivity_info info;
+    perp_contact_sensitivity *s;
+    perp_matrix matrices[3];
+    double dr[2];
+    (void)state;
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    assert_int_equal(perp_contact_sensitivity_info_init(&info, sizeof info), PERP_OK);
+    for (int k = 0; k < 3; k++) { /* M, G, and H without rows */
+        assert_int_equal(perp_matrix_init(&matrices[k], sizeof matrices[k]), PERP_OK);
+        assert_int_equal(perp_matrix_dense(&matrices[k], PERP_STORAGE_ROW_MAJOR, k == 2 ? 0 : 2, 2,
+                                           k == 0 ? M : G, 2),
+                         PERP_OK);
+    }
+    dynamics.n = 2;
+    dynamics.M = &matrices[0];
+    dynamics.G = &matrices[1];
+    dynamics.H = &matrices[2];
+    laws.compliance = compliance;
+    assert_int_equal(
+        perp_contact_sensitivity_create(context, &s, &info, NULL, &laws, &dynamics, f, NULL, b, r),
+        PERP_OK);
+    assert_int_equal(
+        perp_contact_sensitivity_forward(s, NULL, dr, NULL, NULL, db, NULL, NULL, NULL, NULL),
+        PERP_OK);
+    assert_true(fabs(dr[0] - W[1] / det) <= 1e-12 * W[1] / det);
+    assert_true(fabs(dr[1] + W[0] / det) <= 1e-12 * W[0] / det);
+    perp_contact_sensitivity_destroy(s);
+}
+
 static void test_redundant(void **state)
 {
     const double M = 1.0, H[2] = {1.0, 1.0}, f = -1.0, w[2] = {0.0, 0.0}, r[2] = {0.5, 0.5};
@@ -375,9 +433,10 @@ static void test_redundant(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_differences), cmocka_unit_test(test_slip),
-        cmocka_unit_test(test_stick),       cmocka_unit_test(test_verdicts),
-        cmocka_unit_test(test_redundant),
+        cmocka_unit_test(test_differences),        cmocka_unit_test(test_slip),
+        cmocka_unit_test(test_slip_along_an_axis), cmocka_unit_test(test_stick),
+        cmocka_unit_test(test_verdicts),           cmocka_unit_test(test_redundant),
+        cmocka_unit_test(test_far_impulses),
     };
     return cmocka_run_group_tests(tests, make, destroy);
 }
