@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* As in orthogonal.c and clusters.c. */
+/* As in held_rows.c and hold.c. */
 #define RANK_TOLERANCE 1e-8
 #define PIVOT_THRESHOLD 0.5
 #define SPAN 1e-10
@@ -183,7 +183,7 @@ PERP__KERNEL static void find_left(const perp__single *s, int32_t at, double *le
 }
 
 /* v = v_free + C move, and exactly 0.0 the coordinates that the rows that hold determine, as in
- * clusters.c: those of whose rows of C the basis leaves nothing. */
+ * hold.c: those of whose rows of C the basis leaves nothing. */
 PERP__KERNEL static void move_body(perp__single *s, const double *move, int32_t n)
 {
     double whole[ROOM], left[ROOM];
