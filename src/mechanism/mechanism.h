@@ -320,21 +320,9 @@ typedef struct perp__run {
 perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, double h,
                            const perp_mechanism_step *step);
 
-/* ---- mechanism_read.c ---- */
+/* ---- mechanism.c ---- */
 perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
                                           const perp_mechanism_settings *settings);
-/* Polyhedra of friction are not for contacts that hold both ways. */
-perp_status perp__mechanism_check_cone(perp_context *context,
-                                       const perp_mechanism_settings *settings,
-                                       const perp_mechanism_model *model);
-/* Checks sizes, callbacks and every number. */
-perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_model *own,
-                                       const perp_mechanism_model *model);
-/* Sizes of a model that was read; then, once there is room, its numbers. */
-void perp__mechanism_sizes(perp_mechanism *m, const perp_mechanism_model *model);
-void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model);
-
-/* ---- mechanism.c ---- */
 /* A struct that begins with PERP__WORK, 0 behind it but for what `layout` (NULL: none yet) takes;
  * NULL without memory, and the message says so. And its end; NULL is accepted. */
 void *perp__work_create(perp_mechanism *m, size_t size, perp__layout layout);

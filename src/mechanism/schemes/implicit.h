@@ -61,25 +61,6 @@ struct perp__implicit {
     char message[PERP__MESSAGE_SIZE];
 };
 
-/* ---- implicit_problem.c ---- */
-/* The most unknowns that the mechanism's problems have with polygons of so many edges. */
-int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges);
-/* Numbers the unknowns of what m->included says and writes their bounds; m->begin and m->answer
- * are those of the frozen step. */
-void perp__implicit_number(perp_mechanism *m, perp__implicit *s);
-/* z := what m->answer says. */
-void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z);
-/* h times the bound, or mu |r_N|; and how much |r_N| grows with normal impulse i. */
-double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
-                             const perp__implicit_disc *disc, const double *z);
-double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
-                            const double *z);
-/* The direction of force i: of a tangent, or of an edge of the polygon. */
-void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
-
-/* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
-void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w);
-
 /* ---- implicit_function.c ---- */
 /* F and its Jacobian, for the solver; user: the mechanism. */
 int32_t perp__implicit_function(double *F, const double *z, void *user);
@@ -92,6 +73,13 @@ double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t ro
                                 double before);
 
 /* ---- implicit.c ---- */
+/* h times the bound, or mu |r_N|; and how much |r_N| grows with normal impulse i. */
+double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
+                             const perp__implicit_disc *disc, const double *z);
+double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
+                            const double *z);
+/* The direction of force i: of a tangent, or of an edge of the polygon. */
+void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
 /* m->implicit for these settings, in *made; NULL where their scheme is another. */
 perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
                                   const perp_mechanism_settings *settings);
