@@ -43,15 +43,14 @@ static void to_blocks(const perp__bodies *b, const double *x, double *y)
 
 enum { ROWS_MOST = 6 };
 
-/* out := P y + add, or |P| y + add */
+/* out += P y, or |P| y */
 PERP__KERNEL static void times_unit(int32_t width, int32_t rows, int32_t absolute,
-                                    const perp__bodies *b, int32_t k, const double *y,
-                                    const double *add, double *out)
+                                    const perp__bodies *b, int32_t k, const double *y, double *out)
 {
     double sum[ROWS_MOST];
 
     for (int32_t i = 0; i < rows; i++)
-        sum[i] = add ? add[b->rows[k] + i] : 0.0;
+        sum[i] = out[b->rows[k] + i];
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
         const double *x = y + (int64_t)b->piece_blocks[piece] * width;
@@ -64,12 +63,10 @@ PERP__KERNEL static void times_unit(int32_t width, int32_t rows, int32_t absolut
         out[b->rows[k] + i] = sum[i];
 }
 
-PERP__MULTIVERSION(times_y,
-                   (const perp__bodies *b, const double *y, const double *add, double *out),
-                   (b, y, add, out))
+PERP__MULTIVERSION(times_y, (const perp__bodies *b, const double *y, double *out), (b, y, out))
 {
     for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, y, add, out);
+        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, y, out);
 }
 
 /* y += P'r, or |P|'|r| */
@@ -142,7 +139,7 @@ PERP__MULTIVERSION_SHARED(perp__absolute_bodies,
     for (int32_t i = 0; i < b->size; i++)
         out[i] = fabs(add[i]) + fabs(b->compliance[i] * x[i]);
     for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, y, out, out);
+        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, y, out);
 }
 
 void perp__bodies_force(const perp__bodies *b, const double *f)
@@ -154,7 +151,9 @@ void perp__bodies_force(const perp__bodies *b, const double *f)
 void perp__bodies_multiply(const perp__bodies *b, const double *r, const double *q, double *u)
 {
     perp__bodies_gather(b, r, b->y);
-    times_y(b, b->y, q, u);
+    for (int32_t i = 0; i < b->size; i++)
+        u[i] = q ? q[i] : 0.0;
+    times_y(b, b->y, u);
     for (int32_t i = 0; i < b->size; i++)
         u[i] += b->compliance[i] * r[i];
 }

@@ -41,7 +41,7 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
     }
     perp__proximal_push(s, part, s->x, s->v);
     for (int32_t k = 0; k < sweeps && s->outcome < 0; k++) {
-        perp__proximal_split(s, part, rho, k == 0, s->v, s->z, s->y, s->x, s->way);
+        perp__proximal_split(s, part, rho, k == 0);
         memcpy(s->v + (size_t)part->block * (size_t)s->width,
                s->way + (size_t)part->block * (size_t)s->width,
                (size_t)(part->last_block - part->block) * (size_t)s->width * sizeof *s->v);

@@ -35,7 +35,7 @@ static double length_of(const double *x, int32_t begin, int32_t end)
 double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
                                const double *v)
 {
-    perp__proximal_visit(s, part, rho, v, s->x, s->z, s->y, s->way);
+    perp__proximal_visit(s, part, rho, v);
     for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
         s->way[i] = v[i] - s->way[i];
     return length_of(s->way, part->block * s->width, part->last_block * s->width);
@@ -110,7 +110,7 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
     for (int32_t step = 1; step <= STEPS && s->factorisations < s->limit; step++) {
         const double before = size;
 
-        perp__proximal_slopes(s, part, rho, s->z);
+        perp__proximal_slopes(s, part, rho);
         s->factorisations++;
         if (!perp__proximal_factor(s, part))
             return -step;

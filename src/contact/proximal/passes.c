@@ -110,11 +110,17 @@ PERP__KERNEL static void project_unit(int32_t d, double radius, const perp__disc
         x[i] = reach * z[i];
 }
 
-/* The rows of a disc, `size` of them from the first on, of P'(z): K by columns. both: normals that
- * hold both ways. */
-static void slope_disc(int32_t side, int32_t both, int32_t first, int32_t size, double radius,
-                       double pressed, double rho, const double *z, double *K)
+/* A disc of a unit: `size` rows from the first on; both: normals that hold both ways. */
+typedef struct disc {
+    int32_t both, first, size;
+    double radius, pressed;
+} disc;
+
+/* Its rows of P'(z): K by columns. */
+static void slope_disc(int32_t side, const disc *own, double rho, const double *z, double *K)
 {
+    const int32_t both = own->both, first = own->first, size = own->size;
+    const double radius = own->radius, pressed = own->pressed;
     const double reach = radius * pressed, *x = z + first;
     const double length = size == 1 ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1]);
 
@@ -147,10 +153,13 @@ static void slope_unit(const perp__proximal *s, int32_t k, double rho, const dou
         return;
     for (int32_t i = 0; i < first; i++)
         K[side * i + i] = rho;
-    for (int32_t p = 0, at = first; discs && p < discs->count; at += discs->sizes[p++])
-        slope_disc(side, both, at, discs->sizes[p], discs->radii[p], pressed, rho, z, K);
+    for (int32_t p = 0, at = first; discs && p < discs->count; at += discs->sizes[p++]) {
+        const disc own = {both, at, discs->sizes[p], discs->radii[p], pressed};
+
+        slope_disc(side, &own, rho, z, K);
+    }
     if (!discs && d > 1)
-        slope_disc(side, 0, 1, d - 1, s->radius[k], z[0], rho, z, K);
+        slope_disc(side, &(disc){0, 1, d - 1, s->radius[k], z[0]}, rho, z, K);
 }
 
 /* kernel(width, d, ...) with constants for the usual contacts. */
@@ -178,43 +187,42 @@ static void clear(const perp__proximal *s, const perp__proximal_part *part, doub
 }
 
 PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                    double rho, const double *v, const double *x, double *z,
-                                    double *x_new, double *way)
+                                    double rho, const double *v)
 {
     const int32_t at = s->starts[k];
-    double u[PERP__UNIT_ROWS_MOST], change[PERP__UNIT_ROWS_MOST];
+    const double *x = s->x;
+    double *z = s->z, *y = s->y, u[PERP__UNIT_ROWS_MOST], change[PERP__UNIT_ROWS_MOST];
 
     move_unit(width, d, s, k, v, s->speed + at, u);
     for (int32_t i = 0; i < d; i++)
         z[at + i] = x[at + i] - rho * u[i];
-    project_unit(d, s->radius[k], discs_of(s, k), z + at, x_new + at);
+    project_unit(d, s->radius[k], discs_of(s, k), z + at, y + at);
     for (int32_t i = 0; i < d; i++)
-        change[i] = x_new[at + i] - x[at + i];
-    push_unit(width, d, s, k, change, way);
+        change[i] = y[at + i] - x[at + i];
+    push_unit(width, d, s, k, change, s->way);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_visit,
                           (const perp__proximal *s, const perp__proximal_part *part, double rho,
-                           const double *v, const double *x, double *z, double *x_new, double *way),
-                          (s, part, rho, v, x, z, x_new, way))
+                           const double *v),
+                          (s, part, rho, v))
 {
-    clear(s, part, way);
+    clear(s, part, s->way);
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(visit_unit, s, k, s, k, rho, v, x, z, x_new, way);
+        WITH_KIND(visit_unit, s, k, s, k, rho, v);
 }
 
 /* Relaxation of the speeds (Eckstein & Bertsekas, Math. Programming 55 (1992) 293). */
 #define RELAXATION 1.6
 
 PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                    double rho, int32_t first, const double *v, double *z,
-                                    double *y, double *r, double *right)
+                                    double rho, int32_t first)
 {
     const int32_t at = s->starts[k];
-    double u[PERP__UNIT_ROWS_MOST], push[PERP__UNIT_ROWS_MOST];
+    double *z = s->z, *y = s->y, *r = s->x, u[PERP__UNIT_ROWS_MOST], push[PERP__UNIT_ROWS_MOST];
     double negative[PERP__UNIT_ROWS_MOST] = {0.0};
 
-    move_unit(width, d, s, k, v, s->q + at, u);
+    move_unit(width, d, s, k, s->v, s->q + at, u);
     for (int32_t i = 0; i < d; i++) {
         if (!first)
             u[i] = RELAXATION * u[i] + (1.0 - RELAXATION) * y[at + i];
@@ -226,18 +234,17 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
         y[at + i] = (z[at + i] + r[at + i]) / rho;
         push[i] = r[at + i] - rho * (s->q[at + i] - y[at + i]);
     }
-    push_unit(width, d, s, k, push, right);
+    push_unit(width, d, s, k, push, s->way);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_split,
                           (const perp__proximal *s, const perp__proximal_part *part, double rho,
-                           int32_t first, const double *v, double *z, double *y, double *r,
-                           double *right),
-                          (s, part, rho, first, v, z, y, r, right))
+                           int32_t first),
+                          (s, part, rho, first))
 {
-    clear(s, part, right);
+    clear(s, part, s->way);
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(split_unit, s, k, s, k, rho, first, v, z, y, r, right);
+        WITH_KIND(split_unit, s, k, s, k, rho, first);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_push,
@@ -299,11 +306,10 @@ void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *
     }
 }
 
-void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho,
-                           const double *z)
+void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        slope_unit(s, k, rho, z + s->starts[k], perp__proximal_slope(s, k));
+        slope_unit(s, k, rho, s->z + s->starts[k], perp__proximal_slope(s, k));
 }
 
 /* K's row times a column of a piece. */

@@ -93,7 +93,7 @@ static int32_t look_ahead(perp__proximal *s, const perp__proximal_part *part, pl
 
 static int32_t factor_at(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
-    perp__proximal_slopes(s, part, rho, s->z);
+    perp__proximal_slopes(s, part, rho);
     s->factorisations++;
     return perp__proximal_factor(s, part);
 }

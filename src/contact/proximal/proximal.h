@@ -102,17 +102,15 @@ static inline double *perp__proximal_slope(const perp__proximal *s, int32_t k)
 
 /* passes.c: over the units of a part. x := P(x). */
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);
-/* z := x - rho (speed + J v), x_new := P(z), way := J'(x_new - x). */
+/* z := x - rho (speed + J v), y := P(z), way := J'(y - x). */
 void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
-                          const double *v, const double *x, double *z, double *x_new, double *way);
+                          const double *v);
 /* K := rho P'(z). */
-void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho,
-                           const double *z);
-/* One sweep of ADMM but for the solution with I + rho J'J: z, from v and y unless `first`, then r
- * and the right side. */
+void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho);
+/* One sweep of ADMM but for the solution with I + rho J'J: z, from v and y unless `first`, then x
+ * and the right side, in `way`. */
 void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
-                          int32_t first, const double *v, double *z, double *y, double *r,
-                          double *right);
+                          int32_t first);
 /* out := J'x, and u := J v + q; q may be NULL. */
 void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                          double *out);

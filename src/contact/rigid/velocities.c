@@ -361,25 +361,30 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t rows, const perp__bodi
     }
 }
 
-/* u := P y + q and scale := |P| terms + |q| of one unit */
+/* Of all units: u := P y + q and scale := |P| terms + |q|. */
+typedef struct motion {
+    const double *y, *terms, *q;
+    double *u, *scale;
+} motion;
+
 PERP__KERNEL static void move_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
-                                   const double *y, const double *terms, const double *q, double *u,
-                                   double *scale)
+                                   const motion *m)
 {
     for (int32_t i = 0; i < rows; i++) {
-        double sum = q[i], size = fabs(q[i]);
+        const int32_t row = b->rows[k] + i;
+        double sum = m->q[row], size = fabs(sum);
 
         for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
             const int64_t at = (int64_t)b->piece_blocks[piece] * width;
             const double *p = b->values + b->piece_values[piece] + i * width;
 
             for (int32_t j = 0; j < width; j++) {
-                sum += p[j] * y[at + j];
-                size += fabs(p[j]) * terms[at + j];
+                sum += p[j] * m->y[at + j];
+                size += fabs(p[j]) * m->terms[at + j];
             }
         }
-        u[i] = sum;
-        scale[i] = size;
+        m->u[row] = sum;
+        m->scale[row] = size;
     }
 }
 
@@ -445,6 +450,8 @@ PERP__MULTIVERSION(plain,
                     double *terms, double *u, double *scale),
                    (b, r, q, y, terms, u, scale))
 {
+    const motion all = {y, terms, q, u, scale};
+
     for (int32_t k = 0; k < b->units; k++) {
         const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
 
@@ -461,9 +468,9 @@ PERP__MULTIVERSION(plain,
         if (b->width == 6 && rows == 3)
             move_6(b, k, y, terms, q + at, u + at, scale + at);
         else if (b->width == 3 && rows == 2)
-            move_unit(3, 2, b, k, y, terms, q + at, u + at, scale + at);
+            move_unit(3, 2, b, k, &all);
         else
-            move_unit(b->width, rows, b, k, y, terms, q + at, u + at, scale + at);
+            move_unit(b->width, rows, b, k, &all);
     }
 }
 

@@ -75,7 +75,7 @@ void perp__local_make_disc(perp__local *local, int32_t dim, const double *W, int
     const double second = dim == 2 ? W[stride + 1] : 0.0;
     const double trace = W[0] + second;
 
-    begin(local, dim, 0.0);
+    begin(local, dim, 1.0); /* of a pressure that is the radius */
     set_tangents(local, dim, W[0], dim == 2 ? 0.5 * W[1] + 0.5 * W[stride] : 0.0, second,
                  trace > 0.0 ? LEAST * trace : 1.0);
 }
@@ -115,7 +115,6 @@ int32_t perp__local_step(perp__local *local, const double *u, double *r)
 
 int32_t perp__local_step_disc(perp__local *local, double radius, const double *u, double *r)
 {
-    static const double none[2] = {0.0, 0.0};
     double turned[2] = {u[0], 0.0}, old[2] = {r[0], 0.0}, c[2], next[2];
     int32_t mode = PERP__STICK;
 
@@ -132,7 +131,7 @@ int32_t perp__local_step_disc(perp__local *local, double radius, const double *u
         if (local->dim == 1)
             next[0] = next[0] > 0.0 ? radius : -radius;
         else if (radius > 0.0)
-            perp__slip(1.0, radius, none, local->s, c, &local->slip, next);
+            perp__slip(local, radius, c, next);
         else
             next[0] = next[1] = 0.0;
     }

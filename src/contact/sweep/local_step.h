@@ -17,16 +17,16 @@ enum { PERP__SEPARATE = 0, PERP__STICK = 1, PERP__SLIP = 2 };
 #define PERP__NEAR_STEPS 4
 
 /* r_t = -c / (s + l) with |r_t| = mu r_n, r_n = z - a'r_t, given that l = 0 asks for more friction
- * than there is, mu > 0 and z > 0. Returns r_n; l is the start, then the root. */
-PERP__KERNEL static double perp__slip(double mu, double z, const double *a, const double *s,
-                                      const double *c, double *l, double *r)
+ * than there is, mu > 0 and z > 0. Returns r_n; r: r_t. The last l is the start. */
+PERP__KERNEL static double perp__slip(perp__local *local, double z, const double *c, double *r)
 {
+    const double mu = local->mu, *a = local->a, *s = local->s;
     const double size = sqrt(c[0] * c[0] + c[1] * c[1]);
     const double coupling = mu * (fabs(a[0]) + fabs(a[1]));
     const double ratio = size / (mu * z);
     double low = ratio * (1.0 - coupling) - fmax(s[0], s[1]);
     double high = ratio * (1.0 + coupling) - fmin(s[0], s[1]);
-    double x = *l, normal, length, scale;
+    double x = local->slip, normal, length, scale;
 
     low = low > 0.0 ? low : 0.0;
     high = high > low ? high : low + ratio;
@@ -56,7 +56,7 @@ PERP__KERNEL static double perp__slip(double mu, double z, const double *a, cons
             break;
         x = next;
     }
-    *l = x;
+    local->slip = x;
     if (!(normal > 0.0))
         normal = 0.0;
     scale = length > 0.0 ? mu * normal / length : 0.0; /* onto the cone to rounding */
@@ -69,10 +69,11 @@ PERP__KERNEL static double perp__slip(double mu, double z, const double *a, cons
 
 /* The same from a multiplier near the root, with Newton's method alone. Returns 0, and r of no
  * account, where a few steps don't end at a root at which the function rises. */
-PERP__KERNEL static int32_t perp__slip_near(double mu, double z, const double *a, const double *s,
-                                            const double *c, double *l, double *r, double *normal)
+PERP__KERNEL static int32_t perp__slip_near(perp__local *local, double z, const double *c,
+                                            double *r)
 {
-    double x = *l;
+    const double mu = local->mu, *a = local->a, *s = local->s;
+    double x = local->slip;
 
     for (int32_t step = 0; step < PERP__NEAR_STEPS && x > 0.0; step++) {
         const double p = s[0] + x, q = s[1] + x, inverse = 1.0 / (p * q);
@@ -88,11 +89,11 @@ PERP__KERNEL static int32_t perp__slip_near(double mu, double z, const double *a
             return 0;
         x -= move;
         if (fabs(excess) <= PERP__NEAR * length) { /* r follows to second order */
-            r[0] = r0 + r0 * (i0 * move);
-            r[1] = r1 + r1 * (i1 * move);
-            *normal = z - (a[0] * r[0] + a[1] * r[1]);
-            *l = x;
-            return *normal > 0.0 && x > 0.0;
+            r[1] = r0 + r0 * (i0 * move);
+            r[2] = r1 + r1 * (i1 * move);
+            r[0] = z - (a[0] * r[1] + a[1] * r[2]);
+            local->slip = x;
+            return r[0] > 0.0 && x > 0.0;
         }
     }
     return 0;
@@ -125,9 +126,9 @@ PERP__KERNEL static int32_t perp__step_3(perp__local *local, const double *u, do
     }
     c[0] = c0 - s[0] * r[1];
     c[1] = c1 - s[1] * r[2];
-    if (perp__slip_near(local->mu, z, a, s, c, &local->slip, r + 1, r))
+    if (perp__slip_near(local, z, c, r))
         return PERP__SLIP;
-    r[0] = perp__slip(local->mu, z, a, s, c, &local->slip, r + 1);
+    r[0] = perp__slip(local, z, c, r + 1);
     return PERP__SLIP;
 }
 
