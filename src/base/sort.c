@@ -35,6 +35,18 @@ static void sort_byte(const perp__keyed *from, perp__keyed *to, int32_t count, i
         to[start[from[i].key >> shift & 255]++] = from[i];
 }
 
+void perp__sort_few(int32_t *x, int32_t count)
+{
+    for (int32_t i = 1; i < count; i++) {
+        const int32_t moved = x[i];
+        int32_t j = i;
+
+        for (; j > 0 && x[j - 1] > moved; j--)
+            x[j] = x[j - 1];
+        x[j] = moved;
+    }
+}
+
 void perp__sort(perp__keyed *items, perp__keyed *spare, int32_t count)
 {
     perp__keyed *from = items, *to = spare;

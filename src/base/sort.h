@@ -27,5 +27,7 @@ static inline int32_t perp__lower_bound(const int32_t *list, int32_t count, int3
 
 /* Ascending by key; equal keys keep their order. spare: room for as many. O(count). */
 void perp__sort(perp__keyed *items, perp__keyed *spare, int32_t count);
+/* Ascending, by insertion: short lists. */
+void perp__sort_few(int32_t *list, int32_t count);
 
 #endif

@@ -55,11 +55,6 @@ static void layout(perp__arena *arena, void *object)
     p->parts = perp__arena_take(arena, 3 * n, 1);
 }
 
-static double length_of(const double *x, int32_t size)
-{
-    return size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
-}
-
 /* Whether the normal moves nothing: it presses as it does, and is no row of the system. */
 static int32_t is_bound(const perp__contact_problem *problem, int32_t k)
 {
@@ -97,11 +92,12 @@ static void read_set(perp__contact_polish *p, const perp__contact_problem *probl
 
             for (int32_t i = 0; i < parts[c].size; i++)
                 x[i] = r[row + i] - u[row + i] / problem->trace[k];
-            p->parts[3 * k + c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
-                                  : length_of(x, parts[c].size) > parts[c].coefficient * pressure &&
-                                          length_of(r + row, parts[c].size) > 0.0
-                                      ? PERP__PART_SLIPS
-                                      : PERP__PART_STICKS;
+            p->parts[3 * k + c] =
+                !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                : perp__length(x, parts[c].size) > parts[c].coefficient * pressure &&
+                        perp__length(r + row, parts[c].size) > 0.0
+                    ? PERP__PART_SLIPS
+                    : PERP__PART_STICKS;
         }
     }
 }
@@ -138,34 +134,13 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
                 r[i] = 0.0;
 }
 
-/* K = W of the active rows, column by column. */
-static void copy_block(perp__contact_polish *p, const perp__matrix *W)
-{
-    const size_t n = (size_t)p->n;
-
-    for (size_t j = 0; j < n; j++) {
-        double *column = p->K + j * n;
-
-        if (!W->column_starts) {
-            for (size_t i = 0; i < n; i++)
-                column[i] = W->values[(size_t)p->rows[i] * W->row_stride +
-                                      (size_t)p->rows[j] * W->column_stride];
-            continue;
-        }
-        memset(column, 0, n * sizeof *column);
-        for (int32_t k = W->column_starts[p->rows[j]]; k < W->column_starts[p->rows[j] + 1]; k++)
-            if (p->place[W->row_indices[k]] >= 0)
-                column[p->place[W->row_indices[k]]] = W->values[k];
-    }
-}
-
 /* |r_p| = coefficient r_n in the row `a` of K, whose entries are 0, in the units of velocities. */
 static void write_length(perp__contact_polish *p, const perp__contact_problem *problem,
                          const perp__contact_part *part, int32_t k, const double *r)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
     const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
-    const double length = length_of(r + part->row, part->size), t = problem->trace[k];
+    const double length = perp__length(r + part->row, part->size), t = problem->trace[k];
     const double pressure = perp__contact_pressure(problem, k, r);
 
     for (int32_t i = 0; i < part->size; i++)
@@ -185,7 +160,7 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
     const double *x = r + part->row, *y = u + part->row, *goal = then + part->row;
-    const double length = length_of(x, part->size);
+    const double length = perp__length(x, part->size);
 
     for (size_t j = 0; j < n; j++) {
         double *column = p->K + j * n;
@@ -264,9 +239,10 @@ static void put_at_bounds(const perp__contact_polish *p, const perp__contact_pro
 static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
                    const double *u)
 {
+    const perp__index_set set = {p->n, p->rows, p->place};
     const double *then = at_bounds(p, problem, r, u);
 
-    copy_block(p, problem->W);
+    perp__principal_dense(problem->W, &set, p->K, 1, (size_t)p->n);
     for (int32_t i = 0; i < p->n; i++)
         p->rhs[i] = -then[p->rows[i]];
     for (int32_t k = 0; k < problem->contacts; k++) {
@@ -291,16 +267,6 @@ static int32_t factor(perp__contact_polish *p, double regular)
     return perp__lu_factor(p->n, p->factors, p->n, p->pivots) == 0;
 }
 
-static double largest(const double *x, int32_t n)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        if (!(fabs(x[i]) <= most))
-            most = fabs(x[i]);
-    return most;
-}
-
 /* step = K^-1 rhs by refinement with the factors of what is near K. */
 static void solve_step(perp__contact_polish *p)
 {
@@ -310,7 +276,7 @@ static void solve_step(perp__contact_polish *p)
     memset(p->step, 0, bytes);
     memcpy(p->error, p->rhs, bytes);
     for (int32_t k = 0; k < REFINEMENTS; k++) {
-        const double size = largest(p->error, p->n);
+        const double size = perp__largest_or_nan(p->error, p->n);
 
         if (!(size < 0.9 * last) || size <= p->enough)
             return;
@@ -330,7 +296,7 @@ static int32_t soften_step(perp__contact_polish *p)
         return 0;
     memcpy(p->step, p->rhs, (size_t)p->n * sizeof(double));
     perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->step, 0);
-    return isfinite(largest(p->step, p->n));
+    return isfinite(perp__largest_or_nan(p->step, p->n));
 }
 
 static void velocities(perp_contact_solver *solver)
@@ -358,7 +324,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         double size;
 
         set_up(p, problem, solver->r, solver->u);
-        size = largest(p->rhs, p->n);
+        size = perp__largest_or_nan(p->rhs, p->n);
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
         least = size;
@@ -370,8 +336,8 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         if (!factor(p, p->regular))
             return 0;
         solve_step(p);
-        p->is_soft = p->enough > 0.0 && !(largest(p->step, p->n) <= FAR);
-        if (p->is_soft ? !soften_step(p) : !isfinite(largest(p->step, p->n)))
+        p->is_soft = p->enough > 0.0 && !(perp__largest_or_nan(p->step, p->n) <= FAR);
+        if (p->is_soft ? !soften_step(p) : !isfinite(perp__largest_or_nan(p->step, p->n)))
             return 0;
         for (int32_t i = 0; i < p->n; i++)
             solver->r[p->rows[i]] += p->step[i] * p->units[i];
@@ -412,7 +378,8 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
             }
             for (i = 0; i < parts[c].size; i++)
                 power += x[i] * y[i];
-            if (*state == PERP__PART_STICKS && length_of(x, parts[c].size) > radius * (1 + 1e-14)) {
+            if (*state == PERP__PART_STICKS &&
+                perp__length(x, parts[c].size) > radius * (1 + 1e-14)) {
                 *state = PERP__PART_SLIPS;
                 changes++;
             } else if (*state == PERP__PART_SLIPS && power > 0.0) {

@@ -117,29 +117,9 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
 void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product,
                       double *w);
 
-/* mid(above, below, w) for above = z - l >= 0 >= below = z - u. */
-static inline double perp__middle(double above, double below, double w)
-{
-    const double least = above < w ? above : w;
-
-    return below > least ? below : least;
-}
-
 /* Of a dense M. Positive definite matrices have a positive diagonal; contact problems with friction
  * do not. */
 int32_t perp__diagonal_is_positive(const perp__matrix *M);
-
-/* mid(z - l, z - u, w) without cancellation. */
-static inline double perp__mid(double z, double lower, double upper, double w)
-{
-    return perp__middle(z - lower, z - upper, w);
-}
-
-/* Nearest point of [lower, upper]. */
-static inline double perp__clamp(double z, double lower, double upper)
-{
-    return z < lower ? lower : z > upper ? upper : z;
-}
 
 /* A bound that is finite, the lower one first, or 0. */
 static inline double perp__finite_bound(double lower, double upper)

@@ -9,6 +9,7 @@
 #include "base/context.h"
 #include "base/grow.h"
 #include "linalg/blas.h"
+#include "linalg/matrix.h"
 
 #define PERP__MOST_RAYS 10000
 /* Comparisons of two rays with a third: seconds. */
@@ -64,19 +65,9 @@ perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)
     return status;
 }
 
-static double largest_of(const double *x, int32_t count)
-{
-    double largest = 0.0;
-
-    for (int32_t k = 0; k < count; k++)
-        if (fabs(x[k]) > largest)
-            largest = fabs(x[k]);
-    return largest;
-}
-
 static void normalise(double *x, int32_t count)
 {
-    const double largest = largest_of(x, count);
+    const double largest = perp__largest(x, count);
 
     for (int32_t k = 0; k < count && largest > 0.0; k++)
         x[k] /= largest;

@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-#include "base/outcome.h"
+#include "linalg/matrix.h"
 
 typedef struct square {
     int32_t n;
@@ -281,17 +281,6 @@ static int32_t iterate(const square *A, double norm, double *real, double *imagi
     return 0;
 }
 
-/* NaN if one of them is. */
-static double largest_entry(const square *A)
-{
-    const size_t entries = (size_t)A->n * (size_t)A->n;
-    double largest = 0.0;
-
-    for (size_t k = 0; k < entries; k++)
-        perp__raise_to(&largest, fabs(A->a[k]));
-    return largest;
-}
-
 /* Where products of a few entries might leave the range of doubles, A := A / 2^e with a largest
  * entry in [1/2, 1). Returns e, else 0. */
 static int32_t scale(const square *A)
@@ -299,7 +288,7 @@ static int32_t scale(const square *A)
     const size_t entries = (size_t)A->n * (size_t)A->n;
     int exponent;
 
-    frexp(largest_entry(A), &exponent);
+    frexp(perp__largest_or_nan(A->a, A->n * A->n), &exponent);
     if (abs(exponent) < 200)
         return 0;
     for (size_t k = 0; k < entries; k++)
@@ -311,7 +300,7 @@ int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
 {
     const square view = {n, A};
     double norm = 0.0;
-    int32_t failed = !isfinite(largest_entry(&view)), exponent = 0, i, j;
+    int32_t failed = !isfinite(perp__largest_or_nan(view.a, view.n * view.n)), exponent = 0, i, j;
 
     if (!failed) {
         balance(&view);

@@ -183,16 +183,6 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
         }
 }
 
-double perp__length(const double *x, int32_t n)
-{
-    double length = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        if (x[i] != 0.0)
-            length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
-    return length;
-}
-
 /* ---- what the rows leave free ---- */
 
 void perp__held_rows_free(perp__held_rows *held, double *y)

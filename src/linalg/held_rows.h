@@ -1,5 +1,5 @@
 /* Rows that hold, A y = t, gathered one by one, and what they leave free: where exact zeros of
- * velocities come from (contact/hold/clusters.c, mechanism/hold.c). With Q an orthonormal basis of
+ * velocities come from (contact/hold/hold.c, mechanism/hold.c). With Q an orthonormal basis of
  * the rows, y = y_0 + (E - Q Q') y_free, A y_0 = t; a direction in the rows' span is at rest where
  * none of those it takes part in has a target. Nothing small is set to 0. */
 #ifndef PERP_LINALG_HELD_ROWS_H
@@ -36,8 +36,5 @@ int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count)
 
 /* y := what is left of y outside the span of the basis. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);
-
-/* |x|, without overflow. */
-double perp__length(const double *x, int32_t n);
 
 #endif

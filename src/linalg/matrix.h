@@ -79,6 +79,32 @@ static inline double perp__largest(const double *x, int32_t n)
     return largest;
 }
 
+/* The same, NaN where one of them is. */
+double perp__largest_or_nan(const double *x, int32_t n);
+
+/* |x|, without overflow. */
+double perp__length(const double *x, int32_t n);
+
+/* mid(above, below, w) for above = z - l >= 0 >= below = z - u. */
+static inline double perp__middle(double above, double below, double w)
+{
+    const double least = above < w ? above : w;
+
+    return below > least ? below : least;
+}
+
+/* mid(z - l, z - u, w) without cancellation. */
+static inline double perp__mid(double z, double lower, double upper, double w)
+{
+    return perp__middle(z - lower, z - upper, w);
+}
+
+/* Nearest point of [lower, upper]. */
+static inline double perp__clamp(double z, double lower, double upper)
+{
+    return z < lower ? lower : z > upper ? upper : z;
+}
+
 /* to := from, where to is not NULL: nobody asked. Of none from may be NULL, unlike memcpy's. */
 static inline void perp__copy(double *to, const double *from, int32_t n)
 {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/groups.h"
+#include "base/outcome.h"
 #include "base/sort.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
@@ -104,6 +105,25 @@ double perp__entry(const perp__matrix *M, int32_t i, int32_t j)
     count = M->column_starts[j + 1] - first;
     k = count > 0 ? perp__lower_bound(M->row_indices + first, count, i) : 0;
     return k < count && M->row_indices[first + k] == i ? M->values[first + k] : 0.0;
+}
+
+double perp__largest_or_nan(const double *x, int32_t n)
+{
+    double largest = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        perp__raise_to(&largest, fabs(x[i]));
+    return largest;
+}
+
+double perp__length(const double *x, int32_t n)
+{
+    double length = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        if (x[i] != 0.0)
+            length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
+    return length;
 }
 
 double perp__sum_of_sizes(const double *x, int32_t n)

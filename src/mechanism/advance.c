@@ -98,12 +98,6 @@ perp_status perp__advance_from(perp_mechanism *m, perp__motion *to, perp_mechani
     return status;
 }
 
-static void copy_out(double *to, const double *from, int32_t count)
-{
-    if (to)
-        memcpy(to, from, (size_t)count * sizeof *to);
-}
-
 /* out: the caller's arrays; all but q and v may be NULL. */
 static perp_status advance(perp_mechanism *m, const perp__motion *out, perp_mechanism_step *step,
                            const perp__start *from)
@@ -118,14 +112,14 @@ static perp_status advance(perp_mechanism *m, const perp__motion *out, perp_mech
     PERP__THEN(status, perp__advance_from(m, to, &own, from));
     if (status != PERP_OK)
         return status;
-    copy_out(out->q, to->q, m->coordinates);
-    copy_out(out->v, to->v, m->n);
-    copy_out(out->r, to->r, m->rows);
-    copy_out(out->u, to->u, m->rows);
+    perp__copy(out->q, to->q, m->coordinates);
+    perp__copy(out->v, to->v, m->n);
+    perp__copy(out->r, to->r, m->rows);
+    perp__copy(out->u, to->u, m->rows);
     if (out->modes)
         memcpy(out->modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *out->modes);
     if (own.has_ray)
-        copy_out(out->ray, to->ray, m->rows);
+        perp__copy(out->ray, to->ray, m->rows);
     perp__struct_write(step, &own, sizeof own);
     return PERP_OK;
 }

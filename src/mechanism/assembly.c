@@ -270,7 +270,7 @@ static perp_status find_start(perp_mechanism *m, perp__assembly *a,
 /* A group that slides holds back with its bound, however small that is beside other impulses. */
 static void slide(const double *u, double bound, double *r, int32_t rows)
 {
-    const double speed = rows == 1 ? fabs(u[0]) : hypot(u[0], u[1]);
+    const double speed = perp__length(u, rows);
 
     for (int32_t i = 0; i < rows && speed > 0.0; i++)
         r[i] = -bound * (u[i] / speed);

@@ -11,6 +11,7 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/held_rows.h"
+#include "linalg/matrix.h"
 
 #define PERP__EPS 2.220446049250313e-16
 

@@ -112,7 +112,7 @@ double perp__ncp_fit_step(const perp__ncp_model *m, int32_t j, double step)
     const double room = step > 0.0 ? m->upper[j] - z : z - m->lower[j];
     volatile double there = z + (fabs(step) <= room ? step : copysign(room, step));
 
-    return perp__ncp_clamp(there, m->lower[j], m->upper[j]) - z;
+    return perp__clamp(there, m->lower[j], m->upper[j]) - z;
 }
 
 static double choose_step(const perp__ncp_model *m, int32_t j)

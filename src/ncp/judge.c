@@ -122,8 +122,8 @@ static double natural_residual(const perp_ncp_solver *solver)
     double most = 0.0;
 
     for (int32_t i = 0; i < m->n; i++)
-        perp__raise_to(&most, fabs(perp__ncp_mid(solver->candidate[i], m->lower[i], m->upper[i],
-                                                 m->w_caller[i])));
+        perp__raise_to(
+            &most, fabs(perp__mid(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i])));
     return most;
 }
 

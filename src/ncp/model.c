@@ -108,7 +108,7 @@ perp_status perp__ncp_evaluate(perp__ncp_model *m, const double *z, double *w)
     perp_status status;
 
     for (int32_t i = 0; i < m->n; i++)
-        m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
+        m->z_caller[i] = perp__clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
     status = perp__ncp_call(m, m->z_caller, m->w_caller);
     if (status != PERP_OK)
         return status;
@@ -139,7 +139,7 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
 
     m->known = 0;
     for (int32_t i = 0; i < m->n; i++) {
-        m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
+        m->z_caller[i] = perp__clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
         m->w_caller[i] = w[i] * m->w_unit[i];
     }
     m->jacobian_evaluations++;

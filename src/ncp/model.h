@@ -131,20 +131,6 @@ void perp__ncp_add(const perp__ncp_model *model, const double *x, double *y);
 /* One call of the function, counted and checked, in the caller's units. */
 perp_status perp__ncp_call(perp__ncp_model *model, const double *z, double *F);
 
-static inline double perp__ncp_clamp(double z, double lower, double upper)
-{
-    return z < lower ? lower : z > upper ? upper : z;
-}
-
-/* mid(z - l, z - u, w) for l <= z <= u, without cancellation */
-static inline double perp__ncp_mid(double z, double lower, double upper, double w)
-{
-    const double above = z - lower, below = z - upper;
-    const double least = above < w ? above : w;
-
-    return below > least ? below : least;
-}
-
 /* Calls the monitor and looks at the deadline. *outcome: -1 to go on, or what to stop with.
  * PERP_OK, or PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_t iterations,

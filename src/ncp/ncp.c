@@ -45,7 +45,7 @@ static void perturb(perp_ncp_solver *solver, int32_t attempt)
 
         if (solver->start[i] + shift < m->lower[i] || solver->start[i] + shift > m->upper[i])
             shift = -shift; /* into the box, not onto its boundary */
-        solver->perturbed[i] = perp__ncp_clamp(solver->start[i] + shift, m->lower[i], m->upper[i]);
+        solver->perturbed[i] = perp__clamp(solver->start[i] + shift, m->lower[i], m->upper[i]);
     }
 }
 
@@ -62,7 +62,7 @@ static void move_in(perp_ncp_solver *solver, double size)
         if (z == m->upper[i] || (z > m->lower[i] && random < 0.0))
             shift = -shift;
         solver->candidate[i] =
-            perp__ncp_clamp(z + copysign(fmin(fabs(shift), half), shift), m->lower[i], m->upper[i]);
+            perp__clamp(z + copysign(fmin(fabs(shift), half), shift), m->lower[i], m->upper[i]);
     }
 }
 
@@ -76,7 +76,7 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
 
     solver->random = SEED;
     for (int32_t i = 0; i < m->n; i++) {
-        solver->start[i] = perp__ncp_clamp(z0 ? z0[i] : 0.0, m->lower[i], m->upper[i]);
+        solver->start[i] = perp__clamp(z0 ? z0[i] : 0.0, m->lower[i], m->upper[i]);
         unit = fmax(unit, fabs(solver->start[i]));
         m->largest[i] = fabs(solver->start[i]);
     }
@@ -237,7 +237,7 @@ static void take_point(perp_ncp_solver *solver, const double *from)
     const perp__ncp_model *m = &solver->model;
 
     for (int32_t i = 0; i < m->n; i++)
-        solver->candidate[i] = perp__ncp_clamp(from[i] * m->z_unit[i], m->lower[i], m->upper[i]);
+        solver->candidate[i] = perp__clamp(from[i] * m->z_unit[i], m->lower[i], m->upper[i]);
 }
 
 /* A method's own limit, or what the caller's budget leaves: half of that for the first one under

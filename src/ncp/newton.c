@@ -92,7 +92,7 @@ static void rescale(perp__newton_run *f)
     perp__ncp_model_set_units(m);
     perp__ncp_scale_matrix(m);
     for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] = perp__ncp_clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
+        f->z[i] = perp__clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
         f->w[i] /= m->unit[i];
     }
     f->steps = 0;
@@ -155,7 +155,7 @@ static void natural_slopes(perp__newton_run *f)
 
         f->slope_z[i] = between ? 0.0 : 1.0;
         f->slope_w[i] = between ? 1.0 : 0.0;
-        f->equation[i] = perp__ncp_mid(f->z[i], m->low[i], m->high[i], f->w[i]);
+        f->equation[i] = perp__mid(f->z[i], m->low[i], m->high[i], f->w[i]);
     }
 }
 
@@ -315,7 +315,7 @@ static perp_status attempt(perp__newton_run *f, double t)
     perp_status status;
 
     for (int32_t i = 0; i < m->n; i++)
-        f->trial_z[i] = perp__ncp_clamp(f->z[i] + t * f->d[i], m->low[i], m->high[i]);
+        f->trial_z[i] = perp__clamp(f->z[i] + t * f->d[i], m->low[i], m->high[i]);
     status = perp__ncp_evaluate(f->model, f->trial_z, f->trial_w);
     if (status == PERP_OK)
         f->trial_psi = merit(f, f->trial_z, f->trial_w, f->trial_phi);

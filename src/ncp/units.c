@@ -208,11 +208,11 @@ static double relative(double z, double low, double high, double w, double omega
     double above, below;
 
     if (omega_z == omega_w)
-        return over(fabs(perp__ncp_mid(z, low, high, w)), omega_z);
+        return over(fabs(perp__mid(z, low, high, w)), omega_z);
     above = over(z - low, omega_z);
     below = over(z - high, omega_z);
     w = over(w, omega_w);
-    return fabs(perp__ncp_mid(0.0, -above, -below, w));
+    return fabs(perp__mid(0.0, -above, -below, w));
 }
 
 double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, const double *w)
@@ -236,7 +236,7 @@ int32_t perp__ncp_start_tells(const perp__ncp_model *m, const double *z, const d
 
     for (int32_t i = 0; i < m->n; i++)
         if (!(m->start_known && omega_z[i] > 0.0 && omega_w[i] > 0.0) &&
-            perp__ncp_mid(z[i], m->lower[i], m->upper[i], w[i]) != 0.0)
+            perp__mid(z[i], m->lower[i], m->upper[i], w[i]) != 0.0)
             return 0;
     return 1;
 }
@@ -247,7 +247,7 @@ double perp__ncp_residual(const perp__ncp_model *m, const double *z, const doubl
 
     for (int32_t i = 0; i < m->n; i++)
         if (m->low[i] < m->high[i])
-            perp__raise_to(&most, fabs(perp__ncp_mid(z[i], m->low[i], m->high[i], w[i])));
+            perp__raise_to(&most, fabs(perp__mid(z[i], m->low[i], m->high[i], w[i])));
     return most;
 }
 

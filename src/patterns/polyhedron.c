@@ -4,6 +4,7 @@
 
 #include "base/context.h"
 #include "linalg/held_rows.h"
+#include "linalg/matrix.h"
 #include "patterns/patterns.h"
 
 /* ---- inequalities -------------------------------------------------------------------------- */

@@ -78,7 +78,7 @@ static void project_discs(const perp__discs *discs, const double *z, double *x)
         x[i] = discs->both > 0 ? z[i] : pressed;
     for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += discs->sizes[p++]) {
         const double reach = discs->radii[p] * pressed;
-        const double length = discs->sizes[p] == 1 ? fabs(z[at]) : hypot(z[at], z[at + 1]);
+        const double length = perp__length(z + at, discs->sizes[p]);
         const double share = length <= reach ? 1.0 : length > 0.0 ? reach / length : 0.0;
 
         for (int32_t i = at; i < at + discs->sizes[p]; i++)

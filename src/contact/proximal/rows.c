@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/sort.h"
 #include "contact/law.h"
 
 static int32_t first_row(const perp__contact_problem *problem, int32_t unit)
@@ -147,11 +148,6 @@ static void choose_blocks(perp__proximal *s, sizes *most)
     most->entries = (size_t)rows * (size_t)s->width;
 }
 
-static int32_t has_discs(const perp__contact_problem *problem)
-{
-    return problem->has_discs || problem->two_sided;
-}
-
 /* What there is of each at most; sets the numbers of units and blocks, and their width. */
 static sizes measure(perp__proximal *s)
 {
@@ -160,7 +156,7 @@ static sizes measure(perp__proximal *s)
     sizes most = {0, 0, 0, 0};
 
     s->by_rows = b == NULL;
-    s->side = has_discs(problem) ? PERP__UNIT_ROWS_MOST : 3;
+    s->side = problem->has_discs || problem->two_sided ? PERP__UNIT_ROWS_MOST : 3;
     s->units = problem->contacts + problem->size - problem->rows;
     s->blocks = b ? b->blocks : s->units;
     s->width = b ? b->width : 0;
@@ -195,7 +191,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, units, &s->radius);
     s->discs = NULL;
-    if (has_discs(problem)) {
+    if (s->side > 3) {
         s->discs = perp__arena_take(arena, units, sizeof *s->discs);
         PERP__DOUBLES(arena, size, &s->r, &s->u);
     }
@@ -378,18 +374,6 @@ static void read_rows(perp__proximal *s)
     }
 }
 
-static void sort(int32_t *x, int32_t count)
-{
-    for (int32_t i = 1; i < count; i++) {
-        const int32_t moved = x[i];
-        int32_t j = i;
-
-        for (; j > 0 && x[j - 1] > moved; j--)
-            x[j] = x[j - 1];
-        x[j] = moved;
-    }
-}
-
 /* The units that couple every two of a list, W alone: a piece for each, in ascending order. Room is
  * left for what only one of two columns knows of, until the lists are closed up. */
 static void list_couplings(perp__proximal *s)
@@ -421,7 +405,8 @@ static void list_couplings(perp__proximal *s)
              (unit = next_unit(problem, s->unit[k], cursor)) >= 0;)
             if (s->mark[s->place[unit]] != k)
                 s->piece_blocks[ends[k]++] = s->place[unit];
-        sort(s->piece_blocks + s->piece_starts[k], (int32_t)(ends[k] - s->piece_starts[k]));
+        perp__sort_few(s->piece_blocks + s->piece_starts[k],
+                       (int32_t)(ends[k] - s->piece_starts[k]));
     }
     for (int32_t k = 0; k < s->units; k++) {
         const int64_t from = s->piece_starts[k];
@@ -530,7 +515,7 @@ static void read_graph(perp__proximal *s)
         for (int64_t e = block < 0 ? 0 : b->block_starts[block];
              e < (block < 0 ? 0 : b->block_starts[block + 1]); e++)
             at = list_neighbours(s, i, s->place[b->block_units[e]], at);
-        sort(s->graph + s->graph_starts[i], at - s->graph_starts[i]);
+        perp__sort_few(s->graph + s->graph_starts[i], at - s->graph_starts[i]);
     }
     s->graph_starts[s->blocks] = at;
 }

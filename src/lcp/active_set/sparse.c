@@ -132,22 +132,12 @@ static perp_status solve_equations(perp__sparse_active_set *work, const int8_t *
     return status;
 }
 
-static double largest_entry(const double *z, int32_t n)
-{
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        if (!(fabs(z[i]) <= largest))
-            largest = fabs(z[i]);
-    return largest;
-}
-
 /* Fills work->next. Wrong signs of w count beyond rounding only: a degenerate variable stays at its
  * bound once it is there. */
 static exchange find_exchange(perp__sparse_active_set *work, const int8_t *places, const double *z)
 {
     const perp__lcp_problem *p = work->common.problem;
-    const double z_largest = largest_entry(z, p->n);
+    const double z_largest = perp__largest_or_nan(z, p->n);
     exchange e = {0, -1, 0.0};
 
     for (int32_t i = 0; i < p->n; i++) {

@@ -44,18 +44,13 @@ int32_t perp__load_bends(const perp__element *element)
     return element->two_sided && element->friction && element->normals > 1;
 }
 
-static double length_of(const double *x)
-{
-    return hypot(hypot(x[0], x[1]), x[2]);
-}
-
 /* load := x / |x|, or 0; returns the change. */
 static double set_load(double *load, const double *x, int32_t count)
 {
     double full[PERP__MOST_NORMALS] = {0.0}, size, change = 0.0;
 
     memcpy(full, x, (size_t)count * sizeof *full);
-    size = length_of(full);
+    size = perp__length(full, 3);
     for (int32_t i = 0; i < PERP__MOST_NORMALS; i++) {
         const double next = size > 0.0 ? full[i] / size : 0.0;
 
@@ -116,7 +111,7 @@ static void set_column(loads *l, int32_t f, const double *x, double unit)
         for (int32_t i = 0; i < PERP__MOST_NORMALS; i++)
             l->C[3 * at + (size_t)i] =
                 i < element->normals ? x[element->row + i] * unit / l->a->scale[element->row] : 0.0;
-        l->S[at] = length_of(l->C + 3 * at);
+        l->S[at] = perp__length(l->C + 3 * at, 3);
     }
 }
 
@@ -162,7 +157,7 @@ static void evaluate(loads *l, const double *z)
         for (int32_t f = 0; f < columns; f++)
             for (int32_t i = 0; i < 3; i++)
                 l->N[3 * e + i] += l->C[3 * (e * columns + f) + i] * z[f];
-        l->g[e] = length_of(l->N + 3 * e) - z[e];
+        l->g[e] = perp__length(l->N + 3 * e, 3) - z[e];
     }
 }
 
@@ -197,7 +192,7 @@ static int32_t column_of(const loads *l, int32_t k)
 /* n_e of the Jacobian, and how far it is off in the box of twice the size: N_e / |N_e|, or 0. */
 static double normal_of(const loads *l, int32_t e, const double *half, double n[3])
 {
-    const double size = length_of(l->N + 3 * e), spread = spread_of(l, e, half);
+    const double size = perp__length(l->N + 3 * e, 3), spread = spread_of(l, e, half);
     const int32_t known = 4.0 * spread < size;
 
     for (int32_t i = 0; i < 3; i++)
@@ -274,7 +269,7 @@ static perp_status take(loads *l, const double *z)
     }
     evaluate(l, z);
     for (int32_t e = 0; e < l->count; e++) {
-        const double size = length_of(l->N + 3 * e);
+        const double size = perp__length(l->N + 3 * e, 3);
         double *load = a->pattern.load + PERP__MOST_NORMALS * (size_t)l->index[e];
 
         memset(load, 0, PERP__MOST_NORMALS * sizeof *load);

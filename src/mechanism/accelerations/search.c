@@ -251,11 +251,6 @@ static void take_pattern(perp__acceleration *a, search *s)
     }
 }
 
-static double length_of(const double *x, int32_t count)
-{
-    return count == 0 ? 0.0 : count == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
-}
-
 /* Contacts that neither press nor separate belong to those that press, and slips without an
  * acceleration to what sticks: so that one pattern has the whole family. */
 static void widen_pattern(perp__acceleration *a, search *s)
@@ -266,7 +261,7 @@ static void widen_pattern(perp__acceleration *a, search *s)
     for (int32_t index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         const int32_t t = perp__element_tangent(element);
-        const double speed = length_of(u + t, element->tangents);
+        const double speed = perp__length(u + t, element->tangents);
         int8_t *mode = a->pattern.mode + index;
 
         if (*mode == PERP_MECHANISM_SEPARATE &&
@@ -275,7 +270,7 @@ static void widen_pattern(perp__acceleration *a, search *s)
             direct(a, index, 1.0, u + t);
         }
         if (perp__element_starts(element, *mode) &&
-            speed <= WIDE * length_of(size + t, element->tangents)) {
+            speed <= WIDE * perp__length(size + t, element->tangents)) {
             *mode = PERP_MECHANISM_STICK;
             direct(a, index, 0.0, u + t);
         }

@@ -180,7 +180,7 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
                            const double *r, const double *u, int32_t sticks)
 {
     const double *from = radius > 0.0 ? r : u;
-    const double speed = disc->tangents > 1 ? hypot(u[0], u[1]) : fabs(u[0]);
+    const double speed = perp__length(u, disc->tangents);
     const double unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
 
     if (disc->edges > 0) {
@@ -232,7 +232,7 @@ static int32_t take_friction(perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z)
 {
     const double radius = perp__implicit_radius(m, s, disc, z), *x = z + disc->first;
-    const double length = disc->tangents == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+    const double length = perp__length(x, disc->tangents);
     const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
     double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
     int32_t sticks;
