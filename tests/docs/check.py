@@ -3,12 +3,13 @@
     python tests/docs/check.py          what can be seen in the files
     python tests/docs/check.py FOLDER   what the examples have printed there, and drawn in FOLDER/run
 
-See names.py, quotes.py and drawn.py. The last line is 'N passed, N failed'.
+See names.py, quotes.py, drawn.py and arrows.py. The last line is 'N passed, N failed'.
 """
 
 import os
 import sys
 
+import arrows
 import drawn
 import names
 import quotes
@@ -20,7 +21,7 @@ def main():
         found = [*quotes.check(folder), *drawn.today(os.path.join(folder, "run"))]
         least = 1
     else:
-        found = [*names.check(), *quotes.check(), *drawn.hashes()]
+        found = [*names.check(), *quotes.check(), *drawn.hashes(), *arrows.check()]
         least = 2000  # the pages name that much: a check that finds less has gone blind
     failures = [(page, what, wrong) for page, what, wrong in found if wrong]
     if len(found) < least:
