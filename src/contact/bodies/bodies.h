@@ -92,7 +92,8 @@ void perp__bodies_multiply(const perp__bodies *bodies, const double *r, const do
 void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y);
 
 /* Between the velocities of a block and its own coordinates, v = C y, C = L^-T; row i of C; and y
- * of the free velocities of the last load. All `width` long. */
+ * of the free velocities of the last load. All `width` long. The first is for rigid bodies, which
+ * have C and may move with others. */
 void perp__bodies_to_own(const perp__bodies *bodies, int32_t block, const double *v, double *y);
 void perp__bodies_from_own(const perp__bodies *bodies, int32_t block, const double *y, double *v);
 void perp__bodies_own_row(const perp__bodies *bodies, int32_t block, int32_t i, double *row);

@@ -7,21 +7,9 @@
 void perp__bodies_to_own(const perp__bodies *b, int32_t block, const double *v, double *y)
 {
     const int32_t width = b->width;
-    const double *L;
 
-    if (b->C) {
-        memmove(y, v, (size_t)width * sizeof *y);
-        perp__solve_small(b->C + (size_t)block * (size_t)(width * width), width, width, y, 1);
-        return;
-    }
-    L = b->factors + (size_t)block * (size_t)(width * width);
-    for (int32_t i = 0; i < width; i++) { /* L'v */
-        double sum = 0.0;
-
-        for (int32_t j = i; j < width; j++)
-            sum += L[j * width + i] * v[j];
-        y[i] = sum;
-    }
+    memmove(y, v, (size_t)width * sizeof *y);
+    perp__solve_small(b->C + (size_t)block * (size_t)(width * width), width, width, y, 1);
 }
 
 void perp__bodies_from_own(const perp__bodies *b, int32_t block, const double *y, double *v)
