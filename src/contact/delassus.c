@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/context.h"
+#include "linalg/doubled.h"
 
 void perp__delassus_diagonal(const perp__matrix *W, double *diagonal)
 {

@@ -9,6 +9,7 @@
 
 #include "contact/law.h"
 #include "contact/rigid/rigid.h"
+#include "linalg/doubled.h"
 
 /* Of |W| |y|: what rounding leaves of a sum that is 0. */
 #define NOTHING (64.0 * DBL_EPSILON)
@@ -100,11 +101,9 @@ static int32_t is_against(perp_contact_solver *solver, const double *y)
         perp__rigid_bias(solver, solver->scale);
     for (int32_t i = 0; i < solver->size; i++) {
         const double given = given_of(solver, solver->scale, i);
-        const double product = y[i] * given, next = sum + product, part = next - sum;
 
-        error += fma(y[i], given, -product) + ((sum - (next - part)) + (product - part));
-        absolute += fabs(product);
-        sum = next;
+        perp__accumulate(&sum, &error, y[i], given);
+        absolute += fabs(y[i] * given);
     }
     return sum + error < -NOTHING * absolute;
 }

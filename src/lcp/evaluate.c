@@ -6,6 +6,7 @@
 
 #include "base/outcome.h"
 #include "lcp/solver.h"
+#include "linalg/doubled.h"
 #include "linalg/scale.h"
 #include "linalg/lanes/vectors.h"
 
@@ -161,15 +162,6 @@ static const kernels *kernels_for(const perp_lcp_solver *solver)
     return sets[k];
 }
 
-/* high + low += a b */
-static void accumulate(double a, double b, double *high, double *low)
-{
-    const double product = a * b, sum = *high + product, back = sum - *high;
-
-    *low += fma(a, b, -product) + ((*high - (sum - back)) + (product - back));
-    *high = sum;
-}
-
 /* Whether products or partial sums of row i went beyond the range of doubles. */
 static int32_t overflowed(const perp_lcp_solver *solver, int32_t i)
 {
@@ -212,9 +204,9 @@ static void recompute(perp_lcp_solver *solver)
         if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
             const int32_t power = perp__exponent_of(c.value);
 
-            accumulate(perp__shift(c.value, -power),
-                       perp__shift(solver->z[c.j], power - solver->row_size[c.i]),
-                       &solver->w_high[c.i], &solver->w_low[c.i]);
+            perp__accumulate(&solver->w_high[c.i], &solver->w_low[c.i],
+                             perp__shift(c.value, -power),
+                             perp__shift(solver->z[c.j], power - solver->row_size[c.i]));
         }
     for (int32_t i = 0; i < solver->n; i++)
         if (solver->row_size[i] != ROW_KEPT) {

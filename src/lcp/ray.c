@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "lcp/solver.h"
+#include "linalg/doubled.h"
 #include "linalg/scale.h"
 
 /* Rounding that a ray computed by pivoting may carry, relative to |M||ray| of the row. */
@@ -102,15 +103,12 @@ static void column_product(const perp_lcp_solver *solver, const double *y, int32
                            ? M->values[at]
                            : M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
         double entry = perp__shift(value, solver->exponents[i] + solver->exponents[j]);
-        double product = entry * y[i];
-        double next = high + product;
-        double back = next - high;
+        double share = fabs(entry * y[i]);
 
-        if (value != 0.0 && y[i] != 0.0 && !(fabs(product) >= PERP__LEAST_PRODUCT))
-            product = NAN;
-        low += fma(entry, y[i], -product) + ((high - (next - back)) + (product - back));
-        high = next;
-        total += fabs(product);
+        perp__accumulate(&high, &low, entry, y[i]);
+        if (value != 0.0 && y[i] != 0.0 && !(share >= PERP__LEAST_PRODUCT))
+            share = low = NAN;
+        total += share;
     }
     *sum = high + low;
     *size = total;

@@ -8,6 +8,7 @@
  * Where a sum overflows its high part is infinite or NaN. */
 #include <math.h>
 
+#include "linalg/doubled.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
@@ -24,26 +25,13 @@ typedef struct doubled_kernels {
     void (*add_8_rows)(size_t columns, const double *a, const double *x, double *high, double *low);
 } doubled_kernels;
 
-/* high + low + a x */
-PERP__KERNEL static void accumulate(double *high, double *low, double a, double x)
-{
-    const double product = a * x;
-    const double product_error = fma(a, x, -product);
-    const double sum = *high + product;
-    const double part = sum - *high;
-    const double sum_error = (*high - (sum - part)) + (product - part);
-
-    *high = sum;
-    *low += sum_error + product_error;
-}
-
 /* high + low + the sum of 8 pairs, in an order that does not depend on the vectors. */
 PERP__KERNEL static void add_lanes(const double *h, const double *l, double *high, double *low)
 {
     double error = 0.0;
 
     for (size_t k = 0; k < 8; k++) {
-        accumulate(high, low, h[k], 1.0);
+        perp__accumulate(high, low, h[k], 1.0);
         error += l[k];
     }
     *low += error;
@@ -108,7 +96,7 @@ PERP__MULTIVERSION(by_sparse_columns,
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
-            accumulate(high + i, low + i, M->values[k], factor);
+            perp__accumulate(high + i, low + i, M->values[k], factor);
         }
     }
 }

@@ -30,7 +30,7 @@ TARGET static void NAME(add_4_columns)(size_t rows, const double *const *a, cons
     }
     for (; i < rows; i++)
         for (size_t k = 0; k < 4; k++)
-            accumulate(high + i, low + i, a[k][i], x[k]);
+            perp__accumulate(high + i, low + i, a[k][i], x[k]);
 }
 
 TARGET static void NAME(add_column)(size_t rows, const double *a, double x, double *high,
@@ -47,7 +47,7 @@ TARGET static void NAME(add_column)(size_t rows, const double *a, double x, doub
         store(low + i, l);
     }
     for (; i < rows; i++)
-        accumulate(high + i, low + i, a[i], x);
+        perp__accumulate(high + i, low + i, a[i], x);
 }
 
 /* high + low + a' x; entries 8 apart are summed by themselves first. */
@@ -73,7 +73,7 @@ TARGET static void NAME(add_row)(size_t columns, const double *a, const double *
 #undef ZERO
 #undef STEP
     for (j = columns >= FEW_COLUMNS ? columns - columns % 8 : 0; j < columns; j++)
-        accumulate(high, low, a[j], x[j]);
+        perp__accumulate(high, low, a[j], x[j]);
 }
 
 /* 8 rows side by side, entry j of row i at a[8 j + i]: each adds its products one after the other.

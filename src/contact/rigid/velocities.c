@@ -10,30 +10,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/doubled.h"
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
-
-/* A sum with its error beside it. */
-typedef struct doubled {
-    double sum, error;
-} doubled;
-
-PERP__KERNEL static void add_product(doubled *x, double a, double b)
-{
-    const double product = a * b, next = x->sum + product, part = next - x->sum;
-
-    x->error += fma(a, b, -product) + ((x->sum - (next - part)) + (product - part));
-    x->sum = next;
-}
-
-/* high + low := x, to rounding of low */
-static void split(doubled x, double *high, double *low)
-{
-    const double total = x.sum + x.error;
-
-    *high = total;
-    *low = isfinite(total) ? x.error - (total - x.sum) : 0.0;
-}
 
 /* The velocity of what a unit's side is on: NULL where that is the world at rest. v: of the bodies;
  * carriers have their own. */
@@ -50,7 +29,7 @@ PERP__KERNEL static double relative(int32_t width, const perp__rigid_problem *p,
                                     const perp__rigid_rows *g, int32_t i, const double *v,
                                     const double *v_low)
 {
-    doubled u = {g->bias[i], 0.0};
+    double u = g->bias[i], error = 0.0;
 
     for (int32_t side = 0; side < 2; side++) {
         const double *x = velocity_of(p, g->body[side], v), *J = g->rows[side][i];
@@ -59,11 +38,11 @@ PERP__KERNEL static double relative(int32_t width, const perp__rigid_problem *p,
         if (!x)
             continue;
         for (int32_t j = 0; j < width; j++)
-            add_product(&u, J[j], x[j]);
+            perp__accumulate(&u, &error, J[j], x[j]);
         for (int32_t j = 0; g->body[side] < p->bodies && j < width; j++)
-            u.error += J[j] * low[j];
+            error += J[j] * low[j];
     }
-    return u.sum + u.error;
+    return u + error;
 }
 
 PERP__MULTIVERSION(relative_doubled,
@@ -258,13 +237,15 @@ PERP__MULTIVERSION(apply,
     for (int32_t b = 0; b < p->bodies; b++, C += width * width)
         for (int32_t i = 0; i < width; i++) {
             const size_t at = (size_t)b * (size_t)width;
-            doubled sum = {0.0, 0.0};
+            double sum = 0.0, error = 0.0;
 
             for (int32_t j = 0; j < width; j++) {
-                add_product(&sum, C[i * row + j * column], x[at + (size_t)j]);
-                sum.error += C[i * row + j * column] * x_low[at + (size_t)j];
+                perp__accumulate(&sum, &error, C[i * row + j * column], x[at + (size_t)j]);
+                error += C[i * row + j * column] * x_low[at + (size_t)j];
             }
-            split(sum, &out[at + (size_t)i], &out_low[at + (size_t)i]);
+            perp__round_sum(&sum, &error);
+            out[at + (size_t)i] = sum;
+            out_low[at + (size_t)i] = error;
         }
 }
 
@@ -279,13 +260,8 @@ PERP__KERNEL static void push_rows(int32_t width, const perp__rigid_problem *p,
         if (g->body[side] < 0 || g->body[side] >= p->bodies)
             continue;
         for (int32_t i = 0; i < g->dim; i++)
-            for (int32_t j = 0; j < width; j++) {
-                doubled x = {sum[at + j], error[at + j]};
-
-                add_product(&x, g->rows[side][i][j], r[i]);
-                sum[at + j] = x.sum;
-                error[at + j] = x.error;
-            }
+            for (int32_t j = 0; j < width; j++)
+                perp__accumulate(sum + at + j, error + at + j, g->rows[side][i][j], r[i]);
     }
 }
 
@@ -315,10 +291,10 @@ static void doubled_velocities(perp_contact_solver *solver)
     apply(p, 1, solver->push, solver->push_low, solver->v, solver->v_low);
     apply(p, 0, solver->v, solver->v_low, solver->push, solver->push_low);
     for (int32_t i = 0; i < solver->n; i++) {
-        doubled sum = {p->free[i], solver->push_low[i]};
-
-        add_product(&sum, 1.0, solver->push[i]);
-        split(sum, &solver->v[i], &solver->v_low[i]);
+        solver->v[i] = p->free[i];
+        solver->v_low[i] = solver->push_low[i];
+        perp__accumulate(solver->v + i, solver->v_low + i, 1.0, solver->push[i]);
+        perp__round_sum(solver->v + i, solver->v_low + i);
     }
     relative_doubled(p, solver->v, solver->v_low, solver->u);
 }
