@@ -115,20 +115,13 @@ static void sparse_transposed(const perp__matrix *A, const double *x, const doub
                               double *high, double *low)
 {
     for (int32_t j = 0; j < A->columns; j++) {
-        double sum = add ? add[j] : 0.0, error = 0.0, total;
+        double sum = add ? add[j] : 0.0, error = 0.0;
 
-        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
-            const double factor = x[A->row_indices[k]];
-            const double product = A->values[k] * factor;
-            const double next = sum + product, part = next - sum;
-
-            error +=
-                fma(A->values[k], factor, -product) + ((sum - (next - part)) + (product - part));
-            sum = next;
-        }
-        total = sum + error;
-        high[j] = total;
-        low[j] = isfinite(total) ? error - (total - sum) : 0.0;
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+            perp__accumulate(&sum, &error, A->values[k], x[A->row_indices[k]]);
+        perp__round_sum(&sum, &error);
+        high[j] = sum;
+        low[j] = error;
     }
 }
 
