@@ -89,11 +89,6 @@ static void lay_out(perp__arena *arena, void *object)
     }
 }
 
-static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
-{
-    return laws->dims ? laws->dims[k] : laws->dim;
-}
-
 /* Shift and half width of row i among the bounded, by the bounds that count. */
 static void set_bounds(perp__contact_bounded *own, int32_t i, double low, double high)
 {
@@ -154,7 +149,7 @@ static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws
 static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
 {
     for (int32_t k = 0; k < own->contacts; k++) {
-        own->dims[k] = dim_of(laws, k);
+        own->dims[k] = perp__contact_dim(laws, k);
         own->two_sided[k] = laws->two_sided ? laws->two_sided[k] : 0;
         own->bound[k] = 0.0;
         own->mu[k] = laws->mu ? laws->mu[k] : 0.0;

@@ -83,6 +83,12 @@ int32_t perp__contact_bounded_narrow(perp__contact_bounded *own, const double *x
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
 void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance);
 
+/* Rows of contact k, without those that roll or spin. */
+static inline int32_t perp__contact_dim(const perp_contact_laws *laws, int32_t k)
+{
+    return laws->dims ? laws->dims[k] : laws->dim;
+}
+
 struct perp__contact_call;
 
 /* The methods' f, w, b (q) and r0 of a call. */

@@ -153,12 +153,6 @@ static int32_t write(double *r, double value)
     return changes;
 }
 
-/* A row with two bounds (bounded.h) always presses. */
-static int32_t is_bound(const perp__contact_problem *p, int32_t k)
-{
-    return p->bound && p->bound[k] > 0.0;
-}
-
 /* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at;
  * `moves`: on the side that u tells, be r where it may. Returns whether that changed anything. */
 static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_t moves)
@@ -167,10 +161,10 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_
     int32_t changed = 0, k, i;
 
     for (k = 0; k < p->contacts; k++) {
-        const double most = is_bound(p, k) ? p->mu[k] * p->bound[k] : 0.0;
+        const double most = perp__contact_is_bound(p, k) ? p->mu[k] * p->bound[k] : 0.0;
 
         i = p->starts[k];
-        if (!is_bound(p, k)) {
+        if (!perp__contact_is_bound(p, k)) {
             for (; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++)
                 changed |= write(&solver->r[i], 0.0);
         } else if (modes[k] != PERP_CONTACT_STICK) {
@@ -191,7 +185,8 @@ static void reconcile(perp_contact_solver *solver, const int8_t *modes)
     for (int32_t k = 0; k < p->contacts; k++) {
         if (modes)
             solver->modes[k] = modes[k];
-        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0 && !is_bound(p, k))
+        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0 &&
+            !perp__contact_is_bound(p, k))
             solver->modes[k] = PERP_CONTACT_SEPARATE;
         else if (solver->modes[k] == PERP_CONTACT_SEPARATE)
             solver->modes[k] = PERP_CONTACT_SLIP;

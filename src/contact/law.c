@@ -127,7 +127,7 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
     const int32_t count = perp__contact_parts(problem, k, parts);
     double pressure;
 
-    if (problem->bound && problem->bound[k] > 0.0)
+    if (perp__contact_is_bound(problem, k))
         r[normal] = problem->bound[k];
     else if (!(r[normal] > 0.0) && perp__contact_two_sided(problem, k) == 0)
         r[normal] = 0.0;

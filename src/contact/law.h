@@ -31,10 +31,17 @@ static inline int32_t perp__contact_normals(const perp__contact_problem *problem
 int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
                             perp__contact_part parts[3]);
 
+/* Whether contact k is a row with two bounds (bounded.h): its normal moves nothing, presses as it
+ * does, and is no row of the law. */
+static inline int32_t perp__contact_is_bound(const perp__contact_problem *problem, int32_t k)
+{
+    return problem->bound && problem->bound[k] > 0.0;
+}
+
 /* The first row of contact k that its law is about. */
 static inline int32_t perp__contact_first_row(const perp__contact_problem *problem, int32_t k)
 {
-    return problem->starts[k] + (problem->bound && problem->bound[k] > 0.0);
+    return problem->starts[k] + perp__contact_is_bound(problem, k);
 }
 
 /* Vertex j of the regular polygon with `edges` vertices in the unit circle, 0 at the first tangent;

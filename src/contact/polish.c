@@ -55,17 +55,11 @@ static void layout(perp__arena *arena, void *object)
     p->parts = perp__arena_take(arena, 3 * n, 1);
 }
 
-/* Whether the normal moves nothing: it presses as it does, and is no row of the system. */
-static int32_t is_bound(const perp__contact_problem *problem, int32_t k)
-{
-    return problem->bound && problem->bound[k] > 0.0;
-}
-
 /* Whether the one row of such a contact is at its bound: no row of the system, either. */
 static int32_t is_at_bound(const perp__contact_polish *p, const perp__contact_problem *problem,
                            int32_t k)
 {
-    return is_bound(problem, k) && p->parts[3 * k] == PERP__PART_SLIPS;
+    return perp__contact_is_bound(problem, k) && p->parts[3 * k] == PERP__PART_SLIPS;
 }
 
 static double bound_near(const perp__contact_problem *problem, int32_t k, double r)
@@ -84,7 +78,8 @@ static void read_set(perp__contact_polish *p, const perp__contact_problem *probl
 
         const double pressure = perp__contact_pressure(problem, k, r);
 
-        p->presses[k] = perp__contact_two_sided(problem, k) > 0 || is_bound(problem, k) ||
+        p->presses[k] = perp__contact_two_sided(problem, k) > 0 ||
+                        perp__contact_is_bound(problem, k) ||
                         r[normal] > u[normal] / problem->trace[k];
         for (int32_t c = 0; c < count; c++) {
             const int32_t row = parts[c].row;
@@ -117,7 +112,7 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (int32_t i = is_bound(problem, k);
+        for (int32_t i = perp__contact_is_bound(problem, k);
              p->presses[k] && i < perp__contact_normals(problem, k); i++)
             add_row(p, problem->starts[k] + i);
         for (int32_t c = 0; c < count && !is_at_bound(p, problem, k); c++)
@@ -128,7 +123,7 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
         add_row(p, i);
     for (int32_t k = 0; k < problem->contacts; k++)
         for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-            if (is_bound(problem, k))
+            if (perp__contact_is_bound(problem, k))
                 r[problem->starts[k]] = problem->bound[k];
             else if (p->place[i] < 0)
                 r[i] = 0.0;
@@ -357,7 +352,8 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
-        const int32_t presses = perp__contact_two_sided(problem, k) > 0 || is_bound(problem, k) ||
+        const int32_t presses = perp__contact_two_sided(problem, k) > 0 ||
+                                perp__contact_is_bound(problem, k) ||
                                 (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0);
         const double pressure = perp__contact_pressure(problem, k, r);
         const int32_t flips = presses != p->presses[k];

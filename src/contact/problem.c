@@ -8,11 +8,6 @@
 #include "contact/law.h"
 #include "contact/solver.h"
 
-static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
-{
-    return laws->dims ? laws->dims[k] : laws->dim;
-}
-
 /* Normals that hold both ways. */
 static int32_t both_of(const perp_contact_laws *laws, int32_t k)
 {
@@ -26,7 +21,7 @@ static int32_t is_positive(const double *x, int32_t k)
 
 static int32_t rows_of(const perp_contact_laws *laws, int32_t k)
 {
-    const int32_t dim = dim_of(laws, k);
+    const int32_t dim = perp__contact_dim(laws, k);
 
     if (both_of(laws, k) > 0)
         return dim;
@@ -50,7 +45,7 @@ perp_status perp__contact_check_dims(perp_context *context, const char *name,
                                      const perp_contact_laws *laws)
 {
     for (int32_t k = 0; k < laws->contacts; k++) {
-        const int32_t both = both_of(laws, k), dim = dim_of(laws, k);
+        const int32_t both = both_of(laws, k), dim = perp__contact_dim(laws, k);
 
         if (both < 0 || both > 3)
             return perp__refuse(context, "%s.two_sided[%d] is %d, expected 0, 1, 2 or 3", name,
@@ -71,7 +66,7 @@ perp_status perp__contact_check_dims(perp_context *context, const char *name,
 static perp_status check_turns(perp_context *context, const perp_contact_laws *laws)
 {
     for (int32_t k = 0; k < laws->contacts; k++) {
-        const int32_t both = both_of(laws, k) > 0, dim = dim_of(laws, k);
+        const int32_t both = both_of(laws, k) > 0, dim = perp__contact_dim(laws, k);
         const int32_t rolls = is_positive(laws->rolling, k) && (both || dim < 2);
 
         if (!rolls && !(is_positive(laws->spinning, k) && (both || dim < 3)))
@@ -166,7 +161,7 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
 {
     solver->starts[0] = solver->holds_both = 0;
     for (int32_t k = 0; k < solver->contacts; k++) {
-        solver->dims[k] = dim_of(laws, k);
+        solver->dims[k] = perp__contact_dim(laws, k);
         solver->two_sided[k] = both_of(laws, k);
         solver->holds_both |= solver->two_sided[k] > 0;
         solver->starts[k + 1] = solver->starts[k] + rows_of(laws, k);
