@@ -52,9 +52,11 @@ static void find_powers(perp_lcp_solver *solver)
 
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
+    const perp__parts parts = {solver->n, solver->parts, solver->part};
+
     solver->q = q;
-    if (perp__find_omegas(solver->n, solver->part, solver->parts, q, solver->exponents,
-                          solver->part_omega, solver->omega, solver->powers_known))
+    if (perp__find_omegas(&parts, q, solver->exponents, solver->part_omega, solver->omega,
+                          solver->powers_known))
         find_powers(solver);
     for (int32_t i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);

@@ -396,13 +396,13 @@ static int32_t find_omega(int32_t n, const double *q, const int32_t *exponents)
     return largest == INT32_MIN ? 0 : largest;
 }
 
-int32_t perp__find_omegas(int32_t n, const int32_t *part, int32_t parts, const double *q,
-                          const int32_t *exponents, int32_t *of_part, int32_t *omegas,
-                          int32_t known)
+int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,
+                          int32_t *of_part, int32_t *omegas, int32_t known)
 {
+    const int32_t n = parts->n, *part = parts->of;
     int32_t changed = !known, i;
 
-    if (parts == 1) {
+    if (parts->count == 1) {
         const int32_t omega = find_omega(n, q, exponents);
 
         changed = !known || omegas[0] != omega;
@@ -410,7 +410,7 @@ int32_t perp__find_omegas(int32_t n, const int32_t *part, int32_t parts, const d
             omegas[i] = omega;
         return changed;
     }
-    for (i = 0; i < parts; i++)
+    for (i = 0; i < parts->count; i++)
         of_part[i] = INT32_MIN;
     for (i = 0; i < n; i++) {
         const int32_t exponent = q[i] == 0.0 ? INT32_MIN : perp__exponent_of(q[i]) + exponents[i];

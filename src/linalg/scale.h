@@ -35,12 +35,17 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
  * work: 2 n entries, sizes: 3 n. */
 void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work, double *sizes);
 
-/* omegas[i], omegas[n + j] := log2 of the power of two near max 2^exponents |q| over the part (2 n,
- * perp__find_parts) of row i, of column j; 0 where that is 0. Returns whether one of them has
- * changed; what they hold on entry counts if it is `known`. of_part: work, `parts` entries. */
-int32_t perp__find_omegas(int32_t n, const int32_t *part, int32_t parts, const double *q,
-                          const int32_t *exponents, int32_t *of_part, int32_t *omegas,
-                          int32_t known);
+/* Rows 0 .. n - 1 and columns n .. 2 n - 1 by what hangs together: perp__find_parts. */
+typedef struct perp__parts {
+    int32_t n, count;
+    const int32_t *of; /* 2 n */
+} perp__parts;
+
+/* omegas[i], omegas[n + j] := log2 of the power of two near max 2^exponents |q| over the part of
+ * row i, of column j; 0 where that is 0. Returns whether one of them has changed; what they hold on
+ * entry counts if it is `known`. of_part: work, an entry a part. */
+int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,
+                          int32_t *of_part, int32_t *omegas, int32_t known);
 
 /* 2^e, |e| <= 1022, without a call to the maths library. */
 static inline double perp__power_of_two(int32_t e)

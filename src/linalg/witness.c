@@ -512,10 +512,11 @@ static double own_residual(perp__witness *t, const perp__witness_point *p,
                            const perp__witness_units *u)
 {
     const view v = {p, u->exponents, u->cut, p->M->rows, sqrt(p->tol)};
+    const perp__parts parts = {v.n, p->parts, p->part};
     int32_t extremes = 0;
     double own = 0.0;
 
-    perp__find_omegas(v.n, p->part, p->parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
+    perp__find_omegas(&parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
     perp__find_terms(p->M, p->q, p->z, u->exponents, t->omegas, t->terms);
     find_violations(t, &v);
     find_neighbours(t, &v);

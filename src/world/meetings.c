@@ -194,14 +194,15 @@ static int32_t is_covered(const encounter *e, const spot *at, int32_t owner, int
                           const perp__placed *placed, const double *normal)
 {
     const perp_world *world = e->world;
+    const perp__footing footing = {
+        at->position, normal, at->rim, at->crack, world->settings.planar, at->doubtful ? 1 : 2};
     double probes[PERP__MAX_PROBES][3];
     int32_t faces;
 
     if (!perp__is_dynamic(world, world->shapes[shape].body) &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
-    faces = perp__probe_faces(placed, world->settings.planar, at->position, normal, at->rim,
-                              at->doubtful ? 1 : 2, at->crack, probes);
+    faces = perp__probe_faces(placed, &footing, probes);
     for (int32_t i = 0; i < faces; i++)
         if (is_held(world, shape, owner, probes[i], e->h, at->t, 0.25 * at->crack))
             return 1;

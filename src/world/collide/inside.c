@@ -75,9 +75,7 @@ static void probe_hull(const perp__polytope *hull, int32_t face, const double *l
     perp__along3(probe, local, hull->offset[face] + crack - perp__dot3(n, local), n);
 }
 
-int32_t perp__probe_faces(const perp__placed *shape, int32_t planar, const double *position,
-                          const double *normal, double rim, int32_t least, double crack,
-                          double probes[][3])
+int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, double probes[][3])
 {
     const perp__geometry *geometry = shape->geometry;
     const int32_t boxed = geometry->kind == PERP__BOX;
@@ -85,20 +83,21 @@ int32_t perp__probe_faces(const perp__placed *shape, int32_t planar, const doubl
     int32_t faces[PERP__MAX_PROBES], count;
     if (!boxed && geometry->kind != PERP__HULL)
         return 0;
-    perp__subtract3(between, position, shape->position);
+    perp__subtract3(between, at->position, shape->position);
     perp__apply_transposed3(local, shape->rotation, between);
-    perp__apply_transposed3(out, shape->rotation, normal);
+    perp__apply_transposed3(out, shape->rotation, at->normal);
     if (boxed)
-        count = faces_of_box(geometry->half_extents, planar ? 2 : 3, local, out, rim, faces);
+        count =
+            faces_of_box(geometry->half_extents, at->planar ? 2 : 3, local, out, at->rim, faces);
     else
-        count = faces_of_hull(&geometry->hull->polytope, local, out, rim, faces);
-    if (count < least)
+        count = faces_of_hull(&geometry->hull->polytope, local, out, at->rim, faces);
+    if (count < at->least)
         return 0;
     for (int32_t i = 0; i < count; i++) {
         if (boxed)
-            probe_box(geometry->half_extents, faces[i], local, crack, probe);
+            probe_box(geometry->half_extents, faces[i], local, at->crack, probe);
         else
-            probe_hull(&geometry->hull->polytope, faces[i], local, crack, probe);
+            probe_hull(&geometry->hull->polytope, faces[i], local, at->crack, probe);
         perp__apply3(between, shape->rotation, probe);
         perp__along3(probes[i], shape->position, 1.0, between);
     }

@@ -66,13 +66,17 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
 /* Whether the point lies inside the shape, by more than `depth`. */
 int32_t perp__holds(const perp__placed *shape, const double *point, double depth);
 
-/* Of each face within `rim` of a position on the surface that makes the normal there, the point
- * `crack` before it; none where there are fewer than `least` such faces. Round shapes have none.
- * Returns how many. */
+/* A position on the surface of a shape that makes the normal there. */
+typedef struct perp__footing {
+    const double *position, *normal;
+    double rim, crack;
+    int32_t planar, least;
+} perp__footing;
+
+/* Of each face within `rim` of a footing, the point `crack` before it; none where there are fewer
+ * than `least` such faces. Round shapes have none. Returns how many. */
 #define PERP__MAX_PROBES 16
-int32_t perp__probe_faces(const perp__placed *shape, int32_t planar, const double *position,
-                          const double *normal, double rim, int32_t least, double crack,
-                          double probes[][3]);
+int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, double probes[][3]);
 
 /* One of the directions of which one separates shapes that are apart (separating axis theorem). */
 typedef struct perp__axis {
