@@ -6,8 +6,6 @@
  * 5.3. The pair is what remains of the exact sum but for a relative (n eps)^2 of |M||x|.
  *
  * Where a sum overflows its high part is infinite or NaN. */
-#include <math.h>
-
 #include "linalg/doubled.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"

@@ -104,12 +104,7 @@ static void take(look *a, int32_t row, int32_t column, double step)
 
 static double largest_entry(const perp_mechanism *m, int32_t row)
 {
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++)
-        largest = fmax(largest, fabs(J[i]));
-    return largest;
+    return perp__largest(m->begin.J + (size_t)row * (size_t)m->n, m->n);
 }
 
 /* Whether each row's derivative is known as well as it is going to be compared. */
