@@ -6,40 +6,51 @@
 
 #define PERP__ALIGNMENT ((size_t)64)
 
+/* More than any memory. */
+#define LARGEST (SIZE_MAX / 4)
+
 /* Numbers below have a product that fits twice over. */
 #define SMALL ((size_t)1 << (4 * sizeof(size_t) - 1))
 
-static int overflows(size_t offset, size_t count, size_t size)
+/* Whole cache lines; SIZE_MAX where there are too many. */
+static size_t bytes_of(size_t count, size_t size)
 {
-    if (count < SMALL && size < SMALL && offset < SIZE_MAX / 4) /* spares a division */
-        return 0;
-    return offset == SIZE_MAX || (size != 0 && count > (SIZE_MAX / 2 - offset) / size);
+    if ((count >= SMALL || size >= SMALL) && size != 0 && count > LARGEST / size)
+        return SIZE_MAX; /* a division that most are spared */
+    return (count * size + PERP__ALIGNMENT - 1) & ~(PERP__ALIGNMENT - 1);
 }
 
-void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
+static inline void *take(perp__arena *arena, size_t bytes)
 {
-    size_t offset = arena->used;
-    size_t bytes;
+    const size_t offset = arena->used;
 
-    if (overflows(offset, count, size)) {
+    if (bytes > LARGEST || offset > LARGEST) {
         arena->used = SIZE_MAX; /* an overflow while measuring: the fit will fail */
         return NULL;
     }
-    bytes = (count * size + PERP__ALIGNMENT - 1) & ~(PERP__ALIGNMENT - 1);
     arena->used = offset + bytes;
     return arena->base && arena->used <= arena->capacity ? arena->base + offset : NULL;
 }
 
+void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
+{
+    return take(arena, bytes_of(count, size));
+}
+
 void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
 {
+    const size_t bytes = bytes_of(count, sizeof **arrays[0]);
+
     for (size_t k = 0; k < many; k++)
-        *arrays[k] = perp__arena_take(arena, count, sizeof **arrays[k]);
+        *arrays[k] = take(arena, bytes);
 }
 
 void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many)
 {
+    const size_t bytes = bytes_of(count, sizeof **arrays[0]);
+
     for (size_t k = 0; k < many; k++)
-        *arrays[k] = perp__arena_take(arena, count, sizeof **arrays[k]);
+        *arrays[k] = take(arena, bytes);
 }
 
 static perp_status grow(perp__arena *arena, size_t needed)
@@ -118,10 +129,9 @@ perp_status perp__workspace_fit(perp__workspace *space, perp_context *context, s
     perp_status status;
 
     if (!space->work) {
-        space->work = perp__allocate(context, 1, size);
+        space->work = perp__allocate_zeros(context, 1, size, "a method's workspace");
         if (!space->work)
-            return perp__fail_memory(context, "a method's workspace");
-        memset(space->work, 0, size);
+            return PERP_ERROR_MEMORY;
     }
     memcpy(space->work, &problem, sizeof problem);
     if (space->fitted == setup)

@@ -151,6 +151,15 @@ void *perp__allocate(perp_context *context, size_t count, size_t size)
     return context->allocate(count * size > 0 ? count * size : 1, context->allocator_user);
 }
 
+void *perp__allocate_zeros(perp_context *context, size_t count, size_t size, const char *what)
+{
+    void *made = perp__allocate(context, count, size);
+
+    if (!made)
+        perp__fail_memory(context, what);
+    return made ? memset(made, 0, count * size) : NULL;
+}
+
 void perp__release(perp_context *context, void *pointer)
 {
     if (pointer)

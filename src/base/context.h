@@ -61,6 +61,8 @@ perp__refuse(perp_context *context, const char *format, ...);
 /* Memory through the context's allocator. allocate gives NULL on failure or on count * size
  * overflow, without a message; release accepts NULL. */
 void *perp__allocate(perp_context *context, size_t count, size_t size);
+/* The same filled with 0; on failure the message says that there is none for `what`. */
+void *perp__allocate_zeros(perp_context *context, size_t count, size_t size, const char *what);
 void perp__release(perp_context *context, void *pointer);
 
 /* Says that memory ran out while doing `what`; returns PERP_ERROR_MEMORY. */

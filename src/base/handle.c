@@ -27,13 +27,10 @@ static head head_of(const void *handle)
 void *perp__handle_create(perp_context *context, const perp__kind *kind)
 {
     const head own = {kind, context};
-    void *made = perp__allocate(context, 1, kind->size);
+    void *made = perp__allocate_zeros(context, 1, kind->size, kind->name);
 
-    if (!made) {
-        perp__fail_memory(context, kind->name);
+    if (!made)
         return NULL;
-    }
-    memset(made, 0, kind->size);
     memcpy(made, &own, sizeof own);
     context->children++;
     return made;

@@ -37,11 +37,11 @@ typedef struct perp__level {
 /* At first all 0 but for the context. */
 typedef struct perp__multigrid {
     perp_context *context;
-    int32_t levels; /* 0: nothing built; 1: no coarser level was found */
-    perp__level level[PERP__LEVELS];
-    int32_t top;                                  /* the level of the block */
-    double *sums;                                 /* n: a row of a product; zero between uses */
-    int32_t *marks;                               /* n */
+    int32_t levels;     /* 0: nothing built; 1: no coarser level was found */
+    perp__level *level; /* PERP__LEVELS of them, from the first building on */
+    int32_t top;        /* the level of the block */
+    double *sums;       /* n: a row of a product; zero between uses */
+    int32_t *marks;     /* n */
     double *direction, *product, *preconditioned; /* n */
     double *ones;                                 /* n */
     perp__arena arena;

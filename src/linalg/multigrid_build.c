@@ -122,13 +122,15 @@ static void join_aggregates(perp__level *level, double threshold)
 
 void perp__multigrid_release(perp__multigrid *grid)
 {
-    for (int32_t k = 0; k < PERP__LEVELS; k++) {
+    for (int32_t k = 0; k < PERP__LEVELS && grid->level; k++) {
         perp__arena_release(&grid->level[k].arena);
         perp__arena_release(&grid->level[k].transfer_arena);
         perp__arena_release(&grid->level[k].matrix_arena);
     }
     perp__sparse_cholesky_release(&grid->bottom);
     perp__arena_release(&grid->arena);
+    perp__release(grid->context, grid->level);
+    grid->level = NULL;
     grid->levels = 0;
 }
 
@@ -413,9 +415,13 @@ static perp_status make_bottom(perp__multigrid *grid)
 
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)
 {
-    perp_status status = read_finest(grid, M, scale);
+    perp_status status;
     int32_t k = 0;
 
+    if (!grid->level)
+        grid->level = perp__allocate_zeros(grid->context, PERP__LEVELS, sizeof *grid->level,
+                                           "the levels of multigrid");
+    status = grid->level ? read_finest(grid, M, scale) : PERP_ERROR_MEMORY;
     if (status == PERP_OK)
         find_near_null(&grid->level[0]);
     while (status == PERP_OK) {

@@ -308,13 +308,10 @@ typedef struct work {
 
 void *perp__work_create(perp_mechanism *m, size_t size, perp__layout layout_work)
 {
-    work *made = perp__allocate(m->context, 1, size);
+    work *made = perp__allocate_zeros(m->context, 1, size, "a mechanism");
 
-    if (!made) {
-        perp__fail_memory(m->context, "a mechanism");
+    if (!made)
         return NULL;
-    }
-    memset(made, 0, size);
     made->m = m;
     if (!layout_work || perp__arena_fit(&made->arena, m->context, layout_work, made) == PERP_OK)
         return made;

@@ -3,8 +3,6 @@
  * before. So the bits are those of one thread, whichever lane an island goes to. */
 #include "world/lanes.h"
 
-#include <string.h>
-
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
  * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */
 #define FEW_IN_ISLANDS 128
@@ -40,10 +38,10 @@ perp_status perp__create_lanes(perp_world *world)
                                 settings->tasks_user);
     if (status != PERP_OK)
         return status;
-    world->lanes = perp__allocate(world->context, (size_t)count, sizeof *world->lanes);
+    world->lanes =
+        perp__allocate_zeros(world->context, (size_t)count, sizeof *world->lanes, "the threads");
     if (!world->lanes)
-        return perp__fail_memory(world->context, "the threads");
-    memset(world->lanes, 0, (size_t)count * sizeof *world->lanes);
+        return PERP_ERROR_MEMORY;
     for (; world->lane_count < count && status == PERP_OK; world->lane_count++)
         status = create_lane(world, &world->lanes[world->lane_count]);
     return status == PERP_OK ? status : perp__fail_memory(world->context, "the threads");

@@ -16,12 +16,11 @@ static void lay_out(perp__arena *arena, void *object)
 
 perp_status perp__rigid_create(perp_context *context, perp__rigid_solver **solver)
 {
-    perp__rigid_solver *made = perp__allocate(context, 1, sizeof *made);
+    perp__rigid_solver *made = perp__allocate_zeros(context, 1, sizeof *made, "a contact solver");
     perp_status status;
 
     if (!made)
-        return perp__fail_memory(context, "a contact solver");
-    memset(made, 0, sizeof *made);
+        return PERP_ERROR_MEMORY;
     status = perp__contact_create(context, &made->solver, NULL);
     if (status == PERP_OK)
         *solver = made;

@@ -12,6 +12,8 @@
 
 #include <math.h>
 
+#include "base/context.h"
+
 #define SMALLEST 1000 /* below, a few more factorisations cost less than the levels */
 #define COARSEST 400
 #define STRONG 0.25 /* of a column's largest coupling */
@@ -163,13 +165,19 @@ static perp_status coarsen(perp__aggregated *coarse, int32_t k, int32_t *useful)
 
 perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_problem *problem)
 {
-    perp__aggregated_level *finest = &coarse->level[0];
+    perp__aggregated_level *finest;
     perp_status status;
     int32_t useful = 1, k;
 
     if (coarse->levels > 0)
         return PERP_OK;
     coarse->context = problem->context;
+    if (!coarse->level)
+        coarse->level = perp__allocate_zeros(coarse->context, PERP__LEVELS, sizeof *coarse->level,
+                                             "coarser problems");
+    finest = coarse->level;
+    if (!finest)
+        return PERP_ERROR_MEMORY;
     finest->n = problem->n;
     finest->M = *problem->M;
     finest->entries = 0;
@@ -196,10 +204,11 @@ perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_pro
 
 void perp__aggregated_release(perp__aggregated *coarse)
 {
-    for (int32_t k = 0; k < PERP__LEVELS && coarse->context; k++)
+    for (int32_t k = 0; k < PERP__LEVELS && coarse->level; k++)
         perp__arena_release(&coarse->level[k].arena);
-    if (coarse->context)
-        perp__arena_release(&coarse->arena);
+    perp__arena_release(&coarse->arena);
+    perp__release(coarse->context, coarse->level);
+    coarse->level = NULL;
     coarse->levels = 0;
 }
 

@@ -19,11 +19,11 @@ typedef struct perp__aggregated_level {
 
 typedef struct perp__aggregated {
     perp_context *context;
-    int32_t levels; /* 0: not built */
-    perp__aggregated_level level[PERP__LEVELS];
-    int32_t *position, *members; /* n; 2n */
-    double *ones, *norms;        /* n */
-    int32_t *zeros;              /* n */
+    int32_t levels;                /* 0: not built */
+    perp__aggregated_level *level; /* PERP__LEVELS of them, from the first building on */
+    int32_t *position, *members;   /* n; 2n */
+    double *ones, *norms;          /* n */
+    int32_t *zeros;                /* n */
     perp__arena arena;
 } perp__aggregated;
 

@@ -2,7 +2,6 @@
  * ACM TOMS 37 (2010). Ordering and pivots are kept from one matrix to the next of its pattern. */
 #include <klu.h>
 #include <math.h>
-#include <string.h>
 
 #include "base/context.h"
 #include "linalg/factor/factor.h"
@@ -49,11 +48,10 @@ static perp_status reanalyse(perp__factor *factor, const perp__square *A)
 
 static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
 {
-    perp__factor *made = perp__allocate(context, 1, sizeof *made);
+    perp__factor *made = perp__allocate_zeros(context, 1, sizeof *made, "a sparse factorisation");
 
     if (!made)
-        return perp__fail_memory(context, "a sparse factorisation");
-    memset(made, 0, sizeof *made);
+        return PERP_ERROR_MEMORY;
     made->context = context;
     klu_defaults(&made->common);
     made->work = perp__allocate(context, 2 * (size_t)A->n, sizeof *made->work);

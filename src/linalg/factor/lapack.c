@@ -30,11 +30,10 @@ static void destroy(perp__factor *factor)
 static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
 {
     const size_t n = (size_t)A->n;
-    perp__factor *made = perp__allocate(context, 1, sizeof *made);
+    perp__factor *made = perp__allocate_zeros(context, 1, sizeof *made, "a dense factorisation");
 
     if (!made)
-        return perp__fail_memory(context, "a dense factorisation");
-    memset(made, 0, sizeof *made);
+        return PERP_ERROR_MEMORY;
     made->context = context;
     made->n = A->n;
     made->singular = 1; /* until factored */

@@ -576,10 +576,9 @@ static perp_status finish(work *w, perp__hull **made, double *centre)
 perp_status perp__hull_make(perp_context *context, perp__hull **hull, double *centre,
                             const double *points, int32_t count, int32_t planar)
 {
-    work *w = perp__allocate(context, 1, sizeof *w);
+    work *w = perp__allocate_zeros(context, 1, sizeof *w, "a hull");
     if (!w)
-        return perp__fail_memory(context, "a hull");
-    memset(w, 0, sizeof *w);
+        return PERP_ERROR_MEMORY;
     w->context = context;
     w->points = points;
     w->count = count;
