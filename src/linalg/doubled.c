@@ -7,6 +7,9 @@
  *
  * Where a sum overflows its high part is infinite or NaN. */
 #include "linalg/doubled.h"
+
+#include <float.h>
+
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
@@ -15,10 +18,24 @@
  * than that the copy of eight rows, side by side, saves more than it costs. */
 enum { FEW_COLUMNS = 24, SHORT_ROW = 96 };
 
+/* Columns in one pass: they may all lie in the same few lines of the cache. */
+enum { TOGETHER = 8 };
+
+/* Some columns times their factors to high + low, or, in the first pass, to `from`. Each row adds
+ * its products one after the other, as one column at a time would. The last pass makes of the pair
+ * one value, as join does. */
+typedef struct doubled_pass {
+    const double *columns[TOGETHER];
+    double factors[TOGETHER];
+    size_t count;
+    const double *from; /* NULL: not the first */
+    int32_t last;
+    double *high, *low;
+} doubled_pass;
+
 typedef struct doubled_kernels {
-    void (*add_4_columns)(size_t rows, const double *const *a, const double *x, double *high,
-                          double *low);
-    void (*add_column)(size_t rows, const double *a, double x, double *high, double *low);
+    size_t least; /* rows that fill a vector */
+    void (*add_columns)(const doubled_pass *pass, size_t rows);
     void (*add_row)(size_t columns, const double *a, const double *x, double *high, double *low);
     void (*add_8_rows)(size_t columns, const double *a, const double *x, double *high, double *low);
 } doubled_kernels;
@@ -35,32 +52,66 @@ PERP__KERNEL static void add_lanes(const double *h, const double *l, double *hig
     *low += error;
 }
 
+/* One pair for one value: |low| <= ulp(high) / 2. An error that overflowed, where its sum did not,
+ * shows in high. */
+PERP__KERNEL static void join_one(double *high, double *low)
+{
+    const double sum = *high + *low;
+    const double part = sum - *high;
+    const double rest = (*high - (sum - part)) + (*low - part);
+
+    *high = *high - *high == 0.0 ? sum : *high;
+    *low = sum - sum == 0.0 ? rest : 0.0;
+}
+
+/* A pass over few rows. */
+PERP__KERNEL static void pass_any(const doubled_pass *p, size_t rows)
+{
+    for (size_t i = 0; i < rows; i++) {
+        double h = p->from ? p->from[i] : p->high[i], l = p->from ? 0.0 : p->low[i];
+
+        for (size_t k = 0; k < p->count; k++)
+            perp__accumulate(&h, &l, p->columns[k][i], p->factors[k]);
+        if (p->last)
+            join_one(&h, &l);
+        p->high[i] = h;
+        p->low[i] = l;
+    }
+}
+
 #define TEMPLATE "linalg/doubled_vector.h"
 #include "linalg/lanes/each_set.h"
 
 /* In the order of perp__vector_set. */
 static const doubled_kernels *const kernels[] = {PERP__OF_EACH_SET(&kernels)};
 
-static void by_columns(const perp__matrix *M, const double *x, double *high, double *low)
+static void by_columns(const perp__matrix *M, const double *x, const double *from, double *high,
+                       double *low)
 {
-    const doubled_kernels *k = kernels[perp__widest_vectors()];
     const size_t rows = (size_t)M->rows;
-    const double *columns[4];
-    double factors[4];
-    size_t pending = 0, c;
+    size_t set = perp__widest_vectors();
+    doubled_pass pass;
 
+    pass.count = 0;
+    pass.from = from;
+    pass.last = 0;
+    pass.high = high;
+    pass.low = low;
+    if (rows < kernels[set]->least && set > PERP__VECTOR_AVX2)
+        set--; /* rows that fill no vector at all are added one by one */
     for (int32_t j = 0; j < M->columns; j++) {
         if (x[j] == 0.0)
             continue;
-        columns[pending] = M->values + (size_t)j * M->column_stride;
-        factors[pending] = x[j];
-        if (++pending == 4) {
-            k->add_4_columns(rows, columns, factors, high, low);
-            pending = 0;
+        if (pass.count == TOGETHER) {
+            kernels[set]->add_columns(&pass, rows);
+            pass.from = NULL;
+            pass.count = 0;
         }
+        pass.columns[pass.count] = M->values + (size_t)j * M->column_stride;
+        pass.factors[pass.count++] = x[j];
     }
-    for (c = 0; c < pending; c++)
-        k->add_column(rows, columns[c], factors[c], high, low);
+    pass.last = 1;
+    kernels[set]->add_columns(&pass, rows);
 }
 
 /* Columns where x is 0 cost less than leaving them out: they add 0. */
@@ -99,20 +150,11 @@ PERP__MULTIVERSION(by_sparse_columns,
     }
 }
 
-/* One pair for one value: |low| <= ulp(high) / 2. An error that overflowed, where its sum did not,
- * shows in high. */
 PERP__MULTIVERSION(join, (size_t rows, double *restrict high, double *restrict low),
                    (rows, high, low))
 {
-    for (size_t i = 0; i < rows; i++) {
-        const double sum = high[i] + low[i];
-        const double part = sum - high[i];
-        const double rest = (high[i] - (sum - part)) + (low[i] - part);
-        const int32_t is_finite = sum - sum == 0.0;
-
-        high[i] = is_finite || high[i] - high[i] == 0.0 ? sum : high[i];
-        low[i] = is_finite ? rest : 0.0;
-    }
+    for (size_t i = 0; i < rows; i++)
+        join_one(high + i, low + i);
 }
 
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
@@ -120,6 +162,10 @@ void perp__multiply_doubled(const perp__matrix *M, const double *x, const double
 {
     const size_t rows = (size_t)M->rows;
 
+    if (!M->column_starts && M->row_stride == 1 && add) {
+        by_columns(M, x, add, high, low);
+        return;
+    }
     for (size_t i = 0; i < rows; i++) {
         high[i] = add ? add[i] : 0.0;
         low[i] = 0.0;
@@ -127,8 +173,9 @@ void perp__multiply_doubled(const perp__matrix *M, const double *x, const double
     if (M->column_starts)
         by_sparse_columns(M, x, high, low);
     else if (M->row_stride == 1)
-        by_columns(M, x, high, low);
+        by_columns(M, x, NULL, high, low);
     else
         by_rows(M, x, high, low);
-    join(rows, high, low);
+    if (M->column_starts || M->row_stride != 1)
+        join(rows, high, low);
 }

@@ -10,44 +10,44 @@
         (l) = add((l), subtract(e, minus_fused(p, (a), (x))));                     \
     } while (0)
 
-/* Four columns in one pass save three quarters of the traffic on high and low; each row still adds
- * its products one after the other, as one column at a time would. */
-TARGET static void NAME(add_4_columns)(size_t rows, const double *const *a, const double *x,
-                                       double *high, double *low)
+/* LANES rows of a pass, from row i on. */
+TARGET static inline void NAME(pass)(const doubled_pass *pass, size_t i, lanes *high, lanes *low)
 {
-    const lanes x0 = spread(x[0]), x1 = spread(x[1]), x2 = spread(x[2]), x3 = spread(x[3]);
-    size_t i;
+    const lanes zero = spread(0.0), most = spread(DBL_MAX);
+    lanes h = load((pass->from ? pass->from : pass->high) + i),
+          l = pass->from ? zero : load(pass->low + i);
 
-    for (i = 0; i + LANES <= rows; i += LANES) {
-        lanes h = load(high + i), l = load(low + i);
+    for (size_t k = 0; k < pass->count; k++)
+        ACCUMULATE(h, l, load(pass->columns[k] + i), spread(pass->factors[k]));
+    if (pass->last) {
+        const lanes sum = add(h, l), part = subtract(sum, h);
+        const lanes rest = add(subtract(h, subtract(sum, part)), subtract(l, part));
 
-        ACCUMULATE(h, l, load(a[0] + i), x0);
-        ACCUMULATE(h, l, load(a[1] + i), x1);
-        ACCUMULATE(h, l, load(a[2] + i), x2);
-        ACCUMULATE(h, l, load(a[3] + i), x3);
-        store(high + i, h);
-        store(low + i, l);
+        h = pick(at_most(absolute(h), most), sum, h);
+        l = pick(at_most(absolute(sum), most), rest, zero);
     }
-    for (; i < rows; i++)
-        for (size_t k = 0; k < 4; k++)
-            perp__accumulate(high + i, low + i, a[k][i], x[k]);
+    *high = h;
+    *low = l;
 }
 
-TARGET static void NAME(add_column)(size_t rows, const double *a, double x, double *high,
-                                    double *low)
+TARGET static void NAME(add_columns)(const doubled_pass *pass, size_t rows)
 {
-    const lanes all = spread(x);
-    size_t i;
+    const size_t end = rows - LANES;
+    lanes h, l, h_end, l_end;
 
-    for (i = 0; i + LANES <= rows; i += LANES) {
-        lanes h = load(high + i), l = load(low + i);
-
-        ACCUMULATE(h, l, load(a + i), all);
-        store(high + i, h);
-        store(low + i, l);
+    if (rows < LANES) {
+        pass_any(pass, rows);
+        return;
     }
-    for (; i < rows; i++)
-        perp__accumulate(high + i, low + i, a[i], x);
+    NAME(pass)
+    (pass, end, &h_end, &l_end); /* may overlap the one before: read before that is written */
+    for (size_t i = 0; i < end; i += LANES) {
+        NAME(pass)(pass, i, &h, &l);
+        store(pass->high + i, h);
+        store(pass->low + i, l);
+    }
+    store(pass->high + end, h_end);
+    store(pass->low + end, l_end);
 }
 
 /* high + low + a' x; entries 8 apart are summed by themselves first. */
@@ -95,7 +95,7 @@ TARGET static void NAME(add_8_rows)(size_t columns, const double *a, const doubl
 #undef STORE
 }
 
-static const doubled_kernels NAME(kernels) = {NAME(add_4_columns), NAME(add_column), NAME(add_row),
+static const doubled_kernels NAME(kernels) = {LANES, NAME(add_columns), NAME(add_row),
                                               NAME(add_8_rows)};
 
 #undef ACCUMULATE
