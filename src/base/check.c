@@ -154,7 +154,7 @@ perp_status perp__check_vector(perp_context *context, const char *name, const do
 perp_status perp__check_bounds(perp_context *context, const double *lower, const double *upper,
                                size_t count)
 {
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count && (lower || upper); i++) {
         double l = lower ? lower[i] : 0.0;
         double u = upper ? upper[i] : INFINITY;
 

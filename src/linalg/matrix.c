@@ -95,6 +95,10 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     if (lines > 0 && length > 0 && !M->values)
         return perp__refuse(context, "%s.values is NULL", name);
     stride = (size_t)M->leading_dimension;
+    read->row_stride = by_rows ? stride : 1;
+    read->column_stride = by_rows ? 1 : stride;
+    if (stride == (size_t)length && all_finite(M->values, (size_t)lines * stride))
+        return PERP_OK;
     for (size_t line = 0; line < (size_t)lines && length > 0; line++) {
         const double *values = M->values + line * stride;
 
@@ -105,8 +109,6 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
         return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%zu,%zu) is %s", name,
                           by_rows ? line : k, by_rows ? k : line, text_of(values[k]));
     }
-    read->row_stride = by_rows ? stride : 1;
-    read->column_stride = by_rows ? 1 : stride;
     return PERP_OK;
 }
 

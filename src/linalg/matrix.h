@@ -75,7 +75,7 @@ static inline double perp__largest(const double *x, int32_t n)
     double largest = 0.0;
 
     for (int32_t i = 0; i < n; i++)
-        largest = fmax(largest, fabs(x[i]));
+        largest = fabs(x[i]) > largest ? fabs(x[i]) : largest;
     return largest;
 }
 

@@ -159,13 +159,15 @@ PERP__KERNEL static double scaled(double value, int32_t a, int32_t b)
     return fabs(value) * power;
 }
 
-PERP__MULTIVERSION(add_norms,
-                   (int32_t rows, const double *a, const int32_t *e, int32_t e_j,
-                    double *restrict sums),
-                   (rows, a, e, e_j, sums))
+PERP__MULTIVERSION(add_norms, (const perp__matrix *M, const int32_t *e, double *restrict sums),
+                   (M, e, sums))
 {
-    for (int32_t i = 0; i < rows; i++)
-        sums[i] += scaled(a[i], e[i], e_j);
+    for (int32_t j = 0; j < M->columns; j++) {
+        const double *a = M->values + (size_t)j * M->column_stride;
+
+        for (int32_t i = 0; i < M->rows; i++)
+            sums[i] += scaled(a[i], e[i], e[j]);
+    }
 }
 
 PERP__MULTIVERSION(row_norms, (const perp__matrix *M, const int32_t *e, double *sums), (M, e, sums))
@@ -202,9 +204,7 @@ void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, dou
     if (M->column_starts)
         sparse_row_norms(M, exponents, row_sums);
     else if (M->row_stride == 1)
-        for (int32_t j = 0; j < M->columns; j++)
-            add_norms(M->rows, M->values + (size_t)j * M->column_stride, exponents, exponents[j],
-                      row_sums);
+        add_norms(M, exponents, row_sums);
     else
         row_norms(M, exponents, row_sums);
 }
@@ -333,7 +333,32 @@ int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *expon
     return perp__number_parts(part, 2 * n);
 }
 
+/* Whether one of the first rows and columns of a dense M has no zero: the column joins all rows to
+ * one another, the row all columns to them. */
+static int32_t is_in_one_piece(const perp__matrix *M)
+{
+    enum { LOOKED_AT = 4 };
+    const int32_t n = M->rows;
+
+    for (int32_t k = 0; k < n && k < LOOKED_AT && !M->column_starts; k++) {
+        const double *row = M->values + (size_t)k * M->row_stride;
+        const double *column = M->values + (size_t)k * M->column_stride;
+        int32_t i = 0;
+
+        while (i < n && row[(size_t)i * M->column_stride] != 0.0 &&
+               column[(size_t)i * M->row_stride] != 0.0)
+            i++;
+        if (i == n)
+            return 1;
+    }
+    return 0;
+}
+
 int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *sizes, int32_t *work)
 {
+    if (is_in_one_piece(M)) {
+        memset(part, 0, 2 * (size_t)M->rows * sizeof *part);
+        return 1;
+    }
     return perp__find_significant_parts(M, NULL, 0.0, NULL, part, sizes, work);
 }

@@ -101,7 +101,7 @@ static void couple(search *s, int32_t from, int32_t to, double value)
 /* log2 of the larger of two couplings to row j, scaled on its side. */
 static int32_t coupling(const search *s, int32_t j, double first, double second)
 {
-    const double larger = fmax(fabs(first), fabs(second));
+    const double larger = fabs(first) > fabs(second) ? fabs(first) : fabs(second);
 
     return larger == 0.0 ? NO_ENTRY : perp__exponent_of(larger) + s->exponents[j];
 }
@@ -186,6 +186,19 @@ static void spread(search *s)
     }
     while (s->queued > 0)
         s->level[s->queue[--s->queued]] = DONE;
+}
+
+/* Most problems: every diagonal is positive, and nothing else counts. False where one is not. */
+static int32_t scale_by_diagonal(const perp__matrix *M, const int32_t *without, int32_t *exponents)
+{
+    for (int32_t i = 0; i < M->rows; i++) {
+        const double *diagonal = entry_of(M, i, i);
+
+        if (!diagonal || !(*diagonal > 0.0) || (without && without[i]))
+            return 0;
+        exponents[i] = unit_diagonal(*diagonal);
+    }
+    return 1;
 }
 
 /* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */
@@ -349,14 +362,16 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
                 .unset = M->rows,
                 .wanted = UNSET};
 
+    if (scale_by_diagonal(M, without, exponents))
+        return;
     for (int32_t i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
     start_at_diagonals(&s, without);
-    if (s.unset == 0)
-        return;
     s.symmetric = has_symmetric_pattern(M);
     scale_other_diagonals(&s);
     spread(&s);
+    if (s.unset == 0)
+        return;
     start_at_lowest(&s);
     spread(&s);
 }
@@ -366,10 +381,10 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
 {
     double largest = 0.0;
 
-    for (int32_t i = 0; i < M->rows; i++)
-        exponents[i] = 0;
     if (enabled)
         perp__equilibrate_but(M, NULL, exponents, work);
+    for (int32_t i = 0; i < M->rows && !enabled; i++)
+        exponents[i] = 0;
     perp__scaled_row_norms(M, exponents, row_norms);
     for (int32_t i = 0; i < M->rows; i++)
         if (!(row_norms[i] <= largest))
