@@ -169,6 +169,7 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
 
     p->context = solver->context;
     p->n = solver->n;
+    p->setup = solver->setups;
     p->M = &solver->M;
     p->exponents = solver->exponents;
     p->factors = solver->factors;
@@ -335,8 +336,10 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
                             perp_lcp_method_text(step->method));
     attempts = slot->method->attempts;
     status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
-    PERP__THEN(status, perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
-                                           slot->method->layout, &solver->problem, solver->setups));
+    PERP__THEN(status,
+               perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
+                                   slot->method->layout, &solver->problem,
+                                   slot->method->by_shape ? solver->shape : solver->setups));
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
     while (status == PERP_OK && has_iterations_left(solver, step)) {

@@ -33,6 +33,7 @@ typedef struct perp__lcp_control {
 typedef struct perp__lcp_problem {
     perp_context *context;
     int32_t n;
+    int64_t setup;                   /* its number: another one, another matrix */
     const perp__matrix *M;           /* the caller's matrix, not scaled */
     const int32_t *exponents;        /* log2 of D */
     const double *factors;           /* D itself: 2^e, |e| <= 511, so that D_i D_j is exact */
@@ -75,6 +76,9 @@ typedef struct perp__lcp_method {
     int32_t id;       /* PERP_LCP_... */
     size_t work_size; /* bytes of the method's own workspace struct */
     int32_t attempts; /* how often it may start afresh (iterate->attempt) before it has failed */
+    /* The layout depends on sizes, storage and the number of free variables alone and forgets
+     * nothing else: it runs where these change, not at every set-up. */
+    int32_t by_shape;
     /* True where this method is the one for its id: dense and sparse problems may have one each.
      * NULL: always. Asked in the order of the solver's table, once a problem is set up. */
     int32_t (*suits)(const perp__lcp_problem *problem);

@@ -50,13 +50,13 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
     perp__polish *p = &solver->polish;
     perp_status status;
 
-    if (p->fitted == solver->setups)
+    if (p->fitted == solver->shape)
         return PERP_OK;
     p->fitted = 0;
     status = perp__arena_fit(&p->arena, solver->context, layout, solver);
     if (status != PERP_OK)
         return status;
-    p->fitted = solver->setups;
+    p->fitted = solver->shape;
     return PERP_OK;
 }
 
@@ -191,7 +191,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
             double z = perp__z_scaled(solver, i, solver->z[i]) - step;
 
             solver->z[i] = perp__z_caller(solver, i, z);
-            z_largest = fmax(z_largest, fabs(z));
+            z_largest = fabs(z) > z_largest ? fabs(z) : z_largest;
         }
         perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
         /* the next step would be shorter at the same rate */

@@ -129,16 +129,19 @@ static void equilibrate(perp_lcp_solver *solver)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
 }
 
-/* Room for problems of n rows. */
+/* Room for problems of n rows; without it that for the last one's stays. */
 static perp_status fit(perp_lcp_solver *solver, int32_t n)
 {
-    perp_lcp_solver next = *solver;
+    const int32_t before = solver->n;
     perp_status status;
 
-    next.n = n;
-    status = perp__arena_fit(&next.arena, solver->context, layout, &next);
+    solver->n = n;
+    status = perp__arena_fit(&solver->arena, solver->context, layout, solver);
     if (status == PERP_OK)
-        *solver = next;
+        return status;
+    solver->n = before;
+    if (solver->setups > 0) /* the block is there */
+        perp__arena_fit(&solver->arena, solver->context, layout, solver);
     return status;
 }
 
@@ -147,17 +150,26 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
 {
     perp__matrix own;
     perp_status status = perp__lcp_problem_read(solver->context, &own, M, lower, upper);
+    int32_t free_before = solver->free_variables, other_shape;
 
-    if (status == PERP_OK && (solver->setups == 0 || own.rows != solver->n))
+    if (status != PERP_OK)
+        return status;
+    other_shape = solver->setups == 0 || own.rows != solver->n || own.column_starts ||
+                  solver->M.column_starts;
+    if (solver->setups == 0 || own.rows != solver->n)
         status = fit(solver, own.rows);
     if (status != PERP_OK)
         return status;
     solver->M = own;
+    solver->free_variables = 0;
     for (int32_t i = 0; i < solver->n; i++) {
         solver->lower[i] = lower ? lower[i] : 0.0;
         solver->upper[i] = upper ? upper[i] : INFINITY;
+        solver->free_variables += solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY;
     }
     solver->setups++;
+    if (other_shape || free_before != solver->free_variables)
+        solver->shape = solver->setups;
     equilibrate(solver);
     return PERP_OK;
 }

@@ -53,6 +53,8 @@ struct perp_lcp_solver {
     perp_lcp_settings settings;
     perp__arena arena;
     int64_t setups; /* 0: no problem yet */
+    int64_t shape;  /* the set-up since which arrays have needed no other sizes */
+    int32_t free_variables;
     int32_t n;
     perp__matrix M;
     double *lower, *upper; /* caller's units */

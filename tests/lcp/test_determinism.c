@@ -17,15 +17,18 @@
 
 static const int32_t methods[] = {PERP_LCP_AUTO, PERP_LCP_LEMKE, PERP_LCP_PGS, PERP_LCP_FISCHER};
 
-static void make_problem(gen_lcp *problem, gen_random *random, int round)
+/* n = 0: of any size. */
+static void make_problem(gen_lcp *problem, gen_random *random, int round, int32_t n)
 {
+    static const int32_t classes[] = {GEN_PD_SYMMETRIC, GEN_M, GEN_PSD_LOW_RANK,
+                                      GEN_PD_UNSYMMETRIC};
     const gen_contact_options contact = {3, 4, 4, 100, 1.0, 1, 1};
 
-    if (round % 4 == 3)
+    if (n == 0 && round % 4 == 3)
         gen_contact(problem, random, &contact);
     else
-        gen_problem(problem, random, 3 + gen_integer(random, 12),
-                    round % 4 == 0 ? GEN_PD_SYMMETRIC : GEN_M, round % GEN_BOUNDS);
+        gen_problem(problem, random, n > 0 ? n : 3 + gen_integer(random, 12), classes[round % 4],
+                    round % GEN_BOUNDS);
 }
 
 static int pgs_can(const gen_lcp *problem)
@@ -65,7 +68,7 @@ static void test_again_and_elsewhere(void **state)
     for (round = 0; round < 60; round++) {
         gen_lcp problem;
 
-        make_problem(&problem, &random, round);
+        make_problem(&problem, &random, round, 0);
         for (m = 0; m < 4; m++) {
             perp_lcp_settings settings = run_settings(methods[m]);
             run first, again, elsewhere;
@@ -86,47 +89,94 @@ static void test_again_and_elsewhere(void **state)
     perp_context_destroy(other);
 }
 
-/* A solver that has seen other problems and other q forgets them. */
+static void compare_with_fresh(perp_lcp_solver *solver, const gen_lcp *problem,
+                               const perp_lcp_settings *settings)
+{
+    run fresh, used;
+
+    run_lcp(&fresh, context, problem, settings, NULL, "fresh");
+    run_lcp(&used, context, problem, settings, NULL, "room for the results");
+    assert_int_equal(perp_lcp_solver_setup(solver, &problem->view, problem->lower, problem->upper),
+                     PERP_OK);
+    /* another q first */
+    assert_int_equal(perp_lcp_solver_solve(solver, used.z, used.w, NULL, &used.result,
+                                           problem->w ? problem->w : problem->q, NULL),
+                     PERP_OK);
+    assert_int_equal(
+        perp_lcp_solver_solve(solver, used.z, used.w, NULL, &used.result, problem->q, NULL),
+        PERP_OK);
+    require_same_bits(&fresh, &used, problem->n, perp_lcp_method_text(settings->method));
+    run_release(&fresh);
+    run_release(&used);
+}
+
+/* A solver that has seen other problems and other q forgets them: of any size, and of one size,
+ * where memory stays as it is laid out unless the storage or the number of free variables is
+ * another one. */
 static void test_after_other_problems(void **state)
 {
     gen_random random;
     int round;
-    size_t m;
 
     (void)state;
-    for (m = 0; m < 4; m++) {
-        perp_lcp_settings settings = run_settings(methods[m]);
+    for (size_t m = 0; m < 8; m++) {
+        perp_lcp_settings settings = run_settings(methods[m % 4]);
         perp_lcp_solver *solver;
 
         gen_seed(&random, 42);
         assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
         for (round = 0; round < 60; round++) {
-            gen_lcp problem;
-            run fresh, used;
+            gen_lcp problem, sparse;
 
-            make_problem(&problem, &random, round);
-            if (methods[m] == PERP_LCP_PGS && !pgs_can(&problem)) {
-                gen_destroy(&problem);
-                continue;
+            make_problem(&problem, &random, round, m < 4 ? 0 : 16);
+            if (methods[m % 4] != PERP_LCP_PGS || pgs_can(&problem))
+                compare_with_fresh(solver, &problem, &settings);
+            if (m >= 4 && round % 5 == 4) {
+                const perp_matrix dense = problem.view;
+
+                gen_to_csc(&sparse, &problem);
+                problem.view = sparse.view;
+                compare_with_fresh(solver, &problem, &settings);
+                problem.view = dense;
+                gen_destroy(&sparse);
             }
-            run_lcp(&fresh, context, &problem, &settings, NULL, "fresh");
-            run_lcp(&used, context, &problem, &settings, NULL, "room for the results");
-            assert_int_equal(
-                perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
-                PERP_OK);
-            /* another q first */
-            assert_int_equal(perp_lcp_solver_solve(solver, used.z, used.w, NULL, &used.result,
-                                                   problem.w ? problem.w : problem.q, NULL),
-                             PERP_OK);
-            assert_int_equal(
-                perp_lcp_solver_solve(solver, used.z, used.w, NULL, &used.result, problem.q, NULL),
-                PERP_OK);
-            require_same_bits(&fresh, &used, problem.n, perp_lcp_method_text(methods[m]));
-            run_release(&fresh);
-            run_release(&used);
             gen_destroy(&problem);
         }
         perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* Free variables that depend on each other are two pairs each: the same matrix needs twice the room
+ * where its variables are free. */
+static void test_after_other_bounds(void **state)
+{
+    enum { N = 16 };
+    static const int32_t kinds[] = {PERP_LCP_AUTO, PERP_LCP_LEMKE};
+    int M[N * N], q[N], k;
+
+    (void)state;
+    for (k = 0; k < N * N; k++)
+        M[k] = 1;
+    for (k = 0; k < N; k++)
+        q[k] = -3;
+    for (k = 0; k < 2; k++) {
+        const perp_lcp_settings settings = run_settings(kinds[k]);
+        gen_lcp bounded, unbounded;
+        perp_lcp_solver *solver;
+
+        gen_from_integers(&bounded, N, M, q);
+        gen_from_integers(&unbounded, N, M, q);
+        unbounded.lower = check_allocate(N, sizeof(double));
+        unbounded.upper = check_allocate(N, sizeof(double));
+        for (int32_t i = 0; i < N; i++)
+            unbounded.upper[i] = -(unbounded.lower[i] = -INFINITY);
+        assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
+        compare_with_fresh(solver, &bounded, &settings);
+        compare_with_fresh(solver, &unbounded, &settings);
+        compare_with_fresh(solver, &bounded, &settings);
+        perp_lcp_solver_destroy(solver);
+        gen_destroy(&bounded);
+        gen_destroy(&unbounded);
     }
 }
 
@@ -240,7 +290,7 @@ static void test_powers_of_two(void **state)
         gen_lcp problem, scaled;
         int32_t i;
 
-        make_problem(&problem, &random, round);
+        make_problem(&problem, &random, round, 0);
         for (i = 0; i < problem.n && round % 3 != 0; i++)
             e[i] = gen_integer(&random, 501) - 250;
         if (round % 3 != 1)
@@ -270,6 +320,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_again_and_elsewhere),
         cmocka_unit_test(test_after_other_problems),
+        cmocka_unit_test(test_after_other_bounds),
         cmocka_unit_test(test_sparse_solver_after_other_right_hand_sides),
         cmocka_unit_test(test_powers_of_two),
     };

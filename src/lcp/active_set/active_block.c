@@ -109,8 +109,9 @@ static enum perp__block_state judge(const double *factored, int32_t n, const int
             negative ^= pivots[k] != k + 1;
         else
             pivot *= pivot;
-        least = fmin(least, fabs(pivot));
-        largest = fmax(largest, fabs(pivot));
+        pivot = fabs(pivot);
+        least = pivot < least ? pivot : least;
+        largest = pivot > largest ? pivot : largest;
     }
     if (least < PERP__SINGULAR_PIVOT * largest)
         return PERP__BLOCK_SINGULAR;
@@ -303,20 +304,25 @@ int32_t perp__is_symmetric(const perp__lcp_problem *problem)
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
+    const size_t n = (size_t)M->rows;
+    const size_t step = M->row_stride == 1 ? M->column_stride : M->row_stride;
     enum { TILE = 16 };
 
-    for (int32_t J = 0; J < M->rows; J += TILE)
-        for (int32_t I = J; I < M->rows; I += TILE)
-            for (int32_t j = J; j < J + TILE && j < M->rows; j++)
-                for (int32_t i = I > j ? I : j + 1; i < I + TILE && i < M->rows; i++) {
-                    const double a =
-                        M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
-                    const double b =
-                        M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride];
+    for (size_t J = 0; J < n; J += TILE)
+        for (size_t I = J; I < n; I += TILE) {
+            const size_t end_j = J + TILE < n ? J + TILE : n, end_i = I + TILE < n ? I + TILE : n;
+
+            for (size_t j = J; j < end_j; j++) {
+                const double *line = M->values + j * step, *across = M->values + j;
+
+                for (size_t i = I > j ? I : j + 1; i < end_i; i++) {
+                    const double a = line[i], b = across[i * step];
 
                     if (a != b && !(fabs(a * (d[i] * d[j]) - b * (d[i] * d[j])) <=
                                     64.0 * DBL_EPSILON * problem->row_norms[i]))
                         return 0;
                 }
+            }
+        }
     return 1;
 }

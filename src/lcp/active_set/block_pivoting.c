@@ -95,48 +95,41 @@ static enum perp__block_state solve_places(perp__block_pivoting *b)
 }
 
 /* Where index i, between its bounds, belongs. */
-static inline int8_t side_of(const perp__lcp_problem *p, int32_t i, double z, double z_largest)
+static inline int8_t side_of(double z, double lower, double upper, double noise)
 {
-    const double noise = PERP__NOISE * z_largest;
-
-    return z < p->lower[i] - noise   ? PERP__AT_LOWER
-           : z > p->upper[i] + noise ? PERP__AT_UPPER
-                                     : PERP__BETWEEN;
-}
-
-/* Where it belongs at one of them. */
-static inline int8_t release(const perp__lcp_problem *p, int32_t i, int8_t place, double w,
-                             double z_largest)
-{
-    const int32_t is_wrong =
-        (place == PERP__AT_LOWER && w < 0.0) || (place == PERP__AT_UPPER && w > 0.0);
-
-    return is_wrong && fabs(w) > PERP__NOISE * (p->row_norms[i] * z_largest + fabs(p->q[i]))
-               ? PERP__BETWEEN
-               : place;
+    return z < lower - noise ? PERP__AT_LOWER : z > upper + noise ? PERP__AT_UPPER : PERP__BETWEEN;
 }
 
 /* Finds `next`, where every index belongs. Returns how many are elsewhere; -1 if z is not finite.
  */
 static int32_t find_next(perp__block_pivoting *b)
 {
-    const perp__lcp_problem p = *b->problem; /* out of the way of what is written */
     const double *z = b->trial_z, *w = b->w;
+    const double *lower = b->problem->lower, *upper = b->problem->upper;
+    const double *q = b->problem->q, *norms = b->problem->row_norms;
+    const int32_t n = b->problem->n;
     const int8_t *places = b->trial_places;
     double z_largest = 0.0, nothing = 0.0; /* NaN once a NaN or an infinity is met */
     int8_t *next = b->next;
     int32_t count = 0;
 
-    for (int32_t i = 0; i < p.n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         const double size = fabs(z[i]);
 
         nothing += 0.0 * z[i] + 0.0 * w[i];
         z_largest = size > z_largest ? size : z_largest;
     }
-    for (int32_t i = 0; i < p.n; i++) {
-        next[i] = places[i] == PERP__BETWEEN ? side_of(&p, i, z[i], z_largest)
-                                             : release(&p, i, places[i], w[i], z_largest);
-        count += next[i] != places[i];
+    for (int32_t i = 0; i < n; i++) {
+        const int8_t place = places[i];
+        const double wrong = place == PERP__AT_LOWER ? -w[i] : place == PERP__AT_UPPER ? w[i] : 0.0;
+        int8_t to = place;
+
+        if (place == PERP__BETWEEN)
+            to = side_of(z[i], lower[i], upper[i], PERP__NOISE * z_largest);
+        else if (wrong > 0.0 && wrong > PERP__NOISE * (norms[i] * z_largest + fabs(q[i])))
+            to = PERP__BETWEEN; /* released */
+        next[i] = to;
+        count += to != place;
     }
     return nothing == 0.0 ? count : -1;
 }
@@ -286,5 +279,5 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
 }
 
 const perp__lcp_method perp__lcp_active_set = {
-    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, NULL, layout, solve, NULL,
+    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, 0, suits, NULL, layout, solve, NULL,
 };

@@ -392,6 +392,7 @@ const perp__lcp_method perp__lcp_active_set_sparse = {
     PERP_LCP_ACTIVE_SET,
     sizeof(perp__sparse_active_set),
     1,
+    0,
     suits,
     NULL,
     perp__sparse_active_set_layout,

@@ -310,5 +310,5 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 }
 
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, NULL, layout, solve, NULL,
+    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, 0, NULL, NULL, layout, solve, NULL,
 };

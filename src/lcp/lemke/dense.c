@@ -37,7 +37,7 @@ void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l)
     l->queue = perp__arena_take(arena, pairs, sizeof(int32_t));
     if (!l->head.problem->M->column_starts)
         perp__block_pivoting_layout(arena, &l->crash, l->head.problem->n, 1);
-    l->examined = 0;
+    l->examined = -1;
 }
 
 /* b = sign (q + M base), T = -sign M sign in the pairs, in place of -M. */
@@ -355,9 +355,9 @@ static void examine(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
 
-    if (l->examined)
+    if (l->examined == p->setup)
         return;
-    l->examined = 1;
+    l->examined = p->setup;
     l->crashes = l->symmetric = 0;
     l->positive = perp__diagonal_is_positive(p->M);
     if (!l->positive)

@@ -430,5 +430,5 @@ static void release(void *work)
 }
 
 const perp__lcp_method perp__lcp_lemke = {
-    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, NULL, layout, solve, release,
+    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, 1, NULL, NULL, layout, solve, release,
 };

@@ -182,7 +182,7 @@ struct perp__lemke {
     perp__factored factored;
 
     perp__block_pivoting crash;  /* dense M only; its block lies in the tableau's memory */
-    int32_t examined;            /* since the last set-up: what M says is known */
+    int64_t examined;            /* the set-up since which it is known what M says */
     int32_t positive, symmetric; /* the diagonal; M */
     int32_t crashes;             /* a crash from cold may pay */
 };

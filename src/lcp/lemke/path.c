@@ -66,7 +66,10 @@ void perp__lemke_write_limits(perp__lemke *l)
 
 double perp__lemke_violation(const perp__lemke *l, int32_t r)
 {
-    return fmax(fmax(l->low[r] - l->b[r], l->b[r] - l->high[r]), 0.0);
+    const double below = l->low[r] - l->b[r], above = l->b[r] - l->high[r];
+    const double most = below > above ? below : above;
+
+    return most > 0.0 ? most : 0.0;
 }
 
 /* How far the basic variable of row r is from the limit it moves towards, and how fast it moves for

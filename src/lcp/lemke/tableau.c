@@ -152,7 +152,8 @@ void perp__tableau_multiply(perp__tableau *t, double *x, double *y)
             for (size_t l = first; l < k; l++)
                 v[k - first] -= owed[l] * v[l - first];
             y[r] = v[k - first] / t->pivots[k];
-            add_columns(t, t->entered[k], 1, &later[k], y);
+            if (later[k] != 0.0)
+                add_columns(t, t->entered[k], 1, &later[k], y);
         }
         t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
                                     v, y);

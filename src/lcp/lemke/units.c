@@ -153,13 +153,14 @@ static void apply(perp__lemke *l)
 static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
 {
     const double *norms = l->head.problem->row_norms;
-    double least = INFINITY, most = 0.0;
+    double least = INFINITY, most = 0.0, norm;
 
     for (int32_t k = 0; k < l->pairs; k++) {
         if (l->basic[k] != l->pairs + k)
             return 0;
-        least = fmin(least, norms[l->index[k]]);
-        most = fmax(most, norms[l->index[k]]);
+        norm = norms[l->index[k]];
+        least = norm < least ? norm : least;
+        most = norm > most ? norm : most;
     }
     return l->tableau.columns == l->pairs && (eager || most > SPREAD * least);
 }
