@@ -91,11 +91,12 @@ def view(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
     Returns the number of rows, the number of stored entries, and what owns the memory, to be kept
     as long as the view is used.
     """
-    if not is_sparse(M):
-        M = real(M, "M")
-    n = _check_square(M.shape)
-    entries, owner = view_rectangle(matrix, M, "M")
-    return n, entries, owner
+    if is_sparse(M):
+        n = _check_square(M.shape)
+        return n, *_view_sparse(matrix, M, "M")
+    array = real(M, "M")
+    n = _check_square(array.shape)
+    return n, *_view_array(matrix, array, n, n)
 
 
 def view_rectangle(matrix: Matrix, A: Any, name: str) -> tuple[int, Any]:
@@ -106,7 +107,12 @@ def view_rectangle(matrix: Matrix, A: Any, name: str) -> tuple[int, Any]:
 
 def _view_dense(matrix: Matrix, A: Any, name: str) -> tuple[int, Any]:
     array = real(A, name)
-    rows, columns = _check_rectangle(array.shape, name)
+    return _view_array(matrix, array, *_check_rectangle(array.shape, name))
+
+
+def _view_array(
+    matrix: Matrix, array: NDArray[np.float64], rows: int, columns: int
+) -> tuple[int, Any]:
     down, right = array.strides
     if rows <= 1 and columns <= 1:
         storage, step = COLUMN_MAJOR, _item

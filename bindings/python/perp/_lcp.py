@@ -6,6 +6,7 @@ import os
 import threading
 from ctypes import byref
 from dataclasses import dataclass
+from operator import is_not
 from typing import Any, Optional
 
 import numpy as np
@@ -26,6 +27,7 @@ _PIVOT_RULE_CODES = codes("PERP_PIVOT_")
 _SWEEP_CODES = codes("PERP_SWEEP_")
 _ACCELERATION_CODES = codes("PERP_ACCELERATION_")
 _NO_MONITOR = LcpMonitor()
+_UNCHANGING = (str, float, int, bool, type(None))
 
 
 @dataclass(eq=False)
@@ -137,6 +139,7 @@ class _Call:
     def __init__(self) -> None:
         self.context = Context()
         self.settings = sized(LcpSettings)
+        self.filled: Any = None  # what the settings hold, as lcp() was given it
         self.matrix = sized(Matrix)
         self.result = sized(CResult)
         self.references = byref(self.result), byref(self.settings), byref(self.matrix)
@@ -203,21 +206,15 @@ def lcp(
     call = idle.pop() if idle else _Call()
     watch = None
     try:
-        _fill(
-            call.settings,
-            method,
-            tol,
-            max_iterations,
-            time_limit,
-            relaxation,
-            pivot_rule,
-            scaling,
-            polish,
-            crash,
-            sweep,
-            acceleration,
-            penalty,
+        given = (
+            *(method, tol, max_iterations, time_limit, relaxation, pivot_rule, scaling, polish),
+            *(crash, sweep, acceleration, penalty),
         )
+        if call.filled is None or any(map(is_not, given, call.filled)):
+            call.filled = None
+            _fill(call.settings, *given)
+            if all(type(value) in _UNCHANGING for value in given):
+                call.filled = given
         n, entries, owner = _arrays.view(call.matrix, M)
         offset = _arrays.vector(q, "q", n)
         low = _arrays.bound(lower, "lower", n)
@@ -290,6 +287,8 @@ class LCP(Handle):
         penalty: float = 0.0,
     ) -> None:
         self._settings = sized(LcpSettings)
+        self._result = sized(CResult)
+        self._reference = byref(self._result)
         _fill(
             self._settings,
             method,
@@ -339,21 +338,20 @@ class LCP(Handle):
             offset = _arrays.vector(q, "q", n)
             start = None if z0 is None else _arrays.vector(z0, "z0", n)
             z, w, ray = np.empty(n), np.empty(n), np.empty(n)
-            result = sized(CResult)
             self._set_watch()
             status = library.perp_lcp_solver_solve(
                 self._alive(),
                 _arrays.address(z),
                 _arrays.address(w),
                 _arrays.address(ray),
-                byref(result),
+                self._reference,
                 _arrays.address(offset),
                 None if start is None else _arrays.address(start),
             )
             self._watch.raise_caught()
             if status:
                 self._context.check(status)
-            return _answer(n, result, z, w, ray).watched(self._monitor)
+            return _answer(n, self._result, z, w, ray).watched(self._monitor)
 
     def _set_watch(self) -> None:
         """Has the library call the watch if this solve, on this thread, needs it."""
