@@ -42,8 +42,7 @@ static int32_t find_parts(perp_lcp_solver *solver, apart *own)
 
     for (int32_t i = 0; i < n; i++)
         tied[i] = 1;
-    count = perp__find_significant_parts(&solver->M, NULL, 0.0, tied, own->part, solver->reach,
-                                         solver->work);
+    count = perp__find_significant_parts(&solver->M, NULL, 0.0, tied, own->part, solver->reach);
     memset(own->starts, 0, ((size_t)n + 1) * sizeof *own->starts);
     for (int32_t i = 0; i < n; i++)
         own->starts[own->part[i]]++;

@@ -2,10 +2,14 @@
  * (linalg/lanes/vectors.h) for n >= LANES. The last vector may overlap the one before: all that is
  * done can be done twice. */
 
-/* The first entry of the vector after the one at i; n if there is none. */
-static size_t NAME(after)(size_t i, size_t n)
+/* Raises *most to |line_k| D_k and across_k to own |line_k|, in one vector. */
+TARGET static inline lanes NAME(raise_at)(const double *line, const double *D, lanes own,
+                                          double *across, lanes most)
 {
-    return i + LANES == n ? n : i + 2 * LANES <= n ? i + LANES : n - LANES;
+    const lanes size = absolute(load(line));
+
+    store(across, larger(multiply(size, own), load(across)));
+    return larger(multiply(size, load(D)), most);
 }
 
 /* The largest |line_k| D_k; across_k is raised to own |line_k|. */
@@ -14,32 +18,42 @@ TARGET static double NAME(raise)(size_t n, const double *line, const double *D, 
 {
     const lanes factor = spread(own);
     lanes most = spread(0.0);
+    size_t k = 0;
 
-    for (size_t k = 0; k < n; k = NAME(after)(k, n)) {
-        const lanes size = absolute(load(line + k));
-
-        most = larger(multiply(size, load(D + k)), most);
-        store(across + k, larger(multiply(size, factor), load(across + k)));
-    }
+    for (; k + LANES <= n; k += LANES)
+        most = NAME(raise_at)(line + k, D + k, factor, across + k, most);
+    k = n - LANES;
+    if (n % LANES != 0)
+        most = NAME(raise_at)(line + k, D + k, factor, across + k, most);
     return largest_of(most);
 }
 
-/* The largest |line_k| inside_k, and |line_k| outside_k. */
-TARGET static void NAME(split)(size_t n, const double *line, const double *inside,
-                               const double *outside, double *reached, double *left)
+/* Which of |line_k| D_k are at least `bound`, in one vector. */
+TARGET static inline uint64_t NAME(mark_at)(const double *line, const double *D, lanes bound)
 {
-    lanes in = spread(0.0), out = in;
-
-    for (size_t k = 0; k < n; k = NAME(after)(k, n)) {
-        const lanes size = absolute(load(line + k));
-
-        in = larger(multiply(size, load(inside + k)), in);
-        out = larger(multiply(size, load(outside + k)), out);
-    }
-    *reached = largest_of(in);
-    *left = largest_of(out);
+    return bits_of(at_most(bound, multiply(absolute(load(line)), load(D))));
 }
 
-static const kernels NAME(kernels) = {LANES, NAME(raise), NAME(split)};
+/* Of a block of n lines and as many entries, n <= 64: bit k of bits_j says whether |line_jk| D_k is
+ * at least bounds_j. */
+TARGET static void NAME(mark)(size_t n, const double *first, size_t stride, const double *D,
+                              const double *bounds, uint64_t *bits)
+{
+    for (size_t j = 0; j < n; j++) {
+        const double *line = first + j * stride;
+        const lanes bound = spread(bounds[j]);
+        uint64_t found = 0;
+        size_t k = 0;
+
+        for (; k + LANES <= n; k += LANES)
+            found |= NAME(mark_at)(line + k, D + k, bound) << k;
+        k = n - LANES;
+        if (n % LANES != 0)
+            found |= NAME(mark_at)(line + k, D + k, bound) << k;
+        bits[j] = found;
+    }
+}
+
+static const kernels NAME(kernels) = {LANES, NAME(raise), NAME(mark)};
 
 #undef NAME

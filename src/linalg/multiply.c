@@ -13,6 +13,9 @@
 
 enum { LANES = 8 };
 
+/* Bits of a word. */
+enum { BLOCK = 64 };
+
 PERP__MULTIVERSION(add_4_columns,
                    (size_t rows, const double *const *a, const double *x, double *restrict y),
                    (rows, a, x, y))
@@ -214,8 +217,8 @@ void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, dou
 typedef struct kernels {
     int32_t least; /* n */
     double (*raise)(size_t n, const double *line, const double *D, double own, double *across);
-    void (*split)(size_t n, const double *line, const double *inside, const double *outside,
-                  double *reached, double *left);
+    void (*mark)(size_t n, const double *first, size_t stride, const double *D,
+                 const double *bounds, uint64_t *bits);
 } kernels;
 
 #define TEMPLATE "linalg/lines_vector.h"
@@ -261,60 +264,74 @@ static void join_entries(const perp__matrix *M, const int32_t *exponents, double
     }
 }
 
-/* The same of a dense matrix: entry by entry only what the main part, that of the first line, has
- * not been seen to hold: `apart`. inside, outside: powers of two of the others, or 0: of those that
- * it holds, of those apart. */
-static void join_lines(const perp__matrix *M, const int32_t *exponents, double least, int32_t *part,
-                       double *inside, int32_t *apart)
+/* Joins lines and others that hang together within a block: line k with those that bits[k] names.
+ */
+static void join_block(uint64_t *bits, int32_t count, int32_t *part, int32_t line, int32_t other)
 {
-    const int32_t n = M->rows, lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
-    const kernels *fast = kernels_for(n);
-    double *outside = inside + n, reached, left;
-    int32_t main = -1, count = n;
+    for (int32_t k = 0; k < count; k++) {
+        uint64_t held = bits[k], before = 0;
 
-    for (int32_t k = 0; k < n; k++) {
-        apart[k] = k;
-        inside[k] = 0.0;
-        outside[k] = exponents ? perp__power_of_two(exponents[k]) : 1.0;
-    }
-    for (int32_t j = 0; j < n; j++) {
-        const int32_t line = lines + j;
-        const double *values = perp__line_of(M, j).values;
-        const double bound = exponents ? least * perp__power_of_two(-exponents[j]) : least;
-        int32_t rest = 0, held;
-
-        reached = fabs(values[j]) * inside[j]; /* nothing is apart: one entry will do */
-        left = 0.0;
-        if (count > 0 || !(reached > 0.0 && reached >= bound))
-            fast->split((size_t)n, values, inside, outside, &reached, &left);
-        held = reached > 0.0 && reached >= bound;
-        if (held)
-            perp__join(part, line, main);
-        if (!(left > 0.0 && left >= bound))
-            continue;
-        main = main < 0 ? line : main;
-        held |= main == line;
-        for (int32_t k = 0; k < count; k++) {
-            const int32_t other = apart[k];
-            const double size = fabs(values[other]) * outside[other];
-
-            apart[rest++] = other;
-            if (!(size > 0.0 && size >= bound))
-                continue;
-            perp__join(part, line, others + other);
-            if (held) {
-                inside[other] = outside[other];
-                outside[other] = 0.0;
-                rest--;
+        while (held != before) {
+            before = held;
+            for (int32_t l = k + 1; l < count; l++) {
+                if ((bits[l] & held) == 0)
+                    continue;
+                held |= bits[l];
+                bits[l] = 0;
+                perp__join(part, line + k, line + l);
             }
         }
-        count = rest;
+        for (int32_t b = 0; b < BLOCK && held >> b != 0; b++)
+            if ((held >> b & 1) != 0)
+                perp__join(part, line + k, other + b);
+    }
+}
+
+static int32_t is_one_part(int32_t *part, int32_t first, int32_t count, int32_t root)
+{
+    int32_t k = 0;
+
+    while (k < count && perp__root_of(part, first + k) == root)
+        k++;
+    return k == count;
+}
+
+/* The same of a dense matrix, a block after the other; the last ones may overlap those before. D: n
+ * entries. */
+static void join_lines(const perp__matrix *M, const int32_t *exponents, double least, int32_t *part,
+                       double *D)
+{
+    const int32_t n = M->rows, lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
+    const int32_t blocks = (n + BLOCK - 1) / BLOCK;
+    const int32_t width = blocks > 0 ? (n + blocks - 1) / blocks : 0;
+    const size_t stride = lines == 0 ? M->row_stride : M->column_stride;
+    const kernels *fast = kernels_for(n);
+    double bounds[BLOCK];
+    uint64_t bits[BLOCK];
+
+    for (int32_t k = 0; k < n; k++)
+        D[k] = exponents ? perp__power_of_two(exponents[k]) : 1.0;
+    for (int32_t j = 0; j < n; j += width) {
+        const int32_t first = j + width < n ? j : n - width;
+
+        for (int32_t k = 0; k < width; k++) /* 0 joins nothing */
+            bounds[k] = fmax(least / D[first + k], 0x1p-1074);
+        for (int32_t i = 0; i < n; i += width) {
+            const int32_t other = i + width < n ? i : n - width;
+            const int32_t root = perp__root_of(part, lines + first);
+
+            if (is_one_part(part, lines + first, width, root) &&
+                is_one_part(part, others + other, width, root))
+                continue;
+            fast->mark((size_t)width, M->values + (size_t)first * stride + other, stride, D + other,
+                       bounds, bits);
+            join_block(bits, width, part, lines + first, others + other);
+        }
     }
 }
 
 int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
-                                     const int32_t *tied, int32_t *part, double *sizes,
-                                     int32_t *work)
+                                     const int32_t *tied, int32_t *part, double *work)
 {
     const int32_t n = M->rows;
     int32_t moderate = 1;
@@ -329,7 +346,7 @@ int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *expon
     if (M->column_starts || !moderate)
         join_entries(M, exponents, least, part);
     else
-        join_lines(M, exponents, least, part, sizes, work);
+        join_lines(M, exponents, least, part, work);
     return perp__number_parts(part, 2 * n);
 }
 
@@ -354,11 +371,11 @@ static int32_t is_in_one_piece(const perp__matrix *M)
     return 0;
 }
 
-int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *sizes, int32_t *work)
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *work)
 {
     if (is_in_one_piece(M)) {
         memset(part, 0, 2 * (size_t)M->rows * sizeof *part);
         return 1;
     }
-    return perp__find_significant_parts(M, NULL, 0.0, NULL, part, sizes, work);
+    return perp__find_significant_parts(M, NULL, 0.0, NULL, part, work);
 }

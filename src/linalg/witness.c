@@ -99,7 +99,7 @@ static int32_t find_tied(const perp__witness_units *u, int32_t n, int32_t *tied)
 static void find_cut(perp__witness *t, const perp__witness_point *p, perp__witness_units *u,
                      double least, const int32_t *tied)
 {
-    perp__find_significant_parts(p->M, u->exponents, least, tied, u->cut, t->sizes, t->omegas);
+    perp__find_significant_parts(p->M, u->exponents, least, tied, u->cut, t->sizes);
 }
 
 /* z_i and w_i hang together unless M, but for noise, falls into parts between them: then there is

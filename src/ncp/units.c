@@ -107,7 +107,7 @@ void perp__ncp_find_parts(perp__ncp_model *m)
 {
     const perp__matrix S = perp__ncp_view(m);
 
-    perp__find_parts(&S, m->part, m->w_shifted, m->exponents_work);
+    perp__find_parts(&S, m->part, m->w_shifted);
 }
 
 void perp__ncp_start_groups(perp__ncp_model *m)

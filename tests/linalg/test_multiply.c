@@ -111,11 +111,90 @@ static void test_norm_extremes(void **state)
     views_release(&v);
 }
 
+/* Spreads the lowest number of rows and columns that hang together until nothing changes. */
+static void spread_numbers(int32_t n, const double *entries, const int32_t *e, double least,
+                           const int32_t *tied, int32_t *number)
+{
+    int32_t changed = 1;
+
+    for (int32_t i = 0; i < 2 * n; i++)
+        number[i] = i;
+    while (changed) {
+        changed = 0;
+        for (int32_t j = 0; j < n; j++)
+            for (int32_t i = 0; i < n; i++) {
+                const double size = fabs(ldexp(entries[i + n * j], e[i] + e[j]));
+                const int32_t a = number[i], b = number[n + j];
+
+                if (a != b && ((size > 0.0 && size >= least) || (i == j && tied[i]))) {
+                    number[i] = number[n + j] = a < b ? a : b;
+                    changed = 1;
+                }
+            }
+    }
+}
+
+/* Sizes around the bound, few enough of them that chains are long; sizes of blocks, and one off. */
+static void compare_parts(gen_random *random, int32_t n, int32_t empty, double least)
+{
+    double *entries = check_allocate((size_t)(n * n), sizeof *entries);
+    double *work = check_allocate((size_t)n, sizeof *work);
+    int32_t *part = check_allocate((size_t)(2 * n), sizeof *part);
+    int32_t *number = check_allocate((size_t)(2 * n), sizeof *number);
+    int32_t *e = check_allocate((size_t)n, sizeof *e), *tied = check_allocate((size_t)n, sizeof *e);
+    views v;
+
+    for (int32_t i = 0; i < n; i++) {
+        e[i] = least > 0.0 ? gen_integer(random, 301) - 150 : 0;
+        tied[i] = gen_integer(random, 8) == 0;
+    }
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t i = 0; i < n; i++) {
+            const double size = ldexp(gen_integer(random, 2) ? least : 0.99 * least, -e[i] - e[j]);
+
+            entries[i + n * j] = gen_integer(random, empty) ? 0.0 : least > 0.0 ? -size : 0x1p-1074;
+        }
+    spread_numbers(n, entries, e, least, tied, number);
+    views_make(&v, n, n, entries);
+    for (int k = 0; k < VIEWS; k++) {
+        int32_t count = 0;
+
+        assert_true(perp__find_significant_parts(&v.view[k], least > 0.0 ? e : NULL, least, tied,
+                                                 part, work) >= 1);
+        for (int32_t i = 0; i < 2 * n; i++) {
+            count += number[i] == i;
+            assert_int_equal(part[i], number[i] == i ? count - 1 : part[number[i]]);
+        }
+    }
+    views_release(&v);
+    free(entries);
+    free(work);
+    free(part);
+    free(number);
+    free(e);
+    free(tied);
+}
+
+static void test_parts(void **state)
+{
+    static const int32_t sizes[] = {1, 2, 3, 4, 7, 8, 9, 31, 63, 64, 65, 71, 128, 130};
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 2);
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
+        for (int32_t empty = 1; empty <= 2 * sizes[k]; empty += 1 + empty / 2) {
+            compare_parts(&random, sizes[k], empty, 0.0);
+            compare_parts(&random, sizes[k], empty, 1e-3);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random),
         cmocka_unit_test(test_norm_extremes),
+        cmocka_unit_test(test_parts),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

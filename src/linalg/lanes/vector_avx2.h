@@ -20,6 +20,7 @@
 #define largest_of perp__largest_of_4
 #define smallest_of perp__smallest_of_4
 #define first_of(t) __builtin_ctz((unsigned)_mm256_movemask_pd(t))
+#define bits_of(t) (unsigned)_mm256_movemask_pd(t)
 #define truth __m256d
 #define less(a, b) _mm256_cmp_pd((a), (b), _CMP_LT_OQ)
 #define at_most(a, b) _mm256_cmp_pd((a), (b), _CMP_LE_OQ)

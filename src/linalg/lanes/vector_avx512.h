@@ -20,6 +20,7 @@
 #define largest_of _mm512_reduce_max_pd
 #define smallest_of _mm512_reduce_min_pd
 #define first_of(t) __builtin_ctz((unsigned)(t))
+#define bits_of(t) (unsigned)(t)
 #define truth __mmask8
 #define less(a, b) _mm512_cmp_pd_mask((a), (b), _CMP_LT_OQ)
 #define at_most(a, b) _mm512_cmp_pd_mask((a), (b), _CMP_LE_OQ)

@@ -29,3 +29,4 @@
 #undef largest_of
 #undef smallest_of
 #undef first_of
+#undef bits_of

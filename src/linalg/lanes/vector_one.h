@@ -21,6 +21,7 @@
 #define largest_of(a) (a)
 #define smallest_of(a) (a)
 #define first_of(t) 0
+#define bits_of(t) (unsigned)(t)
 #define truth int
 #define less(a, b) ((a) < (b))
 #define at_most(a, b) ((a) <= (b))

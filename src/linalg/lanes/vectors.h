@@ -5,8 +5,8 @@
  *   lanes, a vector of LANES doubles; load, store, spread (of one double); add, subtract, multiply,
  *   divide, absolute; larger, smaller (b where a is NaN); largest_of, smallest_of (no NaN);
  * minus_product(c, a, b) = c - a b, and minus_fused and plus_fused, rounded once; root, the square
- * root; truth, a vector of truths; less, at_most, both, any_of, all_of, first_of; pick(t, a, b), a
- * where t; EIGHT_DOUBLES(X), X(0) X(1)
+ * root; truth, a vector of truths; less, at_most, both, any_of, all_of, first_of, bits_of;
+ * pick(t, a, b), a where t; EIGHT_DOUBLES(X), X(0) X(1)
  * ... for the vectors of 8 doubles; prefetch(at), a hint; TARGET, the attribute of its functions;
  * SET, the set's name. Each is rounded as IEEE 754 says, so that the bits don't depend on the set.
  */
