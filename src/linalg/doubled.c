@@ -114,20 +114,26 @@ static void by_columns(const perp__matrix *M, const double *x, const double *fro
     kernels[set]->add_columns(&pass, rows);
 }
 
-/* Columns where x is 0 cost less than leaving them out: they add 0. */
+/* In rows of a sum of eight, columns where x is 0 cost less than leaving them out: they add 0. */
 static void by_rows(const perp__matrix *M, const double *x, double *high, double *low)
 {
     const doubled_kernels *k = kernels[perp__widest_vectors()];
     const int32_t together = M->columns <= SHORT_ROW ? M->rows - M->rows % 8 : 0;
-    double a[8 * SHORT_ROW];
+    double a[8 * SHORT_ROW], factors[SHORT_ROW];
+    size_t from[SHORT_ROW], count = 0;
 
+    for (int32_t j = 0; j < M->columns && together > 0; j++)
+        if (x[j] != 0.0) {
+            from[count] = (size_t)j;
+            factors[count++] = x[j];
+        }
     for (int32_t i = 0; i < together; i += 8) {
         const double *row = M->values + (size_t)i * M->row_stride;
 
-        for (size_t j = 0; j < (size_t)M->columns; j++)
+        for (size_t j = 0; j < count; j++)
             for (size_t r = 0; r < 8; r++)
-                a[8 * j + r] = row[r * M->row_stride + j];
-        k->add_8_rows((size_t)M->columns, a, x, high + i, low + i);
+                a[8 * j + r] = row[r * M->row_stride + from[j]];
+        k->add_8_rows(count, a, factors, high + i, low + i);
     }
     for (int32_t i = together; i < M->rows; i++)
         k->add_row((size_t)M->columns, M->values + (size_t)i * M->row_stride, x, high + i, low + i);
