@@ -314,6 +314,7 @@ static double own_residual(perp_lcp_solver *solver)
 {
     const perp__witness_point point = {.M = &solver->M,
                                        .exponents = solver->exponents,
+                                       .balanced = solver->balanced,
                                        .row_norms = solver->row_norms,
                                        .part = solver->part,
                                        .parts = solver->parts,

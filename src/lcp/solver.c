@@ -122,8 +122,8 @@ static void equilibrate(perp_lcp_solver *solver)
 {
     solver->powers_known = 0;
     solver->witness.known = 0;
-    perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
-                      solver->work);
+    solver->balanced = perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents,
+                                         solver->row_norms, solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
     for (int32_t i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);

@@ -62,6 +62,7 @@ struct perp_lcp_solver {
     int32_t *exponents;    /* log2 of D, see linalg/scale.h */
     int32_t *work;         /* 2 n */
     double *row_norms;     /* 1-norms of the rows of D M D */
+    int32_t balanced;      /* perp__equilibrate looked for noise */
     const double *q;       /* the caller's, during a solve */
     int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
     int32_t *omega; /* 2 n: a row's, then a column's: log2 of the power of two near max |D q| in

@@ -376,8 +376,8 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
     spread(&s);
 }
 
-void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
-                       double *row_norms, int32_t *work)
+int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
+                          double *row_norms, int32_t *work)
 {
     double largest = 0.0;
 
@@ -390,9 +390,10 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
         if (!(row_norms[i] <= largest))
             largest = row_norms[i];
     if (!enabled || largest < perp__power_of_two(NOISE))
-        return;
+        return 0;
     balance_noise(M, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
+    return 1;
 }
 
 static int32_t find_omega(int32_t n, const double *q, const int32_t *exponents)

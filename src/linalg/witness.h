@@ -12,6 +12,7 @@
 typedef struct perp__witness_point {
     const perp__matrix *M;
     const int32_t *exponents; /* of perp__equilibrate */
+    int32_t balanced;         /* what that returned */
     const int32_t *part;      /* 2 n, of perp__find_parts */
     int32_t parts;
     int32_t scaling; /* 0: the exponents are 0 by the caller's wish */

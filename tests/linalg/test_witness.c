@@ -1,0 +1,149 @@
+/* Which units the second witness looks at a point in: those that are found in vectors and from the
+ * largest entries alone, of dense matrices, beside those found entry by entry, of sparse ones. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "linalg/scale.h"
+#include "linalg/views.h"
+#include "linalg/witness.h"
+
+enum { LARGEST = 24 };
+
+typedef struct found {
+    int32_t count, exponents[2 * LARGEST];
+} found;
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__witness_layout(arena, object, LARGEST);
+}
+
+/* A coupling of 2^-10 of the largest of both its rows and columns, or more, and less than 2^-29 in
+ * the units e. */
+static int32_t loses_any(const perp__matrix *M, const int32_t *e)
+{
+    double largest[LARGEST] = {0.0};
+    int32_t found = 0;
+
+    for (int32_t i = 0; i < M->rows; i++)
+        for (int32_t j = 0; j < M->rows; j++)
+            largest[i] =
+                fmax(largest[i], fmax(fabs(perp__entry(M, i, j)), fabs(perp__entry(M, j, i))));
+    for (int32_t i = 0; i < M->rows; i++)
+        for (int32_t j = 0; j < M->rows; j++) {
+            const double size = fabs(perp__entry(M, i, j));
+
+            found |= size != 0.0 && size >= 0x1p-10 * largest[i] && size >= 0x1p-10 * largest[j] &&
+                     ldexp(size, e[i] + e[j]) < 0x1p-29;
+        }
+    return found;
+}
+
+/* Rows that nothing excuses. Units that lose a coupling have the caller's beside them. */
+static void look(const perp__matrix *M, perp__witness *witness, found *f)
+{
+    double q[LARGEST], lower[LARGEST], upper[LARGEST], z[LARGEST], w[LARGEST];
+    double norms[LARGEST];
+    int32_t e[LARGEST], part[2 * LARGEST], work[2 * LARGEST];
+    perp__witness_point p = {.M = M,
+                             .exponents = e,
+                             .part = part,
+                             .scaling = 1,
+                             .q = q,
+                             .lower = lower,
+                             .upper = upper,
+                             .z = z,
+                             .w = w,
+                             .tol = 1e-10};
+
+    for (int32_t i = 0; i < M->rows; i++) {
+        q[i] = lower[i] = 0.0;
+        upper[i] = INFINITY;
+        z[i] = 1.0;
+        w[i] = 1e30;
+    }
+    p.balanced = perp__equilibrate(M, 1, e, norms, work);
+    p.row_norms = norms;
+    p.parts = perp__find_parts(M, part, norms);
+    perp__scaled_row_norms(M, e, norms);
+    witness->known = 0;
+    assert_true(perp__witness_own_residual(witness, &p) > 0.0);
+    memset(f, 0, sizeof *f);
+    f->count = witness->count;
+    assert_true(f->count == 2 || !loses_any(M, e));
+    for (int32_t k = 0; k < f->count; k++)
+        memcpy(f->exponents + k * LARGEST, witness->units[k].exponents,
+               (size_t)M->rows * sizeof *f->exponents);
+}
+
+/* Diagonals that are noise, or nearly; couplings that no unit explains, or nearly; units that lose
+ * some, in the caller's units or in others. */
+static double draw(gen_random *random, int32_t kind, int32_t hollow, int32_t is_diagonal)
+{
+    static const int32_t diagonals[] = {0, 0, 0, -36, -38, -40, -60, -100};
+    static const int32_t couplings[] = {0, 0, 10, 20, 9, -31, 18, 19, 21, 42};
+    const double sign = gen_integer(random, 6) ? 1.0 : -1.0;
+
+    if (is_diagonal)
+        return gen_integer(random, hollow)
+                   ? 0.0
+                   : sign * ldexp(1.0, diagonals[gen_integer(random, kind)]);
+    return gen_integer(random, 3) ? 0.0
+                                  : sign * ldexp(1.5, couplings[gen_integer(random, kind + 2)]);
+}
+
+static void test_units_of_storages(void **state)
+{
+    static double entries[LARGEST * LARGEST];
+    perp__arena arena = {0};
+    perp_context *context;
+    perp__witness witness;
+    int32_t alone = 0, both = 0;
+    gen_random random;
+
+    (void)state;
+    memset(&witness, 0, sizeof witness);
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp__arena_fit(&arena, context, layout, &witness), PERP_OK);
+    gen_seed(&random, 7);
+    for (int32_t round = 0; round < 4000; round++) {
+        const int32_t n = 1 + gen_integer(&random, LARGEST), kind = 1 + gen_integer(&random, 8);
+        const int32_t hollow = 1 + gen_integer(&random, 2) * gen_integer(&random, 20);
+        int32_t units[LARGEST];
+        found of_view[VIEWS];
+        views v;
+
+        for (int32_t i = 0; i < n; i++)
+            units[i] = gen_integer(&random, 4) ? 0 : gen_integer(&random, 41) - 20;
+        for (int32_t j = 0; j < n; j++)
+            for (int32_t i = 0; i < n; i++)
+                entries[i + n * j] =
+                    ldexp(draw(&random, kind, hollow, i == j), units[i] + units[j]);
+        views_make(&v, n, n, entries);
+        for (int k = 0; k < VIEWS; k++)
+            look(&v.view[k], &witness, &of_view[k]);
+        alone += of_view[0].count == 1;
+        both += of_view[0].count == 2;
+        assert_memory_equal(&of_view[VIEW_BY_COLUMNS], &of_view[VIEW_CSC], sizeof(found));
+        assert_memory_equal(&of_view[VIEW_BY_ROWS], &of_view[VIEW_CSC], sizeof(found));
+        views_release(&v);
+    }
+    assert_true(alone > 500 && both > 500);
+    perp__arena_release(&arena);
+    perp_context_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_units_of_storages),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
