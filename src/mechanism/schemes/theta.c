@@ -303,29 +303,24 @@ static double defect(perp_mechanism *m, perp__theta *w)
     return dual_norm(m, left);
 }
 
-/* What it is measured against. */
-static double momentum_size(perp_mechanism *m, perp__theta *w)
+/* What it is measured against. start: the size of v0. */
+static double momentum_size(perp_mechanism *m, perp__theta *w, double start)
 {
     double size;
 
     memcpy(w->x, w->p, (size_t)m->n * sizeof *w->x);
-    size = dual_norm(m, w->x) + perp__energy_norm(m, &m->begin, w->y, w->from.v);
+    size = dual_norm(m, w->x) + start;
     for (int32_t i = 0; i < m->n; i++)
         w->x[i] = w->from.h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
     return size + dual_norm(m, w->x);
 }
 
-/* Size of the last change of the iterate; relative, to the size of the velocities. */
-static double last_change(perp_mechanism *m, perp__theta *w, double *relative)
+/* Size of the last change of the iterate. */
+static double last_change(perp_mechanism *m, perp__theta *w)
 {
-    const double before = perp__energy_norm(m, &m->begin, w->y, w->last_v);
-    double size;
-
     for (int32_t i = 0; i < m->n; i++)
         w->x[i] = w->v[i] - w->last_v[i];
-    size = perp__energy_norm(m, &m->begin, w->x, w->x);
-    *relative = before > 0.0 ? size / before : 0.0;
-    return size;
+    return perp__energy_norm(m, &m->begin, w->x, w->x);
 }
 
 static int32_t has_impulse(const perp_mechanism *m)
@@ -336,10 +331,13 @@ static int32_t has_impulse(const perp_mechanism *m)
     return 0;
 }
 
-/* After the first solution: whether the speeds of the rows are to be taken again. */
-static int32_t follows(perp_mechanism *m, perp__theta *w, double relative)
+/* After the first solution, a change of that size: whether the speeds of the rows are to be taken
+ * again. */
+static int32_t follows(perp_mechanism *m, perp__theta *w, double change)
 {
-    if (!w->corrected || relative <= CHANGED || !has_impulse(m))
+    const double before = w->corrected ? perp__energy_norm(m, &m->begin, w->y, w->last_v) : 0.0;
+
+    if (before == 0.0 || change <= CHANGED * before || !has_impulse(m))
         return 0;
     correct_drift(m, w, w->v);
     return 1;
@@ -361,6 +359,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     const double rounding = 16.0 * PERP__EPS, tol = fmax(m->settings.tol, rounding);
     const double wanted =
         m->settings.error > 0.0 ? fmax(UNSEEN * m->settings.error, rounding) : tol;
+    const double start = perp__energy_norm(m, &m->begin, w->y, w->from.v);
     perp_status status;
     double lacking = 0.0;
     int32_t pass;
@@ -374,9 +373,8 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
          pass++) {
         gather_impulse(m, w);
         if (pass > 0) {
-            double relative;
-            const double change = last_change(m, w, &relative), size = momentum_size(m, w);
-            const int32_t again = pass == 1 && follows(m, w, relative);
+            const double change = last_change(m, w), size = momentum_size(m, w, start);
+            const int32_t again = pass == 1 && follows(m, w, change);
             const double before = lacking;
 
             lacking = defect(m, w);
