@@ -94,6 +94,8 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
                 return status;
         }
     }
+    if (is_polished && worth.finite)
+        perp__polish_hidden(solver, &worth);
     outcome = perp__lcp_judge(solver, &worth, said);
     solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
     if (is_better(&solver->best, &worth, outcome))

@@ -25,6 +25,11 @@
  * the point that came with it. */
 #define PERP__LAST_STEP 1e-8
 
+/* A q this small beside the largest of its part, in common units, is hidden; most rows, one after
+ * the other, that are brought to their own terms. */
+#define HIDDEN 0x1p-70
+#define MOST_SETTLED 64
+
 static const double proximal[] = {0.0, 1e-13, 1e-10, 1e-7};
 
 static int32_t uses_dense(const perp_lcp_solver *solver)
@@ -366,4 +371,98 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
     recall(solver);
     *worth = best;
     return status;
+}
+
+/* ---- rows that others hide ----
+ *
+ * Where couplings are 1e20 apart and more, a row of the common units can be so small that its
+ * neighbours' rounding is as large as all its terms: any z near the answer passes for one, and a
+ * step for all rows at once has that much noise. One entry of z for one row has none: the one that
+ * the other rows, beside their terms, feel the least. */
+
+/* terms := sum_j |M_ij z_j| + |q_i|, in the caller's units. */
+static void find_terms(const perp_lcp_solver *solver, double *terms)
+{
+    perp__cursor c = perp__first(&solver->M);
+
+    for (int32_t i = 0; i < solver->n; i++)
+        terms[i] = fabs(solver->q[i]);
+    while (perp__advance(&c))
+        terms[c.i] += fabs(c.value * solver->z[c.j]);
+}
+
+/* Whether row i is wrong beside its own terms, which may be q alone, and q_i hidden. */
+static int32_t is_hidden(const perp_lcp_solver *solver, int32_t i, const double *terms)
+{
+    const double violation =
+        perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
+
+    return solver->q[i] != 0.0 && perp__w_scaled(solver, i, fabs(solver->q[i])) <= HIDDEN &&
+           violation > solver->settings.tol * fabs(terms[i]);
+}
+
+/* What a step of z_j makes of the other rows, at most, beside their terms. */
+static double effect_of(const perp_lcp_solver *solver, const double *terms, int32_t i, int32_t j,
+                        double step)
+{
+    double largest = 0.0;
+
+    for (int32_t k = 0; k < solver->n; k++) {
+        const double change = fabs(perp__entry(&solver->M, k, j) * step);
+
+        if (k != i && change != 0.0)
+            perp__raise_to(&largest, change / terms[k]);
+    }
+    return largest;
+}
+
+/* Takes w_i to 0 by the entry of z, within its bounds, that the other rows feel least, and no more
+ * than tol. Returns whether there is one. */
+static int32_t settle_row(perp_lcp_solver *solver, const double *terms, int32_t i)
+{
+    double least = solver->settings.tol, to = 0.0;
+    int32_t found = -1;
+
+    for (int32_t j = 0; j < solver->n; j++) {
+        const double z = solver->z[j];
+        const double step = -solver->w_high[i] / perp__entry(&solver->M, i, j);
+
+        if (z > solver->lower[j] && z < solver->upper[j] && z + step > solver->lower[j] &&
+            z + step < solver->upper[j] && isfinite(step) && z + step != z) {
+            const double effect = effect_of(solver, terms, i, j, step);
+
+            if (effect < least) {
+                least = effect;
+                to = z + step;
+                found = j;
+            }
+        }
+    }
+    if (found >= 0)
+        solver->z[found] = to;
+    return found >= 0;
+}
+
+void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth)
+{
+    const perp__evaluation before = *worth;
+    double *terms = solver->polish.step;
+    int32_t left = worth->small ? 0 : MOST_SETTLED, settled = 0, i;
+
+    for (i = 0; left > 0 && i < solver->n; i++) {
+        if (!is_hidden(solver, i, solver->q) || perp__is_late(solver))
+            continue;
+        find_terms(solver, terms);
+        if (!is_hidden(solver, i, terms))
+            continue;
+        if (!settled++)
+            remember(solver, worth, &before);
+        left = settle_row(solver, terms, i) ? left - 1 : 0;
+        *worth = perp__evaluate(solver);
+        i = -1; /* it may have moved others */
+    }
+    if (settled > 0 && (left == 0 || !(worth->tested <= solver->settings.tol))) {
+        recall(solver);
+        *worth = before;
+    }
 }

@@ -223,6 +223,11 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
  * _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
 
+/* Rows that are wrong beside their own terms, where those are hidden by the rounding of others: one
+ * entry of z for each, where the others hardly feel it. *worth and the point stay where that does
+ * not mend them all. */
+void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth);
+
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left
  * there instead, proves that no z >= l has M z + q >= 0. */

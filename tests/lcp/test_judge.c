@@ -443,6 +443,36 @@ static void test_w_out_of_range(void **state)
     }
 }
 
+/* The second row's only term beside q is 2^k z_1, which the rounding of the first one's hides: the
+ * front door finds z_1, however far apart their units are, and whatever the caller's. The answer is
+ * z = (3 / 2^k, 1000 / 1.3), but for what 3 / 2^k adds. */
+static void test_far_units_hide_no_row(void **state)
+{
+    static const int32_t far[] = {75, 90, 116, 133, 200, 400},
+                         units[][2] = {{0, 0}, {37, -60}, {-90, 100}, {200, 200}};
+    const double lower[2] = {-INFINITY, -INFINITY}, upper[2] = {INFINITY, INFINITY};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof far / sizeof *far; k++)
+        for (size_t u = 0; u < sizeof units / sizeof *units; u++) {
+            const int32_t a = units[u][0], b = units[u][1];
+            const double M[4] = {ldexp(1.7, 2 * a), ldexp(-1.3, a + b), ldexp(-1, a + b + far[k]),
+                                 0};
+            const double q[2] = {ldexp(1000, a), ldexp(3, b)};
+            double found[2];
+            perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+            perp_lcp_result result;
+
+            perp_lcp_result_init(&result, sizeof result);
+            assert_int_equal(perp_lcp_solver_solve(solver, found, NULL, NULL, &result, q, NULL),
+                             PERP_OK);
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            assert_true(fabs(ldexp(found[0], far[k] + a) - 3) <= 3e-10);
+            assert_true(fabs(ldexp(found[1], b) - 1000 / 1.3) <= 1e-7);
+            perp_lcp_solver_destroy(solver);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -466,6 +496,7 @@ int main(void)
         cmocka_unit_test(test_next_to_infinity),
         cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_w_out_of_range),
+        cmocka_unit_test(test_far_units_hide_no_row),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
