@@ -380,17 +380,6 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
  * step for all rows at once has that much noise. One entry of z for one row has none: the one that
  * the other rows, beside their terms, feel the least. */
 
-/* terms := sum_j |M_ij z_j| + |q_i|, in the caller's units. */
-static void find_terms(const perp_lcp_solver *solver, double *terms)
-{
-    perp__cursor c = perp__first(&solver->M);
-
-    for (int32_t i = 0; i < solver->n; i++)
-        terms[i] = fabs(solver->q[i]);
-    while (perp__advance(&c))
-        terms[c.i] += fabs(c.value * solver->z[c.j]);
-}
-
 /* Whether row i is wrong beside its own terms, which may be q alone, and q_i hidden. */
 static int32_t is_hidden(const perp_lcp_solver *solver, int32_t i, const double *terms)
 {
@@ -447,12 +436,13 @@ void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     const perp__evaluation before = *worth;
     double *terms = solver->polish.step;
-    int32_t left = worth->small ? 0 : MOST_SETTLED, settled = 0, i;
+    int32_t left = worth->small ? 0 : MOST_SETTLED, settled = 0, known = 0, i;
 
     for (i = 0; left > 0 && i < solver->n; i++) {
         if (!is_hidden(solver, i, solver->q) || perp__is_late(solver))
             continue;
-        find_terms(solver, terms);
+        if (!known++)
+            perp__find_terms(&solver->M, solver->q, solver->z, NULL, NULL, terms);
         if (!is_hidden(solver, i, terms))
             continue;
         if (!settled++)
@@ -460,6 +450,7 @@ void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth)
         left = settle_row(solver, terms, i) ? left - 1 : 0;
         *worth = perp__evaluate(solver);
         i = -1; /* it may have moved others */
+        known = 0;
     }
     if (settled > 0 && (left == 0 || !(worth->tested <= solver->settings.tol))) {
         recall(solver);

@@ -67,17 +67,6 @@ static double violation_of_row(const perp__witness_point *p, int32_t i)
     return perp__row_violation(p->z[i], p->lower[i], p->upper[i], p->w[i]);
 }
 
-/* terms := sum_j |M_ij z_j| + |q_i| of all rows of M. */
-static void find_terms_of_rows(const perp__witness_point *p, double *terms)
-{
-    perp__cursor c = perp__first(p->M);
-
-    for (int32_t i = 0; i < p->M->rows; i++)
-        terms[i] = fabs(p->q[i]);
-    while (perp__advance(&c))
-        terms[c.i] += fabs(c.value * p->z[c.j]);
-}
-
 /* |M_ij| in these units, which are clamped so that the power is a normal number. */
 static double entry(const int32_t *units, const perp__cursor *c)
 {
@@ -462,7 +451,7 @@ static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p)
         if (v <= p->tol * fabs(p->q[i]))
             continue;
         if (!known++)
-            find_terms_of_rows(p, t->terms);
+            perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
         if (!(v <= p->tol * t->terms[i]) || !isfinite(t->terms[i]))
             return 0;
     }
@@ -475,9 +464,12 @@ void perp__find_terms(const perp__matrix *M, const double *q, const double *z, c
     perp__cursor c = perp__first(M);
 
     for (int32_t i = 0; i < M->rows; i++)
-        terms[i] = perp__shift(fabs(q[i]), units[i] - omegas[i]);
-    while (perp__advance(&c))
-        terms[c.i] += perp__shift(fabs(c.value * z[c.j]), units[c.i] - omegas[c.i]);
+        terms[i] = units ? perp__shift(fabs(q[i]), units[i] - omegas[i]) : fabs(q[i]);
+    while (perp__advance(&c)) {
+        const double term = fabs(c.value * z[c.j]);
+
+        terms[c.i] += units ? perp__shift(term, units[c.i] - omegas[c.i]) : term;
+    }
 }
 
 /* A distance that underflows in these units may be any. */
@@ -576,7 +568,7 @@ static int32_t is_extreme(const perp__witness *t, const view *v, int32_t i, doub
  * caller's units. Terms that overflow excuse nothing. */
 static void look_at_extremes(perp__witness *t, const perp__witness_point *p, double *own)
 {
-    find_terms_of_rows(p, t->terms);
+    perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
     for (int32_t i = 0; i < p->M->rows; i++) {
         const double v = violation_of_row(p, i);
 

@@ -15,9 +15,9 @@
 
 enum { LARGEST = 24 };
 
-typedef struct found {
+typedef struct looked {
     int32_t count, exponents[2 * LARGEST];
-} found;
+} looked;
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -46,7 +46,7 @@ static int32_t loses_any(const perp__matrix *M, const int32_t *e)
 }
 
 /* Rows that nothing excuses. Units that lose a coupling have the caller's beside them. */
-static void look(const perp__matrix *M, perp__witness *witness, found *f)
+static void look(const perp__matrix *M, perp__witness *witness, looked *f)
 {
     double q[LARGEST], lower[LARGEST], upper[LARGEST], z[LARGEST], w[LARGEST];
     double norms[LARGEST];
@@ -116,7 +116,7 @@ static void test_units_of_storages(void **state)
         const int32_t n = 1 + gen_integer(&random, LARGEST), kind = 1 + gen_integer(&random, 8);
         const int32_t hollow = 1 + gen_integer(&random, 2) * gen_integer(&random, 20);
         int32_t units[LARGEST];
-        found of_view[VIEWS];
+        looked of_view[VIEWS];
         views v;
 
         for (int32_t i = 0; i < n; i++)
@@ -130,8 +130,8 @@ static void test_units_of_storages(void **state)
             look(&v.view[k], &witness, &of_view[k]);
         alone += of_view[0].count == 1;
         both += of_view[0].count == 2;
-        assert_memory_equal(&of_view[VIEW_BY_COLUMNS], &of_view[VIEW_CSC], sizeof(found));
-        assert_memory_equal(&of_view[VIEW_BY_ROWS], &of_view[VIEW_CSC], sizeof(found));
+        assert_memory_equal(&of_view[VIEW_BY_COLUMNS], &of_view[VIEW_CSC], sizeof(looked));
+        assert_memory_equal(&of_view[VIEW_BY_ROWS], &of_view[VIEW_CSC], sizeof(looked));
         views_release(&v);
     }
     assert_true(alone > 500 && both > 500);
