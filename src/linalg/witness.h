@@ -40,6 +40,12 @@ typedef struct perp__witness {
     double *sizes;                                              /* 3 n */
 } perp__witness;
 
+/* Exponents of units of the size that a caller may have chosen. */
+#define PERP__MODERATE_UNIT 200
+
+/* For the witness alone: count, and the units that balancing starts from. */
+void perp__witness_find_starts(perp__witness *witness, const perp__witness_point *point);
+
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n);
 
 /* The largest own residual of a row; or 0 where a look at the violations shows that it is at most
