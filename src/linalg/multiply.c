@@ -296,25 +296,6 @@ static int32_t is_one_part(int32_t *part, int32_t first, int32_t count, int32_t 
     return k == count;
 }
 
-/* Joins the first line and the diagonal, which mostly make one part of a full matrix. Returns how
- * many parts they took away. */
-static int32_t join_first(const perp__matrix *M, double least, int32_t *part, const double *D)
-{
-    const int32_t n = M->rows, lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
-    int32_t joins = 0;
-
-    for (int32_t k = 0; k < n; k++) {
-        const double first = fabs(perp__line_of(M, 0).values[k]) * D[k];
-        const double own = fabs(perp__line_of(M, k).values[k]) * D[k];
-
-        if (first > 0.0 && first >= least / D[0])
-            joins += perp__join(part, lines, others + k);
-        if (own > 0.0 && own >= least / D[k])
-            joins += perp__join(part, lines + k, others + k);
-    }
-    return joins;
-}
-
 /* The same of a dense matrix, a block after the other; the last ones may overlap those before. D: n
  * entries. */
 static void join_lines(const perp__matrix *M, const int32_t *exponents, double least, int32_t *part,
@@ -330,8 +311,6 @@ static void join_lines(const perp__matrix *M, const int32_t *exponents, double l
 
     for (int32_t k = 0; k < n; k++)
         D[k] = exponents ? perp__power_of_two(exponents[k]) : 1.0;
-    if (join_first(M, least, part, D) == 2 * n - 1)
-        return;
     for (int32_t j = 0; j < n; j += width) {
         const int32_t first = j + width < n ? j : n - width;
 
