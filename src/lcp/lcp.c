@@ -183,7 +183,7 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
     p->settings = &solver->settings;
     p->tol = solver->settings.tol;
     p->iteration_limit = step->iteration_limit;
-    p->leads = step->rough && step->iteration_limit > 0;
+    p->leads = step->leads;
     p->control = &solver->control;
     solver->control.method = step->method;
     solver->control.deadline = solver->deadline;

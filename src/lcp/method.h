@@ -43,8 +43,8 @@ typedef struct perp__lcp_problem {
     const perp_lcp_settings *settings;
     double tol;              /* where a method may stop: settings->tol, or less */
     int64_t iteration_limit; /* <= 0: the method's own */
-    int32_t leads;           /* another method takes over where that limit will not do: the sooner
-                                that shows the better */
+    int32_t leads;           /* > 0: another method takes over where that limit will not do, which
+                                the rate shows after so many iterations */
     perp__lcp_control *control;
 } perp__lcp_problem;
 

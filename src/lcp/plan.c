@@ -13,8 +13,6 @@
 /* From this size on it pays to ask whether sweeps alone will do. */
 #define PERP__LARGE_SPARSE 1000
 
-/* From this tolerance on a few sweeps are tried before anything is factored. */
-#define PERP__ROUGH_TOLERANCE 1e-4
 /* Below this size a direct solve costs less than the sweeps would. */
 #define PERP__ROUGH_SIZE 100
 /* Sweeps that cost about as much as half a direct solve: n / 16 passes over a dense matrix; a
@@ -31,17 +29,24 @@
 #define PERP__SECONDS_DENSE 3e-10      /* times n^3 */
 #define PERP__SECONDS_SPARSE 3e-7      /* times n^1.5: nested dissection on a plane grid */
 #define PERP__SECONDS_BAND 1e-9        /* times n and the bandwidth squared */
+#define PERP__STEPS_GENERAL 10.0       /* times the last, without symmetry */
 #define PERP__SECONDS_GRID 1e-5        /* times n: nested iteration with multigrid */
 #define PERP__SECONDS_TRIDIAGONAL 1e-7 /* times n */
 #define PERP__SECONDS_SWEEP 4e-9       /* of a sweep, times the entries */
 #define PERP__MOST_SWEEPS 500
+/* What sweeps may take of a direct solve, and what of it before their rate counts: where q is
+ * carried along with a flow, it shows late. */
+#define PERP__SHARE_SWEEPS 0.3
+#define PERP__SHARE_PATIENCE 0.1
+/* Else the rate of sweeps counts after so many. */
+#define PERP__FIRST_LOOK 4
 
 static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 {
     steps[count].method = method;
     steps[count].iteration_limit = 0;
     steps[count].share = 1.0;
-    steps[count].rough = 0;
+    steps[count].leads = steps[count].rough = 0;
     return count + 1;
 }
 
@@ -73,7 +78,10 @@ static double direct_seconds(const perp_lcp_solver *solver)
     if (solver->block.suits_grid)
         return PERP__SECONDS_GRID * n;
     band = bandwidth(&solver->M);
-    return fmin(PERP__SECONDS_SPARSE * n * sqrt(n), PERP__SECONDS_BAND * n * (1.0 + band * band));
+    band = PERP__SECONDS_BAND * n * (1.0 + band * band);
+    if (solver->block.kind == PERP__SPARSE_GENERAL)
+        band *= PERP__STEPS_GENERAL;
+    return fmin(PERP__SECONDS_SPARSE * n * sqrt(n), band);
 }
 
 /* Sweeps after which the residual of a diagonally dominant problem is below tol: each takes the
@@ -101,26 +109,38 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     const double direct = direct_seconds(solver);
     const int32_t is_short =
         solver->settings.time_limit > 0.0 && solver->settings.time_limit < direct;
-    const int32_t is_rough = solver->settings.tol >= PERP__ROUGH_TOLERANCE &&
-                             solver->n >= PERP__ROUGH_SIZE &&
+    const int32_t is_loose = solver->settings.tol >= PERP__ROUGH_TOLERANCE;
+    const int32_t is_rough = is_loose && solver->n >= PERP__ROUGH_SIZE &&
                              !(is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL);
+    /* the LU of a matrix without symmetry costs so much that sweeps may always be tried */
+    const int32_t is_dear =
+        is_sparse && solver->block.kind == PERP__SPARSE_GENERAL && solver->n > PERP__SMALL_SPARSE;
+    const double n = solver->n;
+    const double worth = /* sweeps that cost as much */
+        direct /
+        (PERP__SECONDS_SWEEP * (is_sparse ? solver->M.column_starts[solver->n] + 1.0 : n * n));
 
     add(steps, 0, PERP_LCP_PGS);
     if (is_sparse && solver->n >= PERP__LARGE_SPARSE) {
         const double sweeps = sweeps_needed(solver);
-        const double entries = solver->M.column_starts[solver->n];
 
-        if (sweeps <= PERP__MOST_SWEEPS && sweeps * entries * PERP__SECONDS_SWEEP < 0.3 * direct) {
+        if (sweeps <= PERP__MOST_SWEEPS && sweeps < PERP__SHARE_SWEEPS * worth) {
             steps[0].iteration_limit = (int64_t)sweeps + 1;
             return 1;
         }
     }
-    steps[0].rough = 1;
-    if (is_short)
+    steps[0].rough = is_loose || is_short;
+    steps[0].leads = PERP__FIRST_LOOK;
+    steps[0].iteration_limit = is_dear || is_short ? (int64_t)(PERP__SHARE_SWEEPS * worth) + 1
+                               : is_sparse         ? PERP__ROUGH_SWEEPS_SPARSE
+                                                   : solver->n / 16;
+    if (is_dear)
+        steps[0].leads += (int32_t)(PERP__SHARE_PATIENCE * worth);
+    if (is_short) { /* whatever their rate */
         steps[0].share = 0.5;
-    else
-        steps[0].iteration_limit = is_sparse ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
-    return is_rough || is_short;
+        steps[0].leads = 0;
+    }
+    return is_rough || is_short || is_dear;
 }
 
 /* Active sets first where the signs promise that they settle. Pivoting before Newton's method on
@@ -132,7 +152,8 @@ static int32_t plan_sparse(const perp_lcp_solver *solver, perp__plan_step *steps
     const int32_t path = solver->n <= PERP__LARGEST_PATH;
     const int32_t path_first = path && !solver->block.has_positive_diagonal;
 
-    if (solver->block.kind != PERP__SPARSE_GENERAL || solver->block.is_nearly_z)
+    if (solver->block.kind != PERP__SPARSE_GENERAL || solver->block.is_nearly_z ||
+        solver->block.has_z_signs)
         count = add(steps, count, PERP_LCP_ACTIVE_SET);
     if (path_first)
         count = add(steps, count, PERP_LCP_LEMKE);

@@ -14,6 +14,8 @@
  * grows by a node a round; sparse factorisations are cheap enough to follow it. */
 #define PERP__REPAIRS_DENSE 8
 #define PERP__REPAIRS_SPARSE 64
+/* Of a point that is good as it is: last digits are not worth more. */
+#define PERP__REPAIRS_GOOD 4
 /* Of sparse blocks: repairs that change more places than this, and for so many rounds no fewer than
  * before, lead nowhere: the index set was that of another problem, or of none. */
 #define PERP__MANY_CHANGES 16
@@ -318,10 +320,9 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth)
 }
 
 /* One value of rho: solve, repair, solve again. *wanders: that leads nowhere, by any rho. */
-static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best,
-                           int32_t *wanders)
+static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
+                           perp__evaluation *best, int32_t *wanders)
 {
-    const int32_t rounds = uses_dense(solver) ? PERP__REPAIRS_DENSE : PERP__REPAIRS_SPARSE;
     int32_t round, count, moved, regular, changes = 1, least = INT32_MAX, waited = 0;
     perp_status status = PERP_OK;
 
@@ -355,15 +356,21 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
 
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
 {
+    const int32_t is_good = perp__is_good(perp__lcp_judge(solver, worth, PERP_OUTCOME_STALLED));
+    const int32_t rounds = is_good              ? PERP__REPAIRS_GOOD
+                           : uses_dense(solver) ? PERP__REPAIRS_DENSE
+                                                : PERP__REPAIRS_SPARSE;
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
     int32_t wanders = 0;
 
+    if (is_good && solver->settings.tol >= PERP__ROUGH_TOLERANCE)
+        return PERP_OK; /* nobody asked for last digits */
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (size_t k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
-        status = attempt(solver, proximal[k], &best, &wanders);
+        status = attempt(solver, rounds, proximal[k], &best, &wanders);
         if (status != PERP_OK || perp__is_exact(solver, &best) || wanders || perp__is_late(solver))
             break;
         recall(solver);

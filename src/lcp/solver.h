@@ -167,11 +167,16 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said);
 
+/* From this tolerance on a few sweeps are tried before anything is factored, and nothing that is
+ * good is polished. */
+#define PERP__ROUGH_TOLERANCE 1e-4
+
 /* A method that the front door tries, and what it may spend. */
 typedef struct perp__plan_step {
     int32_t method;          /* PERP_LCP_... */
     int64_t iteration_limit; /* <= 0: the method's own */
     double share;            /* of the time limit; 1: all that is left */
+    int32_t leads;           /* iterations after which their rate may end it; 0: it does not */
     int32_t rough;           /* its point is taken as it is, without the polish */
 } perp__plan_step;
 

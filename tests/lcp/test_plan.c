@@ -139,6 +139,57 @@ static void test_a_heavy_diagonal_is_swept(void **state)
     gen_destroy(&light);
 }
 
+/* Upwind convection: sweeps in the order of the flow settle q's news in a pass or a few, but not at
+ * a rate that the first few show, and a factorisation without symmetry costs a hundred sweeps at
+ * least. Any tolerance, the answer is that of active sets: M-matrices have one solution. */
+static void test_a_flow_is_swept(void **state)
+{
+    const grid_options options = {{40, 40, 1}, {0}, 0, 30, 0, NULL};
+    const perp_lcp_settings exact = run_settings(PERP_LCP_ACTIVE_SET);
+    gen_random random;
+    gen_lcp problem;
+    run r, other;
+
+    (void)state;
+    gen_seed(&random, 9);
+    grid_problem(&problem, &random, &options);
+    for (int32_t i = 0; i < problem.n; i++)
+        problem.q[i] = gen_uniform(&random, -1, 1);
+    run_lcp(&other, context, &problem, &exact, NULL, "active sets");
+    for (int32_t digits = 2; digits <= 12; digits += 5) {
+        solve(&r, &problem, pow(10.0, -digits), 0);
+        assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+        assert_int_equal(r.result.method, PERP_LCP_PGS);
+        if (digits > 4) /* polished; condition below 1e4 */
+            assert_true(run_distance(r.z, other.z, problem.n) < 1e-11);
+        run_release(&r);
+    }
+    run_release(&other);
+    gen_destroy(&problem);
+}
+
+/* Asking for less costs no more: what is good at a loose tolerance is not polished, whoever found
+ * it, and a point as rough as that is no exact one (1e-9: see above). */
+static void test_nothing_good_is_polished_for_a_loose_tolerance(void **state)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_PGS);
+    gen_random random;
+    gen_lcp problem;
+    run r;
+
+    (void)state;
+    gen_seed(&random, 3);
+    gen_problem(&problem, &random, 300, GEN_M, GEN_PLAIN);
+    for (int32_t k = 0; k < 2; k++) {
+        settings.tol = k ? 1e-6 : 1e-2;
+        run_lcp(&r, context, &problem, &settings, NULL, "sweeps");
+        assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+        assert_true(k == (run_distance(r.z, problem.z, problem.n) < 1e-9));
+        run_release(&r);
+    }
+    gen_destroy(&problem);
+}
+
 /* A tridiagonal solve takes milliseconds: no limit above that changes what is done. */
 static void test_a_limit_that_is_no_limit(void **state)
 {
@@ -250,6 +301,8 @@ int main(void)
         cmocka_unit_test(test_sweeps_need_a_diagonal),
         cmocka_unit_test(test_slow_sweeps_are_given_up),
         cmocka_unit_test(test_a_heavy_diagonal_is_swept),
+        cmocka_unit_test(test_a_flow_is_swept),
+        cmocka_unit_test(test_nothing_good_is_polished_for_a_loose_tolerance),
         cmocka_unit_test(test_a_limit_that_is_no_limit),
         cmocka_unit_test(test_pivoting_comes_first_without_a_diagonal),
         cmocka_unit_test(test_a_limit_returns_nothing_worse_than_the_start),

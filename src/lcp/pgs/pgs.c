@@ -43,10 +43,6 @@
 /* Several sweeps go through the matrix together where it does not fit into 256 kB of cache. */
 #define ENTRIES_IN_CACHE 32768
 
-/* Before another method, the rate is looked at after so many sweeps, and whenever they have
- * doubled. */
-#define FIRST_LOOK 4
-
 /* The polish is asked to finish when the active set has stayed the same for a third of all sweeps,
  * and at least so many; again when there are four times as many. Looked at every so many sweeps. */
 #define SWEEPS_UNCHANGED 30
@@ -427,7 +423,7 @@ static void start(pgs_work *work, const double *z)
         problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT;
 
     work->progress.best = work->progress.best_before = work->progress.looked = INFINITY;
-    work->progress.next_look = FIRST_LOOK;
+    work->progress.next_look = problem->leads;
     work->progress.window =
         2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n : STAGNATION_SWEEPS;
     memcpy(work->best, z, (size_t)problem->n * sizeof *z);
