@@ -22,6 +22,9 @@ enum { ROUGH_START = 30 };
 enum { SHARPER = 3 };
 #define LEAST_TOL 1e-15
 
+/* The share of what the next method costs that sweeps may take even where they seem slow. */
+#define PATIENCE 0.25
+
 /* Where a step of the plan starts from. */
 enum origin { FROM_BEST, FROM_LAST };
 
@@ -113,6 +116,24 @@ static perp_status check_abort(perp_contact_solver *solver)
     return solver->aborted
                ? perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort")
                : PERP_OK;
+}
+
+/* What proximal, which is next, costs is known from the fill of its factors: a fourth of that is no
+ * loss beside it, and sweeps are often slow until the modes are right. */
+static perp_status find_patience(void *user, int64_t *patience)
+{
+    perp_contact_solver *solver = user;
+    perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_PROXIMAL);
+    double sweeps = 0.0;
+    perp_status status = PERP_OK;
+
+    if (slot->method->check(&solver->problem) == PERP_OK) {
+        status = fit(solver, slot);
+        if (status == PERP_OK)
+            status = perp__proximal_worth(slot->space.work, &sweeps);
+    }
+    *patience = (int64_t)(PATIENCE * sweeps);
+    return status;
 }
 
 /* One run of a method, from start to candidate. */
@@ -562,6 +583,7 @@ perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_
     solver->call = call;
     solver->control.deadline = solver->deadline = deadline;
     solver->control.tick = perp__contact_tick;
+    solver->control.patience = find_patience;
     solver->control.tick_user = solver;
     solver->problem.tol = solver->settings.tol;
     solver->problem.iteration_limit = solver->settings.max_iterations;

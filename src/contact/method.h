@@ -22,6 +22,9 @@ struct perp__bodies; /* contact/bodies/bodies.h */
 typedef struct perp__contact_control {
     double deadline; /* on perp__now()'s clock; 0: none */
     int32_t (*tick)(void *tick_user, int64_t iterations, double residual); /* nonzero: stop */
+    /* of what leads: iterations below which it goes on even where its rate says that the limit
+       will not do, as the next method costs a multiple of them */
+    perp_status (*patience)(void *tick_user, int64_t *patience);
     void *tick_user;
 } perp__contact_control;
 
@@ -103,5 +106,9 @@ extern const perp__contact_method perp__contact_sweep;
 extern const perp__contact_method perp__contact_lemke;
 extern const perp__contact_method perp__contact_admm;
 extern const perp__contact_method perp__contact_proximal;
+
+/* Sweeps over all contacts that cost as much as a solve by proximal from no impulses is likely to,
+ * by the fill of its factors; `work` is its workspace. PERP_OK or _MEMORY. */
+perp_status perp__proximal_worth(void *work, double *sweeps);
 
 #endif

@@ -70,6 +70,19 @@ static int32_t is_better(const perp__candidate *best, const perp__evaluation *wo
             (outcome == PERP_OUTCOME_RAY || worth->tested < best->worth.tested));
 }
 
+static int32_t may_go_on(const perp_lcp_solver *solver)
+{
+    return solver->ended < 0 && solver->problem.tol > 1e-4 * solver->settings.tol;
+}
+
+/* Whether a point of a loose tolerance is there, or the method goes on from it, which costs less
+ * than to polish what is unsettled. */
+static int32_t is_rough_enough(const perp_lcp_solver *solver, const perp__evaluation *worth)
+{
+    return solver->settings.tol >= PERP__ROUGH_TOLERANCE &&
+           worth->tested <= solver->settings.tol && may_go_on(solver);
+}
+
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                            const perp__lcp_iterate *iterate, const double *z0)
 {
@@ -86,7 +99,7 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
             worth = fall_back(solver, z0);
             said = PERP_OUTCOME_STALLED;
         }
-        if (is_polished && isfinite(worth.tested)) {
+        if (is_polished && isfinite(worth.tested) && !is_rough_enough(solver, &worth)) {
             if (!iterate->has_places)
                 perp__read_places(solver, solver->places);
             status = perp__polish_run(solver, &worth);
@@ -283,11 +296,9 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
  * not, up to a hundredth and a ten-thousandth of tol, as far as its iterations reach. */
 static int32_t goes_on(perp_lcp_solver *solver)
 {
-    perp__lcp_problem *p = &solver->problem;
-
-    if (!solver->refused || solver->ended >= 0 || !(p->tol > 1e-4 * p->settings->tol))
+    if (!solver->refused || !may_go_on(solver))
         return 0;
-    p->tol *= 1e-2;
+    solver->problem.tol *= 1e-2;
     return 1;
 }
 

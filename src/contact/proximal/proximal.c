@@ -26,6 +26,7 @@
 
 enum {
     SWEEPS = 30,
+    FEW_FACTORS = 8, /* of a solve that goes well */
     LONG_SWEEPS = 120,
     MOST_SWEEPS = 1200, /* of admm */
     WARM_SWEEPS = 20,
@@ -167,6 +168,22 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
     else if (iterate->residual <= s->tol)
         iterate->outcome = PERP_OUTCOME_SOLVED;
     return status;
+}
+
+perp_status perp__proximal_worth(void *work, double *sweeps)
+{
+    perp__proximal *s = work;
+    const perp_status status = perp__proximal_read(s);
+    double values = 1.0;
+
+    if (status != PERP_OK)
+        return status;
+    for (int32_t k = 0; k < s->units; k++)
+        values += (double)(s->piece_starts[k + 1] - s->piece_starts[k]) *
+                  (s->starts[k + 1] - s->starts[k]) * s->width;
+    *sweeps = (2.0 * SWEEPS + FEW_FACTORS * perp__fronts_cost(&s->fronts)) *
+              perp__fronts_solve_cost(&s->fronts) / values;
+    return PERP_OK;
 }
 
 static perp_status solve_proximal(void *work, perp__contact_iterate *iterate)

@@ -118,6 +118,7 @@ static int32_t hopeless(perp__sweep_work *work, double change)
 static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
 {
     const perp__contact_problem *problem = work->common.problem;
+    const perp__contact_control *control = problem->control;
     const double before = work->looked[0];
     double sweeps;
 
@@ -130,7 +131,14 @@ static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
         return 0;
     sweeps =
         0.75 * (double)work->sweeps * log(problem->tol / work->least) / log(work->least / before);
-    return !(sweeps >= 0.0 && sweeps <= (double)(limit - work->sweeps));
+    if (sweeps >= 0.0 && sweeps <= (double)(limit - work->sweeps))
+        return 0;
+    if (work->patience < 0) {
+        work->patience = 0;
+        if (control && control->patience)
+            work->status = control->patience(control->tick_user, &work->patience);
+    }
+    return work->status != PERP_OK || work->sweeps >= work->patience;
 }
 
 /* Keeps the r where the change has halved: copies are few. */
@@ -220,6 +228,8 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->looked[0] = work->looked[1] = INFINITY;
     work->next_look = FIRST_LOOK;
+    work->patience = -1;
+    work->status = PERP_OK;
     work->share = 1.0;
     work->sweeps = work->next_test = 0;
     work->symmetric = work->phase = 0;
@@ -276,7 +286,7 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
         alternate(work);
     }
     finish(work, iterate, outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome);
-    return PERP_OK;
+    return work->status;
 }
 
 const perp__contact_method perp__contact_sweep = {

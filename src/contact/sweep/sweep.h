@@ -74,7 +74,8 @@ typedef struct perp__sweep_work {
     int64_t sweeps, next_test;  /* done; the one from when on the residual is computed again */
     double least, least_before; /* change; and at the end of the last window */
     double looked[2];           /* and when its rate was looked at, the last time and before */
-    int64_t next_look;
+    int64_t patience, next_look;
+    perp_status status;
     double remembered, residual; /* the change that led to `best`; the residual of r in the end */
     int32_t symmetric, phase;    /* every other sweep goes backward; the next one does */
     double window_least;

@@ -295,16 +295,28 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
     return status;
 }
 
+double perp__fronts_solve_cost(const perp__fronts *f)
+{
+    double solve = 0.0;
+
+    for (int32_t k = 0; k < f->count; k++) {
+        const double own = f->width * (double)f->fronts[k].count;
+
+        solve += own * (own + 2.0 * f->width * (double)f->fronts[k].rest);
+    }
+    return solve;
+}
+
 double perp__fronts_cost(const perp__fronts *f)
 {
-    double factor = 0.0, solve = 0.0;
+    const double solve = perp__fronts_solve_cost(f);
+    double factor = 0.0;
 
     for (int32_t k = 0; k < f->count; k++) {
         const double own = f->width * (double)f->fronts[k].count;
         const double rest = f->width * (double)f->fronts[k].rest;
 
         factor += own * (own * own / 3.0 + own * rest + rest * rest);
-        solve += own * (own + 2.0 * rest);
     }
     return solve > 0.0 ? factor / solve : 0.0;
 }

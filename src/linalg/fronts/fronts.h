@@ -55,7 +55,8 @@ perp_status perp__fronts_analyse(perp__fronts *fronts, perp_context *context, in
  * values + edge * width^2. */
 int32_t perp__fronts_edge(const perp__fronts *fronts, int32_t row, int32_t column);
 
-/* Multiplications of a factorisation beside those of a solve. */
+/* Multiplications of a solve, and those of a factorisation beside them. */
+double perp__fronts_solve_cost(const perp__fronts *fronts);
 double perp__fronts_cost(const perp__fronts *fronts);
 
 /* Factors, from `values`, what belongs to the nodes first .. end-1. Returns 0 where a pivot is 0 or
