@@ -5,8 +5,8 @@
 #include "lcp/solver.h"
 
 /* Largest n for which `auto` goes on to Lemke's method on a sparse matrix: n pivots from a cold
- * start take ten seconds there. */
-#define PERP__LARGEST_PATH 8192
+ * start take half a minute there. */
+#define PERP__LARGEST_PATH 16384
 /* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
  * bench/lcp_obstacle.c takes the same time by both. */
 #define PERP__SMALL_SPARSE 64

@@ -18,7 +18,7 @@
 #define HALVINGS 20
 
 /* Iterations of a linear problem with so many rows where trust has led away. */
-enum { LARGE = 1000, AWAY = 25 };
+enum { LARGE = 1000, AWAY = 25, CLOSE = 32 };
 
 /* rho, until the linear problem has a solution; S has a unit diagonal */
 enum { TRIALS = 6 };
@@ -38,8 +38,9 @@ static int32_t find_offset(perp__newton_run *f, perp__ncp_linear *l, double rho)
 }
 
 /* The time that is left is the linear problem's, too; none may be left over from the last solve.
- * Iterations are few where there is a point to go back to: obstacles take ten, and where pivoting
- * would have to solve a large problem it may have no solution. */
+ * Iterations are few where there is a point to go back to: obstacles take ten, pivots from a basis
+ * nearby a few for each that is not the solution's (one in CLOSE is near), and where pivoting would
+ * have to solve a large problem it may have no solution. */
 static perp_status limit_effort(const perp__ncp_model *m, perp__ncp_linear *l, int32_t is_away)
 {
     perp_lcp_settings settings;
@@ -48,7 +49,7 @@ static perp_status limit_effort(const perp__ncp_model *m, perp__ncp_linear *l, i
     if (m->control.deadline > 0.0)
         settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
     if (is_away && m->sparse && m->n >= LARGE)
-        settings.max_iterations = AWAY;
+        settings.max_iterations = AWAY + m->n / CLOSE;
     return status == PERP_OK ? perp__lcp_set(l->lcp, &settings) : status;
 }
 

@@ -153,7 +153,8 @@ static void gather(perp_ncp_solver *solver, int32_t p)
 
 #define ITERATIONS 200       /* the default limit of a run */
 #define FIRST_ITERATIONS 100 /* of the first method under auto */
-#define LARGE 1000           /* from this n on the Jacobian says which method that is */
+#define LARGE 1000           /* from this n on the Jacobian says which method that is, */
+#define FRUITLESS 20         /* and that many iterations have to gain a digit */
 
 static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_worth *worth)
 {
@@ -267,6 +268,10 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     f->target = 0.25 * share * solver->settings.tol;
     f->finish = solver->settings.polish;
     f->limit = limit_of(solver, method);
+    f->fruitless = solver->settings.method == PERP_NCP_AUTO && method == solver->first_method &&
+                           solver->model.n >= LARGE
+                       ? FRUITLESS
+                       : 0;
     f->steps = 0;
     f->scaled = f->any = 0;
     f->iterations = 0;

@@ -267,7 +267,7 @@ static int32_t is_there(const perp__newton_run *f, double last)
 
 perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *own)
 {
-    double last = INFINITY;
+    double first = INFINITY, last = INFINITY;
 
     for (f->iterations = 0;; f->iterations++) {
         perp_status status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
@@ -282,7 +282,10 @@ perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *ow
         if (is_there(f, last))
             return PERP_OK;
         f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-        if (f->iterations >= f->limit)
+        if (f->iterations == 0)
+            first = f->residual;
+        if (f->iterations >= f->limit ||
+            (f->iterations == f->fruitless && f->fruitless > 0 && f->best_residual > 0.1 * first))
             return PERP_OK;
         last = f->residual;
         status = step(f, own);

@@ -26,6 +26,8 @@ typedef struct perp__newton_run {
     double target;  /* natural residual over omega at which a method may stop */
     int32_t finish; /* and goes on while that brings digits */
     int64_t limit;
+    int64_t fruitless; /* iterations that have to gain a digit, or the next method has its turn; 0:
+                          none */
     double *z, *w, *phi;
     double psi, residual;
     double relative; /* the residual over omega of the last linearisation */

@@ -18,6 +18,8 @@
 #define KNOWN_IN_DOUBLED 1e-26
 /* Paths that correct the end of one that can tell what its slack has cost. */
 #define CORRECTIONS 3
+/* What pivots leave of a basic variable's value, beside the largest. */
+#define ROUNDING 1e-13
 /* Sparse problems up to the first size, and with a larger part of the entries than 1 / FILLED, are
  * solved faster by a dense tableau (bench/lcp_sparse.c); up to the second one there is room for a
  * dense tableau in doubled precision where all else fails. */
@@ -270,6 +272,43 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
     }
 }
 
+/* How far a basic variable is beyond its limits, at most. */
+static double farthest(const perp__lemke *l)
+{
+    double far = 0.0;
+
+    for (int32_t r = 0; r < l->pairs; r++)
+        far = fmax(far, perp__lemke_violation(l, r));
+    return far;
+}
+
+/* From a basis near the solution's, and again with less slack from where that ends; a path that
+ * ends elsewhere leaves what the last one has written. */
+static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
+{
+    double far = INFINITY;
+
+    for (int32_t round = 0; round <= CORRECTIONS && far > ROUNDING * l->largest_b; round++) {
+        perp_status status;
+
+        cover_violated(l);
+        status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
+        if (status != PERP_OK)
+            return status;
+        iterate->iterations += l->spent;
+        l->spent = iterate->iterations;
+        if (round == 0 || iterate->outcome == PERP_OUTCOME_SOLVED)
+            write_point(l, iterate);
+        if (iterate->outcome != PERP_OUTCOME_SOLVED) {
+            iterate->outcome = round > 0 ? PERP_OUTCOME_SOLVED : iterate->outcome;
+            break;
+        }
+        far = farthest(l);
+        l->slack = 1e-3 * far / l->largest_b;
+    }
+    return PERP_OK;
+}
+
 /* From another basis than the cold one. A ray from there proves nothing, so that only a solution or
  * a stop counts: *done is 0 where the cold start must follow. */
 static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
@@ -282,13 +321,9 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     *done = status == PERP_OK && guess == PERP__GUESS_END;
     if (status != PERP_OK || guess != PERP__GUESS_BASIS)
         return status < 0 ? status : PERP_OK;
-    cover_violated(l);
-    status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
+    status = follow_near(l, iterate);
     if (status != PERP_OK)
         return status;
-    iterate->iterations += l->spent;
-    l->spent = iterate->iterations;
-    write_point(l, iterate);
     *done =
         iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
         (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || l->head.problem->iteration_limit > 0);

@@ -311,6 +311,19 @@ static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__
     return PERP_OK;
 }
 
+/* l->places by z alone: a solution of a problem nearby solves no equations here, so that w says
+ * nothing of what it has at a bound. */
+static void read_places(perp__lemke *l, const double *z)
+{
+    const perp__lcp_problem *p = l->head.problem;
+
+    for (int32_t i = 0; i < p->n; i++)
+        l->places[i] = p->lower[i] == p->upper[i] ? PERP__FIXED
+                       : z[i] <= p->lower[i]      ? PERP__AT_LOWER
+                       : z[i] >= p->upper[i]      ? PERP__AT_UPPER
+                                                  : PERP__BETWEEN;
+}
+
 /* From the caller's z0, by active sets, or both, as the settings allow. */
 static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
                               enum perp__lemke_guess *guess)
@@ -324,6 +337,10 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
         l->factored.crash.common.problem = p;
         perp__sparse_active_set_places(&l->factored.crash, iterate->z, l->places);
         status = take_guess(l, guess);
+        if (status == PERP_OK && *guess == PERP__GUESS_NONE) {
+            read_places(l, iterate->z);
+            status = take_guess(l, guess);
+        }
     }
     if (status == PERP_OK && *guess == PERP__GUESS_NONE && p->settings->crash &&
         (iterate->warm || p->n >= WORTH_IT || could_be_P(p)))
