@@ -79,8 +79,8 @@ static int32_t may_go_on(const perp_lcp_solver *solver)
  * than to polish what is unsettled. */
 static int32_t is_rough_enough(const perp_lcp_solver *solver, const perp__evaluation *worth)
 {
-    return solver->settings.tol >= PERP__ROUGH_TOLERANCE &&
-           worth->tested <= solver->settings.tol && may_go_on(solver);
+    return solver->settings.tol >= PERP__ROUGH_TOLERANCE && worth->tested <= solver->settings.tol &&
+           may_go_on(solver);
 }
 
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
