@@ -63,18 +63,8 @@ static void write_bias(perp__coloured *c, double h)
     }
 }
 
-/* x goes on from where it was last, by a share of its way; which is where it is now. */
-PERP__KERNEL static void go_on(double *x, double *last, size_t count, double share)
-{
-    for (size_t i = 0; i < count; i++) {
-        const double now = x[i];
-
-        x[i] += share * (now - last[i]);
-        last[i] = now;
-    }
-}
-
-/* r and y go on in the direction that they took, or stay where that led back. Returns theta. */
+/* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
+ * led back. Then the next pass begins there. Returns theta. */
 PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
@@ -87,9 +77,13 @@ PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta
         0.0)
         next = *theta = 1.0;
     beta = fmin((*theta - 1.0) / next, MOMENTUM);
-    go_on(c->y, c->moved, size, beta);
-    for (int32_t p = 0; p < c->points; p++)
-        go_on(c->point[p].r[0], c->last_r[p][0], (size_t)3 * PERP__GROUP, beta);
+    for (size_t i = 0; i < size; i++) {
+        const double now = c->y[i];
+
+        c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
+        c->moved[i] = now;
+    }
+    c->momentum = beta;
     *theta = next;
 }
 
@@ -106,11 +100,10 @@ static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
     if (!step->pushed)
         c->kernels->pass(c, PERP__COLOURED_ADD, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
-    for (int32_t p = 0; p < c->points; p++)
-        memcpy(c->last_r[p], c->point[p].r, sizeof c->last_r[p]);
+    memcpy(c->before, c->y, size * sizeof *c->y);
     write_bias(c, step->h);
+    c->momentum = 0.0;
     for (int32_t pass = 0; pass < step->passes; pass++) {
-        memcpy(c->before, c->y, size * sizeof *c->y);
         c->kernels->pass(c, PERP__COLOURED_SWEEP, c->y);
         if (pass + 1 < step->passes)
             gain_momentum(c, &theta);

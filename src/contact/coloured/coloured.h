@@ -23,7 +23,8 @@ enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64 };
 typedef struct perp__lane_point {
     double P[36][PERP__GROUP]; /* normal, tangent 1, 2; six numbers of A and six of B each */
     double r[3][PERP__GROUP];
-    double w[3][PERP__GROUP]; /* velocities that impulses do not change */
+    double last[3][PERP__GROUP]; /* r of the pass before */
+    double w[3][PERP__GROUP];    /* velocities that impulses do not change */
     double gap[PERP__GROUP], guard[PERP__GROUP];
     double bias[PERP__GROUP];            /* of the normal row, as it is swept */
     double inverse_normal[PERP__GROUP];  /* 1 / W_nn */
@@ -48,7 +49,7 @@ typedef struct perp__coloured {
     int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
     perp__lane_group *group;
     perp__lane_point *point;
-    double (*last_r)[3][PERP__GROUP]; /* points: r of the pass before */
+    double momentum; /* the share of its last way by which r goes on before it is swept */
     /* bodies + 1 by 8; the last one is what nothing moves */
     double *y, *free, *before, *moved;
     int8_t *splits;    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
@@ -83,6 +84,7 @@ enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
 typedef struct perp__coloured_kernels {
     const char *set;
     void (*pass)(perp__coloured *c, int32_t what, double *y);
+    void (*invert)(perp__lane_point *p); /* writes 1 / W_nn and 1 / L of the lanes */
 } perp__coloured_kernels;
 
 /* Those that this processor has, the fastest first; returns how many. They give the same bits. */

@@ -103,12 +103,24 @@ TARGET static inline void NAME(push)(const double (*P)[PERP__GROUP], lanes dr, l
     }
 }
 
+/* r_i goes on from where it was last, by a share of its way; which is where it is now. */
+TARGET static inline lanes NAME(go_on)(perp__lane_point *p, int32_t i, int32_t at, lanes momentum)
+{
+    const lanes r = load(p->r[i] + at);
+    const lanes way = subtract(r, load(p->last[i] + at));
+
+    store(p->last[i] + at, r);
+    return add(r, multiply(momentum, way));
+}
+
 /* One contact of each pair: the normal, then both tangents. The fixed point is Coulomb's law. */
-TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
+TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes momentum, lanes *A,
+                                      lanes *B)
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes zero = spread(0.0), step = load(p->inverse_tangent + at);
-    const lanes n0 = load(p->r[0] + at), s0 = load(p->r[1] + at), t0 = load(p->r[2] + at);
+    const lanes n0 = NAME(go_on)(p, 0, at, momentum), s0 = NAME(go_on)(p, 1, at, momentum);
+    const lanes t0 = NAME(go_on)(p, 2, at, momentum);
     lanes u, n, s, t, most, length;
 
     u = add(NAME(along)(P, A, B), load(p->bias + at));
@@ -154,6 +166,8 @@ TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, la
 /* One of the three for each contact, with y. */
 TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y)
 {
+    const lanes momentum = spread(c->momentum);
+
     for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
 
@@ -166,7 +180,7 @@ TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y)
                 perp__lane_point *p = &c->point[group->first + k];
 
                 if (what == PERP__COLOURED_SWEEP)
-                    NAME(visit)(p, at, A, B);
+                    NAME(visit)(p, at, momentum, A, B);
                 else if (what == PERP__COLOURED_ADD)
                     NAME(add_impulses)(p, at, A, B);
                 else
@@ -175,5 +189,37 @@ TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y)
             NAME(put)(A, group->a + at, y);
             NAME(put)(B, group->b + at, y);
         }
+    }
+}
+
+TARGET static inline lanes NAME(dot)(const double (*P)[PERP__GROUP], const double (*Q)[PERP__GROUP])
+{
+    lanes sum = spread(0.0);
+
+    for (int32_t i = 0; i < 12; i++)
+        sum = add(sum, multiply(load(P[i]), load(Q[i])));
+    return sum;
+}
+
+/* 1 / x; 0 where that is none. */
+TARGET static inline lanes NAME(inverse)(lanes x)
+{
+    const lanes zero = spread(0.0), inverse = divide(spread(1.0), x);
+
+    return pick(both(less(zero, x), less(inverse, spread(INFINITY))), inverse, zero);
+}
+
+/* W_nn, and the larger eigenvalue of W_tt. */
+TARGET static void NAME(invert)(perp__lane_point *p)
+{
+    for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
+        const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
+        const lanes a = NAME(dot)(P + 12, P + 12), b = NAME(dot)(P + 24, P + 24);
+        const lanes d = NAME(dot)(P + 12, P + 24), apart = subtract(a, b);
+        const lanes most = add(
+            add(a, b), root(add(multiply(apart, apart), multiply(multiply(spread(4.0), d), d))));
+
+        store(p->inverse_normal + at, NAME(inverse)(NAME(dot)(P, P)));
+        store(p->inverse_tangent + at, NAME(inverse)(multiply(spread(0.5), most)));
     }
 }

@@ -29,7 +29,6 @@ static void lay_out_points(perp__arena *arena, void *object)
 
     c->group = perp__arena_take(arena, (size_t)c->most_groups, sizeof *c->group);
     c->point = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->point);
-    c->last_r = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->last_r);
 }
 
 static int32_t moves(const perp__rigid_problem *problem, int32_t body)
@@ -132,37 +131,32 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
     }
 }
 
-/* x C of one row and body, six numbers. */
-static void weigh(const perp__coloured *c, const double *C, int32_t body, const double *row,
-                  double *P)
+/* J C of the rows of one side, in their lane: C is diag(c, c, c) beside B; is any. */
+static void weigh_split(const double *C, const perp__rigid_rows *rows, int32_t side,
+                        double (*P)[PERP__GROUP])
 {
-    const int32_t width = c->width;
+    const double c = C[0],
+                 B[3][3] = {{C[21], C[22], C[23]}, {C[27], C[28], C[29]}, {C[33], C[34], C[35]}};
 
-    memset(P, 0, 6 * sizeof *P);
-    if (c->splits[body]) {
-        for (int32_t i = 0; i < 3; i++)
-            P[i] = row[i] * C[7 * i];
-        for (int32_t i = 3; i < 6; i++)
-            P[i] = row[3] * C[18 + i] + row[4] * C[24 + i] + row[5] * C[30 + i];
-        return;
+    for (int32_t i = 0; i < rows->dim; i++, P += 12) {
+        const double *row = rows->rows[side][i], x = row[3], y = row[4], z = row[5];
+
+        P[0][0] = row[0] * c;
+        P[1][0] = row[1] * c;
+        P[2][0] = row[2] * c;
+        P[3][0] = x * B[0][0] + y * B[1][0] + z * B[2][0];
+        P[4][0] = x * B[0][1] + y * B[1][1] + z * B[2][1];
+        P[5][0] = x * B[0][2] + y * B[1][2] + z * B[2][2];
     }
-    for (int32_t i = 0; i < width; i++)
+}
+
+static void weigh(const double *C, int32_t width, const perp__rigid_rows *rows, int32_t side,
+                  double (*P)[PERP__GROUP])
+{
+    for (int32_t i = 0; i < rows->dim; i++)
         for (int32_t j = 0; j < width; j++)
-            P[j] += row[i] * C[width * i + j];
-}
-
-static double dot12(const double *a, const double *b)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < 12; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
-static double invert(double x)
-{
-    return x > 0.0 && 1.0 / x < INFINITY ? 1.0 / x : 0.0;
+            for (int32_t k = 0; k < width; k++)
+                P[12 * i + j][0] += rows->rows[side][i][k] * C[width * k + j];
 }
 
 static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int32_t contact,
@@ -170,32 +164,24 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
 {
     const perp__rigid_rows *rows = &problem->rows[contact];
     const int32_t width = c->width;
-    double P[3][12], a, b, d;
 
-    memset(P, 0, sizeof P);
     for (int32_t i = 0; i < rows->dim; i++) {
-        double w = rows->bias[i];
-
-        for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = rows->body[side];
-            const double *row = rows->rows[side][i];
-
-            if (body >= problem->bodies)
-                for (int32_t k = 0; k < width; k++)
-                    w += row[k] * problem->free[width * body + k];
-            else if (body >= 0)
-                weigh(c, problem->factors + width * width * body, body, row, P[i] + 6 * side);
-        }
-        p->w[i][lane] = w;
-        p->r[i][lane] = problem->warm ? problem->warm[3 * contact + i] : 0.0;
-        for (int32_t k = 0; k < 12; k++)
-            p->P[12 * i + k][lane] = P[i][k];
+        p->w[i][lane] = rows->bias[i];
+        p->r[i][lane] = p->last[i][lane] = problem->warm ? problem->warm[3 * contact + i] : 0.0;
     }
-    a = dot12(P[1], P[1]);
-    b = dot12(P[2], P[2]);
-    d = dot12(P[1], P[2]);
-    p->inverse_normal[lane] = invert(dot12(P[0], P[0]));
-    p->inverse_tangent[lane] = invert(0.5 * (a + b + sqrt((a - b) * (a - b) + 4.0 * d * d)));
+    for (int32_t side = 0; side < 2; side++) {
+        double(*P)[PERP__GROUP] = (double(*)[PERP__GROUP]) & p->P[6 * side][lane];
+        const int32_t body = rows->body[side];
+
+        if (body >= problem->bodies)
+            for (int32_t i = 0; i < rows->dim; i++)
+                for (int32_t k = 0; k < width; k++)
+                    p->w[i][lane] += rows->rows[side][i][k] * problem->free[width * body + k];
+        else if (body >= 0 && c->splits[body])
+            weigh_split(problem->factors + width * width * body, rows, side, P);
+        else if (body >= 0)
+            weigh(problem->factors + width * width * body, width, rows, side, P);
+    }
     p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
     p->gap[lane] = step->gap ? step->gap[contact] : 0.0;
     p->guard[lane] = step->gap ? step->guard[contact] : 0.0;
@@ -219,6 +205,7 @@ static void fill_points(perp__coloured *c, const perp__rigid_problem *problem,
                 if (pair >= 0 && k < c->pair_points[pair])
                     fill_lane(c, p, l, c->pair_first[pair] + k, problem, step);
             }
+            c->kernels->invert(p);
         }
     }
 }
@@ -232,7 +219,7 @@ static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
     for (body = 0; body < problem->bodies; body++) {
         const double *C = problem->factors + width * width * body;
 
-        c->splits[body] = width == 6;
+        c->splits[body] = width == 6 && C[0] == C[7] && C[0] == C[14];
         for (int32_t i = 0; i < width && c->splits[body]; i++)
             for (int32_t j = 0; j < width; j++)
                 if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
