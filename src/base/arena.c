@@ -53,12 +53,15 @@ void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arr
         *arrays[k] = take(arena, bytes);
 }
 
+/* What outgrew its block grows on, as a pile does that comes to lie: room for a quarter more spares
+ * new pages in most of its steps. */
 static perp_status grow(perp__arena *arena, size_t needed)
 {
     void *block;
 
     if (needed > SIZE_MAX / 2)
         return perp__fail_memory(arena->context, "the workspace");
+    needed += arena->block ? needed / 4 : 0;
     block = perp__allocate(arena->context, 1, needed + PERP__ALIGNMENT);
     if (!block)
         return perp__fail_memory(arena->context, "the workspace");

@@ -312,6 +312,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
         perp__find_memories(world);
     if (status != PERP_OK)
         return status;
+    world->open_count = -1;
     perp__note_settled(world);
     lanes = perp__share_out(world, world->pair_count, touch_share, h);
     if (lanes > 0)
@@ -442,13 +443,6 @@ static int32_t include_points(perp_world *world, double h)
     return set->included - before;
 }
 
-/* Whether the motion of either body is not the one that was looked at last. */
-static int32_t is_new(const perp_world *world, const perp__pair *pair)
-{
-    return world->motions[world->shapes[pair->first].body].moved == world->rounds ||
-           world->motions[world->shapes[pair->second].body].moved == world->rounds;
-}
-
 /* Points of half-spaces that were left out come after all. */
 static perp_status add_spare(perp_world *world, int32_t body)
 {
@@ -487,7 +481,7 @@ static perp_status look_for_new_motions(perp_world *world, double h)
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
             continue;
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        motion->moved = world->rounds;
+        world->moved[world->body_order[i]] = world->rounds;
         motion->covered = 0;
         if (!(longest_way(world, world->body_order[i], h) < motion->spare))
             status = add_spare(world, world->body_order[i]);
@@ -504,20 +498,62 @@ static int32_t is_worth_a_look(const perp_world *world, const perp__pair *pair, 
     const double *spin_b = world->motions[b->body].moving + 3;
     const int32_t bounces = a->restitution > 0.0 || b->restitution > 0.0;
 
-    if (!pair->open || !is_new(world, pair))
-        return 0;
-    return pair->joined == 0 || (pair->joined < (bounces ? MAX_BOUNCES : MAX_JOINS) &&
-                                 h * (perp__length3(spin_a) + perp__length3(spin_b)) >
-                                     (bounces ? SMALL_TURN : LARGE_TURN));
+    return pair->joined < (bounces ? MAX_BOUNCES : MAX_JOINS) &&
+           h * (perp__length3(spin_a) + perp__length3(spin_b)) >
+               (bounces ? SMALL_TURN : LARGE_TURN);
 }
 
+/* In the order of all pairs. */
+static void list_open(perp_world *world)
+{
+    world->open_count = 0;
+    for (int32_t i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+        perp__open_pair *open = &world->open_pairs[world->open_count];
+
+        open->pair = world->pair_order[i].value;
+        open->body[0] = world->shapes[pair->first].body;
+        open->body[1] = world->shapes[pair->second].body;
+        world->open_count += pair->open;
+    }
+}
+
+/* Which of them meet: those of bodies whose motion is not the one that was looked at last. */
 static void meet_share(perp_world *world, perp__share *share, double h)
 {
     for (int32_t i = share->first; i < share->end; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
+        perp__open_pair *open = &world->open_pairs[i];
+        perp__pair *pair = &world->pairs[open->pair];
 
-        pair->met = is_worth_a_look(world, pair, h) && perp__pair_meets(world, pair, h);
+        open->met = (world->moved[open->body[0]] == world->rounds ||
+                     world->moved[open->body[1]] == world->rounds) &&
+                    (pair->joined == 0 || is_worth_a_look(world, pair, h)) &&
+                    perp__pair_meets(world, pair, h);
     }
+}
+
+/* Lists those that met behind the others; returns how many. */
+static int32_t list_met(perp_world *world, perp__open_pair *met)
+{
+    int32_t count = 0;
+
+    for (int32_t i = 0; i < world->open_count; i++)
+        if (world->open_pairs[i].met)
+            met[count++] = world->open_pairs[i];
+    return count;
+}
+
+/* Whether a pair that met is to wait for what either body meets before. */
+static int32_t waits(const perp_world *world, const perp__open_pair *open)
+{
+    const perp__meeting *meeting = &world->pairs[open->pair].meeting;
+
+    for (int32_t k = 0; k < 2; k++)
+        if (meeting->doubtful && world->rounds < PATIENCE &&
+            world->bodies[open->body[k]].kind == PERP_BODY_DYNAMIC &&
+            world->motions[open->body[k]].earliest < meeting->time)
+            return 1;
+    return 0;
 }
 
 /* Meetings of the open pairs. One near the rim of a face waits if the body meets something before:
@@ -526,44 +562,40 @@ static perp_status join_meetings(perp_world *world, double h)
 {
     perp_status status = perp__cover_changes(world, h);
     perp__share all = {0};
+    perp__open_pair *met;
+    int32_t i, k, count;
 
-    all.end = world->pair_count;
-    if (status == PERP_OK && perp__share_out(world, world->pair_count, meet_share, h) == 0)
+    if (status != PERP_OK || world->pair_count == 0)
+        return status;
+    if (world->open_count < 0)
+        list_open(world);
+    all.end = world->open_count;
+    if (perp__share_out(world, world->open_count, meet_share, h) == 0)
         meet_share(world, &all, h);
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__motion *a = &world->motions[world->shapes[pair->first].body];
-        perp__motion *b = &world->motions[world->shapes[pair->second].body];
+    met = world->open_pairs + world->pair_capacity;
+    count = list_met(world, met);
+    for (i = 0; i < count; i++) {
+        const perp__pair *pair = &world->pairs[met[i].pair];
 
-        if (!pair->met || pair->joined > 0) /* what has joined is part of the motion */
-            continue;
-        a->earliest = fmin(a->earliest, pair->meeting.time);
-        b->earliest = fmin(b->earliest, pair->meeting.time);
+        for (k = 0; k < 2 && pair->joined == 0; k++) { /* what has joined is part of the motion */
+            perp__motion *motion = &world->motions[met[i].body[k]];
+
+            motion->earliest = fmin(motion->earliest, pair->meeting.time);
+        }
     }
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
-        const int32_t bodies[2] = {world->shapes[pair->first].body,
-                                   world->shapes[pair->second].body};
-        int32_t k, waits = 0;
+    for (i = 0; i < count && status == PERP_OK; i++) {
+        perp__pair *pair = &world->pairs[met[i].pair];
 
-        for (k = 0; pair->met && k < 2; k++)
-            waits = waits || (pair->meeting.doubtful && world->rounds < PATIENCE &&
-                              world->bodies[bodies[k]].kind == PERP_BODY_DYNAMIC &&
-                              world->motions[bodies[k]].earliest < pair->meeting.time);
-        pair->waited = pair->waited || (pair->met && waits);
-        if (pair->met && waits)
-            world->motions[bodies[0]].moved = world->rounds + 1; /* again in the next round */
-        else if (pair->met)
+        if (waits(world, &met[i])) {
+            pair->waited = 1;
+            world->moved[met[i].body[0]] = world->rounds + 1; /* again in the next round */
+        } else {
             status = join_pair(world, pair, h);
+        }
     }
-    for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-
-        if (!pair->met)
-            continue;
-        world->motions[world->shapes[pair->first].body].earliest = INFINITY;
-        world->motions[world->shapes[pair->second].body].earliest = INFINITY;
-    }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 2; k++)
+            world->motions[met[i].body[k]].earliest = INFINITY;
     return status;
 }
 

@@ -56,12 +56,18 @@ static double size_of(const perp_world *world, const perp__pair *pair)
     return isfinite(size) ? size : 0.0;
 }
 
+/* Shapes no farther apart, nor deeper in each other, touch. */
+static double touching_of(const perp_world *world, const perp__pair *pair, double rounding)
+{
+    return RELATIVE_SLACK * size_of(world, pair) + rounding;
+}
+
 static perp__nearness nearness_of(const perp_world *world, const perp__pair *pair, double way)
 {
     double rounding = perp__pair_rounding(world, pair);
     perp__nearness near;
 
-    near.touching = RELATIVE_SLACK * size_of(world, pair) + rounding;
+    near.touching = touching_of(world, pair, rounding);
     near.grazing = rounding + RELATIVE_GRAZING * way;
     near.rounding = rounding;
     return near;
@@ -374,16 +380,31 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, double far)
     return 0;
 }
 
+/* What keeps the spheres about two shapes apart. */
+static void note_lead(const perp_world *world, perp__pair *pair, double touching)
+{
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    double *apart = pair->meeting.apart;
+
+    perp__subtract3(apart, world->placed[pair->second].position,
+                    world->placed[pair->first].position);
+    pair->meeting.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
+}
+
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
-    const encounter e = encounter_of(world, pair, h, points);
-    const double touching = e.near.touching, near = PERP__NEAR * perp__pair_size(world, pair);
+    const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
+    const double near = PERP__NEAR * perp__pair_size(world, pair);
+    encounter e;
 
     pair->meeting.lead = 0.0;
     pair->plain = 1;
-    if (!perp__are_near(world, pair, perp__greater(touching, near)))
+    if (!perp__are_near(world, pair, perp__greater(touching, near))) {
+        note_lead(world, pair, touching);
         return 0;
+    }
+    e = encounter_of(world, pair, h, points);
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
         const double due = perp__greater(perp__lesser(near, 2.0 * e.way), touching);
         const int32_t made = perp__collide(e.a.start, e.b.start, world->settings.planar,
@@ -417,17 +438,6 @@ static int32_t still_apart(const perp_world *world, const perp__pair *pair, doub
                            h * to[2] - h * from[2]};
 
     return perp__stay_apart(&pair->meeting, way, turning_of(world, a, h) + turning_of(world, b, h));
-}
-
-/* What keeps the spheres about two shapes apart. */
-static void note_lead(const perp_world *world, perp__pair *pair, double touching)
-{
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    double *apart = pair->meeting.apart;
-
-    perp__subtract3(apart, world->placed[pair->second].position,
-                    world->placed[pair->first].position);
-    pair->meeting.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
 }
 
 int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)

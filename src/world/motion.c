@@ -194,7 +194,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     memcpy(motion->after, motion->free, sizeof motion->after);
     memcpy(motion->tried, motion->moving, sizeof motion->tried);
     motion->touched = motion->jointed = 0;
-    motion->covered = motion->moved = 1; /* in the first round */
+    motion->covered = world->moved[body] = 1; /* in the first round */
     motion->earliest = motion->spare = INFINITY;
     motion->island = -1;
     memset(&motion->verdict, 0, sizeof motion->verdict);

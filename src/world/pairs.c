@@ -102,13 +102,14 @@ static uint64_t key_of(const perp_world *world, int32_t number)
 static perp_status reserve_pair(perp_world *world)
 {
     const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
+                                    PERP__GROWING(world->open_pairs, 0, 2),
                                     PERP__GROWING(world->pairs, world->pair_slots, 1)};
 
     if (world->free_pair != NONE || world->pair_slots < world->pair_capacity)
         return PERP_OK;
     world->pairs_changed = 2;
     return perp__grow(world->context, "the pairs of shapes", &world->pair_capacity,
-                      (int64_t)world->pair_slots + 1, arrays, 2);
+                      (int64_t)world->pair_slots + 1, arrays, 3);
 }
 
 static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
@@ -244,6 +245,8 @@ static void order_pairs(perp_world *world)
         sort_pairs(world);
     else if (world->pairs_changed)
         merge_pairs(world);
+    if (world->pairs_changed)
+        world->open_count = -1;
     world->pairs_changed = world->pairs_added = 0;
 }
 

@@ -322,7 +322,7 @@ static int32_t put_to_sleep(perp_world *world)
         if (perp__is_dynamic(world, body))
             join_nap(world, body, root);
         world->bodies[body].awake = 0;
-        world->motions[body].moved = 0;
+        world->moved[body] = 0;
         slept++;
     }
     return slept;

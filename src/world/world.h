@@ -69,7 +69,6 @@ typedef struct perp__pair {
     int32_t previous[2];
     int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
-    int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     double spare;         /* gap beyond which points of a half-space are left out: no motion so far
@@ -88,6 +87,12 @@ typedef struct perp__pair {
     int32_t first_kept; /* those that it fell asleep with; -1: none */
     perp__meeting meeting;
 } perp__pair;
+
+/* One of them that does not touch plainly at the start of the step, as rounds go through it. */
+typedef struct perp__open_pair {
+    int32_t pair, body[2];
+    int32_t met; /* the motion at hand makes them meet */
+} perp__open_pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */
 typedef struct perp__memory {
@@ -159,7 +164,6 @@ typedef struct perp__verdict {
 typedef struct perp__motion {
     uint64_t coasts; /* world->coasting: is in its next state, as nothing is near it */
     uint64_t placed; /* world->coasting of the step whose states its shapes are placed by */
-    int32_t moved;   /* the round of looking for contacts in which that was a new one */
     int32_t covered; /* the fat boxes hold what it does to the shapes */
     int32_t touched; /* has contact points in this step */
     int32_t jointed; /* has joints */
@@ -315,6 +319,7 @@ struct perp_world {
     int32_t lively_count;
     uint64_t coasting; /* the number of the step, to know those that do */
     int32_t *parent;
+    int32_t *moved; /* the round of looking for contacts in which a body's motion was a new one */
     int32_t *body_order;
     perp__island *islands;
     int32_t fitted_bodies, fitted_shapes; /* what there was room for */
@@ -334,11 +339,13 @@ struct perp_world {
     int32_t pair_slots;
     int32_t pair_capacity;
     int32_t free_pair;
-    int32_t pair_count;      /* of what is awake */
-    perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
-    int32_t pairs_added;     /* since they were sorted: so many in the second half; */
-    int32_t pairs_changed;   /* others ended; 2: all may be others */
-    perp__memory *memories;  /* pair by pair */
+    int32_t pair_count;          /* of what is awake */
+    perp__keyed *pair_order;     /* these, by their shapes; as much again for sorting */
+    int32_t pairs_added;         /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;       /* others ended; 2: all may be others */
+    perp__open_pair *open_pairs; /* in their order; as much again for those that meet */
+    int32_t open_count;          /* -1: to be listed */
+    perp__memory *memories;      /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;
