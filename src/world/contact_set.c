@@ -32,9 +32,10 @@
 
 static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {
-    const perp__growing array = PERP__GROWING(set->contacts, set->count, 1);
+    const perp__growing arrays[] = {PERP__GROWING(set->contacts, set->count, 1),
+                                    PERP__GROWING(set->ties, set->count, 1)};
 
-    return perp__grow(world->context, "the contacts", &set->capacity, needed, &array, 1);
+    return perp__grow(world->context, "the contacts", &set->capacity, needed, arrays, 2);
 }
 
 /* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's.
@@ -103,6 +104,14 @@ static void write_contact(const perp_world *world, perp__world_contact *contact,
     perp__recall(world, pair, contact);
 }
 
+/* A contact that is new to the set takes no part yet. */
+static void tie_bodies(const perp__contact_set *set, const perp__world_contact *contact)
+{
+    const perp__tie tie = {.body = {contact->body_a, contact->body_b}};
+
+    set->ties[contact - set->contacts] = tie;
+}
+
 /* Appends a point, of which there is room. */
 static perp__world_contact *append(const perp_world *world, perp__contact_set *set,
                                    const perp__pair *pair, const perp__point *point)
@@ -110,6 +119,7 @@ static perp__world_contact *append(const perp_world *world, perp__contact_set *s
     perp__world_contact *contact = &set->contacts[set->count];
 
     write_contact(world, contact, set->count > 0 ? contact - 1 : NULL, pair, point);
+    tie_bodies(set, contact);
     set->count++;
     return contact;
 }
@@ -160,11 +170,12 @@ static void write_touching(const perp_world *world, perp__world_contact *contact
 {
     if (pair->same && world->rounds == 0) {
         perp__repeat_contact(world, pair, k, contact);
-        return;
+    } else {
+        write_contact(world, contact, last, pair, point);
+        set_arms(world->states, contact);
+        prepare_contact(world, contact);
     }
-    write_contact(world, contact, last, pair, point);
-    set_arms(world->states, contact);
-    prepare_contact(world, contact);
+    tie_bodies(&world->contacts, contact);
 }
 
 /* Appends the points of a pair that are farther apart than `least` at the start of the step. */
@@ -426,18 +437,18 @@ static int32_t is_due(const perp_world *world, const perp__world_contact *contac
     return !(contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING) >= 0.0);
 }
 
-/* Includes the points that are due; returns how many. */
-static int32_t include_points(perp_world *world, double h)
+/* Includes the points from the first on that are due; returns how many. */
+static int32_t include_points(perp_world *world, int32_t first, double h)
 {
     perp__contact_set *set = &world->contacts;
     const int32_t before = set->included;
 
-    for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
-        perp__world_contact *contact = &set->contacts[i];
+    for (int32_t i = first; i < set->count && set->included < set->count; i++) {
+        perp__tie *tie = &set->ties[i];
 
-        if (contact->included || !is_due(world, contact, h))
+        if (tie->included || !is_due(world, &set->contacts[i], h))
             continue;
-        contact->included = contact->fresh = 1;
+        tie->included = tie->fresh = 1;
         set->included++;
     }
     return set->included - before;
@@ -601,9 +612,10 @@ static perp_status join_meetings(perp_world *world, double h)
 
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
 {
+    const int32_t known = world->contacts.count;
     perp_status status;
 
-    *came = include_points(world, h);
+    *came = include_points(world, 0, h);
     if (*came > 0)
         return PERP_OK;
     world->rounds++;
@@ -611,7 +623,7 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
     if (status == PERP_OK && world->rounds <= MAX_ROUNDS)
         status = join_meetings(world, h);
     if (status == PERP_OK)
-        *came = include_points(world, h);
+        *came = include_points(world, known, h);
     return status;
 }
 
@@ -627,6 +639,6 @@ perp_status perp__find_overlaps(perp_world *world, double margin)
             status = add_points(world, &world->overlaps, pair, world->next, margin);
     }
     for (int32_t i = 0; i < world->overlaps.count; i++)
-        world->overlaps.contacts[i].included = 1;
+        world->overlaps.ties[i].included = 1;
     return status;
 }

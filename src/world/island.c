@@ -18,10 +18,9 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
         world->motions[body].island = -1;
     }
     for (int32_t i = 0; i < set->count; i++) {
-        int32_t a = set->contacts[i].body_a;
-        int32_t b = set->contacts[i].body_b;
+        const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
 
-        if (!set->contacts[i].included)
+        if (!set->ties[i].included)
             continue;
         world->motions[a].touched = world->motions[b].touched = 1;
         if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
@@ -85,11 +84,11 @@ static void order_bodies(perp_world *world)
     }
 }
 
-static int32_t island_of(const perp_world *world, const perp__world_contact *contact)
+static int32_t island_of(const perp_world *world, const perp__tie *tie)
 {
-    int32_t a = world->motions[contact->body_a].island;
+    const int32_t a = world->motions[tie->body[0]].island;
 
-    return a >= 0 ? a : world->motions[contact->body_b].island;
+    return a >= 0 ? a : world->motions[tie->body[1]].island;
 }
 
 /* Lists the contacts of each island. */
@@ -98,20 +97,19 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     int32_t offset = 0;
 
     for (int32_t i = 0; i < set->count; i++)
-        if (set->contacts[i].included)
-            world->islands[island_of(world, &set->contacts[i])].contacts++;
+        if (set->ties[i].included)
+            world->islands[island_of(world, &set->ties[i])].contacts++;
     for (int32_t i = 0; i < world->island_count; i++) {
         world->islands[i].first_contact = offset;
         offset += world->islands[i].contacts;
         world->islands[i].contacts = 0;
     }
     for (int32_t i = 0; i < set->count; i++) {
-        const perp__world_contact *contact = &set->contacts[i];
         perp__island *island;
 
-        if (!contact->included)
+        if (!set->ties[i].included)
             continue;
-        island = &world->islands[island_of(world, contact)];
+        island = &world->islands[island_of(world, &set->ties[i])];
         world->contact_order[island->first_contact + island->contacts++] = i;
     }
 }

@@ -99,7 +99,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
                           perp__world_contact *contact)
 {
     *contact = world->last.contacts[pair->first_last + k];
-    contact->mode = contact->included = contact->fresh = 0;
+    contact->mode = 0;
     memset(contact->warm, 0, sizeof contact->warm);
     memset(contact->next, 0, sizeof contact->next);
     memset(contact->impulse, 0, sizeof contact->impulse);

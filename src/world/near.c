@@ -27,9 +27,9 @@ static void find_near(perp_world *world, const perp__island *island)
     memset(work->near, 0, (size_t)island->bodies * sizeof *work->near);
     for (int32_t round = 0; round <= NEIGHBOURS; round++)
         for (int32_t i = 0; i < island->contacts; i++) {
-            const perp__world_contact *contact = perp__step_contact(world, island, i);
-            int8_t *a = steps_left(world, contact->body_a), *b = steps_left(world, contact->body_b);
-            int8_t most = contact->fresh ? NEIGHBOURS + 1 : 0;
+            const perp__tie *tie = perp__step_tie(world, island, i);
+            int8_t *a = steps_left(world, tie->body[0]), *b = steps_left(world, tie->body[1]);
+            int8_t most = tie->fresh ? NEIGHBOURS + 1 : 0;
 
             most = a && *a > most ? *a : most;
             most = b && *b > most ? *b : most;
@@ -39,16 +39,13 @@ static void find_near(perp_world *world, const perp__island *island)
                 *b = (int8_t)(most - 1);
             work->hit[i] = most > 0;
         }
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
+    for (int32_t i = 0; i < island->contacts; i++)
         for (int32_t side = 0; side < 2 && work->hit[i]; side++) {
-            int8_t *left = steps_left(world, side == 0 ? contact->body_a : contact->body_b);
+            int8_t *left = steps_left(world, perp__step_tie(world, island, i)->body[side]);
 
             if (left)
                 *left = NEIGHBOURS + 1;
         }
-    }
 }
 
 /* What is near as an island: its bodies in work.members, its contacts in work.part. */
@@ -140,6 +137,7 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
     world->body_order = bodies;
     world->contact_order = contacts;
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__island_motion(world, island, i)->local = i;
+        if (world->work.near[i] > NEIGHBOURS)
+            perp__island_motion(world, island, i)->local = i;
     return status;
 }

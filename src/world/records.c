@@ -78,7 +78,7 @@ static perp_status merge_records(perp_world *world)
         if (world->pairs[i].first >= 0)
             count = list_kept(world, world->pairs[i].first_kept, order, count);
     for (i = 0; i < world->last.count; i++)
-        if (world->last.contacts[i].included) {
+        if (world->last.ties[i].included) {
             order[count].key = perp__contact_order(&world->last.contacts[i]);
             order[count++].value = i;
         }
@@ -105,7 +105,7 @@ perp_status perp__write_records(perp_world *world)
         status = merge_records(world);
     } else if (status == PERP_OK) {
         for (i = 0; i < world->last.count; i++)
-            if (world->last.contacts[i].included)
+            if (world->last.ties[i].included)
                 perp__write_record(&world->last.contacts[i], &world->records[count++]);
         world->record_count = count;
     }

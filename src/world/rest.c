@@ -215,17 +215,18 @@ static void keep_contact(perp_world *world, perp__world_contact *contact, perp__
 {
     perp__pair *pair = &world->pairs[contact->pair];
     perp__kept *kept = take_kept(world, pair);
+    perp__tie *tie = &world->last.ties[contact - world->last.contacts];
 
     perp__write_memory(contact, &kept->memory);
     kept->order = perp__contact_order(contact);
-    kept->included = contact->included;
-    world->kept_included += contact->included;
-    nap->contacts += contact->included;
-    if (contact->included && contact->friction > 0.0)
+    kept->included = tie->included;
+    world->kept_included += tie->included;
+    nap->contacts += tie->included;
+    if (tie->included && contact->friction > 0.0)
         nap->tangents += world->settings.planar ? 1 : 2;
     perp__write_record(contact, &kept->record);
-    world->last_included -= contact->included;
-    contact->included = 0;
+    world->last_included -= tie->included;
+    tie->included = 0;
     pair->memories = 0;
 }
 

@@ -63,7 +63,7 @@ static int32_t count_fresh(const perp_world *world, const perp__island *island,
     int32_t i, fresh = island->joints > 0 && !verdict->jointed;
 
     for (i = 0; i < island->contacts; i++)
-        fresh += perp__step_contact(world, island, i)->fresh;
+        fresh += perp__step_tie(world, island, i)->fresh;
     return fresh;
 }
 
@@ -146,7 +146,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         *open = 1;
     }
     for (int32_t k = 0; k < island->contacts && !finishes; k++)
-        perp__step_contact(world, island, k)->fresh = 0;
+        perp__step_tie(world, island, k)->fresh = 0;
     world->budget.contacts -= island->contacts + island->joints;
     for (int32_t k = 0; k < island->bodies; k++)
         perp__island_motion(world, island, k)->verdict = verdict;

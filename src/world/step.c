@@ -118,7 +118,7 @@ static perp_status count_rows(perp_world *world, perp_world_stats *stats)
     for (int32_t i = 0; i < world->contacts.count; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
 
-        if (!contact->included)
+        if (!world->contacts.ties[i].included)
             continue;
         if (!is_finite(contact))
             return perp__fail(world->context, PERP_ERROR_NOT_FINITE,

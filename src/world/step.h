@@ -152,6 +152,12 @@ static inline perp__world_contact *perp__island_contact(const perp_world *world,
     return &set->contacts[world->contact_order[island->first_contact + i]];
 }
 
+static inline perp__tie *perp__step_tie(const perp_world *world, const perp__island *island,
+                                          int32_t i)
+{
+    return &world->contacts.ties[world->contact_order[island->first_contact + i]];
+}
+
 /* One of the step's contacts. */
 static inline perp__world_contact *perp__step_contact(const perp_world *world,
                                                       const perp__island *island, int32_t i)

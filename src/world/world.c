@@ -140,13 +140,16 @@ static void release(void *object)
     perp__release(context, world->open_pairs);
     perp__release(context, world->memories);
     perp__release(context, world->contacts.contacts);
+    perp__release(context, world->contacts.ties);
     perp__release(context, world->overlaps.contacts);
+    perp__release(context, world->overlaps.ties);
     perp__release(context, world->begun.bytes);
     perp__release(context, world->tried.bytes);
     perp__release(context, world->whole.bytes);
     perp__release(context, world->records);
     perp__release(context, world->next_memories);
     perp__release(context, world->last.contacts);
+    perp__release(context, world->last.ties);
     perp__release(context, world->awake);
     perp__release(context, world->naps);
     perp__release(context, world->kept);

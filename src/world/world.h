@@ -198,8 +198,6 @@ typedef struct perp__world_contact {
     int32_t round;    /* of looking for contacts in which it came */
     int32_t later;    /* contact of the pair, of those that came after the first round; -1: none */
     int32_t mode;     /* PERP_CONTACT_... */
-    int32_t included; /* takes part in the problems; the others were found not to matter */
-    int32_t fresh;    /* included since its island was solved last */
     uint64_t feature; /* tells the points of a pair apart, from step to step */
     double gap;       /* what may be closed along the normal */
     double rounding;  /* gaps below this are not told apart from 0 */
@@ -219,8 +217,16 @@ typedef struct perp__world_contact {
     uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
 
+/* And what rounds read of it. */
+typedef struct perp__tie {
+    int32_t body[2];
+    int32_t included; /* takes part in the problems; the others were found not to matter */
+    int32_t fresh;    /* included since its island was solved last */
+} perp__tie;
+
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
+    perp__tie *ties;
     int32_t included; /* of the step's: how many are, */
     int32_t early;    /* and how many came in the first round */
     int32_t count;
