@@ -137,17 +137,20 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
 {
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
     const int32_t fresh = finishes ? 0 : count_fresh(world, island, &verdict);
+    const int32_t ends = finishes && verdict.sweeps > 0;
     perp_status status = PERP_OK;
 
     if (fresh > 0)
         status = solve_island(world, island, h, fresh, &verdict);
-    else if (finishes && verdict.sweeps > 0) {
+    else if (ends) {
         status = finish_island(world, island, h, &verdict);
         *open = 1;
     }
+    world->budget.contacts -= island->contacts + island->joints;
+    if (fresh == 0 && !ends)
+        return PERP_OK;
     for (int32_t k = 0; k < island->contacts && !finishes; k++)
         perp__step_tie(world, island, k)->fresh = 0;
-    world->budget.contacts -= island->contacts + island->joints;
     for (int32_t k = 0; k < island->bodies; k++)
         perp__island_motion(world, island, k)->verdict = verdict;
     return status;
