@@ -243,8 +243,8 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
     for (int32_t i = 0; status == PERP_OK && i < world->overlaps.count; i++)
-        world->overlaps.ties[i].included = !is_swept(world, world->overlaps.ties[i].body[0],
-                                                      world->overlaps.ties[i].body[1]);
+        world->overlaps.ties[i].included =
+            !is_swept(world, world->overlaps.ties[i].body[0], world->overlaps.ties[i].body[1]);
     PERP__THEN(status, perp__build_islands(world, &world->overlaps));
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {

@@ -153,7 +153,7 @@ static inline perp__world_contact *perp__island_contact(const perp_world *world,
 }
 
 static inline perp__tie *perp__step_tie(const perp_world *world, const perp__island *island,
-                                          int32_t i)
+                                        int32_t i)
 {
     return &world->contacts.ties[world->contact_order[island->first_contact + i]];
 }

@@ -49,7 +49,13 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
     }
     for (int32_t i = 0; i < 3; i++)
         y[i] /= C[7 * i];
-    perp__solve_small(C + 21, 3, 6, y + 3, 1);
+    if (C[22] != 0.0 || C[23] != 0.0 || C[27] != 0.0 || C[29] != 0.0 || C[33] != 0.0 ||
+        C[34] != 0.0) {
+        perp__solve_small(C + 21, 3, 6, y + 3, 1);
+        return;
+    }
+    for (int32_t i = 3; i < 6; i++) /* a ball, or what lies along its axes */
+        y[i] /= C[7 * i];
 }
 
 /* b of the normal rows: what a contact may still close by. */
