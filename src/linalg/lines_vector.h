@@ -28,14 +28,16 @@ TARGET static double NAME(raise)(size_t n, const double *line, const double *D, 
     return largest_of(most);
 }
 
-/* Which of |line_k| D_k are at least `bound`, in one vector. */
+/* Which of |line_k| D_k are not 0 and at least `bound`, in one vector. */
 TARGET static inline uint64_t NAME(mark_at)(const double *line, const double *D, lanes bound)
 {
-    return bits_of(at_most(bound, multiply(absolute(load(line)), load(D))));
+    const lanes size = multiply(absolute(load(line)), load(D));
+
+    return bits_of(both(less(spread(0.0), size), at_most(bound, size)));
 }
 
 /* Of a block of n lines and as many entries, n <= 64: bit k of bits_j says whether |line_jk| D_k is
- * at least bounds_j. */
+ * not 0 and at least bounds_j. */
 TARGET static void NAME(mark)(size_t n, const double *first, size_t stride, const double *D,
                               const double *bounds, uint64_t *bits)
 {

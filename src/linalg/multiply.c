@@ -314,8 +314,8 @@ static void join_lines(const perp__matrix *M, const int32_t *exponents, double l
     for (int32_t j = 0; j < n; j += width) {
         const int32_t first = j + width < n ? j : n - width;
 
-        for (int32_t k = 0; k < width; k++) /* 0 joins nothing */
-            bounds[k] = fmax(least / D[first + k], 0x1p-1074);
+        for (int32_t k = 0; k < width; k++)
+            bounds[k] = least / D[first + k];
         for (int32_t i = 0; i < n; i += width) {
             const int32_t other = i + width < n ? i : n - width;
             const int32_t root = perp__root_of(part, lines + first);
