@@ -18,17 +18,11 @@
 #include "world/collide/meeting.h"
 #include "linalg/spatial.h"
 
-/* How often an open pair may join, one that bounces too; rounds in which doubtful meetings wait for
- * others; and rounds after which what still meets is left to the projection. */
-#define MAX_JOINS 3
-#define MAX_BOUNCES 6
+/* How often a pair may join; rounds in which doubtful meetings wait for others; and rounds after
+ * which what still meets is left to the projection. */
+#define MAX_JOINS 6
 #define PATIENCE 8
 #define MAX_ROUNDS 24
-
-/* Radians in a step beyond which the first meeting says little of the next corner (measured on
- * boxes that tumble and bounce: less takes longer and leaves no less overlap). */
-#define LARGE_TURN 0.02
-#define SMALL_TURN 1e-3
 
 static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {
@@ -323,7 +317,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
         perp__find_memories(world);
     if (status != PERP_OK)
         return status;
-    world->open_count = -1;
+    world->watched_count = -1;
     perp__note_settled(world);
     lanes = perp__share_out(world, world->pair_count, touch_share, h);
     if (lanes > 0)
@@ -377,14 +371,6 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
     prepare_contact(world, contact);
 }
 
-static int32_t has_late(const perp__contact_set *set, const perp__pair *pair, int32_t feature)
-{
-    for (int32_t i = pair->late; i >= 0; i = set->contacts[i].later)
-        if (set->contacts[i].feature == (uint64_t)feature)
-            return 1;
-    return 0;
-}
-
 /* Contact i of the set came after the first round. */
 static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
 {
@@ -396,7 +382,13 @@ static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
     pair->latest = i;
 }
 
-/* Appends the points in which a pair meets. */
+/* Whether some of the pair's are in the set. */
+static int32_t has_points(const perp__pair *pair)
+{
+    return !pair->open || pair->joined > 0;
+}
+
+/* Appends the points in which a pair meets; a feature that has one has another, as it lies then. */
 static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
@@ -406,11 +398,10 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     perp_status status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
     for (i = 0; i < made && status == PERP_OK; i++) {
-        perp__world_contact *contact;
+        perp__world_contact *contact = append(world, &world->contacts, pair, &points[i]);
 
-        if (has_late(&world->contacts, pair, points[i].feature))
-            continue;
-        contact = append(world, &world->contacts, pair, &points[i]);
+        if (has_points(pair)) /* what a feature remembers is the first point's */
+            memset(contact->warm, 0, sizeof contact->warm);
         set_back(world, contact, pair->meeting.time, &a, &b);
         list_late(&world->contacts, pair, world->contacts.count - 1);
     }
@@ -500,32 +491,18 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     return status;
 }
 
-/* A pair that met before is looked at again where a body turns so far that its first meeting says
- * little of the next corner; what bounces hits with one corner after the other. */
-static int32_t is_worth_a_look(const perp_world *world, const perp__pair *pair, double h)
+/* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
+static void list_watched(perp_world *world)
 {
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    const double *spin_a = world->motions[a->body].moving + 3;
-    const double *spin_b = world->motions[b->body].moving + 3;
-    const int32_t bounces = a->restitution > 0.0 || b->restitution > 0.0;
-
-    return pair->joined < (bounces ? MAX_BOUNCES : MAX_JOINS) &&
-           h * (perp__length3(spin_a) + perp__length3(spin_b)) >
-               (bounces ? SMALL_TURN : LARGE_TURN);
-}
-
-/* In the order of all pairs. */
-static void list_open(perp_world *world)
-{
-    world->open_count = 0;
+    world->watched_count = 0;
     for (int32_t i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__open_pair *open = &world->open_pairs[world->open_count];
+        perp__watched_pair *open = &world->watched_pairs[world->watched_count];
 
         open->pair = world->pair_order[i].value;
         open->body[0] = world->shapes[pair->first].body;
         open->body[1] = world->shapes[pair->second].body;
-        world->open_count += pair->open;
+        world->watched_count += pair->open || !perp__has_plane(world, pair);
     }
 }
 
@@ -533,62 +510,63 @@ static void list_open(perp_world *world)
 static void meet_share(perp_world *world, perp__share *share, double h)
 {
     for (int32_t i = share->first; i < share->end; i++) {
-        perp__open_pair *open = &world->open_pairs[i];
+        perp__watched_pair *open = &world->watched_pairs[i];
         perp__pair *pair = &world->pairs[open->pair];
 
         open->met = (world->moved[open->body[0]] == world->rounds ||
                      world->moved[open->body[1]] == world->rounds) &&
-                    (pair->joined == 0 || is_worth_a_look(world, pair, h)) &&
-                    perp__pair_meets(world, pair, h);
+                    pair->joined < MAX_JOINS &&
+                    (has_points(pair) ? perp__pair_sinks(world, pair, h)
+                                      : perp__pair_meets(world, pair, h));
     }
 }
 
 /* Lists those that met behind the others; returns how many. */
-static int32_t list_met(perp_world *world, perp__open_pair *met)
+static int32_t list_met(perp_world *world, perp__watched_pair *met)
 {
     int32_t count = 0;
 
-    for (int32_t i = 0; i < world->open_count; i++)
-        if (world->open_pairs[i].met)
-            met[count++] = world->open_pairs[i];
+    for (int32_t i = 0; i < world->watched_count; i++)
+        if (world->watched_pairs[i].met)
+            met[count++] = world->watched_pairs[i];
     return count;
 }
 
 /* Whether a pair that met is to wait for what either body meets before. */
-static int32_t waits(const perp_world *world, const perp__open_pair *open)
+static int32_t waits(const perp_world *world, const perp__watched_pair *open)
 {
-    const perp__meeting *meeting = &world->pairs[open->pair].meeting;
+    const perp__pair *pair = &world->pairs[open->pair];
 
     for (int32_t k = 0; k < 2; k++)
-        if (meeting->doubtful && world->rounds < PATIENCE &&
+        if (!has_points(pair) && pair->meeting.doubtful && world->rounds < PATIENCE &&
             world->bodies[open->body[k]].kind == PERP_BODY_DYNAMIC &&
-            world->motions[open->body[k]].earliest < meeting->time)
+            world->motions[open->body[k]].earliest < pair->meeting.time)
             return 1;
     return 0;
 }
 
-/* Meetings of the open pairs. One near the rim of a face waits if the body meets something before:
- * what stops it there may keep it from this. */
+/* Meetings of the watched pairs. One near the rim of a face waits if the body meets something
+ * before: what stops it there may keep it from this. */
 static perp_status join_meetings(perp_world *world, double h)
 {
     perp_status status = perp__cover_changes(world, h);
     perp__share all = {0};
-    perp__open_pair *met;
+    perp__watched_pair *met;
     int32_t i, k, count;
 
     if (status != PERP_OK || world->pair_count == 0)
         return status;
-    if (world->open_count < 0)
-        list_open(world);
-    all.end = world->open_count;
-    if (perp__share_out(world, world->open_count, meet_share, h) == 0)
+    if (world->watched_count < 0)
+        list_watched(world);
+    all.end = world->watched_count;
+    if (perp__share_out(world, world->watched_count, meet_share, h) == 0)
         meet_share(world, &all, h);
-    met = world->open_pairs + world->pair_capacity;
+    met = world->watched_pairs + world->pair_capacity;
     count = list_met(world, met);
     for (i = 0; i < count; i++) {
         const perp__pair *pair = &world->pairs[met[i].pair];
 
-        for (k = 0; k < 2 && pair->joined == 0; k++) { /* what has joined is part of the motion */
+        for (k = 0; k < 2 && !has_points(pair); k++) { /* they are part of the motion */
             perp__motion *motion = &world->motions[met[i].body[k]];
 
             motion->earliest = fmin(motion->earliest, pair->meeting.time);

@@ -27,6 +27,9 @@
  * that they meet with. */
 #define SHALLOW 0.6
 
+/* Beside the size of a pair that has points, how deep it comes to lie where it meets anew. */
+#define DEEP 2.5e-4
+
 static double rounding_of(const perp_world *world, int32_t shape)
 {
     const double *x = world->placed[shape].position;
@@ -73,7 +76,7 @@ static perp__nearness nearness_of(const perp_world *world, const perp__pair *pai
     return near;
 }
 
-static int32_t has_plane(const perp_world *world, const perp__pair *pair)
+int32_t perp__has_plane(const perp_world *world, const perp__pair *pair)
 {
     return world->shapes[pair->first].geometry.kind == PERP__PLANE ||
            world->shapes[pair->second].geometry.kind == PERP__PLANE;
@@ -88,7 +91,7 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
     const double reach =
         world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
 
-    return has_plane(world, pair) || perp__dot3(between, between) <= reach * reach ||
+    return perp__has_plane(world, pair) || perp__dot3(between, between) <= reach * reach ||
            !isfinite(reach * reach);
 }
 
@@ -405,7 +408,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         return 0;
     }
     e = encounter_of(world, pair, h, points);
-    if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
+    if (perp__has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
         const double due = perp__greater(perp__lesser(near, 2.0 * e.way), touching);
         const int32_t made = perp__collide(e.a.start, e.b.start, world->settings.planar,
                                            perp__greater(far, due), points);
@@ -451,12 +454,49 @@ int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
         note_lead(world, pair, e.near.touching);
         return 0;
     }
-    if (has_plane(world, pair)) {
+    if (perp__has_plane(world, pair)) {
         pair->meeting.time = 0.0;
         pair->meeting.doubtful = 0;
         return reaches_plane(world, &e.a, &e.b);
     }
     return perp__meet(&e.a, &e.b, world->settings.planar, &e.near, &pair->meeting);
+}
+
+/* The separation along the axis by which shapes overlap least, if they do: else 0. */
+static double overlap_of(const encounter *e, const perp__placed *a, const perp__placed *b,
+                         int32_t *axis)
+{
+    const int32_t planar = e->world->settings.planar;
+    perp__point points[PERP__MAX_POINTS];
+    perp__axes axes;
+    int32_t best;
+
+    *axis = 0;
+    perp__axes_of(a, b, planar, &axes);
+    if (axes.count == 0)
+        return perp__collide(a, b, planar, 0.0, points) > 0 ? points[0].gap : 0.0;
+    best = perp__last_to_close(a, b, &axes, NULL);
+    *axis = axes.axis[best].number;
+    return perp__lesser(axes.axis[best].separation, 0.0);
+}
+
+int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
+{
+    const encounter e = encounter_of(world, pair, h, NULL);
+    const double deep = DEEP * perp__pair_size(world, pair);
+    perp__placed a, b;
+    double end;
+    int32_t axis;
+
+    if (perp__has_plane(world, pair) ||
+        perp__length3(e.a.turn) * e.a.reach + perp__length3(e.b.turn) * e.b.reach <= deep)
+        return 0;
+    perp__moved(&e.a, 1.0, &a);
+    perp__moved(&e.b, 1.0, &b);
+    end = overlap_of(&e, &a, &b, &pair->meeting.axis);
+    pair->meeting.time = 1.0;
+    pair->meeting.doubtful = 1;
+    return end < -deep && end < overlap_of(&e, e.a.start, e.b.start, &axis) - deep;
 }
 
 int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,

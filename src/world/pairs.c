@@ -102,7 +102,7 @@ static uint64_t key_of(const perp_world *world, int32_t number)
 static perp_status reserve_pair(perp_world *world)
 {
     const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
-                                    PERP__GROWING(world->open_pairs, 0, 2),
+                                    PERP__GROWING(world->watched_pairs, 0, 2),
                                     PERP__GROWING(world->pairs, world->pair_slots, 1)};
 
     if (world->free_pair != NONE || world->pair_slots < world->pair_capacity)
@@ -246,7 +246,7 @@ static void order_pairs(perp_world *world)
     else if (world->pairs_changed)
         merge_pairs(world);
     if (world->pairs_changed)
-        world->open_count = -1;
+        world->watched_count = -1;
     world->pairs_changed = world->pairs_added = 0;
 }
 

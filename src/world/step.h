@@ -92,9 +92,13 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
  * out from a gap of `far` on. */
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points);
+int32_t perp__has_plane(const perp_world *world, const perp__pair *pair);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->meeting. */
 int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h);
+/* Whether it takes a pair that touches deep into each other: what turns comes down on another
+ * corner or edge. */
+int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,
                              perp__point *points);
 

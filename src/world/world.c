@@ -137,7 +137,7 @@ static void release(void *object)
     perp__release(context, world->tree.nodes);
     perp__release(context, world->pairs);
     perp__release(context, world->pair_order);
-    perp__release(context, world->open_pairs);
+    perp__release(context, world->watched_pairs);
     perp__release(context, world->memories);
     perp__release(context, world->contacts.contacts);
     perp__release(context, world->contacts.ties);

@@ -89,10 +89,10 @@ typedef struct perp__pair {
 } perp__pair;
 
 /* One of them that does not touch plainly at the start of the step, as rounds go through it. */
-typedef struct perp__open_pair {
+typedef struct perp__watched_pair {
     int32_t pair, body[2];
     int32_t met; /* the motion at hand makes them meet */
-} perp__open_pair;
+} perp__watched_pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */
 typedef struct perp__memory {
@@ -345,13 +345,13 @@ struct perp_world {
     int32_t pair_slots;
     int32_t pair_capacity;
     int32_t free_pair;
-    int32_t pair_count;          /* of what is awake */
-    perp__keyed *pair_order;     /* these, by their shapes; as much again for sorting */
-    int32_t pairs_added;         /* since they were sorted: so many in the second half; */
-    int32_t pairs_changed;       /* others ended; 2: all may be others */
-    perp__open_pair *open_pairs; /* in their order; as much again for those that meet */
-    int32_t open_count;          /* -1: to be listed */
-    perp__memory *memories;      /* pair by pair */
+    int32_t pair_count;                /* of what is awake */
+    perp__keyed *pair_order;           /* these, by their shapes; as much again for sorting */
+    int32_t pairs_added;               /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;             /* others ended; 2: all may be others */
+    perp__watched_pair *watched_pairs; /* in their order; as much again for those that meet */
+    int32_t watched_count;             /* -1: to be listed */
+    perp__memory *memories;            /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;
