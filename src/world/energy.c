@@ -5,15 +5,49 @@
 #include "linalg/spatial.h"
 
 /* I w in the world frame. */
-static void spin_of(const perp_world *world, int32_t i, double *spin)
+static void spin_of(const perp_world *world, int32_t i, const perp__state *state, double *spin)
 {
-    const perp__state *state = &world->states[i];
     double R[9], w[3], Iw[3];
 
     perp__rotation_of(world, state, R);
     perp__apply_transposed3(w, R, state->angular_velocity);
     perp__apply3(Iw, world->bodies[i].inertia, w);
     perp__apply3(spin, R, Iw);
+}
+
+static double kinetic_of(const perp_world *world, int32_t i, const perp__state *state)
+{
+    double spin[3];
+
+    spin_of(world, i, state, spin);
+    return 0.5 * (world->bodies[i].mass * perp__dot3(state->velocity, state->velocity) +
+                  perp__dot3(spin, state->angular_velocity));
+}
+
+double perp__energy_lost(const perp_world *world, int32_t i)
+{
+    const perp__state *from = &world->states[i], *to = &world->next[i];
+    double work = 0.0;
+
+    for (int32_t k = 0; k < 3; k++) {
+        const double force = world->bodies[i].mass * world->settings.gravity[k] + from->force[k];
+        const double turn = 0.5 * (from->angular_velocity[k] + to->angular_velocity[k]);
+
+        work += force * (to->position[k] - from->position[k]) +
+                from->torque[k] * turn * world->step_length;
+    }
+    return kinetic_of(world, i, from) - kinetic_of(world, i, to) + work;
+}
+
+double perp__work_needed(const perp_world *world, int32_t i, const double *shift)
+{
+    double work = 0.0;
+
+    for (int32_t k = 0; k < 3; k++)
+        work -= (world->bodies[i].mass * world->settings.gravity[k] + world->states[i].force[k]) *
+                    shift[k] +
+                world->states[i].torque[k] * shift[3 + k];
+    return work;
 }
 
 static int32_t counts(const perp_world *world, int32_t i)
@@ -31,13 +65,10 @@ perp_status perp_world_energy(const perp_world *world, double *kinetic, double *
     for (int32_t i = 0; i < world->body_slots; i++) {
         const perp__state *state = &world->states[i];
         double mass = world->bodies[i].mass;
-        double spin[3];
 
         if (!counts(world, i))
             continue;
-        spin_of(world, i, spin);
-        moving += 0.5 * (mass * perp__dot3(state->velocity, state->velocity) +
-                         perp__dot3(spin, state->angular_velocity));
+        moving += kinetic_of(world, i, state);
         height -= mass * perp__dot3(world->settings.gravity, state->position);
     }
     if (kinetic)
@@ -61,7 +92,7 @@ perp_status perp_world_momentum(const perp_world *world, double *linear, double 
 
         if (!counts(world, i))
             continue;
-        spin_of(world, i, spin);
+        spin_of(world, i, state, spin);
         perp__cross(orbit, state->position, state->velocity);
         perp__add3(p, mass, state->velocity);
         perp__add3(L, mass, orbit);

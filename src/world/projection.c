@@ -138,6 +138,51 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
+/* Whether the shifts may take more than the step lost: that is the work of who put bodies at rest
+ * deep into others, or moves what they touch, and joints are kept at any price. */
+static int32_t is_paid_for(const perp_world *world, const perp__island *island)
+{
+    int32_t rests = 1, deep = 0;
+
+    if (island->joints > 0)
+        return 1;
+    for (int32_t i = 0; i < island->bodies && rests; i++) {
+        const perp__motion *motion = perp__island_motion(world, island, i);
+
+        for (int32_t k = 0; k < 6; k++)
+            rests = rests && motion->start[k] == 0.0 && motion->after[k] == 0.0;
+    }
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact =
+            perp__island_contact(world, &world->overlaps, island, i);
+
+        if (world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
+            world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC)
+            return 1;
+        deep = deep || perp__is_deep(contact);
+    }
+    return rests && deep;
+}
+
+/* Shifts are shorter where they would take more energy than the step lost: what is left of the
+ * overlap is taken out as more is lost, and what rests stays as it is. */
+static void keep_energy(perp_world *world, const perp__island *island)
+{
+    double lost = 0.0, needed = 0.0;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        lost += perp__energy_lost(world, body);
+        needed += perp__work_needed(world, body, world->motions[body].shift);
+    }
+    if (needed <= perp__greater(lost, 0.0) || is_paid_for(world, island))
+        return;
+    for (int32_t i = 0; i < island->bodies; i++)
+        for (int32_t k = 0; k < 6; k++)
+            perp__island_motion(world, island, i)->shift[k] *= perp__greater(lost, 0.0) / needed;
+}
+
 /* Mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body without
  * shapes. */
 static void weigh_equally(const perp_world *world, int32_t body, double *C)
@@ -227,8 +272,10 @@ static perp_status project_island(perp_world *world, const perp__island *island,
     pose(world, island, equally);
     status = solve_shifts(world, island, &found);
     *left = status != PERP_OK || !found || !(longest_way(world, island) <= longest);
-    if (!*left)
+    if (!*left) {
+        keep_energy(world, island);
         apply(world, island);
+    }
     return status;
 }
 

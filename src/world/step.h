@@ -313,6 +313,12 @@ void perp__stop_all_coasting(perp_world *world);
 int32_t perp__find_infinite(const perp_world *world);
 void perp__turn(const perp_world *world, perp__state *state, const double *turn);
 
+/* energy.c */
+/* What the step took from a body, with the work of forces: from its state to the next one. */
+double perp__energy_lost(const perp_world *world, int32_t body);
+/* What it takes to shift it by a small twist against forces. */
+double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
+
 /* projection.c */
 /* *changed: next states are others. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed);

@@ -518,6 +518,24 @@ static int32_t take_energy(perp_world *world, const perp__island *island)
     return scaled;
 }
 
+/* The same of impulses that are less than they were. Velocities that were solved for in what holds
+ * are not these impulses', which might give energy anew, and stay as they are. */
+static perp_status judge_anew(perp_world *world, const perp__island *island,
+                              perp__rigid_answer *answer, perp__rigid_problem *problem, double h,
+                              perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const size_t size = (size_t)(world->dof * island->bodies) * sizeof(double);
+    const int32_t held = answer->held;
+    perp_status status;
+
+    memcpy(work->solved, work->v, size);
+    status = judge(world, island, answer, problem, h, verdict);
+    if (held)
+        memcpy(work->v, work->solved, size);
+    return status;
+}
+
 /* Positions move with the velocities, and out of overlap by `drift`. */
 static void move_along(perp_world *world, const perp__island *island)
 {
@@ -564,7 +582,7 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     if (status == PERP_OK && answer.held)
         move_along(world, island);
     if (status == PERP_OK && work->carriers == 0 && take_energy(world, island))
-        status = judge(world, island, &answer, &problem, h, verdict);
+        status = judge_anew(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK)
         finish(world, island, verdict);
     return status;
