@@ -482,15 +482,17 @@ static double overlap_of(const encounter *e, const perp__placed *a, const perp__
 
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
-    const encounter e = encounter_of(world, pair, h, NULL);
+    const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
     const double deep = DEEP * perp__pair_size(world, pair);
     perp__placed a, b;
+    encounter e;
     double end;
     int32_t axis;
 
     if (perp__has_plane(world, pair) ||
-        perp__length3(e.a.turn) * e.a.reach + perp__length3(e.b.turn) * e.b.reach <= deep)
+        turning_of(world, first, h) + turning_of(world, second, h) <= deep)
         return 0;
+    e = encounter_of(world, pair, h, NULL);
     perp__moved(&e.a, 1.0, &a);
     perp__moved(&e.b, 1.0, &b);
     end = overlap_of(&e, &a, &b, &pair->meeting.axis);

@@ -88,7 +88,7 @@ typedef struct perp__pair {
     perp__meeting meeting;
 } perp__pair;
 
-/* One of them that does not touch plainly at the start of the step, as rounds go through it. */
+/* One of them that may meet, or turn deeper into each other, as rounds go through it. */
 typedef struct perp__watched_pair {
     int32_t pair, body[2];
     int32_t met; /* the motion at hand makes them meet */
