@@ -28,7 +28,7 @@
 #define SHALLOW 0.6
 
 /* Beside the size of a pair that has points, how deep it comes to lie where it meets anew. */
-#define DEEP 2.5e-4
+#define DEEP 1e-3
 
 static double rounding_of(const perp_world *world, int32_t shape)
 {
