@@ -576,10 +576,8 @@ perp_status perp__cover_places(perp_world *world, double margin)
 }
 
 /* Takes a shape off a list of shapes. */
-static void unlink_shape(perp_world *world, int32_t *first, size_t next, int32_t i)
+static void unlink_shape(perp_world *world, int32_t *link, size_t next, int32_t i)
 {
-    int32_t *link = first;
-
     while (*link != i)
         link = (int32_t *)((char *)&world->shapes[*link] + next);
     *link = *(int32_t *)((char *)&world->shapes[i] + next);

@@ -1,8 +1,8 @@
 /* The phases of a step, and what their files give each other. A step goes through
  *
  *   place        rotations, mass matrices and free velocities of the bodies    (motion.c)
- *   contact set  contact points that can close within the step                 (contact_set.c)
- *   islands      bodies that touch, directly or through others                 (island.c)
+ *   contact set  contact points that can close within the step                 (contact_set.c,
+ * rounds.c) islands      bodies that touch, directly or through others                 (island.c)
  *   solve        per island: to tol, its impacts where they are        (solve.c, exact.c,
  *                or within the budget of the world's accuracy         impacts.c, sweep.c)
  *   integrate    the next positions                                            (integrate.c)
@@ -105,12 +105,24 @@ int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
 perp_status perp__find_contacts(perp_world *world, double h);
+/* Room for so many contacts of a set; a point of a pair, of which there is room; its velocity as if
+ * nothing touched; and all of a pair's points that are farther apart than `least` at the start. */
+perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
+perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
+                                          const perp__pair *pair, const perp__point *point);
+void perp__prepare_contact(const perp_world *world, perp__world_contact *contact);
+perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
+                                int32_t count, double least);
+/* How far the motion at hand takes any point of a body. */
+double perp__longest_way(const perp_world *world, int32_t body, double h);
+/* Points with gaps up to `margin` in the next states. */
+perp_status perp__find_overlaps(perp_world *world, double margin);
+
+/* rounds.c */
 /* Includes what the bodies' `moving` twists close or make meet: points come to the set, and points
  * of the set become `included` and `fresh`; *came tells how many. Call it until none comes, after
  * each change of `moving`. Contacts keep their numbers, not their places in memory. */
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
-/* Points with gaps up to `margin` in the next states. */
-perp_status perp__find_overlaps(perp_world *world, double margin);
 
 /* memory.c */
 /* Room for so many memories. */

@@ -1,0 +1,290 @@
+/* What comes to a step's contacts once the motion is known, round by round: points that it closes,
+ * pairs that it makes meet, those that it turns deeper into each other, and what lies farther along
+ * a half-space. Only bodies whose motion the last round changed are looked at. */
+#include "world/contact_rows.h"
+#include "world/lanes.h"
+
+#include <string.h>
+
+#include "world/collide/meeting.h"
+#include "linalg/spatial.h"
+
+/* How often a pair may join; rounds in which doubtful meetings wait for others; and rounds after
+ * which what still meets is left to the projection. */
+#define MAX_JOINS 6
+#define PATIENCE 8
+#define MAX_ROUNDS 24
+
+/* A body that comes from farther than it is long is hit in its mass centre: a step in which it
+ * would turn by many radians says nothing about the points beside it, and they let the centre
+ * through. */
+static void centre_arm(perp__world_contact *contact, int32_t side)
+{
+    const double along = perp__dot3(contact->axes[0], contact->arms[side]);
+
+    for (int32_t k = 0; k < 3; k++)
+        contact->arms[side][k] = along * contact->axes[0][k];
+}
+
+/* The point as seen from the start: arms are those of the meeting, the gap is what the motion has
+ * closed till then. */
+static void set_back(const perp_world *world, perp__world_contact *contact, double t,
+                     const perp__moving *a, const perp__moving *b)
+{
+    const perp__moving *sides[2] = {a, b};
+    double closed = 0.0;
+
+    for (int32_t side = 0; side < 2; side++) {
+        double turned[3], at[3];
+
+        for (int32_t k = 0; k < 3; k++)
+            contact->arms[side][k] =
+                contact->position[k] - (sides[side]->centre[k] + t * sides[side]->way[k]);
+        if (t * perp__length3(sides[side]->way) > sides[side]->reach)
+            centre_arm(contact, side);
+        perp__cross(turned, sides[side]->turn, contact->arms[side]);
+        for (int32_t k = 0; k < 3; k++)
+            at[k] = sides[side]->way[k] + turned[k];
+        closed += (side == 0 ? t : -t) * perp__dot3(contact->axes[0], at);
+        for (int32_t k = 0; k < 3; k++)
+            contact->position[k] -= 0.5 * t * at[k];
+    }
+    contact->gap += closed;
+    perp__prepare_contact(world, contact);
+}
+
+/* Contact i of the set came after the first round. */
+static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
+{
+    set->contacts[i].later = -1;
+    if (pair->late >= 0)
+        set->contacts[pair->latest].later = i;
+    else
+        pair->late = i;
+    pair->latest = i;
+}
+
+/* Whether some of the pair's are in the set. */
+static int32_t has_points(const perp__pair *pair)
+{
+    return !pair->open || pair->joined > 0;
+}
+
+/* Appends the points in which a pair meets; a feature that has one has another, as it lies then. */
+static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    perp__point points[PERP__MAX_POINTS];
+    int32_t i, made = perp__meeting_points(world, pair, h, points);
+    perp_status status =
+        perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
+
+    for (i = 0; i < made && status == PERP_OK; i++) {
+        perp__world_contact *contact =
+            perp__append_contact(world, &world->contacts, pair, &points[i]);
+
+        if (has_points(pair)) /* what a feature remembers is the first point's */
+            memset(contact->warm, 0, sizeof contact->warm);
+        set_back(world, contact, pair->meeting.time, &a, &b);
+        list_late(&world->contacts, pair, world->contacts.count - 1);
+    }
+    pair->joined += made > 0;
+    return status;
+}
+
+/* How far the motion at hand may take a point, at most. */
+static double way_of(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    const double *a = world->motions[contact->body_a].moving;
+    const double *b = world->motions[contact->body_b].moving;
+
+    return h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
+                perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
+}
+
+/* Whether the motion at hand closes a point, or another motion may, so near it is. */
+static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    if (!(contact->gap > contact->rounding) || (contact->gap <= PERP__NEAR * contact->size &&
+                                                contact->gap <= 2.0 * way_of(world, contact, h)))
+        return 1;
+    return !(contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING) >= 0.0);
+}
+
+/* Includes the points from the first on that are due; returns how many. */
+static int32_t include_points(perp_world *world, int32_t first, double h)
+{
+    perp__contact_set *set = &world->contacts;
+    const int32_t before = set->included;
+
+    for (int32_t i = first; i < set->count && set->included < set->count; i++) {
+        perp__tie *tie = &set->ties[i];
+
+        if (tie->included || !is_due(world, &set->contacts[i], h))
+            continue;
+        tie->included = tie->fresh = 1;
+        set->included++;
+    }
+    return set->included - before;
+}
+
+/* Points of half-spaces that were left out come after all. */
+static perp_status add_spare(perp_world *world, int32_t body)
+{
+    perp__point points[PERP__MAX_POINTS];
+    perp_status status = PERP_OK;
+
+    world->motions[body].spare = INFINITY;
+    for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
+         shape = world->shapes[shape].next_of_body)
+        for (int32_t link = world->shapes[shape].first_link; link >= 0 && status == PERP_OK;
+             link = world->pairs[link / 2].next[link % 2]) {
+            perp__pair *pair = &world->pairs[link / 2];
+            int32_t first = world->contacts.count;
+
+            if (pair->spare == INFINITY)
+                continue;
+            status = perp__append_points(world, pair, points,
+                                         perp__collide(&world->placed[pair->first],
+                                                       &world->placed[pair->second],
+                                                       world->settings.planar, INFINITY, points),
+                                         pair->spare);
+            for (pair->spare = INFINITY; first < world->contacts.count; first++)
+                list_late(&world->contacts, pair, first);
+        }
+    return status;
+}
+
+/* Motions that the islands changed: all others are what they were. */
+static perp_status look_for_new_motions(perp_world *world, double h)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
+        perp__motion *motion = &world->motions[world->body_order[i]];
+
+        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
+            continue;
+        memcpy(motion->tried, motion->moving, sizeof motion->tried);
+        world->moved[world->body_order[i]] = world->rounds;
+        motion->covered = 0;
+        if (!(perp__longest_way(world, world->body_order[i], h) < motion->spare))
+            status = add_spare(world, world->body_order[i]);
+    }
+    return status;
+}
+
+/* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
+static void list_watched(perp_world *world)
+{
+    world->watched_count = 0;
+    for (int32_t i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+        perp__watched_pair *open = &world->watched_pairs[world->watched_count];
+
+        open->pair = world->pair_order[i].value;
+        open->body[0] = world->shapes[pair->first].body;
+        open->body[1] = world->shapes[pair->second].body;
+        world->watched_count += pair->open || !perp__has_plane(world, pair);
+    }
+}
+
+/* Which of them meet: those of bodies whose motion is not the one that was looked at last. */
+static void meet_share(perp_world *world, perp__share *share, double h)
+{
+    for (int32_t i = share->first; i < share->end; i++) {
+        perp__watched_pair *open = &world->watched_pairs[i];
+        perp__pair *pair = &world->pairs[open->pair];
+
+        open->met = (world->moved[open->body[0]] == world->rounds ||
+                     world->moved[open->body[1]] == world->rounds) &&
+                    pair->joined < MAX_JOINS &&
+                    (has_points(pair) ? perp__pair_sinks(world, pair, h)
+                                      : perp__pair_meets(world, pair, h));
+    }
+}
+
+/* Lists those that met behind the others; returns how many. */
+static int32_t list_met(perp_world *world, perp__watched_pair *met)
+{
+    int32_t count = 0;
+
+    for (int32_t i = 0; i < world->watched_count; i++)
+        if (world->watched_pairs[i].met)
+            met[count++] = world->watched_pairs[i];
+    return count;
+}
+
+/* Whether a pair that met is to wait for what either body meets before. */
+static int32_t waits(const perp_world *world, const perp__watched_pair *open)
+{
+    const perp__pair *pair = &world->pairs[open->pair];
+
+    for (int32_t k = 0; k < 2; k++)
+        if (!has_points(pair) && pair->meeting.doubtful && world->rounds < PATIENCE &&
+            world->bodies[open->body[k]].kind == PERP_BODY_DYNAMIC &&
+            world->motions[open->body[k]].earliest < pair->meeting.time)
+            return 1;
+    return 0;
+}
+
+/* Meetings of the watched pairs. One near the rim of a face waits if the body meets something
+ * before: what stops it there may keep it from this. */
+static perp_status join_meetings(perp_world *world, double h)
+{
+    perp_status status = perp__cover_changes(world, h);
+    perp__share all = {0};
+    perp__watched_pair *met;
+    int32_t i, k, count;
+
+    if (status != PERP_OK || world->pair_count == 0)
+        return status;
+    if (world->watched_count < 0)
+        list_watched(world);
+    all.end = world->watched_count;
+    if (perp__share_out(world, world->watched_count, meet_share, h) == 0)
+        meet_share(world, &all, h);
+    met = world->watched_pairs + world->pair_capacity;
+    count = list_met(world, met);
+    for (i = 0; i < count; i++) {
+        const perp__pair *pair = &world->pairs[met[i].pair];
+
+        for (k = 0; k < 2 && !has_points(pair); k++) { /* they are part of the motion */
+            perp__motion *motion = &world->motions[met[i].body[k]];
+
+            motion->earliest = fmin(motion->earliest, pair->meeting.time);
+        }
+    }
+    for (i = 0; i < count && status == PERP_OK; i++) {
+        perp__pair *pair = &world->pairs[met[i].pair];
+
+        if (waits(world, &met[i])) {
+            pair->waited = 1;
+            world->moved[met[i].body[0]] = world->rounds + 1; /* again in the next round */
+        } else {
+            status = join_pair(world, pair, h);
+        }
+    }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 2; k++)
+            world->motions[met[i].body[k]].earliest = INFINITY;
+    return status;
+}
+
+perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
+{
+    const int32_t known = world->contacts.count;
+    perp_status status;
+
+    *came = include_points(world, 0, h);
+    if (*came > 0)
+        return PERP_OK;
+    world->rounds++;
+    status = look_for_new_motions(world, h);
+    if (status == PERP_OK && world->rounds <= MAX_ROUNDS)
+        status = join_meetings(world, h);
+    if (status == PERP_OK)
+        *came = include_points(world, known, h);
+    return status;
+}
