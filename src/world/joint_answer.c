@@ -7,18 +7,19 @@
 #include "linalg/spatial.h"
 #include "world/joints.h"
 
-/* Places farther off than this may have no difference. */
+/* Places farther off than this may have no difference, and impulses no moment. */
 #define FAR 1e300
 
-/* Impulses of the step on B, and where the coordinate is now. */
-static void read_state(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
+/* Impulses of the step on B, and where the coordinate is between these states. */
+static void read_state(const perp_world *world, const perp__joint *joint, const perp__state *states,
+                       perp__joint_state *state)
 {
     const double *r = joint->impulse;
     perp_joint_state *last = &state->last;
     perp__joint_view view;
     double along, taken[3];
 
-    perp__view_of_states(world, joint, world->states, state->coordinate, &view);
+    perp__view_of_states(world, joint, states, state->coordinate, &view);
     state->coordinate = view.coordinate;
     memcpy(state->warm, joint->next_warm, sizeof state->warm);
     memset(last, 0, sizeof *last);
@@ -41,22 +42,31 @@ static void read_state(const perp_world *world, const perp__joint *joint, perp__
         last->moment[row] = 0.0;
 }
 
+/* The largest of the numbers that the joint's state is made of. */
+static double largest_of(const perp_world *world, const perp__joint *joint)
+{
+    double place = 0.0, impulse = 0.0;
+
+    for (int32_t side = 0; side < 2; side++)
+        place = fmax(place, fmax(perp__largest3(world->next[joint->body[side]].position),
+                                 perp__largest3(joint->anchors[side])));
+    for (int32_t row = 0; row < PERP__JOINT_SLOTS; row++)
+        impulse = fmax(impulse, fabs(joint->impulse[row]));
+    return fmax(place, impulse * (1.0 + perp__largest3(joint->middle.arms[1])));
+}
+
 perp_status perp__check_joints(const perp_world *world)
 {
     for (int32_t i = 0; i < world->joint_slots; i++) {
         const perp__joint *joint = &world->joints[i];
-        perp__joint_view view;
-        double most = 0.0;
+        perp__joint_state told;
 
-        if (!perp__joint_works(world, i))
+        if (!perp__joint_works(world, i) || largest_of(world, joint) < FAR)
             continue;
-        for (int32_t side = 0; side < 2; side++)
-            most = fmax(most, fmax(perp__largest3(world->next[joint->body[side]].position),
-                                   perp__largest3(joint->anchors[side])));
-        if (most < FAR)
-            continue;
-        perp__view_of_states(world, joint, world->next, world->joint_states[i].coordinate, &view);
-        if (!isfinite(view.coordinate))
+        told = world->joint_states[i];
+        read_state(world, joint, world->next, &told);
+        if (!isfinite(told.coordinate) || !perp__is_finite3(told.last.impulse) ||
+            !perp__is_finite3(told.last.moment))
             return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
                               "the step takes joint %d beyond the range of numbers", (int)i);
     }
@@ -70,7 +80,7 @@ void perp__keep_joints(perp_world *world)
 
         if (!perp__joint_works(world, i))
             continue;
-        read_state(world, &world->joints[i], &world->joint_states[i]);
+        read_state(world, &world->joints[i], world->states, &world->joint_states[i]);
         world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
     }
 }
