@@ -41,7 +41,7 @@ struct perp_contact_sensitivity {
     double *v, *r, *u;                 /* the point */
     double *K, *work;                  /* count by count, and its factors; 4 count */
     int32_t *pivots, *iwork;           /* count */
-    double *units;                     /* size: of impulses, over those of the problem */
+    double *units;                     /* size: 1 / sqrt(trace of W_kk): K has it on both sides */
     double *push, *dv, *free, *low;    /* n */
     double *d, *dr, *image, *step, *y; /* size */
     double *dmu;                       /* contacts */

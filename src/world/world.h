@@ -91,7 +91,7 @@ typedef struct perp__pair {
 /* One of them that may meet, or turn deeper into each other, as rounds go through it. */
 typedef struct perp__watched_pair {
     int32_t pair, body[2];
-    int32_t met; /* the motion at hand makes them meet */
+    int32_t met; /* the motion at hand makes them meet, or sink into each other */
 } perp__watched_pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */
