@@ -377,6 +377,27 @@ static void test_two_supports(void **state)
     perp_compliant_destroy(block);
 }
 
+/* A block that bobs on a support, N = 8 + cos t, and a slot beside it that carries nothing: however
+ * the two are told in order, the support alone holds the pull. */
+static void test_nothing_holds_by_nothing(void **state)
+{
+    const double mass[] = {1, 0, 0, 1}, coefficients[] = {0.5, 0.5}, force[] = {3, -8};
+    const double x0[] = {0, -9}, v0[] = {0, 0}, tangent[] = {1, 0, 1, 0}; /* stiffness 1 */
+
+    (void)state;
+    for (int32_t slot = 0; slot < 2; slot++) {
+        const double normal[] = {0, slot == 0 ? 0 : -1, 0, slot == 0 ? -1 : 0};
+        perp_compliant_system system = describe_system(2, 2, force, coefficients, 1);
+        perp_compliant *block = posed(&system, mass, normal, tangent);
+        const ran out = run_through(block, 2, x0, v0, 1);
+
+        assert_true(out.v[0] == 0 && out.x[0] == 0);
+        assert_true(out.N[slot] == 0 && out.F[slot] == 0);
+        assert_near(out.F[1 - slot], 3, 1e-12);
+        perp_compliant_destroy(block);
+    }
+}
+
 /* A block on a block that is pulled, 16 against mu_static 20 = 10: as it breaks away only 4 is left
  * to hold it, the upper one would need 6, and mu_static 10 = 5: it slides, too. */
 static void test_one_after_the_other(void **state)
@@ -526,6 +547,7 @@ int main(void)
         cmocka_unit_test(test_belt),
         cmocka_unit_test(test_bounces),
         cmocka_unit_test(test_two_supports),
+        cmocka_unit_test(test_nothing_holds_by_nothing),
         cmocka_unit_test(test_one_after_the_other),
         cmocka_unit_test(test_nothing_is_missed),
         cmocka_unit_test(test_pieces),

@@ -196,26 +196,42 @@ static void slide(perp_compliant *c, int32_t k, double sense)
     c->lower[k] = c->upper[k] = c->share[k] * fabs(c->N[k]);
 }
 
+/* Whether F of what rests is at a bound. */
+static int32_t is_at_bound(const perp_compliant *c, int32_t k)
+{
+    const double bound = c->gives[k] ? c->upper[k] * (1.0 - CLOSE) : c->upper[k];
+
+    return !(fabs(c->friction[k]) < bound);
+}
+
 /* Where F of what rests is at a bound: the way it is driven; else 0. */
 static double driven(const perp_compliant *c, int32_t k)
 {
     const double F = c->friction[k], way = F != 0.0 ? F : -c->w[k];
-    const double bound = c->gives[k] ? c->upper[k] * (1.0 - CLOSE) : c->upper[k];
 
-    return fabs(F) < bound ? 0.0 : (double)((way > 0.0) - (way < 0.0));
+    return is_at_bound(c, k) ? (double)((way > 0.0) - (way < 0.0)) : 0.0;
 }
 
-/* What rests: ties down what sticks, and lets go what is driven and not tied down by the others. */
+/* Ties down what rests, is not driven, and is at a bound or not. */
+static void tie_down(perp_compliant *c, int32_t at_bound)
+{
+    for (int32_t k = 0; k < c->p; k++)
+        if (c->modes[k] == PERP_CONTACT_STICK && is_at_bound(c, k) == at_bound &&
+            driven(c, k) == 0.0 && is_independent(c, k, 1))
+            c->share[k] = 0.0;
+}
+
+/* What rests: ties down what sticks, and lets go what is driven and not tied down by the others.
+ * What is within its bounds comes first: at a bound of 0 (N = 0) nothing can hold. */
 static void sort_resting(perp_compliant *c)
 {
     int32_t k;
 
     for (k = 0; k < c->p; k++)
-        if (c->modes[k] == PERP_CONTACT_STICK) {
+        if (c->modes[k] == PERP_CONTACT_STICK)
             c->share[k] = c->N[k] != 0.0 ? c->friction[k] / fabs(c->N[k]) : 0.0;
-            if (driven(c, k) == 0.0 && is_independent(c, k, 1))
-                c->share[k] = 0.0;
-        }
+    tie_down(c, 0);
+    tie_down(c, 1);
     for (k = 0; k < c->p; k++) {
         const double way = c->modes[k] == PERP_CONTACT_STICK ? driven(c, k) : 0.0;
 
