@@ -427,15 +427,32 @@ static void set_meeting(course *on, double t, const double *bare, const perp__ne
     meeting->time = time_without_gates(on, bare, t);
 }
 
+/* Half of what the rate of a separation may change by in the step, along an axis that turns. */
+static double bend_of(const perp__moving *a, const perp__moving *b, double angle)
+{
+    const double way = perp__relative_way(a, b);
+    double between[3];
+
+    perp__subtract3(between, b->start->position, a->start->position);
+    return angle * (way + 0.5 * angle * (sum(between) + a->reach + b->reach + way));
+}
+
+/* No less than `lacks`, closed at a rate that grows no faster than by 2 bend, is open so long. */
+static double free_time(double lacks, double rate, double bend)
+{
+    return 2.0 * lacks / (rate + sqrt(rate * rate + 4.0 * bend * lacks));
+}
+
 /* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
- * last one to close goes by its rate, the next look is when that closes it. */
+ * last one to close goes by its rate, the next look is when that closes it; and as long as it can't
+ * have closed nothing meets, for one axis that separates is enough. */
 static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
                                const perp__nearness *near, perp__meeting *meeting)
 {
     course on;
-    double bare[PERP__MAX_AXES], t = 0.0, lacks = -INFINITY, due = INFINITY;
+    double bare[PERP__MAX_AXES], t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
     const double angle = perp__length3(a->turn) + perp__length3(b->turn);
-    const double bend = angle * perp__relative_way(a, b); /* of the way beside an axis that turns */
+    const double bend = bend_of(a, b, angle);
     /* what passes a round shape closely comes nearer by half in each look */
     const double still_share = are_boxes(a->start, b->start) ? 1e-9 : 4.0 * DBL_EPSILON;
     on.a = a;
@@ -450,8 +467,12 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
         const double last = t, before = lacks;
         const int32_t axis = on.last;
         double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0;
-        double entry =
-            bend * due * due <= lacks ? fmin(t + due, end) : entry_of(&on, on.gate, t, end);
+        const double most = fmin(lacks, on.axes.axis[on.last].width); /* not through the other */
+        double entry = t + due;
+        if (free >= end - t)
+            entry = INFINITY;
+        else if (!(entry <= end && bend * due * due <= most))
+            entry = fmax(entry_of(&on, on.gate, t, end), t + free);
         if (entry == INFINITY && end >= 1.0)
             return 0;
         int still = entry == INFINITY ? 0 : entry - t <= still_share * (end - t);
@@ -471,9 +492,15 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
             }
             look_at(&on, t);
         }
-        due = on.turning && on.last == axis && lacks < before
-                  ? lacks * (t - last) / (before - lacks)
-                  : INFINITY;
+        due = INFINITY;
+        free = 0.0;
+        if (on.turning && on.last == axis && look > 0) {
+            const double rate = (before - lacks) / (t - last);
+
+            if (rate > 0.0)
+                due = lacks / rate;
+            free = free_time(lacks, rate + bend * (t - last), bend);
+        }
     }
     return 0;
 }
