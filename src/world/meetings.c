@@ -119,6 +119,15 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
     return moving;
 }
 
+/* What turning adds to the way of a shape's points, at most. */
+static double turning_of(const perp_world *world, const perp__shape *shape, double h)
+{
+    const double *spin = world->motions[shape->body].moving + 3;
+
+    return rotates(shape) ? h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * shape->reach
+                          : 0.0;
+}
+
 /* Whether the motion closes a point, with the normal at the start, of a half-space and another. */
 static int32_t reaches_plane(const perp_world *world, const perp__moving *a, const perp__moving *b)
 {
@@ -145,6 +154,18 @@ static int32_t reaches_plane(const perp_world *world, const perp__moving *a, con
 
 /* ---- what is covered ---- */
 
+/* Whether a bounded shape comes nowhere near the point. */
+static int32_t passes_by(const perp_world *world, int32_t shape, double h, const double *point)
+{
+    const perp__shape *at = &world->shapes[shape];
+    const double *v = world->motions[at->body].moving;
+    double between[3], reach = at->radius + turning_of(world, at, h);
+
+    perp__subtract3(between, point, world->placed[shape].position);
+    reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
+    return at->geometry.kind != PERP__PLANE && perp__dot3(between, between) > reach * reach;
+}
+
 /* Whether another shape near `shape` than `owner` holds the point. */
 static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, const double *point,
                        double h, double t, double depth)
@@ -154,12 +175,13 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
     while (link >= 0) {
         const perp__pair *pair = &world->pairs[link / 2];
         const int32_t other = link % 2 ? pair->first : pair->second;
-        const perp__moving moving = perp__moving_shape(world, other, h);
         perp__placed placed;
+        perp__moving moving;
 
         link = pair->next[link % 2];
-        if (other == owner)
+        if (other == owner || passes_by(world, other, h, point))
             continue;
+        moving = perp__moving_shape(world, other, h);
         perp__moved(&moving, t, &placed);
         if (perp__holds(&placed, point, depth))
             return 1;
@@ -421,15 +443,6 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     if (!touch_plainly(&e, pair, near) && !presses_on(&e, pair, near))
         return 0;
     return open_points(&e, &pair->meeting, 0.0);
-}
-
-/* What turning adds to the way of a shape's points, at most. */
-static double turning_of(const perp_world *world, const perp__shape *shape, double h)
-{
-    const double *spin = world->motions[shape->body].moving + 3;
-
-    return rotates(shape) ? h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * shape->reach
-                          : 0.0;
 }
 
 /* Whether the plane that was found between the two before does for this motion too. */
