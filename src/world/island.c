@@ -110,6 +110,12 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
         if (!set->ties[i].included)
             continue;
         island = &world->islands[island_of(world, &set->ties[i])];
+        for (int32_t side = 0; side < 2; side++) {
+            const int32_t body = set->ties[i].body[side];
+
+            set->ties[i].local[side] =
+                perp__is_dynamic(world, body) ? world->motions[body].local : -1;
+        }
         world->contact_order[island->first_contact + island->contacts++] = i;
     }
 }

@@ -13,38 +13,33 @@
 #define NEIGHBOURS 2
 #define PASSES 8
 
-/* The number left for a dynamic body, of contacts that lead on from it. */
-static int8_t *steps_left(perp_world *world, int32_t body)
-{
-    return perp__is_dynamic(world, body) ? &world->work.near[world->motions[body].local] : NULL;
-}
-
 /* Marks contacts that are near a fresh one in work.hit, and bodies of these in work.near. */
 static void find_near(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
+    int8_t *left = work->near; /* of contacts that lead on from a body */
 
-    memset(work->near, 0, (size_t)island->bodies * sizeof *work->near);
+    memset(left, 0, (size_t)island->bodies * sizeof *left);
     for (int32_t round = 0; round <= NEIGHBOURS; round++)
         for (int32_t i = 0; i < island->contacts; i++) {
             const perp__tie *tie = perp__step_tie(world, island, i);
-            int8_t *a = steps_left(world, tie->body[0]), *b = steps_left(world, tie->body[1]);
+            const int32_t a = tie->local[0], b = tie->local[1];
             int8_t most = tie->fresh ? NEIGHBOURS + 1 : 0;
 
-            most = a && *a > most ? *a : most;
-            most = b && *b > most ? *b : most;
-            if (a && *a < most)
-                *a = (int8_t)(most - 1);
-            if (b && *b < most)
-                *b = (int8_t)(most - 1);
+            most = a >= 0 && left[a] > most ? left[a] : most;
+            most = b >= 0 && left[b] > most ? left[b] : most;
+            if (a >= 0 && left[a] < most)
+                left[a] = (int8_t)(most - 1);
+            if (b >= 0 && left[b] < most)
+                left[b] = (int8_t)(most - 1);
             work->hit[i] = most > 0;
         }
     for (int32_t i = 0; i < island->contacts; i++)
         for (int32_t side = 0; side < 2 && work->hit[i]; side++) {
-            int8_t *left = steps_left(world, perp__step_tie(world, island, i)->body[side]);
+            const int32_t local = perp__step_tie(world, island, i)->local[side];
 
-            if (left)
-                *left = NEIGHBOURS + 1;
+            if (local >= 0)
+                left[local] = NEIGHBOURS + 1;
         }
 }
 

@@ -220,6 +220,7 @@ typedef struct perp__world_contact {
 /* And what rounds read of it. */
 typedef struct perp__tie {
     int32_t body[2];
+    int32_t local[2]; /* their numbers within the island; -1: of none */
     int32_t included; /* takes part in the problems; the others were found not to matter */
     int32_t fresh;    /* included since its island was solved last */
 } perp__tie;
