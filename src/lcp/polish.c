@@ -394,7 +394,23 @@ static int32_t is_hidden(const perp_lcp_solver *solver, int32_t i, const double 
         perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
 
     return solver->q[i] != 0.0 && perp__w_scaled(solver, i, fabs(solver->q[i])) <= HIDDEN &&
-           violation > solver->settings.tol * fabs(terms[i]);
+           violation > solver->settings.tol * fmin(fabs(terms[i]), DBL_MAX);
+}
+
+int32_t perp__find_hidden(perp_lcp_solver *solver, const perp__evaluation *worth)
+{
+    double *terms = solver->polish.step;
+    int32_t known = 0;
+
+    for (int32_t i = 0; i < solver->n && !worth->small; i++) {
+        if (!is_hidden(solver, i, solver->q))
+            continue;
+        if (!known++)
+            perp__find_terms(&solver->M, solver->q, solver->z, NULL, NULL, terms);
+        if (is_hidden(solver, i, terms))
+            return i;
+    }
+    return -1;
 }
 
 /* What a step of z_j makes of the other rows, at most, beside their terms. */
@@ -442,22 +458,13 @@ static int32_t settle_row(perp_lcp_solver *solver, const double *terms, int32_t 
 void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     const perp__evaluation before = *worth;
-    double *terms = solver->polish.step;
-    int32_t left = worth->small ? 0 : MOST_SETTLED, settled = 0, known = 0, i;
+    int32_t left = MOST_SETTLED, settled = 0, i;
 
-    for (i = 0; left > 0 && i < solver->n; i++) {
-        if (!is_hidden(solver, i, solver->q) || perp__is_late(solver))
-            continue;
-        if (!known++)
-            perp__find_terms(&solver->M, solver->q, solver->z, NULL, NULL, terms);
-        if (!is_hidden(solver, i, terms))
-            continue;
+    while (left > 0 && !perp__is_late(solver) && (i = perp__find_hidden(solver, worth)) >= 0) {
         if (!settled++)
             remember(solver, worth, &before);
-        left = settle_row(solver, terms, i) ? left - 1 : 0;
-        *worth = perp__evaluate(solver);
-        i = -1; /* it may have moved others */
-        known = 0;
+        left = settle_row(solver, solver->polish.step, i) ? left - 1 : 0;
+        *worth = perp__evaluate(solver); /* it may have moved others */
     }
     if (settled > 0 && (left == 0 || !(worth->tested <= solver->settings.tol))) {
         recall(solver);

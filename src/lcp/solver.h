@@ -228,9 +228,12 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
  * _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
 
-/* Rows that are wrong beside their own terms, where those are hidden by the rounding of others: one
- * entry of z for each, where the others hardly feel it. *worth and the point stay where that does
- * not mend them all. */
+/* The first row of the point just evaluated that is wrong beside its own terms, where those are
+ * hidden by the rounding of others; -1: there is none. */
+int32_t perp__find_hidden(perp_lcp_solver *solver, const perp__evaluation *worth);
+
+/* Brings such rows to their terms: one entry of z for each, where the others hardly feel it. *worth
+ * and the point stay where that does not mend them all. */
 void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is

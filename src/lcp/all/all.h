@@ -65,9 +65,9 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
 /* Puts the scaled z into the solver, variables at a bound exactly there, and evaluates it. */
 perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places, const double *z);
 
-/* The front door's test. Points of a family are not refined: `size` allows for their rounding. */
-int32_t perp__lcp_all_is_solution(const perp__lcp_all *all, const perp__evaluation *worth,
-                                  double size);
+/* The front door's test, but for rows that others hide: of such a point nobody knows. Points of a
+ * family are not refined: `size` allows for their rounding. */
+int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *worth, double size);
 
 /* Whether a family has an answer: of perp__answers. */
 int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer *inner);

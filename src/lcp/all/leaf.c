@@ -38,12 +38,16 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
     return perp__evaluate(solver);
 }
 
-int32_t perp__lcp_all_is_solution(const perp__lcp_all *all, const perp__evaluation *worth,
-                                  double size)
+int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *worth, double size)
 {
     const perp__evidence evidence = perp__lcp_evidence(all->solver, worth, fmax(1.0, size));
 
-    return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
+    if (!perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1)))
+        return 0;
+    if (perp__find_hidden(all->solver, worth) < 0)
+        return 1;
+    all->answers.incomplete = 1; /* nobody knows */
+    return 0;
 }
 
 /* In the search for the first solution: takes the point just evaluated if the gate does. */
@@ -107,6 +111,8 @@ perp_status perp__lcp_all_point(perp__lcp_all *all)
     memcpy(solver->places, all->places, (size_t)all->n);
     if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
         status = perp__polish_run(solver, &worth);
+    if (status == PERP_OK && worth.finite)
+        perp__polish_hidden(solver, &worth);
     if (status == PERP_OK && all->first)
         offer(all, &worth);
     if (status != PERP_OK || all->first || !perp__lcp_all_is_solution(all, &worth, 0.0))
@@ -246,29 +252,39 @@ static void offer_vertices(perp__lcp_all *all)
     }
 }
 
-/* Leaves the vertices that solve the problem; the rays get a largest entry of 1. */
+/* Whether a point, scaled as the tableau is, solves the problem; it may be all->z. */
+static int32_t solves(perp__lcp_all *all, const double *z, double *residual)
+{
+    const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, z);
+
+    *residual = worth.tested;
+    return perp__lcp_all_is_solution(all, &worth, perp__largest(z, all->n));
+}
+
+/* Leaves the vertices that solve the problem, and the rays that lead from the first one to points
+ * that do; these get a largest entry of 1. */
 static void check_points(perp__lcp_all *all, perp__answer *answer)
 {
     const size_t n = (size_t)all->n;
-    const int32_t points = answer->vertices + answer->rays, vertices = answer->vertices;
-    double *to = answer->points;
+    const int32_t vertices = answer->vertices, rays = answer->rays;
+    double *to = answer->points, residual;
 
     answer->residual = 0.0;
-    answer->vertices = 0;
-    for (int32_t k = 0; k < points; k++) {
+    answer->vertices = answer->rays = 0;
+    for (int32_t k = 0; k < vertices + rays; k++) {
         const double *z = answer->points + (size_t)k * n;
-        const double size = perp__largest(z, all->n);
+        const double size = k < vertices ? 1.0 : perp__largest(z, all->n);
+        const double reach = fmax(1.0, perp__largest(answer->points, all->n));
 
-        if (k < vertices) {
-            const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, z);
-
-            if (!perp__lcp_all_is_solution(all, &worth, size))
-                continue;
-            answer->residual = fmax(answer->residual, worth.tested);
-            answer->vertices++;
-        }
-        for (int32_t i = 0; i < all->n; i++)
-            to[i] = k < vertices ? z[i] : z[i] / size;
+        for (size_t i = 0; i < n; i++)
+            all->z[i] = k < vertices ? z[i] : answer->points[i] + reach * (z[i] / size);
+        if ((k >= vertices && answer->vertices == 0) || !solves(all, all->z, &residual))
+            continue;
+        if (k < vertices)
+            answer->residual = fmax(answer->residual, residual);
+        *(k < vertices ? &answer->vertices : &answer->rays) += 1;
+        for (size_t i = 0; i < n; i++)
+            to[i] = z[i] / size;
         to += n;
     }
 }
