@@ -109,9 +109,7 @@ static void solve(perp_context *context, int32_t method, uint64_t seed, row *row
     const piles_options o = piles_draw(seed, contacts);
     const int ratio = (int)lround(log10(o.mass_ratio) / 2);
     const int groups[] = {o.class, PILES_CLASSES + ratio, GROUPS - 1};
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_contact_laws contact_laws;
+    perp_contact_settings settings = piles_settings(method, 1e-12);
     int good, wrong;
     double start, time, off, speed;
     size_t most;
@@ -124,22 +122,9 @@ static void solve(perp_context *context, int32_t method, uint64_t seed, row *row
     a.u = a.r + most;
     a.spread = a.u + most;
     a.terms = a.spread + most;
-    perp_contact_settings_init(&settings, sizeof settings);
-    perp_contact_result_init(&a.result, sizeof a.result);
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
-    perp_contact_laws_init(&contact_laws, sizeof contact_laws);
-    settings.method = method;
-    settings.tol = 1e-12;
     settings.time_limit = 10;
-    dynamics.n = p.n;
-    dynamics.M = &p.M;
-    dynamics.H = &p.H;
-    contact_laws.contacts = p.contacts;
-    contact_laws.dims = p.dims;
-    contact_laws.mu = p.mu;
     start = seconds_now();
-    require(perp_contact_solve(context, a.v, a.r, a.u, NULL, NULL, &a.result, &settings,
-                               &contact_laws, &dynamics, p.f, p.w, NULL, NULL) == PERP_OK,
+    require(piles_solve(context, &p, &settings, &a.result, a.v, a.r, a.u, NULL) == PERP_OK,
             perp_context_message(context));
     time = seconds_now() - start;
     speed = free_speed(&p);

@@ -125,7 +125,7 @@ static void scenes(int least, int most, int wanted, int32_t method)
 static void pile(const char *bench, int32_t method, int32_t class, int32_t contacts, double tol)
 {
     piles_options options = piles_defaults();
-    perp_contact_settings settings;
+    const perp_contact_settings settings = piles_settings(method, tol);
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_solver *solver = NULL;
@@ -139,18 +139,9 @@ static void pile(const char *bench, int32_t method, int32_t class, int32_t conta
     piles_make(&p, &options);
     double *r = require_memory(2 * (size_t)p.rows * sizeof *r), *start = r + p.rows;
     double *f = require_memory((size_t)p.n * sizeof *f);
-    perp_contact_settings_init(&settings, sizeof settings);
-    perp_contact_laws_init(&laws, sizeof laws);
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
     perp_contact_result_init(&result, sizeof result);
-    settings.method = method;
-    settings.tol = tol;
-    laws.contacts = p.contacts;
-    laws.dims = p.dims;
-    laws.mu = p.mu;
-    dynamics.n = p.n;
-    dynamics.M = &p.M;
-    dynamics.H = &p.H;
+    laws = piles_laws(&p);
+    dynamics = piles_dynamics(&p);
     require(perp_contact_solver_create(context, &solver, &settings) == PERP_OK &&
                 perp_contact_solver_setup_dynamics(solver, &laws, &dynamics) == PERP_OK,
             "a pile");

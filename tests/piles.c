@@ -218,3 +218,47 @@ void piles_make(piles *p, const piles_options *options)
     free(s.body);
     free(s.contact);
 }
+
+perp_contact_laws piles_laws(const piles *p)
+{
+    perp_contact_laws laws;
+
+    (void)perp_contact_laws_init(&laws, sizeof laws);
+    laws.contacts = p->contacts;
+    laws.dims = p->dims;
+    laws.mu = p->mu;
+    return laws;
+}
+
+perp_contact_dynamics piles_dynamics(const piles *p)
+{
+    perp_contact_dynamics dynamics;
+
+    (void)perp_contact_dynamics_init(&dynamics, sizeof dynamics);
+    dynamics.n = p->n;
+    dynamics.M = &p->M;
+    dynamics.H = &p->H;
+    return dynamics;
+}
+
+perp_contact_settings piles_settings(int32_t method, double tol)
+{
+    perp_contact_settings settings;
+
+    (void)perp_contact_settings_init(&settings, sizeof settings);
+    settings.method = method;
+    settings.tol = tol;
+    return settings;
+}
+
+perp_status piles_solve(perp_context *context, const piles *p,
+                        const perp_contact_settings *settings, perp_contact_result *result,
+                        double *v, double *r, double *u, const double *r0)
+{
+    const perp_contact_laws laws = piles_laws(p);
+    const perp_contact_dynamics dynamics = piles_dynamics(p);
+
+    (void)perp_contact_result_init(result, sizeof *result);
+    return perp_contact_solve(context, v, r, u, NULL, NULL, result, settings, &laws, &dynamics,
+                              p->f, p->w, NULL, r0);
+}

@@ -53,6 +53,14 @@ piles_options piles_defaults(void);
 piles_options piles_draw(uint64_t seed, int32_t contacts);
 void piles_make(piles *p, const piles_options *options);
 void piles_destroy(piles *p);
+/* Of a call: views on p; and the defaults but for these two. */
+perp_contact_laws piles_laws(const piles *p);
+perp_contact_dynamics piles_dynamics(const piles *p);
+perp_contact_settings piles_settings(int32_t method, double tol);
+/* perp_contact_solve of it; v, u and r0 may be NULL. */
+perp_status piles_solve(perp_context *context, const piles *p,
+                        const perp_contact_settings *settings, perp_contact_result *result,
+                        double *v, double *r, double *u, const double *r0);
 const char *piles_class_text(int32_t class);
 
 /* For piles_build.c and piles_rows.c: the scene. Contact normals point from body[0] to body[1]. */

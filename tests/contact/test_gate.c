@@ -269,24 +269,10 @@ static perp_contact_result solve_pile(const piles *p, const perp_contact_setting
 {
     double *v = gen_allocate((size_t)p->n, sizeof *v),
            *r = gen_allocate((size_t)p->rows, sizeof *r);
-    perp_contact_dynamics dynamics;
     perp_contact_result result;
-    perp_contact_laws laws;
-    int32_t i;
 
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    dynamics.n = p->n;
-    dynamics.M = &p->M;
-    dynamics.H = &p->H;
-    laws.contacts = p->contacts;
-    laws.dims = p->dims;
-    laws.mu = p->mu;
-    assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result, settings, &laws,
-                                        &dynamics, p->f, p->w, NULL, NULL),
-                     PERP_OK);
-    for (i = 0; i < p->n; i++)
+    assert_int_equal(piles_solve(context, p, settings, &result, v, r, NULL, NULL), PERP_OK);
+    for (int32_t i = 0; i < p->n; i++)
         assert_true(isfinite(v[i]));
     free(v);
     free(r);
@@ -306,12 +292,9 @@ static void make_pile(piles *p)
 
 static perp_contact_settings settings_of(int32_t method, int32_t limit)
 {
-    perp_contact_settings settings;
+    perp_contact_settings settings = piles_settings(method, 1e-14); /* more than can be had */
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-    settings.method = method;
     settings.max_iterations = limit;
-    settings.tol = 1e-14; /* more than there is to be had */
     return settings;
 }
 

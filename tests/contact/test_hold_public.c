@@ -24,9 +24,7 @@ static void test_public(void **state)
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     for (c = 0; c < 3; c++) {
         piles_options o = piles_defaults();
-        perp_contact_dynamics dynamics;
         perp_contact_result result;
-        perp_contact_laws laws;
         double *v, *r, *u;
         piles p;
 
@@ -37,18 +35,7 @@ static void test_public(void **state)
         v = gen_allocate((size_t)p.n, sizeof *v);
         r = gen_allocate((size_t)p.rows, sizeof *r);
         u = gen_allocate((size_t)p.rows, sizeof *u);
-        assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-        assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-        assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-        dynamics.n = p.n;
-        dynamics.M = &p.M;
-        dynamics.H = &p.H;
-        laws.contacts = p.contacts;
-        laws.dims = p.dims;
-        laws.mu = p.mu;
-        assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, NULL, &laws,
-                                            &dynamics, p.f, p.w, NULL, NULL),
-                         PERP_OK);
+        assert_int_equal(piles_solve(context, &p, NULL, &result, v, r, u, NULL), PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         for (i = 0; i < p.n; i++)
             assert_true(v[i] == 0.0);

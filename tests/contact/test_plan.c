@@ -14,28 +14,12 @@
 
 static void solve(perp_contact_result *result, const piles *p, int32_t method, double tol)
 {
+    const perp_contact_settings settings = piles_settings(method, tol);
     double *r = gen_allocate((size_t)p->rows, sizeof *r);
     perp_context *context;
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_contact_laws laws;
 
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_result_init(result, sizeof *result), PERP_OK);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    settings.method = method;
-    settings.tol = tol;
-    dynamics.n = p->n;
-    dynamics.M = &p->M;
-    dynamics.H = &p->H;
-    laws.contacts = p->contacts;
-    laws.dims = p->dims;
-    laws.mu = p->mu;
-    assert_int_equal(perp_contact_solve(context, NULL, r, NULL, NULL, NULL, result, &settings,
-                                        &laws, &dynamics, p->f, p->w, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(piles_solve(context, p, &settings, result, NULL, r, NULL, NULL), PERP_OK);
     perp_context_destroy(context);
     free(r);
 }

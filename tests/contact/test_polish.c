@@ -16,8 +16,7 @@
 #include "piles.h"
 
 typedef struct answer {
-    double *v, *r, *u;
-    int32_t *modes;
+    double *v, *r;
     perp_contact_result result;
 } answer;
 
@@ -25,40 +24,21 @@ static void make_answer(answer *a, const piles *p)
 {
     a->v = check_allocate((size_t)p->n, sizeof(double));
     a->r = check_allocate((size_t)p->rows, sizeof(double));
-    a->u = check_allocate((size_t)p->rows, sizeof(double));
-    a->modes = check_allocate((size_t)p->contacts, sizeof(int32_t));
-    perp_contact_result_init(&a->result, sizeof a->result);
 }
 
 static void free_answer(answer *a)
 {
     free(a->v);
     free(a->r);
-    free(a->u);
-    free(a->modes);
 }
 
 static perp_status solve(perp_context *context, const piles *p, answer *a, int32_t method,
                          int32_t iterations, const double *r0)
 {
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_contact_laws laws;
+    perp_contact_settings settings = piles_settings(method, 1e-12);
 
-    perp_contact_settings_init(&settings, sizeof settings);
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
-    perp_contact_laws_init(&laws, sizeof laws);
-    settings.method = method;
     settings.max_iterations = iterations;
-    settings.tol = 1e-12;
-    dynamics.n = p->n;
-    dynamics.M = &p->M;
-    dynamics.H = &p->H;
-    laws.contacts = p->contacts;
-    laws.dims = p->dims;
-    laws.mu = p->mu;
-    return perp_contact_solve(context, a->v, a->r, a->u, a->modes, NULL, &a->result, &settings,
-                              &laws, &dynamics, p->f, p->w, NULL, r0);
+    return piles_solve(context, p, &settings, &a->result, a->v, a->r, NULL, r0);
 }
 
 static int is_good(const answer *a)

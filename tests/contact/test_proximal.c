@@ -15,29 +15,13 @@
 
 #include "context.h"
 
-static perp_contact_result solve(const piles *p, int32_t method, double tol, const double *r0,
-                                 double *v, double *r, double *u)
+static perp_contact_result solve(const piles *p, int32_t method, double tol, double *v, double *r,
+                                 double *u)
 {
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
+    const perp_contact_settings settings = piles_settings(method, tol);
     perp_contact_result result;
-    perp_contact_laws laws;
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    settings.method = method;
-    settings.tol = tol;
-    laws.contacts = p->contacts;
-    laws.dims = p->dims;
-    laws.mu = p->mu;
-    dynamics.n = p->n;
-    dynamics.M = &p->M;
-    dynamics.H = &p->H;
-    assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
-                                        &dynamics, p->f, p->w, NULL, r0),
-                     PERP_OK);
+    assert_int_equal(piles_solve(context, p, &settings, &result, v, r, u, NULL), PERP_OK);
     return result;
 }
 
@@ -92,7 +76,7 @@ static void check_piles(int32_t method, double tol)
             v = gen_allocate((size_t)p.n, sizeof *v);
             r = gen_allocate((size_t)p.rows, sizeof *r);
             u = gen_allocate((size_t)p.rows, sizeof *u);
-            result = solve(&p, method, tol, NULL, v, r, u);
+            result = solve(&p, method, tol, v, r, u);
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
             assert_true(result.method == method || result.method == PERP_CONTACT_METHOD_POLISH);
             assert_true(violation(&p, r, u) <= 100.0 * tol);
@@ -131,7 +115,7 @@ static void test_paths(void **state)
         v = gen_allocate((size_t)p.n, sizeof *v);
         r = gen_allocate((size_t)p.rows, sizeof *r);
         u = gen_allocate((size_t)p.rows, sizeof *u);
-        result = solve(&p, PERP_CONTACT_METHOD_PROXIMAL, 1e-8, NULL, v, r, u);
+        result = solve(&p, PERP_CONTACT_METHOD_PROXIMAL, 1e-8, v, r, u);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         free(v);
         free(r);

@@ -17,53 +17,21 @@
 
 #include "context.h"
 
-static perp_contact_settings with(int32_t method)
+static perp_contact_settings proximal(void)
 {
     perp_contact_settings settings;
 
     assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    settings.method = method;
+    settings.method = PERP_CONTACT_METHOD_PROXIMAL;
     return settings;
-}
-
-static perp_contact_settings proximal(void)
-{
-    return with(PERP_CONTACT_METHOD_PROXIMAL);
-}
-
-static perp_contact_laws laws_of(const piles *p)
-{
-    perp_contact_laws laws;
-
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    laws.contacts = p->contacts;
-    laws.dims = p->dims;
-    laws.mu = p->mu;
-    return laws;
-}
-
-static perp_contact_dynamics dynamics_of(const piles *p)
-{
-    perp_contact_dynamics dynamics;
-
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    dynamics.n = p->n;
-    dynamics.M = &p->M;
-    dynamics.H = &p->H;
-    return dynamics;
 }
 
 static perp_contact_result by_bodies(const piles *p, double *v, double *u, double *r)
 {
-    perp_contact_settings settings = proximal();
-    perp_contact_laws laws = laws_of(p);
-    perp_contact_dynamics dynamics = dynamics_of(p);
+    const perp_contact_settings settings = proximal();
     perp_contact_result result;
 
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
-                                        &dynamics, p->f, p->w, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(piles_solve(context, p, &settings, &result, v, r, u, NULL), PERP_OK);
     return result;
 }
 
@@ -71,7 +39,7 @@ static perp_contact_result by_bodies(const piles *p, double *v, double *u, doubl
 static perp_contact_result by_matrix(const piles *p, double *u, double *r)
 {
     perp_contact_settings settings = proximal();
-    perp_contact_laws laws = laws_of(p);
+    perp_contact_laws laws = piles_laws(p);
     int32_t *starts = gen_allocate((size_t)p->contacts + 1, sizeof *starts), suits = 0;
     double *q = gen_allocate((size_t)p->rows, sizeof *q);
     perp__matrix M, H;
@@ -187,9 +155,7 @@ static void test_sweeps_agree(void **state)
     (void)state;
     for (uint64_t seed = 1; seed <= 5; seed++) {
         piles_options options = piles_defaults();
-        perp_contact_settings settings = with(PERP_CONTACT_METHOD_SWEEP);
-        perp_contact_dynamics dynamics;
-        perp_contact_laws laws;
+        const perp_contact_settings settings = piles_settings(PERP_CONTACT_METHOD_SWEEP, 1e-11);
         perp_contact_result result;
         double *v[2], *r;
         piles p;
@@ -204,12 +170,7 @@ static void test_sweeps_agree(void **state)
         v[1] = gen_allocate((size_t)p.n, sizeof **v);
         r = gen_allocate((size_t)p.rows, sizeof *r);
         assert_int_equal(by_bodies(&p, v[0], NULL, r).outcome, PERP_OUTCOME_SOLVED);
-        laws = laws_of(&p);
-        dynamics = dynamics_of(&p);
-        settings.tol = 1e-11;
-        assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(perp_contact_solve(context, v[1], r, NULL, NULL, NULL, &result, &settings,
-                                            &laws, &dynamics, p.f, p.w, NULL, NULL),
+        assert_int_equal(piles_solve(context, &p, &settings, &result, v[1], r, NULL, NULL),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         for (int32_t i = 0; i < p.n; i++)

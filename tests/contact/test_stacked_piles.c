@@ -18,27 +18,12 @@ enum { PARTS = 4 };
 
 static int32_t solve(perp_context *context, const piles *p, double tol)
 {
+    const perp_contact_settings settings = piles_settings(PERP_CONTACT_METHOD_AUTO, tol);
     double *v = gen_allocate((size_t)p->n, sizeof *v),
            *r = gen_allocate((size_t)p->rows, sizeof *r);
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
     perp_contact_result result;
-    perp_contact_laws laws;
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    settings.tol = tol;
-    dynamics.n = p->n;
-    dynamics.M = &p->M;
-    dynamics.H = &p->H;
-    laws.contacts = p->contacts;
-    laws.dims = p->dims;
-    laws.mu = p->mu;
-    assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result, &settings, &laws,
-                                        &dynamics, p->f, p->w, NULL, NULL),
-                     PERP_OK);
+    assert_int_equal(piles_solve(context, p, &settings, &result, v, r, NULL, NULL), PERP_OK);
     free(v);
     free(r);
     return result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;
