@@ -97,6 +97,23 @@ void both_add(both_problem *p, int32_t two_sided, int32_t dim, double mu)
     p->rows += dim;
 }
 
+void both_fill_data(both_problem *p, double least, int blocks)
+{
+    for (int i = 0; i < p->n; i++) {
+        for (int j = 0; j < p->n; j++)
+            for (int k = 0; k < p->n && (!blocks || i / 3 == j / 3); k++)
+                p->M[i * MOST + j] += cos(1.7 * i * k + k) * cos(1.7 * j * k + k) / p->n;
+        p->M[i * MOST + i] += least;
+        p->f[i] = both_draw();
+    }
+    for (int i = 0; i < p->size; i++) {
+        p->w[i] = both_draw();
+        for (int j = 0; j < p->n; j++)
+            p->H[i * MOST + j] = both_draw();
+    }
+    both_form(p);
+}
+
 void both_fill(both_problem *p, int32_t bounded, int32_t bilateral, int blocks)
 {
     p->bounded = bounded;
@@ -108,19 +125,27 @@ void both_fill(both_problem *p, int32_t bounded, int32_t bilateral, int blocks)
         p->lower[i] = both_draw();
         p->upper[i] = p->lower[i] + both_draw() + 1.0;
     }
-    for (int i = 0; i < p->n; i++) {
-        for (int j = 0; j < p->n; j++)
-            for (int k = 0; k < p->n && (!blocks || i / 3 == j / 3); k++)
-                p->M[i * MOST + j] += cos(1.7 * i * k + k) * cos(1.7 * j * k + k) / p->n;
-        p->M[i * MOST + i] += 0.3;
-        p->f[i] = both_draw();
+    both_fill_data(p, 0.3, blocks);
+}
+
+void both_drawer(both_problem *p, double mass, double inertia, double offset, double guide,
+                 double mu)
+{
+    memset(p, 0, sizeof *p);
+    both_add(p, 1, 2, mu);
+    both_add(p, 1, 2, mu);
+    p->size = p->rows;
+    p->n = 3;
+    p->M[0] = p->M[MOST + 1] = mass;
+    p->M[2 * MOST + 2] = inertia;
+    for (int k = 0; k < 2; k++) {
+        double *normal = p->H + 2 * k * MOST, *tangent = normal + MOST;
+
+        normal[1] = 1.0;
+        normal[2] = k ? -guide / 2 : guide / 2;
+        tangent[0] = 1.0;
+        tangent[2] = offset; /* the line is below the mass centre */
     }
-    for (int i = 0; i < p->size; i++) {
-        p->w[i] = both_draw();
-        for (int j = 0; j < p->n; j++)
-            p->H[i * MOST + j] = both_draw();
-    }
-    both_form(p);
 }
 
 void both_skew(both_problem *p, double by)

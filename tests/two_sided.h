@@ -50,6 +50,13 @@ void both_add(both_problem *p, int32_t two_sided, int32_t dim, double mu);
 /* Data of size 1 for n velocities, more than there are rows, so that W is regular. blocks: M falls
  * into blocks of three. */
 void both_fill(both_problem *p, int32_t bounded, int32_t bilateral, int blocks);
+/* The same for sizes and bounds that are there: M, with eigenvalues of `least` or more, H, f, w. */
+void both_fill_data(both_problem *p, double least, int blocks);
+
+/* M and H of a drawer between two guides, `guide` apart: velocities x, y, theta of the mass centre,
+ * which is `offset` off the line of the pull and of the guides. */
+void both_drawer(both_problem *p, double mass, double inertia, double offset, double guide,
+                 double mu);
 
 /* Friction of the contacts that hold both ways pushes on their normals: what makes answers many. */
 void both_skew(both_problem *p, double by);

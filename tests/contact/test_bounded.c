@@ -33,19 +33,7 @@ static void draw_problem(both_problem *p, int32_t contacts, int32_t dim, int32_t
         p->lower[i] = kind == 0 ? 0.0 : kind == 2 || kind == 4 ? -INFINITY : low;
         p->upper[i] = kind == 0 || kind == 1 || kind == 4 ? INFINITY : low + width;
     }
-    for (int i = 0; i < p->n; i++) {
-        for (int j = 0; j < p->n; j++)
-            for (int k = 0; k < p->n && (!blocks || i / 3 == j / 3); k++)
-                p->M[i * MOST + j] += cos(1.7 * i * k + k) * cos(1.7 * j * k + k) / p->n;
-        p->M[i * MOST + i] += 0.5;
-        p->f[i] = both_draw();
-    }
-    for (int i = 0; i < p->size; i++) {
-        p->w[i] = both_draw();
-        for (int j = 0; j < p->n; j++)
-            p->H[i * MOST + j] = both_draw();
-    }
-    both_form(p);
+    both_fill_data(p, 0.5, blocks);
 }
 
 /* ---- enumeration --------------------------------------------------------------------------- */

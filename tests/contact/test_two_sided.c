@@ -49,29 +49,12 @@ static void test_laws(void **state)
 /* A drawer of mass m between guides without clearance, pulled by F at h off its mass centre: corner
  * guides at +-L/2 carry N_2 = -N_1 = m a h / L, so that m a + 2 mu |m a h / L| = F where it moves
  * forward: a = F / (m (1 +- 2 mu h / L)), two answers. One step of h from speed V. */
-enum { DRAWER = 3 };
-
 static const double mass = 2.3, inertia = 0.11, pull = 3.0, offset = 0.6, guide = 0.25,
                     friction = 0.35, step = 1e-3, speed = 1.0;
 
-/* Velocities x, y, theta of the mass centre, which is `offset` off the line of the pull and of the
- * guides. */
 static void build_drawer(both_problem *p)
 {
-    memset(p, 0, sizeof *p);
-    both_add(p, 1, 2, friction);
-    both_add(p, 1, 2, friction);
-    p->size = p->rows;
-    p->n = DRAWER;
-    p->M[0] = p->M[MOST + 1] = mass;
-    p->M[2 * MOST + 2] = inertia;
-    for (int k = 0; k < 2; k++) {
-        double *normal = p->H + 2 * k * MOST, *tangent = normal + MOST;
-        normal[1] = 1.0;
-        normal[2] = k ? -guide / 2 : guide / 2;
-        tangent[0] = 1.0;
-        tangent[2] = offset; /* the line is below the mass centre */
-    }
+    both_drawer(p, mass, inertia, offset, guide, friction);
     p->f[0] = mass * speed + step * pull;
     p->f[2] = step * pull * offset;
     both_form(p);

@@ -170,8 +170,6 @@ static void test_differences(void **state)
 
 /* ---- Dupont's drawer ------------------------------------------------------------------------ */
 
-enum { DRAWER = 3 };
-
 static const double mass = 2.0, inertia = 0.5, pull = 3.0, offset = 0.5, guide = 0.25;
 
 /* As in test_two_sided.c, from a speed that keeps it going: m v = m V + F -+ 2 mu |N|, N = m (v -
@@ -180,19 +178,9 @@ static double build_drawer(both_problem *p, double mu, double speed, double side
 {
     const double change = pull / (1.0 + side * 2.0 * mu * offset / guide);
     const double N = change * offset / guide;
-    memset(p, 0, sizeof *p);
-    both_add(p, 1, 2, mu);
-    both_add(p, 1, 2, mu);
-    p->size = p->rows;
-    p->n = DRAWER;
-    p->M[0] = p->M[MOST + 1] = mass;
-    p->M[2 * MOST + 2] = inertia;
+
+    both_drawer(p, mass, inertia, offset, guide, mu);
     for (int k = 0; k < 2; k++) {
-        double *normal = p->H + 2 * k * MOST, *tangent = normal + MOST;
-        normal[1] = 1.0;
-        normal[2] = k ? -guide / 2 : guide / 2;
-        tangent[0] = 1.0;
-        tangent[2] = offset;
         r[2 * k] = k ? N : -N;
         r[2 * k + 1] = -mu * fabs(N);
     }

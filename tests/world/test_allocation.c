@@ -8,36 +8,12 @@
 
 #include <cmocka.h>
 
+#include "memory.h"
 #include "world/scene.h"
 
 #define STEPS 6
 #define LATE 3 /* the step before which a crowd comes */
 #define CROWD 5
-
-typedef struct ledger {
-    long calls;
-    long fail_at; /* the call that fails, counted from 1; 0: none */
-    long alive;
-} ledger;
-
-static void *allocate(size_t size, void *user)
-{
-    ledger *l = user;
-
-    l->calls++;
-    if (l->calls == l->fail_at)
-        return NULL;
-    l->alive++;
-    return malloc(size);
-}
-
-static void release(void *pointer, void *user)
-{
-    ledger *l = user;
-
-    l->alive--;
-    free(pointer);
-}
 
 /* Repeats a call once if it reports that memory ran out; it must then succeed. */
 #define RETRY(s, call)                                                       \
@@ -50,16 +26,12 @@ static void release(void *pointer, void *user)
         assert_int_equal(retry_status, PERP_OK);                             \
     } while (0)
 
-static void open_counted(scene *s, ledger *l, double error)
+static void open_counted(scene *s, memory *m, double error)
 {
-    perp_context_settings settings;
+    const perp_context_settings settings = memory_settings(m);
     perp_world_settings world;
 
     memset(s, 0, sizeof *s);
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
-    settings.allocate = allocate;
-    settings.release = release;
-    settings.allocator_user = l;
     if (perp_context_create(&s->context, &settings) != PERP_OK)
         assert_int_equal(perp_context_create(&s->context, &settings), PERP_OK);
     assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
@@ -149,14 +121,14 @@ static perp_world_contact contact_or_zero(scene *s, int32_t index)
 
 /* The scenario, with failure number k; returns whether any allocation failed. states: of each box
  * after each step; written if k is 0, else compared. error: of the settings. */
-static int run(long k, double error, perp_body_state states[STEPS][3])
+static int run(int k, double error, perp_body_state states[STEPS][3])
 {
-    ledger l = {0, k, 0};
+    memory m = {.fails_at = k};
     perp_body boxes[3];
     scene s;
     int i, j;
 
-    open_counted(&s, &l, error);
+    open_counted(&s, &m, error);
     populate(&s, boxes, 3);
     for (i = 0; i < STEPS; i++) {
         perp_body_state before = scene_state(&s, boxes[0]);
@@ -188,15 +160,15 @@ static int run(long k, double error, perp_body_state states[STEPS][3])
         }
     }
     scene_close(&s);
-    assert_int_equal(l.alive, 0);
-    return l.calls >= l.fail_at;
+    assert_int_equal(m.live, 0);
+    return m.calls >= m.fails_at;
 }
 
 static void test_every_allocation_may_fail(void **state)
 {
     static perp_body_state states[STEPS][3];
     double error;
-    long k;
+    int k;
 
     (void)state;
     for (error = 0.0; error < 1.0; error += 0.5) {
@@ -211,45 +183,45 @@ static void test_every_allocation_may_fail(void **state)
  * an eighth a step until squares of velocities are 0, and what falls asleep is noted once. */
 static void test_steady_steps_allocate_nothing(void **state)
 {
-    ledger l = {0, 0, 0};
+    memory m = {0};
     perp_body boxes[3];
-    long calls;
+    int calls;
     scene s;
     int i;
 
     (void)state;
-    open_counted(&s, &l, 0.0);
+    open_counted(&s, &m, 0.0);
     populate(&s, boxes, 3);
     for (i = 0; i < 400; i++)
         SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
-    calls = l.calls;
+    calls = m.calls;
     for (i = 0; i < 100; i++)
         SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
-    assert_int_equal(l.calls, calls);
+    assert_int_equal(m.calls, calls);
     scene_close(&s);
 }
 
 /* The second of two equal steps from one state allocates nothing, whatever the first did. */
 static void test_second_step_of_a_size(void **state)
 {
-    ledger l = {0, 0, 0};
+    memory m = {0};
     perp_body boxes[3];
     char blob[8192];
     size_t size;
-    long calls;
+    int calls;
     scene s;
 
     (void)state;
-    open_counted(&s, &l, 0.0);
+    open_counted(&s, &m, 0.0);
     populate(&s, boxes, 3);
     SCENE_OK(&s, perp_world_snapshot_size(s.world, &size));
     assert_true(size <= sizeof blob);
     SCENE_OK(&s, perp_world_snapshot_save(s.world, blob, size));
     SCENE_OK(&s, perp_world_step(s.world, NULL, 0.05));
     SCENE_OK(&s, perp_world_snapshot_restore(s.world, blob, size));
-    calls = l.calls;
+    calls = m.calls;
     SCENE_OK(&s, perp_world_step(s.world, NULL, 0.05));
-    assert_int_equal(l.calls, calls);
+    assert_int_equal(m.calls, calls);
     scene_close(&s);
 }
 
