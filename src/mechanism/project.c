@@ -141,7 +141,7 @@ static int32_t only_gap(const perp_mechanism *m)
 
 /* m->projection.v := the displacement that meets the equations, and closes `only`, which the others
  * alone would leave overlapping, so that it presses. Whether they are independent, and finite. */
-static int32_t meet_equations(perp_mechanism *m, const perp__motion *to, int32_t only)
+static int32_t solve_equations(perp_mechanism *m, const perp__motion *to, int32_t only)
 {
     double *d = m->projection.v;
 
@@ -170,7 +170,7 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const per
         const int32_t only = only_gap(m);
 
         answer.iterations = 1;
-        *found = only != SEVERAL && meet_equations(m, to, only);
+        *found = only != SEVERAL && solve_equations(m, to, only);
         if (!*found) {
             answer.iterations = 0;
             status =

@@ -201,8 +201,8 @@ static double value_of(const perp__condition *g, const perp__linear_point *point
 }
 
 /* before: the value of the condition before. */
-static int32_t meets(const perp__condition *g, const perp__linear_point *point, double *before,
-                     int32_t *at_vertex)
+static int32_t satisfies(const perp__condition *g, const perp__linear_point *point, double *before,
+                         int32_t *at_vertex)
 {
     const int32_t disc = g->kind == PERP__CONDITION_DISC;
     double width, value = value_of(g, point, disc ? 2 : 0, &width);
@@ -237,7 +237,7 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
         double before = 0.0;
 
         for (int32_t k = 0; k < count; k++)
-            if (!meets(list + k, point, &before, at_vertex))
+            if (!satisfies(list + k, point, &before, at_vertex))
                 return 0;
     }
     return 1;

@@ -26,7 +26,7 @@ typedef struct pieces {
     int32_t filling; /* 0: counting */
 } pieces;
 
-static void meet(void *user, int32_t row, int32_t column, double value)
+static void take_entry(void *user, int32_t row, int32_t column, double value)
 {
     pieces *p = user;
     perp__bodies *b = p->bodies;
@@ -65,10 +65,10 @@ static void visit_pieces(pieces *p, const perp__bodies_input *input)
             if (column < 0)
                 continue;
             p->first_row = 0;
-            perp__visit_column(input->H, column, meet, p);
+            perp__visit_column(input->H, column, take_entry, p);
             p->first_row = input->H->rows;
             if (input->G)
-                perp__visit_column(input->G, column, meet, p);
+                perp__visit_column(input->G, column, take_entry, p);
         }
     }
     b->block_starts[b->blocks] = p->found;

@@ -520,7 +520,7 @@ static void hold_block(perp__hold *h, int32_t block)
 
 /* Takes up the rows that unit has for a block, the other side of which moves with `root`, until
  * there are enough. */
-static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
+static void gather_rows(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
 {
     const perp__bodies *b = h->bodies;
     const int32_t block = b->piece_blocks[piece];
@@ -551,7 +551,7 @@ static void visit(perp__hold *h, int32_t unit, int32_t *tail)
     most = perp__bodies_unknowns(h->bodies, block);
     if (h->rank[block] == most)
         return;
-    meet(h, unit, piece, root_beside(h, unit, block));
+    gather_rows(h, unit, piece, root_beside(h, unit, block));
     if (h->rank[block] < most)
         return;
     hold_block(h, block);
