@@ -208,13 +208,13 @@ static const double *at_bounds(perp__contact_polish *p, const perp__contact_prob
 
     for (int32_t k = 0; problem->bound && k < problem->contacts; k++) {
         const int32_t row = problem->starts[k] + 1;
-        const double way =
+        const double change =
             is_at_bound(p, problem, k) ? bound_near(problem, k, r[row]) - r[row] : 0.0;
 
-        if (way != 0.0 && then == u)
+        if (change != 0.0 && then == u)
             then = memcpy(p->then, u, (size_t)problem->size * sizeof *u);
-        for (int32_t i = 0; way != 0.0 && i < p->n; i++)
-            p->then[p->rows[i]] += perp__entry(problem->W, p->rows[i], row) * way;
+        for (int32_t i = 0; change != 0.0 && i < p->n; i++)
+            p->then[p->rows[i]] += perp__entry(problem->W, p->rows[i], row) * change;
     }
     return then;
 }

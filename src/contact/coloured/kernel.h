@@ -103,14 +103,14 @@ TARGET static inline void NAME(push)(const double (*P)[PERP__GROUP], lanes dr, l
     }
 }
 
-/* r_i goes on from where it was last, by a share of its way; which is where it is now. */
+/* r_i goes on from where it was last, by a share of its change; and where it is now. */
 TARGET static inline lanes NAME(go_on)(perp__lane_point *p, int32_t i, int32_t at, lanes momentum)
 {
     const lanes r = load(p->r[i] + at);
-    const lanes way = subtract(r, load(p->last[i] + at));
+    const lanes change = subtract(r, load(p->last[i] + at));
 
     store(p->last[i] + at, r);
-    return add(r, multiply(momentum, way));
+    return add(r, multiply(momentum, change));
 }
 
 /* One contact of each pair: the normal, then both tangents. The fixed point is Coulomb's law. */

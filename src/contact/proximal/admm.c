@@ -43,7 +43,7 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
     for (int32_t k = 0; k < sweeps && s->outcome < 0; k++) {
         perp__proximal_split(s, part, rho, k == 0);
         memcpy(s->v + (size_t)part->block * (size_t)s->width,
-               s->way + (size_t)part->block * (size_t)s->width,
+               s->rhs + (size_t)part->block * (size_t)s->width,
                (size_t)(part->last_block - part->block) * (size_t)s->width * sizeof *s->v);
         perp__fronts_solve(&s->fronts, part->block, part->last_block, s->v);
         s->sweeps++;

@@ -31,14 +31,14 @@ static double length_of(const double *x, int32_t begin, int32_t end)
     return sqrt(sum);
 }
 
-/* |F(v)|; F in s->way, z and the next centre. */
+/* |F(v)|; F in s->rhs, z and the next centre. */
 double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
                                const double *v)
 {
     perp__proximal_visit(s, part, rho, v);
     for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
-        s->way[i] = v[i] - s->way[i];
-    return length_of(s->way, part->block * s->width, part->last_block * s->width);
+        s->rhs[i] = v[i] - s->rhs[i];
+    return length_of(s->rhs, part->block * s->width, part->last_block * s->width);
 }
 
 double perp__proximal_enough(const perp__proximal *s, const perp__proximal_part *part)
@@ -114,7 +114,7 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
         s->factorisations++;
         if (!perp__proximal_factor(s, part))
             return -step;
-        perp__proximal_solve(s, part, rho, s->way, s->step);
+        perp__proximal_solve(s, part, rho, s->rhs, s->step);
         if (!move(s, part, rho, &size))
             return -step;
         if (size < enough)

@@ -199,7 +199,7 @@ PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proxim
     project_unit(d, s->radius[k], discs_of(s, k), z + at, y + at);
     for (int32_t i = 0; i < d; i++)
         change[i] = y[at + i] - x[at + i];
-    push_unit(width, d, s, k, change, s->way);
+    push_unit(width, d, s, k, change, s->rhs);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_visit,
@@ -207,7 +207,7 @@ PERP__MULTIVERSION_SHARED(perp__proximal_visit,
                            const double *v),
                           (s, part, rho, v))
 {
-    clear(s, part, s->way);
+    clear(s, part, s->rhs);
     for (int32_t k = part->unit; k < part->last_unit; k++)
         WITH_KIND(visit_unit, s, k, s, k, rho, v);
 }
@@ -234,7 +234,7 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
         y[at + i] = (z[at + i] + r[at + i]) / rho;
         push[i] = r[at + i] - rho * (s->q[at + i] - y[at + i]);
     }
-    push_unit(width, d, s, k, push, s->way);
+    push_unit(width, d, s, k, push, s->rhs);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_split,
@@ -242,7 +242,7 @@ PERP__MULTIVERSION_SHARED(perp__proximal_split,
                            int32_t first),
                           (s, part, rho, first))
 {
-    clear(s, part, s->way);
+    clear(s, part, s->rhs);
     for (int32_t k = part->unit; k < part->last_unit; k++)
         WITH_KIND(split_unit, s, k, s, k, rho, first);
 }

@@ -60,24 +60,24 @@ static int32_t look_ahead(perp__proximal *s, const perp__proximal_part *part, pl
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
     const int32_t row = part->row, rows = part->last_row - row;
-    double scale, way = 0.0;
+    double scale, distance = 0.0;
 
     for (int32_t i = row; i < part->last_row; i++)
-        way += (s->y[i] - s->x[i]) * (s->y[i] - s->x[i]);
-    way *= SHARE * SHARE / (at->rho * at->rho);
+        distance += (s->y[i] - s->x[i]) * (s->y[i] - s->x[i]);
+    distance *= SHARE * SHARE / (at->rho * at->rho);
     find_bend(s, part, at->rho);
     perp__proximal_move(s, part, s->bend, NULL, s->start);
     for (int32_t i = part->row; i < part->last_row; i++)
         s->start[i] = at->rho * s->start[i] - s->spare[i];
     bend_rows(s, part, at->rho, 0, s->start, s->pull);
-    scale = sqrt(perp__dot(s->pull + row, s->pull + row, rows) + way);
+    scale = sqrt(perp__dot(s->pull + row, s->pull + row, rows) + distance);
     if (!(scale > 0.0 && scale < INFINITY))
         return 0;
     scale = (s->fronts.is_negative ? -1.0 : 1.0) / scale;
     for (int32_t i = part->row; i < part->last_row; i++)
         s->pull[i] *= scale;
     bend_rows(s, part, at->rho, 1, s->pull, s->start);
-    at->gamma = way * scale - perp__dot(s->start + row, s->spare + row, rows);
+    at->gamma = distance * scale - perp__dot(s->start + row, s->spare + row, rows);
     at->rho_ahead = scale;
     perp__proximal_push(s, part, s->start, s->normal);
     if (s->by_rows) { /* J is W, and as good as symmetric */
@@ -121,7 +121,7 @@ static int32_t correct(perp__proximal *s, const perp__proximal_part *part, const
             !factor_at(s, part, *rho))
             return -1;
         last = size;
-        perp__proximal_solve(s, part, *rho, s->way, s->step);
+        perp__proximal_solve(s, part, *rho, s->rhs, s->step);
         find_bend(s, part, *rho);
         off = at->gamma * (*rho - at->rho - length * at->rho_ahead);
         along = at->gamma;

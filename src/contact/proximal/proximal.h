@@ -73,7 +73,7 @@ typedef struct perp__proximal {
     double *r, *u; /* size, where there are discs: as the problem knows them, over omega */
     int32_t side;  /* of K: 3, or 6 where there are discs */
     double *K;     /* units: side by side, by columns */
-    double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
+    double *v, *step, *image, *rhs, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
     int32_t splits; /* nothing but alternating directions */
     int64_t limit;  /* of sweeps then, else of factorisations */
     int64_t factorisations, sweeps;
@@ -102,13 +102,13 @@ static inline double *perp__proximal_slope(const perp__proximal *s, int32_t k)
 
 /* passes.c: over the units of a part. x := P(x). */
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);
-/* z := x - rho (speed + J v), y := P(z), way := J'(y - x). */
+/* z := x - rho (speed + J v), y := P(z), rhs := J'(y - x). */
 void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           const double *v);
 /* K := rho P'(z). */
 void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho);
 /* One sweep of ADMM but for the solution with I + rho J'J: z, from v and y unless `first`, then x
- * and the right side, in `way`. */
+ * and the right side, in `rhs`. */
 void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           int32_t first);
 /* out := J'x, and u := J v + q; q may be NULL. */
@@ -141,7 +141,7 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
                                       double rho, int32_t most, int32_t follows);
 
-/* |F(v)|, and what of it is rounding or near enough; F in s->way, z and the next centre in s->y;
+/* |F(v)|, and what of it is rounding or near enough; F in s->rhs, z and the next centre in s->y;
  * and x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
 double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
                                const double *v);

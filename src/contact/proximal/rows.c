@@ -205,7 +205,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->K = perp__arena_take(arena, square * units, sizeof(double));
     PERP__DOUBLES(arena, size, &s->scale, &s->q, &s->x, &s->z, &s->y, &s->best, &s->start,
                   &s->speed, &s->spare, &s->pull);
-    PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->way, &s->rest, &s->bend,
+    PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->rhs, &s->rest, &s->bend,
                   &s->ahead, &s->normal, &s->across);
 }
 

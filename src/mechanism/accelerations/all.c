@@ -167,16 +167,16 @@ static perp_status keep(perp__acceleration *a, int32_t dimension)
 static int32_t is_start(const perp__acceleration *a, int32_t turning)
 {
     const int32_t stride = turning <= 2 ? 1 : turning <= 4 ? 2 : 4;
-    const int32_t ways = a->m->settings.directions;
+    const int32_t directions = a->m->settings.directions;
 
-    for (int32_t i = 0; i < a->elements && stride > 1 && ways >= 2 * stride; i++) {
+    for (int32_t i = 0; i < a->elements && stride > 1 && directions >= 2 * stride; i++) {
         const double *direction = a->pattern.direction + 2 * (size_t)i;
         int32_t k;
 
         if (!perp__slip_starts(a, i))
             continue;
-        k = (int32_t)lround(atan2(direction[1], direction[0]) / (2.0 * PERP__PI) * ways);
-        if ((k + ways) % ways % stride != 0)
+        k = (int32_t)lround(atan2(direction[1], direction[0]) / (2.0 * PERP__PI) * directions);
+        if ((k + directions) % directions % stride != 0)
             return 0;
     }
     return 1;
@@ -214,7 +214,7 @@ static perp_status try_loads(perp__acceleration *a)
  * the others there is nothing left to do. */
 static perp_status try_directions(perp__acceleration *a)
 {
-    const int32_t ways = a->m->settings.directions;
+    const int32_t directions = a->m->settings.directions;
     double angles[4], *direction;
     perp_status status = PERP_OK;
     int32_t index = 0, count, k;
@@ -225,8 +225,8 @@ static perp_status try_directions(perp__acceleration *a)
     if (direction[0] != 1.0)
         return PERP_OK;
     count = perp__slip_angles(a, angles);
-    for (k = 0; k < (count < 0 ? ways : count) && status == PERP_OK; k++) {
-        const double angle = count < 0 ? 2.0 * PERP__PI * k / ways : angles[k];
+    for (k = 0; k < (count < 0 ? directions : count) && status == PERP_OK; k++) {
+        const double angle = count < 0 ? 2.0 * PERP__PI * k / directions : angles[k];
 
         direction[0] = cos(angle);
         direction[1] = sin(angle);

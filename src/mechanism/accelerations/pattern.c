@@ -1,6 +1,6 @@
 /* Within a pattern the forces are the solution of a linear system. Unknowns: the normal force of a
- * contact that presses, with it the friction -mu way of one that slips; tangential forces of what
- * sticks; bilateral forces. Equations: the accelerations of the same rows are 0. */
+ * contact that presses, with it the friction -mu s of one that slips along s; tangential forces of
+ * what sticks; bilateral forces. Equations: the accelerations of the same rows are 0. */
 #include <math.h>
 #include <string.h>
 
@@ -22,9 +22,9 @@ int32_t perp__element_choices(void *user, int32_t index)
     const perp__acceleration *a = user;
     const perp__element *element = a->element + index;
     const int32_t starts = !element->moves && element->friction;
-    const int32_t ways = 1 + (starts ? perp__element_directions(a, element) : 0);
+    const int32_t motions = 1 + (starts ? perp__element_directions(a, element) : 0);
 
-    return ways * sides_of(element) + separates(element);
+    return motions * sides_of(element) + separates(element);
 }
 
 /* Choices of a contact: to separate, to stick, to slip; in motion and without friction the second

@@ -6,7 +6,7 @@
  * Some of the accelerations where there are too many patterns: with friction along k directions d
  * the answers are the solutions of an LCP (Stewart & Trinkle's, in accelerations):
  *
- *   0 <= f_n   perp  u_n' >= 0,                         of a contact that slides f_t = -mu f_n way,
+ *   0 <= f_n   perp  u_n' >= 0,                         of a contact that slides f_t = -mu f_n s,
  *   0 <= beta  perp  d.u_t' + lambda >= 0,              f_t = sum d beta,
  *   0 <= lambda  perp  mu f_n - sum beta >= 0,          of dry friction bound - sum beta,
  *   u' = 0 with free forces of the bilateral rows.

@@ -1,16 +1,16 @@
 /* Slips that start in 3 dimensions: friction is opposite to the acceleration along the tangents,
- * whose direction is an unknown.
+ * whose direction s is an unknown.
  *
  * Of many slips: Newton's method on the angles, from the directions of the pattern,
  *
- *   g_j = way_j x u_j' = 0,   K x = -(beta + W f_0) of the rows that hold,
- *   dx = -K^-1 E W c_k with c_k = -mu f_n way_k^perp, what a turn of way_k does to the forces.
+ *   g_j = s_j x u_j' = 0,   K x = -(beta + W f_0) of the rows that hold,
+ *   dx = -K^-1 E W c_k with c_k = -mu f_n s_k^perp, what a turn of s_k does to the forces.
  *
  * Where contacts share a load K is singular at the solution and nearly so around it: then the rank
  * of the start is kept.
  *
  * Of one slip, in direction (cos, sin): the forces are K^-1 times something, and one column of K is
- * linear in cos and sin. So det K times way x u_t' is
+ * linear in cos and sin. So det K times s x u_t' is
  *
  *   a_0 + a_1 cos + b_1 sin + a_2 cos 2 + b_2 sin 2
  *
@@ -140,7 +140,7 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
 
 /* ---- one of them -------------------------------------------------------------------------- */
 
-/* det K way x u_t' at an angle; returns 0 where K is singular. */
+/* det K s x u_t' at an angle; returns 0 where K is singular. */
 static int32_t sample(perp__acceleration *a, int32_t index, double angle, double *value)
 {
     const perp__element *element = a->element + index;

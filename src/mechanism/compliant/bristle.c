@@ -145,7 +145,7 @@ static stretch short_stretch(const perp_bristle *law, curve g, double x, double 
     const double sense = (v > 0.0) - (v < 0.0);
     const double x_slope =
         sense * ratio_of(law->stiffness, h, 1.0 - fabs(v) * g.slope / g.force, g.force);
-    const double way = v * h - z * x, way_slope = h - z * x_slope;
+    const double distance = v * h - z * x, distance_slope = h - z * x_slope;
     double term = 1.0 / 6, chi = 0.0, phi, psi;
     stretch s;
 
@@ -155,11 +155,11 @@ static stretch short_stretch(const perp_bristle *law, curve g, double x, double 
     }
     psi = 0.5 - x * chi;
     phi = 1.0 - x * psi;
-    s.change = way * phi;
+    s.change = distance * phi;
     s.end = z + s.change;
-    s.mean = z + way * psi;
-    s.end_slope = way_slope * phi + way * (psi - phi) * x_slope;
-    s.mean_slope = way_slope * psi + way * (2.0 * chi - psi) * x_slope;
+    s.mean = z + distance * psi;
+    s.end_slope = distance_slope * phi + distance * (psi - phi) * x_slope;
+    s.mean_slope = distance_slope * psi + distance * (2.0 * chi - psi) * x_slope;
     return s;
 }
 

@@ -204,12 +204,12 @@ static int32_t is_at_bound(const perp_compliant *c, int32_t k)
     return !(fabs(c->friction[k]) < bound);
 }
 
-/* Where F of what rests is at a bound: the way it is driven; else 0. */
+/* Where F of what rests is at a bound: the sense in which it is driven; else 0. */
 static double driven(const perp_compliant *c, int32_t k)
 {
-    const double F = c->friction[k], way = F != 0.0 ? F : -c->w[k];
+    const double F = c->friction[k], sense = F != 0.0 ? F : -c->w[k];
 
-    return is_at_bound(c, k) ? (double)((way > 0.0) - (way < 0.0)) : 0.0;
+    return is_at_bound(c, k) ? (double)((sense > 0.0) - (sense < 0.0)) : 0.0;
 }
 
 /* Ties down what rests, is not driven, and is at a bound or not. */
@@ -233,10 +233,10 @@ static void sort_resting(perp_compliant *c)
     tie_down(c, 0);
     tie_down(c, 1);
     for (k = 0; k < c->p; k++) {
-        const double way = c->modes[k] == PERP_CONTACT_STICK ? driven(c, k) : 0.0;
+        const double sense = c->modes[k] == PERP_CONTACT_STICK ? driven(c, k) : 0.0;
 
-        if (way != 0.0 && is_independent(c, k, 0))
-            slide(c, k, way);
+        if (sense != 0.0 && is_independent(c, k, 0))
+            slide(c, k, sense);
     }
 }
 

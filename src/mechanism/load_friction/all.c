@@ -197,13 +197,13 @@ static perp_status answer_directly(perp_load_friction *f, int64_t *patterns)
     perp_status status;
 
     for (int32_t i = 0; i < f->n; i++) {
-        const int32_t way = f->question.sign[i] != 0 ? 0 : f->question.before[i];
+        const int32_t sense = f->question.sign[i] != 0 ? 0 : f->question.before[i];
 
         if (f->question.mu_stick[i] > f->mu[i] && f->question.sign[i] == 0)
             return PERP_OK;
         f->pattern.mode[i] = (int8_t)(f->question.sign[i] != 0 ? PERP_LOAD_SLIDE
-                                      : way > 0                ? PERP_LOAD_FORWARD
-                                      : way < 0                ? PERP_LOAD_BACKWARD
+                                      : sense > 0              ? PERP_LOAD_FORWARD
+                                      : sense < 0              ? PERP_LOAD_BACKWARD
                                                                : PERP_LOAD_STICK);
         f->pattern.side[i] = (int8_t)(f->mu[i] == 0.0 || f->pattern.mode[i] == PERP_LOAD_STICK ? 0
                                       : f->d[i] < 0.0                                          ? -1

@@ -311,7 +311,7 @@ static perp_status plan(perp__run *run, perp__adaptive *a, double h)
         return status;
     a->plans = when > a->shortest;
     if (!a->plans)
-        perp__adaptive_give_way(m, a);
+        perp__adaptive_release_planned(m, a);
     a->proper = fmax(a->proper, h);
     a->h = a->plans ? when : h;
     return PERP_OK;

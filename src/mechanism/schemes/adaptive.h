@@ -76,7 +76,7 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
 perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t, double h,
                                   double *when);
 /* What lets go does so now: a->does[0] as planned. */
-void perp__adaptive_give_way(const perp_mechanism *m, perp__adaptive *a);
+void perp__adaptive_release_planned(const perp_mechanism *m, perp__adaptive *a);
 /* Which contacts start to slip with that state: static friction no longer counts. NULL: none. */
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state);
 

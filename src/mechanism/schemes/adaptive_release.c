@@ -400,7 +400,7 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     return status;
 }
 
-void perp__adaptive_give_way(const perp_mechanism *m, perp__adaptive *a)
+void perp__adaptive_release_planned(const perp_mechanism *m, perp__adaptive *a)
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
         if (lets_go(a->does[0][j], a->planned[j]))
