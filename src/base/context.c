@@ -110,33 +110,18 @@ perp_status perp__leave(perp_context *context, perp_status status)
     return status;
 }
 
-static void say(perp_context *context, const char *format, va_list arguments)
-{
-    if (!context)
-        return;
-    vsnprintf(context->message, sizeof context->message, format, arguments);
-    if (context->log)
-        context->log(context->message, context->log_user);
-}
-
 perp_status perp__fail(perp_context *context, perp_status status, const char *format, ...)
 {
     va_list arguments;
 
+    if (!context)
+        return status;
     va_start(arguments, format);
-    say(context, format, arguments);
+    vsnprintf(context->message, sizeof context->message, format, arguments);
     va_end(arguments);
+    if (context->log)
+        context->log(context->message, context->log_user);
     return status;
-}
-
-perp_status perp__refuse(perp_context *context, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    say(context, format, arguments);
-    va_end(arguments);
-    return PERP_ERROR_ARGUMENT;
 }
 
 perp_status perp__fail_memory(perp_context *context, const char *what)

@@ -44,19 +44,13 @@ perp_status perp__open(perp_context *context);
 /* One step of many: status := what it comes to, where all went well before. */
 #define PERP__THEN(status, step) ((void)((status) == PERP_OK && ((status) = (step))))
 
-/* Writes the message (and logs it) and returns `status`. */
+/* Writes the message (and logs it) and returns `status`; or PERP_ERROR_ARGUMENT. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))
 #endif
 perp_status
 perp__fail(perp_context *context, perp_status status, const char *format, ...);
-
-/* The same with PERP_ERROR_ARGUMENT. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
-perp_status
-perp__refuse(perp_context *context, const char *format, ...);
+#define perp__refuse(context, ...) perp__fail((context), PERP_ERROR_ARGUMENT, __VA_ARGS__)
 
 /* Memory through the context's allocator. allocate gives NULL on failure or on count * size
  * overflow, without a message; release accepts NULL. */
