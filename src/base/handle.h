@@ -23,6 +23,10 @@ void *perp__handle_create(perp_context *context, const perp__kind *kind);
 /* The end of what is not in a caller's hands, in a context that is entered. NULL is accepted. */
 void perp__handle_end(void *handle);
 
+/* How a create ends: *place := what was made, or, where something failed, the end of it. */
+#define PERP__HAND_OUT(status, made, place) \
+    ((status) == PERP_OK ? (void)(*(place) = (made)) : perp__handle_end(made))
+
 /* Opens a public call: PERP_ERROR_HANDLE for what is not of this kind (of a stranger no more than a
  * pointer is read), PERP_ERROR_BUSY inside another call. perp__leave closes it. */
 perp_status perp__handle_enter(const void *handle, const perp__kind *kind);

@@ -374,13 +374,10 @@ static perp_status create(perp_context *context, perp_contact_sensitivity **sens
     status = perp__contact_create(context, &made->solver, given->settings);
     PERP__THEN(status, take_problem(made, given->laws, given->dynamics));
     PERP__THEN(status, judge(made, &own, given));
-    if (status != PERP_OK) {
-        perp__handle_end(made);
-        return status;
-    }
-    perp__struct_write(info, &own, sizeof own);
-    *sensitivity = made;
-    return PERP_OK;
+    if (status == PERP_OK)
+        perp__struct_write(info, &own, sizeof own);
+    PERP__HAND_OUT(status, made, sensitivity);
+    return status;
 }
 
 perp_status perp_contact_sensitivity_create(perp_context *context,

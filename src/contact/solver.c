@@ -42,10 +42,7 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         made->slots[k].method = methods[k];
     status = perp__contact_configure(made, settings);
-    if (status == PERP_OK)
-        *solver = made;
-    else
-        perp__handle_end(made);
+    PERP__HAND_OUT(status, made, solver);
     return status;
 }
 

@@ -77,10 +77,7 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     for (int32_t k = 0; k < PERP__METHODS; k++)
         made->slots[k].method = methods[k];
     status = perp__lcp_settings_read(context, &made->settings, settings);
-    if (status == PERP_OK)
-        *solver = made;
-    else
-        perp__handle_end(made);
+    PERP__HAND_OUT(status, made, solver);
     return status;
 }
 

@@ -396,12 +396,8 @@ static perp_status make(perp_context *context, perp_mechanism **made,
         status = fit_assemblies(m, settings);
     }
     PERP__THEN(status, perp__implicit_create(m, &m->implicit, settings));
-    if (status != PERP_OK) {
-        perp__handle_end(m);
-        return status;
-    }
-    *made = m;
-    return PERP_OK;
+    PERP__HAND_OUT(status, m, made);
+    return status;
 }
 
 static perp_status create(perp_context *context, perp_mechanism **mechanism,

@@ -92,10 +92,7 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
     if (!made)
         return status == PERP_OK ? PERP_ERROR_MEMORY : status;
     status = read_settings(context, &made->settings, settings);
-    if (status == PERP_OK)
-        *solver = made;
-    else
-        perp__handle_end(made);
+    PERP__HAND_OUT(status, made, solver);
     return status;
 }
 

@@ -262,13 +262,10 @@ static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitiv
         return PERP_ERROR_MEMORY;
     status = take_problem(made, given);
     PERP__THEN(status, prepare(made, &own));
-    if (status != PERP_OK) {
-        perp__handle_end(made);
-        return status;
-    }
-    perp__struct_write(info, &own, sizeof own);
-    *sensitivity = made;
-    return PERP_OK;
+    if (status == PERP_OK)
+        perp__struct_write(info, &own, sizeof own);
+    PERP__HAND_OUT(status, made, sensitivity);
+    return status;
 }
 
 perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitivity **sensitivity,

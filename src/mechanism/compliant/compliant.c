@@ -181,12 +181,8 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
     c->p = read.contacts;
     status = perp__arena_fit(&c->arena, context, layout, c);
     PERP__THEN(status, take(c, &read));
-    if (status != PERP_OK) {
-        perp__handle_end(c);
-        return status;
-    }
-    *compliant = c;
-    return PERP_OK;
+    PERP__HAND_OUT(status, c, compliant);
+    return status;
 }
 
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,

@@ -188,10 +188,7 @@ static perp_status make(perp_context *context, perp_load_friction **made,
         prepare(f);
         status = take(f, system);
     }
-    if (status == PERP_OK)
-        *made = f;
-    else
-        perp__handle_end(f);
+    PERP__HAND_OUT(status, f, made);
     return status;
 }
 
