@@ -80,7 +80,7 @@ perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp_
         copy_sparse(own, &given, compliance);
     if (status != PERP_OK || own->sparse)
         return status;
-    perp__matrix_spread(&given, own->values, 1, (size_t)n);
+    perp__matrix_spread(&given, own->values, (size_t)n);
     for (int64_t i = 0; i < n; i++)
         own->values[i * (n + 1)] += compliance[i];
     return PERP_OK;

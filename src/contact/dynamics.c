@@ -78,7 +78,7 @@ static perp_status factor_mass(perp__dynamics *own)
         return PERP_OK;
     if (own->factor) {
         memset(own->factor, 0, n * n * sizeof *own->factor);
-        perp__matrix_spread(&own->M, own->factor, 1, n);
+        perp__matrix_spread(&own->M, own->factor, n);
         pivot = perp__cholesky_factor(own->n, own->factor, own->n);
         if (pivot == 0 && own->inverse)
             perp__half_invert(own->n, own->factor, own->inverse, own->all, own->pair);
@@ -181,8 +181,8 @@ static perp_status form_halved(perp__dynamics *own)
     const size_t size = (size_t)own->size, width = perp__half_width(own->size);
 
     memset(own->block, 0, (size_t)own->n * width * sizeof *own->block);
-    perp__matrix_spread(&own->H, own->block, 1, width);
-    perp__matrix_spread(&own->G, own->block + own->H.rows, 1, width);
+    perp__matrix_spread(&own->H, own->block, width);
+    perp__matrix_spread(&own->G, own->block + own->H.rows, width);
     find_firsts(own);
     perp__half_solve(own->n, own->size, own->factor, own->block, own->firsts, own->high);
     perp__half_product(own->n, own->size, own->block, own->firsts, own->W);

@@ -186,7 +186,6 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
     p->n = solver->n;
     p->setup = solver->setups;
     p->M = &solver->M;
-    p->exponents = solver->exponents;
     p->factors = solver->factors;
     p->row_norms = solver->row_norms;
     p->q = solver->q_scaled;

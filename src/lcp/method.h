@@ -35,7 +35,6 @@ typedef struct perp__lcp_problem {
     int32_t n;
     int64_t setup;                   /* its number: another one, another matrix */
     const perp__matrix *M;           /* the caller's matrix, not scaled */
-    const int32_t *exponents;        /* log2 of D */
     const double *factors;           /* D itself: 2^e, |e| <= 511, so that D_i D_j is exact */
     const double *row_norms;         /* of the scaled M */
     const double *q, *lower, *upper; /* scaled; infinite bounds stay infinite */

@@ -208,15 +208,15 @@ perp_status perp__matrix_read_sized(perp_context *context, const char *name, per
                         (int)own->columns, (int)rows, (int)columns);
 }
 
-void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride)
+void perp__matrix_spread(const perp__matrix *M, double *A, size_t stride)
 {
     const int32_t by_rows = perp__lines_are_rows(M);
-    const size_t step = by_rows ? column_stride : row_stride;
+    const size_t step = by_rows ? stride : 1;
 
     for (int32_t j = 0; M->rows > 0 && j < (by_rows ? M->rows : M->columns); j++) {
         const perp__line l = perp__line_of(M, j);
         const int32_t count = by_rows ? M->columns : l.count;
-        double *line = A + (size_t)j * (by_rows ? row_stride : column_stride);
+        double *line = A + (size_t)j * (by_rows ? 1 : stride);
 
         for (int32_t k = 0; k < count; k++)
             line[(size_t)(l.indices ? l.indices[k] : k) * step] = l.values[k];

@@ -41,9 +41,9 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low);
 
-/* A := M, an entry (i,j) at i * row_stride + j * column_stride; of a sparse M only the entries that
- * it has are written. */
-void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride);
+/* A := M by columns, `stride` from one to the next; of a sparse M only the entries that it has are
+ * written. */
+void perp__matrix_spread(const perp__matrix *M, double *A, size_t stride);
 
 /* y = M x in working precision, fixed order. */
 void perp__multiply(const perp__matrix *M, const double *x, double *y);

@@ -234,11 +234,6 @@ perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
     return status;
 }
 
-void perp__dominance_apply(perp__dominance *d, double *x)
-{
-    perp__factor_klu.solve(d->kept.factor, x, 0);
-}
-
 /* positive := a lower bound of C v, all rounding and underflow counted. True if it is positive, and
  * v too. */
 static int32_t is_positive(perp__dominance *d)

@@ -76,9 +76,6 @@ void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, i
 /* Factors A and C. PERP_OK; PERP__FACTOR_SINGULAR where it can't be done; PERP_ERROR_MEMORY. */
 perp_status perp__dominance_factor(perp__dominance *d, perp_context *context);
 
-/* x := A^-1 x, approximately */
-void perp__dominance_apply(perp__dominance *d, double *x);
-
 /* As perp__verified_bound. False if nothing is proved, regularity neither. */
 int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
                               double *delta);

@@ -17,7 +17,7 @@ perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t r
 
     memset(to, 0, height * width * sizeof *to);
     if (status == PERP_OK)
-        perp__matrix_spread(&own, to, 1, height);
+        perp__matrix_spread(&own, to, height);
     return status;
 }
 

@@ -298,7 +298,6 @@ void perp__aggregated_pose(perp__aggregated *coarse, int32_t k, const perp__lcp_
     *own = *problem;
     own->n = level->n;
     own->M = &level->M;
-    own->exponents = coarse->zeros;
     own->factors = coarse->ones;
     own->row_norms = coarse->norms;
     own->q = level->q;

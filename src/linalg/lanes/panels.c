@@ -56,10 +56,8 @@
 
 #endif
 
-enum { MOST = 6 };
-
 /* Fastest first; both arithmetics for each instruction set. */
-static int32_t find(const perp__panel_kernels **found)
+int32_t perp__panel_kernels_find(const perp__panel_kernels **found)
 {
     int32_t count = 0;
 
@@ -80,17 +78,10 @@ static int32_t find(const perp__panel_kernels **found)
     return count;
 }
 
-const perp__panel_kernels *perp__panel_kernels_number(int32_t number)
-{
-    const perp__panel_kernels *found[MOST];
-
-    return number >= 0 && number < find(found) ? found[number] : NULL;
-}
-
 const perp__panel_kernels *perp__panel_kernels_choose(int32_t fused)
 {
-    const perp__panel_kernels *found[MOST];
-    const int32_t count = find(found);
+    const perp__panel_kernels *found[PERP__PANEL_KERNELS_MOST];
+    const int32_t count = perp__panel_kernels_find(found);
 
     for (int32_t k = 0; k < count; k++)
         if (found[k]->fused == fused)

@@ -47,7 +47,8 @@ typedef struct perp__panel_kernels {
 
 /* The fastest kernels this processor has; plain ones where it has no fused ones. */
 const perp__panel_kernels *perp__panel_kernels_choose(int32_t fused);
-/* All that it has: number 0, 1, ..., then NULL. */
-const perp__panel_kernels *perp__panel_kernels_number(int32_t number);
+/* All that it has, the fastest first; returns how many. */
+enum { PERP__PANEL_KERNELS_MOST = 6 };
+int32_t perp__panel_kernels_find(const perp__panel_kernels **found);
 
 #endif
