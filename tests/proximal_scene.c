@@ -26,11 +26,11 @@ void proximal_set_traces(proximal_scene *s)
     for (int32_t k = 0; k < s->contacts; k++)
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++) {
             s->trace[k] += proximal_entry(s, i, i);
-            s->unit_of[i] = k;
+            s->constraint_of[i] = k;
         }
     for (int32_t i = s->rows; i < s->size; i++) {
-        s->unit_of[i] = s->contacts + i - s->rows;
-        s->trace[s->unit_of[i]] = proximal_entry(s, i, i);
+        s->constraint_of[i] = s->contacts + i - s->rows;
+        s->trace[s->constraint_of[i]] = proximal_entry(s, i, i);
     }
 }
 
@@ -122,7 +122,7 @@ perp__contact_problem proximal_problem_of(perp_context *context, const proximal_
     p.rows = s->rows;
     p.size = s->size;
     p.starts = s->starts;
-    p.unit_of = s->unit_of;
+    p.constraint_of = s->constraint_of;
     p.dims = s->dims;
     p.mu = s->mu;
     p.trace = s->trace;

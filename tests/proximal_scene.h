@@ -11,7 +11,7 @@
 /* A problem with room for its solution. W is dense, column by column. */
 typedef struct proximal_scene {
     int32_t contacts, rows, size;
-    int32_t starts[PROXIMAL_ROWS + 1], dims[PROXIMAL_ROWS], unit_of[PROXIMAL_ROWS];
+    int32_t starts[PROXIMAL_ROWS + 1], dims[PROXIMAL_ROWS], constraint_of[PROXIMAL_ROWS];
     double mu[PROXIMAL_ROWS], trace[PROXIMAL_ROWS], q[PROXIMAL_ROWS],
         W[PROXIMAL_ROWS * PROXIMAL_ROWS];
     double r[PROXIMAL_ROWS], u[PROXIMAL_ROWS];

@@ -16,7 +16,7 @@ static void lay_out(perp__arena *arena, void *object)
     own->position = perp__arena_take(arena, (size_t)own->size, sizeof(int32_t));
     PERP__DOUBLES(arena, n, &own->mu, &own->rolling, &own->spinning, &own->q, &own->r0, &own->r,
                   &own->u, &own->ray);
-    PERP__INTEGERS(arena, n, &own->rows, &own->units, &own->dims, &own->two_sided, &own->modes);
+    PERP__INTEGERS(arena, n, &own->rows, &own->numbers, &own->dims, &own->two_sided, &own->modes);
 }
 
 static int32_t is_solved(const perp_contact_solver *solver, int32_t part)
@@ -29,7 +29,7 @@ static int32_t count_rows(const perp_contact_solver *solver, int32_t part)
     int32_t count = 0, i;
 
     for (i = 0; i < solver->size; i++)
-        count += solver->part[solver->unit_of[i]] == part;
+        count += solver->part[solver->constraint_of[i]] == part;
     return count;
 }
 
@@ -38,13 +38,13 @@ static void list(const perp_contact_solver *solver, perp__contact_apart *own, in
 {
     own->size = own->contacts = 0;
     for (int32_t i = 0; i < solver->size; i++) {
-        own->position[i] = solver->part[solver->unit_of[i]] == part ? own->size : -1;
+        own->position[i] = solver->part[solver->constraint_of[i]] == part ? own->size : -1;
         if (own->position[i] >= 0)
             own->rows[own->size++] = i;
     }
     for (int32_t k = 0; k < solver->contacts; k++)
         if (solver->part[k] == part) {
-            own->units[own->contacts] = k;
+            own->numbers[own->contacts] = k;
             own->dims[own->contacts] = solver->dims[k];
             own->two_sided[own->contacts] = solver->two_sided[k];
             own->mu[own->contacts] = solver->mu[k];
@@ -52,7 +52,7 @@ static void list(const perp_contact_solver *solver, perp__contact_apart *own, in
             own->spinning[own->contacts++] = solver->spins ? solver->spinning[k] : 0.0;
         }
     own->bilateral = 0;
-    for (int32_t k = solver->contacts; k < solver->units; k++)
+    for (int32_t k = solver->contacts; k < solver->constraints; k++)
         own->bilateral += solver->part[k] == part;
 }
 
@@ -105,7 +105,7 @@ static void hand_back(perp_contact_solver *solver, perp__contact_apart *own,
     for (int32_t i = 0; i < own->size; i++)
         solver->r[own->rows[i]] = own->r[i];
     for (int32_t i = 0; i < own->contacts; i++)
-        solver->modes[own->units[i]] = (int8_t)own->modes[i];
+        solver->modes[own->numbers[i]] = (int8_t)own->modes[i];
 }
 
 /* From where the whole has brought it, then from the start that the caller gave. */

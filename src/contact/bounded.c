@@ -39,7 +39,7 @@ void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_
                                  int32_t rows)
 {
     own->count = laws->bounded;
-    own->contacts = own->units = laws->contacts;
+    own->contacts = own->own_contacts = laws->contacts;
     own->rows = rows + laws->bounded;
     own->own_rows = rows;
     own->free = own->boxes = 0;
@@ -48,7 +48,7 @@ void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_
 
         own->free += bounds == NEITHER;
         own->boxes += bounds == BOTH;
-        own->units += bounds != NEITHER;
+        own->own_contacts += bounds != NEITHER;
         own->own_rows += bounds == NEITHER ? 0 : bounds == BOTH ? 2 : 1;
     }
 }
@@ -67,16 +67,16 @@ static int64_t entries_of(const perp__matrix *A)
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__contact_bounded *own = object;
-    const size_t size = (size_t)own->size, units = (size_t)own->units;
+    const size_t size = (size_t)own->size, own_contacts = (size_t)own->own_contacts;
     const size_t larger = (size_t)(own_size(own) > own->n ? own_size(own) : own->n);
 
     PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high, &own->reach, &own->likely,
                   &own->near_low, &own->near_high);
-    own->unit = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
+    own->contact_of = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
     own->row = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
-    PERP__INTEGERS(arena, units, &own->dims, &own->two_sided);
-    PERP__DOUBLES(arena, units, &own->bound, &own->mu, &own->rolling, &own->spinning);
+    PERP__INTEGERS(arena, own_contacts, &own->dims, &own->two_sided);
+    PERP__DOUBLES(arena, own_contacts, &own->bound, &own->mu, &own->rolling, &own->spinning);
     PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->b, &own->r0);
     PERP__DOUBLES(arena, (size_t)own_size(own), &own->load, &own->away);
     for (int32_t k = 0; k < 2; k++) {
@@ -100,28 +100,28 @@ static void set_bounds(perp__contact_bounded *own, int32_t i, double low, double
     own->shift[own->rows - own->count + i] = kind == LOWER   ? low
                                              : kind == UPPER ? high
                                                              : 0.5 * low + 0.5 * high;
-    own->bound[own->unit[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
+    own->bound[own->contact_of[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
 }
 
-/* Row i among the bounded becomes contact `unit` with its first row at `row`. */
-static void place_contact(perp__contact_bounded *own, int32_t i, int32_t unit, int32_t row)
+/* Row i among the bounded becomes that contact, with its first row at `row`. */
+static void place_contact(perp__contact_bounded *own, int32_t i, int32_t contact, int32_t row)
 {
     const int32_t given = own->rows - own->count + i, kind = kind_of(own, i);
 
-    own->unit[i] = unit;
+    own->contact_of[i] = contact;
     own->row[given] = row + (kind == BOTH);
     own->sign[given] = kind == UPPER ? -1.0 : 1.0;
-    own->dims[unit] = kind == BOTH ? 2 : 1;
-    own->two_sided[unit] = 0;
-    own->mu[unit] = kind == BOTH && own->low[i] < own->high[i] ? 1.0 : 0.0;
-    own->rolling[unit] = own->spinning[unit] = 0.0;
+    own->dims[contact] = kind == BOTH ? 2 : 1;
+    own->two_sided[contact] = 0;
+    own->mu[contact] = kind == BOTH && own->low[i] < own->high[i] ? 1.0 : 0.0;
+    own->rolling[contact] = own->spinning[contact] = 0.0;
     set_bounds(own, i, own->low[i], own->high[i]);
 }
 
 static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws)
 {
     const int32_t first = own->rows - own->count;
-    int32_t unit = own->contacts, row = first, free = own->own_rows, i;
+    int32_t contact = own->contacts, row = first, free = own->own_rows, i;
 
     for (i = 0; i < own->size; i++) {
         own->row[i] = i < first ? i : own->own_rows + own->free + i - own->rows;
@@ -132,12 +132,12 @@ static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws
         own->low[i] = lower_of(laws, i);
         own->high[i] = upper_of(laws, i);
         if (kind_of(own, i) == NEITHER) {
-            own->unit[i] = -1;
+            own->contact_of[i] = -1;
             own->row[first + i] = free++;
             continue;
         }
-        place_contact(own, i, unit, row);
-        row += own->dims[unit++];
+        place_contact(own, i, contact, row);
+        row += own->dims[contact++];
     }
     own->given = own->free == 0;
     for (own->shifts = 0, i = 0; i < own->size; i++) {
@@ -160,7 +160,7 @@ static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
     for (int32_t i = 0; laws->compliance && i < own->size; i++)
         own->compliance[own->row[i]] = laws->compliance[i];
     own->laws = *laws;
-    own->laws.contacts = own->units;
+    own->laws.contacts = own->own_contacts;
     own->laws.dims = own->dims;
     own->laws.two_sided = own->two_sided;
     own->laws.mu = own->mu;
@@ -379,7 +379,7 @@ static void offsets(perp__contact_bounded *own, const perp__contact_call *given)
         const int32_t row = own->row[own->rows - own->count + i];
 
         if (kind_of(own, i) == BOTH)
-            own->w[row - 1] = -(compliance[row - 1] * own->bound[own->unit[i]]);
+            own->w[row - 1] = -(compliance[row - 1] * own->bound[own->contact_of[i]]);
     }
 }
 
@@ -439,7 +439,8 @@ static int32_t is_reached(const perp__contact_bounded *own, int32_t i, double x,
     if (kind != BOTH)
         return kind != NEITHER && is_drawn_in(own, i) && x <= 0.0 &&
                (own->reach[i] > 0.0 || u > 0.0);
-    return (low && x <= -own->bound[own->unit[i]]) || (high && x >= own->bound[own->unit[i]]);
+    return (low && x <= -own->bound[own->contact_of[i]]) ||
+           (high && x >= own->bound[own->contact_of[i]]);
 }
 
 int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
@@ -489,7 +490,7 @@ static void start(perp__contact_bounded *own, const double *r0)
         own->r0[own->row[i]] = own->sign[i] * (r0[i] - own->shift[i]);
     for (int32_t i = 0; i < own->count; i++)
         if (kind_of(own, i) == BOTH)
-            own->r0[own->row[own->rows - own->count + i] - 1] = own->bound[own->unit[i]];
+            own->r0[own->row[own->rows - own->count + i] - 1] = own->bound[own->contact_of[i]];
 }
 
 void perp__contact_bounded_pose(perp__contact_bounded *own, const perp__contact_call *given,
@@ -518,7 +519,7 @@ void perp__contact_bounded_impulses(const perp__contact_bounded *own, const doub
         r[i] = value == 0.0 ? own->shift[i] : own->shift[i] + own->sign[i] * value;
         if (k < 0 || k >= own->count || kind_of(own, k) != BOTH)
             continue;
-        if (fabs(value) >= own->mu[own->unit[k]] * own->bound[own->unit[k]])
+        if (fabs(value) >= own->mu[own->contact_of[k]] * own->bound[own->contact_of[k]])
             r[i] = value > 0.0 ? own->near_high[k] : own->near_low[k];
     }
 }
@@ -541,7 +542,7 @@ static int32_t mode_of(const perp__contact_bounded *own, int32_t i, int32_t mode
         return PERP_CONTACT_STICK;
     if (kind != BOTH)
         return kind == UPPER ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
-    inside = fabs(x) < own->mu[own->unit[i]] * own->bound[own->unit[i]];
+    inside = fabs(x) < own->mu[own->contact_of[i]] * own->bound[own->contact_of[i]];
     if (mode == PERP_CONTACT_STICK || (inside && u == 0.0))
         return PERP_CONTACT_STICK;
     return (inside ? 0.0 - u : x) > 0.0 ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
@@ -553,8 +554,9 @@ void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t 
     for (int32_t k = 0; k < own->contacts; k++)
         given[k] = modes[k];
     for (int32_t i = 0; i < own->count; i++) {
-        const int32_t row = own->row[own->rows - own->count + i], unit = own->unit[i];
+        const int32_t row = own->row[own->rows - own->count + i], contact = own->contact_of[i];
 
-        given[own->contacts + i] = mode_of(own, i, unit < 0 ? 0 : modes[unit], x[row], u[row]);
+        given[own->contacts + i] =
+            mode_of(own, i, contact < 0 ? 0 : modes[contact], x[row], u[row]);
     }
 }

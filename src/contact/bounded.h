@@ -31,10 +31,11 @@ typedef struct perp__contact_lines {
 
 typedef struct perp__contact_bounded {
     perp__arena arena;
-    int32_t count;                 /* rows with bounds; 0: nothing here is in use */
-    int32_t contacts, rows, size;  /* given: contacts, rows before the bilateral ones, and all */
-    int32_t units, own_rows, free; /* own: contacts and their rows; bilateral among the bounded */
-    int32_t n;                     /* columns of H; of W: size */
+    int32_t count;                  /* rows with bounds; 0: nothing here is in use */
+    int32_t contacts, rows, size;   /* given: contacts, rows before the bilateral ones, and all */
+    int32_t own_contacts, own_rows; /* the contacts of what the methods get */
+    int32_t free;                   /* own bilateral rows among the bounded */
+    int32_t n;                      /* columns of H; of W: size */
     int32_t by_W, boxes, shifts, given; /* given: own rows are the given ones */
     perp_contact_laws laws;             /* the methods' */
     perp__matrix H, G;                  /* given; W as H */
@@ -43,18 +44,19 @@ typedef struct perp__contact_bounded {
     double *low, *high;           /* count */
     double *reach, *likely;       /* count: how far from the bounds' nearest to 0 impulses may be */
     double *near_low, *near_high; /* count: the bounds, no further off than that */
-    int32_t *unit;                /* count: own contact, -1: bilateral */
+    int32_t *contact_of;          /* count: own contact, -1: bilateral */
     int32_t *row;                 /* size: own row */
     double *sign, *shift;         /* size */
-    double *bound;                /* units: x_n of those with two bounds, by near_...; else 0 */
-    int32_t *dims, *two_sided;    /* units */
+    double *bound;             /* own contacts: x_n of those with two bounds, by near_...; else 0 */
+    int32_t *dims, *two_sided; /* own contacts */
     double *mu, *rolling, *spinning, *compliance;
     double *f, *w, *b, *r0, *work; /* of a call; f: or q */
     double *load;                  /* own size: |q| at the impulses nearest to 0 */
     double *away;                  /* own size: x + away is counted from those */
 } perp__contact_bounded;
 
-/* Counts what the methods get: own->units, own_rows, free. `rows` of `contacts` come before. */
+/* Counts what the methods get: own_contacts, own_rows, free. `rows` of `contacts` come before.
+ */
 void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_laws *laws,
                                  int32_t rows);
 

@@ -424,7 +424,7 @@ static perp_status search(perp_contact_solver *solver)
     plan_step steps[PLAN_MOST];
     int32_t count = solver->settings.max_iterations < 0 ? 0 : plan(solver, steps), k;
     /* where it is cheap, the question whether there are any velocities at all comes early */
-    const int32_t late = solver->units > EARLY_RAY;
+    const int32_t late = solver->constraints > EARLY_RAY;
     /* auto goes on with every part by itself as soon as what needs no more is solved */
     const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 1 : count - 1;
     perp_status status;
@@ -466,7 +466,7 @@ static perp_outcome last_word(const perp_contact_solver *solver)
 static void find_reach(const perp_contact_solver *solver, double *reach)
 {
     for (int32_t i = 0; i < solver->bounded.count; i++) {
-        const int32_t k = solver->bounded.unit[i];
+        const int32_t k = solver->bounded.contact_of[i];
         const double drive = k < 0 ? 0.0 : REACH * solver->drive[solver->part[k]];
 
         reach[i] = drive > 0.0 ? drive / solver->root[k] : 0.0;

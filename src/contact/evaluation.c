@@ -14,7 +14,7 @@ static void rest(perp_contact_solver *solver)
     const perp__contact_problem *p = &solver->problem;
 
     for (int32_t i = 0; solver->rests && i < p->size; i++) {
-        const int32_t k = solver->unit_of[i];
+        const int32_t k = solver->constraint_of[i];
 
         if (solver->drive[solver->part[k]] == 0.0 &&
             (k >= p->contacts || i >= perp__contact_first_row(p, k)))
@@ -29,7 +29,7 @@ static perp_status check_load(perp_contact_solver *solver)
         if (!isfinite(solver->q[i]))
             return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
                               "row %d of q = H M^-1 f + w is %g", (int)i, solver->q[i]);
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         if (!(solver->omega[k] < INFINITY))
             return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
                               "%s %d: omega, the largest |q| / sqrt(t) of its part, is %g",
@@ -39,7 +39,7 @@ static perp_status check_load(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-/* load := |q| of a unit's rows, or where that is more, share of it. Returns the most of those. */
+/* load := |q| of a constraint's rows, or, if that is more, share of it. Returns the largest. */
 static double grant(const perp_contact_solver *solver, int32_t begin, int32_t end, double share)
 {
     double most = 0.0;
@@ -61,7 +61,7 @@ static void grant_rounding(perp_contact_solver *solver)
     const double share = fmin(1.0, PERP__ROUNDING_LIMIT / solver->settings.tol);
     int32_t raised = 0;
 
-    for (int32_t k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++) {
         const int32_t row = solver->rows + k - solver->contacts;
         const double most = k < solver->contacts
                                 ? grant(solver, solver->starts[k], solver->starts[k + 1], share)
@@ -73,7 +73,7 @@ static void grant_rounding(perp_contact_solver *solver)
             raised = 1;
         }
     }
-    for (int32_t k = 0; raised && k < solver->units; k++)
+    for (int32_t k = 0; raised && k < solver->constraints; k++)
         if (solver->drive[solver->part[k]] > 0.0)
             solver->omega[k] = solver->drive[solver->part[k]];
 }

@@ -391,11 +391,11 @@ static double share(const double *q, int32_t begin, int32_t end, double trace)
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
                           double *drive, double *omega)
 {
-    const int32_t units = problem->contacts + problem->size - problem->rows;
+    const int32_t constraints = problem->contacts + problem->size - problem->rows;
 
     for (int32_t k = 0; k < parts; k++)
         drive[k] = 0.0;
-    for (int32_t k = 0; k < units; k++) {
+    for (int32_t k = 0; k < constraints; k++) {
         const int32_t row = problem->rows + k - problem->contacts;
         const int32_t begin = k < problem->contacts ? perp__contact_first_row(problem, k) : row;
         const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
@@ -403,7 +403,7 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         perp__raise_to(&drive[part ? part[k] : 0],
                        share(problem->q, begin, end, problem->trace[k]));
     }
-    for (int32_t k = 0; k < units; k++) {
+    for (int32_t k = 0; k < constraints; k++) {
         const double own = drive[part ? part[k] : 0];
 
         omega[k] = own == 0.0 ? 1.0 : own;

@@ -87,12 +87,12 @@ static inline double perp__contact_pressure(const perp__contact_problem *problem
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
                           double *drive, double *omega);
 
-/* Units of contact or bilateral row k in which traces and omegas are 1, as near as powers of two
- * come: what an LCP of its rows is given in. */
+/* Constraints of contact or bilateral row k in which traces and omegas are 1, as near as powers of
+ * two come: what an LCP of its rows is given in. */
 void perp__contact_units(const perp__contact_problem *problem, int32_t k, double *impulse,
                          double *velocity);
 
-/* Whether the couplings between units a and b are more than noise. */
+/* Whether the couplings between constraints a and b are more than noise. */
 static inline int32_t perp__contact_couples(const perp__contact_problem *problem, int32_t a,
                                             int32_t b)
 {

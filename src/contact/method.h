@@ -31,12 +31,12 @@ typedef struct perp__contact_control {
 typedef struct perp__contact_problem {
     perp_context *context;
     int32_t contacts;
-    int32_t rows;             /* of the contacts */
-    int32_t size;             /* rows and bilateral rows */
-    int32_t has_discs;        /* some contact rolls or spins: its cone is no Lorentz cone */
-    const int32_t *starts;    /* contacts + 1 */
-    const int32_t *unit_of;   /* size: the contact, or contacts + the bilateral row */
-    const int32_t *dims;      /* contacts: 1, 2 or 3; of two-sided ones all rows */
+    int32_t rows;                 /* of the contacts */
+    int32_t size;                 /* rows and bilateral rows */
+    int32_t has_discs;            /* some contact rolls or spins: its cone is no Lorentz cone */
+    const int32_t *starts;        /* contacts + 1 */
+    const int32_t *constraint_of; /* size: the contact, or contacts + the bilateral row */
+    const int32_t *dims;          /* contacts: 1, 2 or 3; of two-sided ones all rows */
     const int32_t *two_sided; /* contacts: normals that hold both ways, 0 of others; NULL: none */
     const double *mu;         /* contacts, >= 0; of no account where dims is 1 */
     const double *rolling;    /* contacts, >= 0; NULL: none */

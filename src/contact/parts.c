@@ -1,5 +1,5 @@
 /* The parts that a problem falls into: contacts and bilateral rows that no significant coupling
- * connects. Each part is judged by itself, in its own units; and what a unit may miss of the
+ * connects. Each part is judged by itself, in its own units; and what a constraint may miss of the
  * largest terms around it (verdict.c) ends where couplings are below sqrt(tol), as that of an LCP's
  * row does (linalg/witness.c). */
 #include <math.h>
@@ -12,7 +12,7 @@
  * the smaller one is not to be judged. */
 #define NOISE 0x1p-30
 
-/* A forest that pairs of units join, and what couples less than `least` of sqrt(t_k t_j). */
+/* A forest that pairs of constraints join, and what couples less than `least` of sqrt(t_k t_j). */
 typedef struct look {
     int32_t *part;
     double least; /* INFINITY: the parts are numbered, nothing joins them any more */
@@ -33,7 +33,7 @@ static inline void visit(look *l, int32_t a, int32_t b, double coupling)
 static void visit_entry(const perp_contact_solver *solver, look *l, int32_t i, int32_t j,
                         double value)
 {
-    const int32_t a = solver->unit_of[i], b = solver->unit_of[j];
+    const int32_t a = solver->constraint_of[i], b = solver->constraint_of[j];
 
     visit(l, a, b, fabs(value) / solver->root[a] / solver->root[b]);
 }
@@ -66,33 +66,34 @@ static void visit_bodies(const perp_contact_solver *solver, look *l)
         int32_t first = -1;
 
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
-            const int32_t unit = b->block_units[at];
+            const int32_t constraint = b->block_constraints[at];
 
-            shares[unit] = b->squares[b->block_pieces[at]] / solver->trace[unit];
-            if (shares[unit] > most) {
-                most = shares[unit];
-                first = unit;
+            shares[constraint] = b->squares[b->block_pieces[at]] / solver->trace[constraint];
+            if (shares[constraint] > most) {
+                most = shares[constraint];
+                first = constraint;
             }
         }
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            visit(l, first, b->block_units[at], sqrt(most * shares[b->block_units[at]]));
+            visit(l, first, b->block_constraints[at],
+                  sqrt(most * shares[b->block_constraints[at]]));
     }
 }
 
 /* What a piece has of coordinate i, the largest of its rows. */
 static double share_of(const perp__bodies *b, int64_t at, int32_t i)
 {
-    const int32_t unit = b->block_units[at];
+    const int32_t constraint = b->block_constraints[at];
     const double *P = b->values + b->piece_values[b->block_pieces[at]] + i;
     double most = 0.0;
 
-    for (int32_t row = b->rows[unit]; row < b->rows[unit + 1]; row++, P += b->width)
+    for (int32_t row = b->rows[constraint]; row < b->rows[constraint + 1]; row++, P += b->width)
         most = fabs(*P) > most ? fabs(*P) : most;
     return most;
 }
 
-/* The same in one coordinate of a block: units that act on others of its coordinates have nothing
- * of each other, however much of the block is theirs. */
+/* The same in one coordinate of a block: constraints that act on others of its coordinates have
+ * nothing of each other, however much of the block is theirs. */
 static void visit_coordinate(const perp_contact_solver *solver, look *l, int32_t block, int32_t i)
 {
     const perp__bodies *b = &solver->bodies;
@@ -100,16 +101,16 @@ static void visit_coordinate(const perp_contact_solver *solver, look *l, int32_t
     int32_t first = -1;
 
     for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
-        const int32_t unit = b->block_units[at];
+        const int32_t constraint = b->block_constraints[at];
 
-        shares[unit] = share_of(b, at, i) / solver->root[unit];
-        if (shares[unit] > most) {
-            most = shares[unit];
-            first = unit;
+        shares[constraint] = share_of(b, at, i) / solver->root[constraint];
+        if (shares[constraint] > most) {
+            most = shares[constraint];
+            first = constraint;
         }
     }
     for (int64_t at = b->block_starts[block]; first >= 0 && at < b->block_starts[block + 1]; at++)
-        visit(l, first, b->block_units[at], most * shares[b->block_units[at]]);
+        visit(l, first, b->block_constraints[at], most * shares[b->block_constraints[at]]);
 }
 
 /* A pile hangs together by the first coordinates: the others are not looked at. */
@@ -122,9 +123,9 @@ static void visit_coordinates(const perp_contact_solver *solver, look *l)
 
 static look begin(const perp_contact_solver *solver, int32_t *part, double least)
 {
-    const look l = {part, least, solver->units, 0};
+    const look l = {part, least, solver->constraints, 0};
 
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         part[k] = k;
     return l;
 }
@@ -135,16 +136,16 @@ void perp__contact_find_parts(perp_contact_solver *solver)
         solver->has_bodies ? visit_bodies : visit_matrix;
     look l = begin(solver, solver->part, NOISE);
 
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         solver->root[k] = sqrt(solver->trace[k]);
     for (int32_t k = 0; k < solver->contacts; k++)
         for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++)
-            solver->unit_of[i] = k;
+            solver->constraint_of[i] = k;
     for (int32_t i = solver->rows; i < solver->size; i++)
-        solver->unit_of[i] = solver->contacts + i - solver->rows;
+        solver->constraint_of[i] = solver->contacts + i - solver->rows;
     visit_couplings(solver, &l);
     solver->leaks = l.leaks && l.parts > 1;
-    solver->parts = perp__number_parts(solver->part, solver->units);
+    solver->parts = perp__number_parts(solver->part, solver->constraints);
     if (solver->leaks) {
         l = (look){solver->part, INFINITY, solver->parts, 0};
         visit_couplings(solver, &l);
@@ -165,6 +166,6 @@ void perp__contact_find_near(perp_contact_solver *solver)
         visit_coordinates(solver, &l);
     else
         visit_matrix(solver, &l);
-    (void)perp__number_parts(solver->near, solver->units);
+    (void)perp__number_parts(solver->near, solver->constraints);
     solver->near_tol = tol;
 }

@@ -489,7 +489,7 @@ static double residual(perp_contact_solver *solver)
     int32_t mode;
 
     velocities(solver);
-    for (int32_t k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++) {
         const double t = problem->trace[k];
         const double speed =
             k < solver->contacts

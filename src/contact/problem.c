@@ -118,18 +118,18 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
 
 static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
 {
-    const size_t units = (size_t)s->units, size = (size_t)s->size;
+    const size_t constraints = (size_t)s->constraints, size = (size_t)s->size;
     double **const numbers[] = {&s->root, &s->omega, &s->drive,      &s->terms,
                                 &s->lack, &s->wide,  &s->most_speed, &s->most_energy};
     const size_t count = sizeof numbers / sizeof *numbers;
-    double *all = perp__arena_take(arena, units, count * sizeof(double));
+    double *all = perp__arena_take(arena, constraints, count * sizeof(double));
 
-    s->unit_of = perp__arena_take(arena, size, sizeof(int32_t));
-    PERP__INTEGERS(arena, units, &s->part, &s->near, &s->number);
-    s->evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
-    s->best.evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
+    s->constraint_of = perp__arena_take(arena, size, sizeof(int32_t));
+    PERP__INTEGERS(arena, constraints, &s->part, &s->near, &s->number);
+    s->evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
+    s->best.evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
     for (size_t k = 0; k < count; k++)
-        *numbers[k] = all ? all + k * units : NULL; /* none while the arena only measures */
+        *numbers[k] = all ? all + k * constraints : NULL; /* none while the arena only measures */
 }
 
 void perp__contact_lay_out(perp__arena *arena, void *object)
@@ -257,7 +257,7 @@ static void present(perp_contact_solver *solver)
     p->size = solver->size;
     p->has_discs = solver->has_discs;
     p->starts = solver->starts;
-    p->unit_of = solver->unit_of;
+    p->constraint_of = solver->constraint_of;
     p->dims = solver->dims;
     p->two_sided = solver->holds_both ? solver->two_sided : NULL;
     p->mu = solver->mu;
@@ -386,13 +386,13 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
         return status;
     next.entrance = W ? PERP__ENTRANCE_DELASSUS : PERP__ENTRANCE_DYNAMICS;
     perp__contact_bounded_count(&next.bounded, &own, next.rows);
-    next.contacts = next.bounded.units;
+    next.contacts = next.bounded.own_contacts;
     status = read_matrices(&next, &own, dynamics, W);
     if (status != PERP_OK)
         return status;
     next.rows = next.bounded.own_rows;
     next.size = next.rows + next.bounded.free + own.bilateral;
-    next.units = next.contacts + next.bounded.free + own.bilateral;
+    next.constraints = next.contacts + next.bounded.free + own.bilateral;
     next.n = W ? 0 : next.dynamics.n;
     status = check_coefficients(solver->context, "laws.compliance", own.compliance,
                                 next.bounded.rows + own.bilateral);

@@ -46,7 +46,7 @@ static int32_t find_rows(const perp_contact_solver *solver, int32_t *rows)
     int32_t n = 0;
 
     for (int32_t i = 0; i < solver->size; i++) {
-        const int32_t k = solver->unit_of[i];
+        const int32_t k = solver->constraint_of[i];
 
         if (k >= solver->contacts ||
             i < solver->starts[k] + perp__contact_normals(&solver->problem, k)) {
@@ -65,7 +65,7 @@ static void fill(perp_contact_solver *solver)
 
     find_rows(solver, own->rows);
     for (int32_t j = 0; j < own->n; j++) {
-        const int32_t row = own->rows[j], k = solver->unit_of[row];
+        const int32_t row = own->rows[j], k = solver->constraint_of[row];
 
         perp__contact_units(&solver->problem, k, &own->impulse[j], &own->velocity[j]);
         own->q[j] = solver->q[row] / own->velocity[j];
@@ -74,8 +74,8 @@ static void fill(perp_contact_solver *solver)
     for (int32_t j = 0; j < own->n; j++)
         for (int32_t i = 0; i < own->n; i++)
             own->M[(size_t)i + (size_t)j * n] =
-                perp__contact_couples(&solver->problem, solver->unit_of[own->rows[i]],
-                                      solver->unit_of[own->rows[j]])
+                perp__contact_couples(&solver->problem, solver->constraint_of[own->rows[i]],
+                                      solver->constraint_of[own->rows[j]])
                     ? perp__entry(&solver->W, own->rows[i], own->rows[j]) *
                           (own->impulse[j] / own->velocity[i])
                     : 0.0;

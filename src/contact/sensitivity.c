@@ -107,11 +107,13 @@ static int32_t own_row(const perp_contact_sensitivity *s, int32_t i)
     return s->solver->bounded.count > 0 ? s->solver->bounded.row[i] : i;
 }
 
-/* How far a unit is from another mode: a distance of impulses, in units of the tested residual. */
-static void near(const perp_contact_sensitivity *s, int32_t unit, int32_t index, double distance,
-                 perp_contact_sensitivity_info *info)
+/* How far a constraint is from another mode: a distance of impulses, in units of the tested
+ * residual. */
+static void near(const perp_contact_sensitivity *s, int32_t constraint, int32_t index,
+                 double distance, perp_contact_sensitivity_info *info)
 {
-    const double margin = s->solver->root[unit] * fabs(distance) / s->solver->omega[unit];
+    const double margin =
+        s->solver->root[constraint] * fabs(distance) / s->solver->omega[constraint];
 
     if (margin < info->margin) {
         info->margin = margin;
@@ -174,16 +176,16 @@ static void read_contact(perp_contact_sensitivity *s, int32_t k,
 static void read_row(perp_contact_sensitivity *s, int32_t k, perp_contact_sensitivity_info *info)
 {
     const perp__contact_bounded *bounded = &s->solver->bounded;
-    const int32_t i = s->rows - s->bounded + k, unit = bounded->unit[k];
+    const int32_t i = s->rows - s->bounded + k, constraint = bounded->contact_of[k];
 
     s->moves[i] = s->modes[s->contacts + k] == PERP_CONTACT_STICK;
-    if (unit < 0 || bounded->low[k] == bounded->high[k])
+    if (constraint < 0 || bounded->low[k] == bounded->high[k])
         return;
     if (!s->moves[i])
-        near(s, unit, s->contacts + k, s->u[i] / s->solver->trace[unit], info);
+        near(s, constraint, s->contacts + k, s->u[i] / s->solver->trace[constraint], info);
     else
-        near(s, unit, s->contacts + k, fmin(s->r[i] - bounded->low[k], bounded->high[k] - s->r[i]),
-             info);
+        near(s, constraint, s->contacts + k,
+             fmin(s->r[i] - bounded->low[k], bounded->high[k] - s->r[i]), info);
 }
 
 static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info)
@@ -197,7 +199,7 @@ static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info 
     for (int32_t i = s->rows; i < s->size; i++)
         s->moves[i] = 1;
     for (int32_t i = 0; i < s->size; i++) {
-        s->units[i] = 1.0 / s->solver->root[s->solver->unit_of[own_row(s, i)]];
+        s->units[i] = 1.0 / s->solver->root[s->solver->constraint_of[own_row(s, i)]];
         if (s->moves[i])
             s->active[s->count++] = i;
     }

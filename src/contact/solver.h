@@ -72,7 +72,7 @@ typedef struct perp__contact_apart {
     int32_t room; /* rows */
     int32_t size, contacts, bilateral;
     double least;                      /* tested residual so far */
-    int32_t *rows, *units;             /* of the whole: size; contacts */
+    int32_t *rows, *numbers;           /* of the whole: size; contacts */
     int32_t *position;                 /* of the whole's rows in the part, or -1 */
     int32_t *dims, *two_sided, *modes; /* contacts */
     double *mu, *rolling, *spinning;
@@ -120,19 +120,19 @@ struct perp_contact_solver {
     int32_t is_far;                          /* some of the bounds, and those were drawn in */
     int32_t rolls, spins, complies;
     double *diagonal, *trace;
-    /* units: the contacts, then the bilateral rows */
-    int32_t units, parts;
+    /* constraints: the contacts, then the bilateral rows */
+    int32_t constraints, parts;
     int32_t leaks;          /* some of the parts are coupled, by noise */
-    int32_t *unit_of;       /* size */
-    int32_t *part, *number; /* units: the part it is in; work */
-    int32_t *near;          /* units: among which terms excuse; of near_tol, or not yet */
+    int32_t *constraint_of; /* size */
+    int32_t *part, *number; /* constraints: the part it is in; work */
+    int32_t *near;          /* constraints: among which terms excuse; of near_tol, or not yet */
     double near_tol;
-    double *root;                     /* units: sqrt(trace) */
-    double *omega;                    /* units: of its part */
+    double *root;                     /* constraints: sqrt(trace) */
+    double *omega;                    /* constraints: of its part */
     double *drive;                    /* parts: omega, 0 where q is */
     int32_t rests;                    /* some part is not driven at all */
     perp__evidence *evidence;         /* parts: what the point under evaluation is worth */
-    double *terms, *lack, *wide;      /* units: of its velocity; what that lacks of the law; work */
+    double *terms, *lack, *wide;      /* constraints: of u; what that lacks of the law; work */
     double *most_speed, *most_energy; /* parts: work */
     perp__matrix W;                   /* with compliance; made when first needed where has_bodies */
     perp__delassus delassus;
@@ -173,7 +173,7 @@ struct perp_contact_solver {
 perp_status perp__contact_enter(perp_contact_solver *solver);
 
 /* The rest of a set-up, after the laws and matrices are in place. PERP_OK, or _ARGUMENT where a
- * unit moves nothing. And the arrays, for an arena: problem.c. */
+ * constraint moves nothing. And the arrays, for an arena: problem.c. */
 perp_status perp__contact_finish_setup(perp_contact_solver *solver);
 void perp__contact_lay_out(perp__arena *arena, void *solver);
 

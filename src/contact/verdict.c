@@ -106,7 +106,7 @@ static void clear(perp_contact_solver *solver, perp__contact_worth *worth)
 
 static void find_terms(perp_contact_solver *solver)
 {
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         solver->terms[k] =
             perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
 }
@@ -137,7 +137,7 @@ static void measure_all(perp_contact_solver *solver, int32_t heeds, perp__contac
     find_terms(solver);
     for (k = 0; k < solver->contacts; k++)
         judge_contact(solver, k, heeds, worth);
-    for (; k < solver->units; k++)
+    for (; k < solver->constraints; k++)
         judge_bilateral(solver, k, worth);
     gather(solver, worth);
 }
@@ -159,7 +159,7 @@ static void measure_lean(perp_contact_solver *solver, perp__contact_worth *worth
         perp__raise_to(&solver->evidence[solver->part[k]].tested,
                        solver->root[k] * natural / solver->omega[k]);
     }
-    for (; k < solver->units; k++)
+    for (; k < solver->constraints; k++)
         judge_bilateral(solver, k, worth);
     for (k = 0; k < solver->parts; k++)
         solver->evidence[k].backward = 1.0; /* no claim */
@@ -207,7 +207,7 @@ static void compare(perp_contact_solver *solver, const double *terms)
 {
     for (int32_t p = 0; p < solver->parts; p++)
         solver->evidence[p].own = 0.0;
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         perp__raise_to(&solver->evidence[solver->part[k]].own,
                        relative_change(solver->lack[k], terms[k]));
 }
@@ -259,10 +259,10 @@ static void find_beyond(const perp_contact_solver *solver, double *beyond)
     const perp__matrix *W = &solver->W;
     perp__cursor c = perp__first(W);
 
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         beyond[k] = 0.0;
     while (!solver->has_bodies && perp__advance(&c)) {
-        const int32_t a = solver->unit_of[c.i], b = solver->unit_of[c.j];
+        const int32_t a = solver->constraint_of[c.i], b = solver->constraint_of[c.j];
 
         if (fabs(c.value) > (1.0 + NOISE) * solver->root[a] * solver->root[b])
             beyond[a] = beyond[b] = 1.0;
@@ -276,11 +276,11 @@ static void widen(perp_contact_solver *solver, double *wide)
     double *push = solver->high, *moves = solver->low;
 
     perp__contact_find_near(solver);
-    for (int32_t k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->constraints; k++)
         solver->most_speed[k] = solver->most_energy[k] = 0.0;
     memset(push, 0, (size_t)solver->size * sizeof *push);
     find_beyond(solver, wide);
-    for (int32_t k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++) {
         const double terms = wide[k] > 0.0          ? 0.0
                              : k < solver->contacts ? answerable(solver, k, push)
                                                     : solver->terms[k];
@@ -291,7 +291,7 @@ static void widen(perp_contact_solver *solver, double *wide)
         perp__raise_to(&solver->most_energy[solver->near[k]], terms / solver->root[k]);
     }
     absolute(solver, push, solver->scale, moves);
-    for (int32_t k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++) {
         wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
                   share * fmin(solver->most_speed[solver->near[k]],
                                solver->root[k] * solver->most_energy[solver->near[k]]);

@@ -9,7 +9,7 @@ static inline void bodies_load(const perp__bodies *b, const double *f, const dou
                                const double *g, double *q)
 {
     perp__bodies_force(b, f);
-    for (int32_t k = 0; k < b->units; k++)
+    for (int32_t k = 0; k < b->constraints; k++)
         for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++) {
             const int32_t rows = b->rows[b->contacts];
 
@@ -24,7 +24,7 @@ static inline void bodies_load(const perp__bodies *b, const double *f, const dou
 /* trace[k] := trace(W_kk) */
 static inline void bodies_traces(const perp__bodies *b, double *trace)
 {
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         const int32_t rows = b->rows[k + 1] - b->rows[k];
         double W[36];
 

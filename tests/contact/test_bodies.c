@@ -163,7 +163,7 @@ static void compare(const perp__bodies *bodies, const dense *d)
     for (int32_t i = 0; i < d->size; i++)
         assert_true(fabs(u[i]) <= tolerance);
     bodies_traces(bodies, trace);
-    for (int32_t k = 0; k < bodies->units; k++) {
+    for (int32_t k = 0; k < bodies->constraints; k++) {
         for (int32_t i = bodies->rows[k]; i < bodies->rows[k + 1]; i++)
             trace[k] -= d->W[i][i];
         assert_true(fabs(trace[k]) <= tolerance);

@@ -10,23 +10,23 @@
 
 void perp__bodies_release(perp__bodies *bodies)
 {
-    perp__arena_release(&bodies->units_arena);
+    perp__arena_release(&bodies->constraints_arena);
     perp__arena_release(&bodies->blocks_arena);
     perp__arena_release(&bodies->pieces_arena);
 }
 
-static void layout_units(perp__arena *arena, void *object)
+static void layout_constraints(perp__arena *arena, void *object)
 {
     perp__bodies *b = object;
-    const size_t n = (size_t)b->n, units = (size_t)b->units, size = (size_t)b->size;
+    const size_t n = (size_t)b->n, constraints = (size_t)b->constraints, size = (size_t)b->size;
 
     b->block_of = perp__arena_take(arena, n, sizeof *b->block_of);
     b->place_of = perp__arena_take(arena, n, sizeof *b->place_of);
-    b->rows = perp__arena_take(arena, units + 1, sizeof *b->rows);
-    b->unit_of = perp__arena_take(arena, size, sizeof *b->unit_of);
+    b->rows = perp__arena_take(arena, constraints + 1, sizeof *b->rows);
+    b->constraint_of = perp__arena_take(arena, size, sizeof *b->constraint_of);
     b->compliance = perp__arena_take(arena, size, sizeof *b->compliance);
-    b->piece_starts = perp__arena_take(arena, units + 1, sizeof *b->piece_starts);
-    b->mark = perp__arena_take(arena, (n > units ? n : units) + 1, sizeof *b->mark);
+    b->piece_starts = perp__arena_take(arena, constraints + 1, sizeof *b->piece_starts);
+    b->mark = perp__arena_take(arena, (n > constraints ? n : constraints) + 1, sizeof *b->mark);
 }
 
 static void layout_blocks(perp__arena *arena, void *object)
@@ -42,24 +42,23 @@ static void layout_blocks(perp__arena *arena, void *object)
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
 }
 
-/* ---- units ------------------------------------------------------------------------------------
- */
+/* ---- constraints --------------------------------------------------------------------------- */
 
-static void fill_units(perp__bodies *bodies, const perp__bodies_input *input)
+static void fill_constraints(perp__bodies *bodies, const perp__bodies_input *input)
 {
     int32_t row = 0;
 
     bodies->most_rows = 1;
-    for (int32_t k = 0; k < bodies->units; k++) {
+    for (int32_t k = 0; k < bodies->constraints; k++) {
         const int32_t rows = k < input->contacts ? input->starts[k + 1] - input->starts[k] : 1;
 
         bodies->rows[k] = row;
         if (rows > bodies->most_rows)
             bodies->most_rows = rows;
         for (int32_t i = 0; i < rows; i++)
-            bodies->unit_of[row++] = k;
+            bodies->constraint_of[row++] = k;
     }
-    bodies->rows[bodies->units] = row;
+    bodies->rows[bodies->constraints] = row;
     for (int32_t i = 0; i < bodies->size; i++)
         bodies->compliance[i] = input->compliance ? input->compliance[i] : 0.0;
 }
@@ -216,11 +215,12 @@ perp_status perp__bodies_setup(perp__bodies *bodies, const perp__bodies_input *i
     bodies->n = input->n;
     bodies->contacts = input->contacts;
     bodies->size = input->size;
-    bodies->units = input->contacts + input->size - input->starts[input->contacts];
-    status = perp__arena_fit(&bodies->units_arena, bodies->context, layout_units, bodies);
+    bodies->constraints = input->contacts + input->size - input->starts[input->contacts];
+    status =
+        perp__arena_fit(&bodies->constraints_arena, bodies->context, layout_constraints, bodies);
     if (status != PERP_OK)
         return status;
-    fill_units(bodies, input);
+    fill_constraints(bodies, input);
     *suits = find_blocks(bodies, input);
     if (!*suits)
         return PERP_OK;

@@ -1,6 +1,6 @@
 /* Contacts in the space of bodies whose mass matrix falls into blocks.
  *
- * M = L L' block by block; with y = L'v and the pieces P_kb = H_kb L_b^-T of row group k ("unit": a
+ * M = L L' block by block; with y = L'v and the pieces P_kb = H_kb L_b^-T of constraint k (a
  * contact, or one bilateral row) on block b,
  *   W = P P' + compliance,   q = P L^-1 f + w,   v = L^-T (L^-1 f + P'r),
  * so that one copy of P serves both products, and no product with W ever forms W.
@@ -19,35 +19,35 @@ enum { PERP__BODY_WIDTH_MOST = 12 };
 /* At first all 0 but for the context. */
 typedef struct perp__bodies {
     perp_context *context;
-    perp__arena units_arena, blocks_arena, pieces_arena;
-    size_t fitted[5];                 /* rigid bodies: what units_arena was laid out for */
-    int32_t n, contacts, units, size; /* size: rows of all units */
-    int32_t width;                    /* of every block, the smaller ones padded */
+    perp__arena constraints_arena, blocks_arena, pieces_arena;
+    size_t fitted[5]; /* rigid bodies: what constraints_arena was laid out for */
+    int32_t n, contacts, constraints, size; /* size: rows of all constraints */
+    int32_t width;                          /* of every block, the smaller ones padded */
     int32_t blocks;
-    int64_t pieces, entries;  /* entries: of `values` */
-    int32_t *block_of;        /* n */
-    int32_t *place_of;        /* n: where in its block */
-    int32_t *rows;            /* units + 1: first row of each unit */
-    int32_t *unit_of;         /* size */
-    double *compliance;       /* size */
-    int64_t *piece_starts;    /* units + 1 */
-    int32_t *mark;            /* work: max(n, units) + 1 */
-    int32_t *sizes;           /* blocks: unknowns; NULL: width, of rigid bodies */
-    int32_t *dofs;            /* blocks by width: the unknowns, -1 where padded */
-    double *factors;          /* blocks by width by width, row-major: L (unit where padded) */
-    double *y;                /* work: blocks by width */
-    double *free;             /* blocks by width: L^-1 f of the last load; 0 before */
-    const double *C, *v_free; /* of rigid bodies, whose `free` is C^-1 v_free, see find_free */
-    int64_t *block_starts;    /* blocks + 1: into block_pieces */
-    int32_t *block_units;     /* per piece, by block: its unit, ascending */
-    int64_t *block_pieces;    /* and the piece */
-    int32_t *piece_blocks;    /* per piece; ascending within a unit */
-    int64_t *piece_values;    /* per piece: where in `values` it begins */
-    int64_t *cursors;         /* work: most pieces of a unit */
-    double *coupling;         /* work: most_rows by most_rows */
-    double *squares;          /* per piece: |P|^2 */
-    double *values;           /* each piece: rows of its unit by width, row-major */
-    int32_t most_pieces;      /* of a unit */
+    int64_t pieces, entries;    /* entries: of `values` */
+    int32_t *block_of;          /* n */
+    int32_t *place_of;          /* n: where in its block */
+    int32_t *rows;              /* constraints + 1: first row of each constraint */
+    int32_t *constraint_of;     /* size */
+    double *compliance;         /* size */
+    int64_t *piece_starts;      /* constraints + 1 */
+    int32_t *mark;              /* work: max(n, constraints) + 1 */
+    int32_t *sizes;             /* blocks: unknowns; NULL: width, of rigid bodies */
+    int32_t *dofs;              /* blocks by width: the unknowns, -1 where padded */
+    double *factors;            /* blocks by width by width, row-major: L (unit where padded) */
+    double *y;                  /* work: blocks by width */
+    double *free;               /* blocks by width: L^-1 f of the last load; 0 before */
+    const double *C, *v_free;   /* of rigid bodies, whose `free` is C^-1 v_free, see find_free */
+    int64_t *block_starts;      /* blocks + 1: into block_pieces */
+    int32_t *block_constraints; /* per piece, by block: its constraint, ascending */
+    int64_t *block_pieces;      /* and the piece */
+    int32_t *piece_blocks;      /* per piece; ascending within a constraint */
+    int64_t *piece_values;      /* per piece: where in `values` it begins */
+    int64_t *cursors;           /* work: most pieces of a constraint */
+    double *coupling;           /* work: most_rows by most_rows */
+    double *squares;            /* per piece: |P|^2 */
+    double *values;             /* each piece: rows of its constraint by width, row-major */
+    int32_t most_pieces;        /* of a constraint */
     int32_t most_rows;
 } perp__bodies;
 
@@ -107,11 +107,11 @@ void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const do
 /* diagonal := W_ii of all rows; and squares. */
 void perp__bodies_diagonals(const perp__bodies *bodies, double *diagonal);
 
-/* W_kk of unit k, row-major with stride of its rows. */
-void perp__bodies_diagonal(const perp__bodies *bodies, int32_t unit, double *W);
+/* W_kk of constraint k, row-major with stride of its rows. */
+void perp__bodies_diagonal(const perp__bodies *bodies, int32_t constraint, double *W);
 
 /* W in compressed columns: entries, or -1 where there are more than INT32_MAX; then, with room for
- * these, the matrix. Units that share a block are coupled densely. */
+ * these, the matrix. Constraints that share a block are coupled densely. */
 int64_t perp__bodies_delassus_entries(const perp__bodies *bodies);
 void perp__bodies_delassus(const perp__bodies *bodies, int32_t *column_starts, int32_t *row_indices,
                            double *values);
@@ -120,8 +120,9 @@ void perp__bodies_delassus(const perp__bodies *bodies, int32_t *column_starts, i
 typedef void (*perp__visitor)(void *user, int32_t row, int32_t column, double value);
 void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor visit, void *user);
 perp_status perp__bodies_fill_pieces(perp__bodies *bodies, const perp__bodies_input *input);
-/* The units of each block in ascending order; the ends of the blocks before stand in block_starts.
+/* The constraints of each block in ascending order; the ends of the blocks before stand in
+ * block_starts.
  */
-void perp__bodies_list_units(perp__bodies *bodies);
+void perp__bodies_list_constraints(perp__bodies *bodies);
 
 #endif

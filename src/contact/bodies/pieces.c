@@ -1,4 +1,4 @@
-/* Each unit's dense pieces of H L^-T, block by block. */
+/* Each constraint's dense pieces of H L^-T, block by block. */
 #include "contact/bodies/bodies.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@ static void layout_pieces(perp__arena *arena, void *object)
     perp__bodies *b = object;
     const size_t pieces = (size_t)b->pieces;
 
-    b->block_units = perp__arena_take(arena, pieces, sizeof *b->block_units);
+    b->block_constraints = perp__arena_take(arena, pieces, sizeof *b->block_constraints);
     b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);
     b->piece_blocks = perp__arena_take(arena, pieces, sizeof *b->piece_blocks);
     b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
@@ -30,23 +30,23 @@ static void take_entry(void *user, int32_t row, int32_t column, double value)
 {
     pieces *p = user;
     perp__bodies *b = p->bodies;
-    const int32_t i = p->first_row + row, unit = b->unit_of[i];
+    const int32_t i = p->first_row + row, constraint = b->constraint_of[i];
 
-    if (b->mark[unit] != p->block + 1) {
-        b->mark[unit] = p->block + 1;
+    if (b->mark[constraint] != p->block + 1) {
+        b->mark[constraint] = p->block + 1;
         if (p->filling) {
-            const int64_t piece = b->piece_starts[unit]++;
+            const int64_t piece = b->piece_starts[constraint]++;
 
             b->piece_blocks[piece] = p->block;
         } else {
-            b->piece_starts[unit + 1]++;
+            b->piece_starts[constraint + 1]++;
         }
         p->found++;
     }
     if (p->filling) {
-        const int64_t piece = b->piece_starts[unit] - 1;
+        const int64_t piece = b->piece_starts[constraint] - 1;
 
-        b->values[b->piece_values[piece] + (int64_t)(i - b->rows[unit]) * b->width +
+        b->values[b->piece_values[piece] + (int64_t)(i - b->rows[constraint]) * b->width +
                   b->place_of[column]] = value;
     }
 }
@@ -55,7 +55,7 @@ static void visit_pieces(pieces *p, const perp__bodies_input *input)
 {
     perp__bodies *b = p->bodies;
 
-    memset(b->mark, 0, (size_t)b->units * sizeof *b->mark);
+    memset(b->mark, 0, (size_t)b->constraints * sizeof *b->mark);
     p->found = 0;
     for (p->block = 0; p->block < b->blocks; p->block++) {
         b->block_starts[p->block] = p->found;
@@ -78,12 +78,12 @@ static void count_pieces(perp__bodies *b, const perp__bodies_input *input)
 {
     pieces p = {b, 0, 0, 0, 0};
 
-    memset(b->piece_starts, 0, ((size_t)b->units + 1) * sizeof *b->piece_starts);
+    memset(b->piece_starts, 0, ((size_t)b->constraints + 1) * sizeof *b->piece_starts);
     visit_pieces(&p, input);
     b->pieces = p.found;
     b->most_pieces = 0;
     b->entries = 0;
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         const int64_t count = b->piece_starts[k + 1];
 
         if (count > b->most_pieces)
@@ -93,13 +93,13 @@ static void count_pieces(perp__bodies *b, const perp__bodies_input *input)
     }
 }
 
-void perp__bodies_list_units(perp__bodies *b)
+void perp__bodies_list_constraints(perp__bodies *b)
 {
-    for (int32_t k = 0; k < b->units; k++)
+    for (int32_t k = 0; k < b->constraints; k++)
         for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
             const int64_t at = b->block_starts[b->piece_blocks[piece]]++;
 
-            b->block_units[at] = k;
+            b->block_constraints[at] = k;
             b->block_pieces[at] = piece;
         }
     memmove(b->block_starts + 1, b->block_starts, (size_t)b->blocks * sizeof *b->block_starts);
@@ -111,7 +111,7 @@ static void scale_pieces(perp__bodies *b)
 {
     const int32_t width = b->width;
 
-    for (int32_t k = 0; k < b->units; k++)
+    for (int32_t k = 0; k < b->constraints; k++)
         for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
             const double *L = b->factors + (size_t)b->piece_blocks[piece] * (size_t)(width * width);
             const int32_t unknowns = b->sizes[b->piece_blocks[piece]];
@@ -134,16 +134,16 @@ static void fill_pieces(perp__bodies *b, const perp__bodies_input *input)
     pieces p = {b, 0, 0, 0, 1};
     int64_t at = 0;
 
-    for (int32_t k = 0; k < b->units; k++)
+    for (int32_t k = 0; k < b->constraints; k++)
         for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
             b->piece_values[piece] = at;
             at += (int64_t)(b->rows[k + 1] - b->rows[k]) * b->width;
         }
     memset(b->values, 0, (size_t)b->entries * sizeof *b->values);
-    visit_pieces(&p, input); /* moves each start to the next unit's */
-    memmove(b->piece_starts + 1, b->piece_starts, (size_t)b->units * sizeof *b->piece_starts);
+    visit_pieces(&p, input); /* moves each start to the next constraint's */
+    memmove(b->piece_starts + 1, b->piece_starts, (size_t)b->constraints * sizeof *b->piece_starts);
     b->piece_starts[0] = 0;
-    perp__bodies_list_units(b);
+    perp__bodies_list_constraints(b);
     scale_pieces(b);
 }
 

@@ -27,10 +27,10 @@ static void to_blocks(const perp__bodies *b, const double *x, double *y)
         y[k] = b->dofs[k] < 0 ? 0.0 : x[b->dofs[k]];
 }
 
-/* ---- sums over units ---------------------------------------------------------------------------
+/* ---- sums over constraints ---------------------------------------------------------------------
  *
- * Each kernel does one unit; where width and rows are those of a rigid contact they are constants.
- * The sums and their order are the same for all. */
+ * Each kernel does one constraint; where width and rows are those of a rigid contact they are
+ * constants. The sums and their order are the same for all. */
 #define PERP__WITH_SHAPE(kernel, width, rows, ...) \
     do {                                           \
         if ((width) == 6 && (rows) == 3)           \
@@ -44,8 +44,8 @@ static void to_blocks(const perp__bodies *b, const double *x, double *y)
 enum { ROWS_MOST = 6 };
 
 /* out += P y, or |P| y */
-PERP__KERNEL static void times_unit(int32_t width, int32_t rows, int32_t absolute,
-                                    const perp__bodies *b, int32_t k, const double *y, double *out)
+PERP__KERNEL static void times_one(int32_t width, int32_t rows, int32_t absolute,
+                                   const perp__bodies *b, int32_t k, const double *y, double *out)
 {
     double sum[ROWS_MOST];
 
@@ -65,13 +65,13 @@ PERP__KERNEL static void times_unit(int32_t width, int32_t rows, int32_t absolut
 
 PERP__MULTIVERSION(times_y, (const perp__bodies *b, const double *y, double *out), (b, y, out))
 {
-    for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, y, out);
+    for (int32_t k = 0; k < b->constraints; k++)
+        PERP__WITH_SHAPE(times_one, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, y, out);
 }
 
 /* y += P'r, or |P|'|r| */
-PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, int32_t absolute,
-                                     const perp__bodies *b, int32_t k, const double *r, double *y)
+PERP__KERNEL static void gather_one(int32_t width, int32_t rows, int32_t absolute,
+                                    const perp__bodies *b, int32_t k, const double *r, double *y)
 {
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
@@ -94,13 +94,13 @@ PERP__MULTIVERSION_SHARED(perp__bodies_gather, (const perp__bodies *b, const dou
                           (b, r, y))
 {
     memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
-    for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, r, y);
+    for (int32_t k = 0; k < b->constraints; k++)
+        PERP__WITH_SHAPE(gather_one, b->width, b->rows[k + 1] - b->rows[k], 0, b, k, r, y);
 }
 
-/* diagonal := W_ii of the unit's rows */
-PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__bodies *b,
-                                       int32_t k, double *diagonal)
+/* diagonal := W_ii of the constraint's rows */
+PERP__KERNEL static void diagonal_one(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                      double *diagonal)
 {
     for (int32_t i = 0; i < rows; i++)
         diagonal[b->rows[k] + i] = b->compliance[b->rows[k] + i];
@@ -123,8 +123,8 @@ PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__
 PERP__MULTIVERSION_SHARED(perp__bodies_diagonals, (const perp__bodies *b, double *diagonal),
                           (b, diagonal))
 {
-    for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(diagonal_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, diagonal);
+    for (int32_t k = 0; k < b->constraints; k++)
+        PERP__WITH_SHAPE(diagonal_one, b->width, b->rows[k + 1] - b->rows[k], b, k, diagonal);
 }
 
 /* out := |P| (|P|'|x|) + |compliance x| + |add| by way of y, as those above */
@@ -134,12 +134,12 @@ PERP__MULTIVERSION_SHARED(perp__absolute_bodies,
                           (b, x, add, y, out))
 {
     memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
-    for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, x, y);
+    for (int32_t k = 0; k < b->constraints; k++)
+        PERP__WITH_SHAPE(gather_one, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, x, y);
     for (int32_t i = 0; i < b->size; i++)
         out[i] = fabs(add[i]) + fabs(b->compliance[i] * x[i]);
-    for (int32_t k = 0; k < b->units; k++)
-        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, y, out);
+    for (int32_t k = 0; k < b->constraints; k++)
+        PERP__WITH_SHAPE(times_one, b->width, b->rows[k + 1] - b->rows[k], 1, b, k, y, out);
 }
 
 void perp__bodies_force(const perp__bodies *b, const double *f)
@@ -175,15 +175,16 @@ PERP__KERNEL static void add_product(const double *p, int32_t rows, const double
         }
 }
 
-void perp__bodies_diagonal(const perp__bodies *b, int32_t unit, double *W)
+void perp__bodies_diagonal(const perp__bodies *b, int32_t constraint, double *W)
 {
-    const int32_t rows = b->rows[unit + 1] - b->rows[unit];
+    const int32_t rows = b->rows[constraint + 1] - b->rows[constraint];
 
     for (int32_t i = 0; i < rows * rows; i++)
         W[i] = 0.0;
     for (int32_t i = 0; i < rows; i++)
-        W[i * rows + i] = b->compliance[b->rows[unit] + i];
-    for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
+        W[i * rows + i] = b->compliance[b->rows[constraint] + i];
+    for (int64_t piece = b->piece_starts[constraint]; piece < b->piece_starts[constraint + 1];
+         piece++) {
         const double *p = b->values + b->piece_values[piece];
 
         if (rows == 3 && b->width == 6)
@@ -195,27 +196,28 @@ void perp__bodies_diagonal(const perp__bodies *b, int32_t unit, double *W)
     }
 }
 
-/* The units that share a block with one unit, in ascending order: each of its blocks has a sorted
- * list, and a cursor in it. */
-static void start_neighbours(const perp__bodies *b, int32_t unit)
+/* The constraints that share a block with one constraint, in ascending order: each of its blocks
+ * has a sorted list, and a cursor in it. */
+static void start_neighbours(const perp__bodies *b, int32_t constraint)
 {
-    const int64_t first = b->piece_starts[unit];
+    const int64_t first = b->piece_starts[constraint];
 
-    for (int64_t piece = first; piece < b->piece_starts[unit + 1]; piece++)
+    for (int64_t piece = first; piece < b->piece_starts[constraint + 1]; piece++)
         b->cursors[piece - first] = b->block_starts[b->piece_blocks[piece]];
 }
 
-/* The next one, or -1. Where W is not NULL, the coupling W[its rows][the unit's rows], with stride
- * of the latter. */
-static int32_t next_neighbour(const perp__bodies *b, int32_t unit, double *W)
+/* The next one, or -1. Where W is not NULL, the coupling W[its rows][the constraint's rows], with
+ * stride of the latter. */
+static int32_t next_neighbour(const perp__bodies *b, int32_t constraint, double *W)
 {
-    const int64_t first = b->piece_starts[unit], count = b->piece_starts[unit + 1] - first;
-    const int32_t columns = b->rows[unit + 1] - b->rows[unit];
+    const int64_t first = b->piece_starts[constraint],
+                  count = b->piece_starts[constraint + 1] - first;
+    const int32_t columns = b->rows[constraint + 1] - b->rows[constraint];
     int32_t next = -1;
 
     for (int64_t c = 0; c < count; c++)
         if (b->cursors[c] < b->block_starts[b->piece_blocks[first + c] + 1]) {
-            const int32_t other = b->block_units[b->cursors[c]];
+            const int32_t other = b->block_constraints[b->cursors[c]];
 
             if (next < 0 || other < next)
                 next = other;
@@ -227,7 +229,8 @@ static int32_t next_neighbour(const perp__bodies *b, int32_t unit, double *W)
     for (int64_t c = 0; c < count; c++) {
         const int64_t at = b->cursors[c];
 
-        if (at >= b->block_starts[b->piece_blocks[first + c] + 1] || b->block_units[at] != next)
+        if (at >= b->block_starts[b->piece_blocks[first + c] + 1] ||
+            b->block_constraints[at] != next)
             continue;
         b->cursors[c]++;
         if (W)
@@ -235,8 +238,8 @@ static int32_t next_neighbour(const perp__bodies *b, int32_t unit, double *W)
                         b->rows[next + 1] - b->rows[next], b->values + b->piece_values[first + c],
                         columns, b->width, W, columns);
     }
-    for (int32_t i = 0; W && next == unit && i < columns; i++)
-        W[i * columns + i] += b->compliance[b->rows[unit] + i];
+    for (int32_t i = 0; W && next == constraint && i < columns; i++)
+        W[i * columns + i] += b->compliance[b->rows[constraint] + i];
     return next;
 }
 
@@ -244,7 +247,7 @@ int64_t perp__bodies_delassus_entries(const perp__bodies *b)
 {
     int64_t entries = 0;
 
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         int32_t other;
 
         start_neighbours(b, k);
@@ -260,7 +263,7 @@ void perp__bodies_delassus(const perp__bodies *b, int32_t *column_starts, int32_
 {
     int32_t at = 0;
 
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         const int32_t columns = b->rows[k + 1] - b->rows[k];
         int32_t height = 0, row = 0, other;
 

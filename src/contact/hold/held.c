@@ -106,7 +106,7 @@ static void fill(perp_contact_solver *solver, const point *x, const double *bias
 {
     perp__hold *hold = &solver->hold;
 
-    for (int32_t k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++) {
         const int32_t begin =
             k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
 
@@ -180,7 +180,7 @@ static void write_held_zeros(perp_contact_solver *solver, double *u)
 {
     int32_t k, i, row = 0;
 
-    for (k = 0; k < solver->units; k++) {
+    for (k = 0; k < solver->constraints; k++) {
         const int32_t rows = solver->bodies.rows[k + 1] - solver->bodies.rows[k];
 
         for (i = 0; i < rows; i++, row++)
@@ -220,7 +220,7 @@ static void find_slack(perp_contact_solver *solver)
     double *x = solver->high;
 
     perp__absolute_bodies(b, solver->best.r, solver->load, b->y, solver->scale);
-    for (int32_t k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->constraints; k++) {
         const double size = perp__contact_length(solver->scale, b->rows[k], b->rows[k + 1]);
 
         for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++)

@@ -19,12 +19,12 @@ void perp__hold_release(perp__hold *hold)
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__hold *h = object;
-    const size_t blocks = (size_t)h->bodies->blocks, units = (size_t)h->bodies->units;
+    const size_t blocks = (size_t)h->bodies->blocks, constraints = (size_t)h->bodies->constraints;
     const size_t width = (size_t)h->bodies->width;
 
-    h->holds = perp__arena_take(arena, units, sizeof *h->holds);
-    h->pushed = perp__arena_take(arena, units, sizeof *h->pushed);
-    h->beside = perp__arena_take(arena, units, sizeof *h->beside);
+    h->holds = perp__arena_take(arena, constraints, sizeof *h->holds);
+    h->pushed = perp__arena_take(arena, constraints, sizeof *h->pushed);
+    h->beside = perp__arena_take(arena, constraints, sizeof *h->beside);
     h->v = perp__arena_take(arena, blocks * width, sizeof *h->v);
     h->y = perp__arena_take(arena, blocks * width, sizeof *h->y);
     h->basis = perp__arena_take(arena, blocks, width * width * sizeof *h->basis);
@@ -62,7 +62,7 @@ static void find_room(perp__hold *h)
         int32_t rows = 0;
 
         for (int64_t at = b->block_starts[k]; at < b->block_starts[k + 1]; at++)
-            rows += b->rows[b->block_units[at] + 1] - b->rows[b->block_units[at]];
+            rows += b->rows[b->block_constraints[at] + 1] - b->rows[b->block_constraints[at]];
         single = rows > single ? rows : single;
     }
     if ((size_t)single * (size_t)b->width > h->room_entries)
@@ -72,7 +72,7 @@ static void find_room(perp__hold *h)
 perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
 {
     const size_t blocks = (size_t)bodies->blocks, width = (size_t)bodies->width;
-    const size_t sizes[3] = {(size_t)bodies->units, blocks, blocks * width * width};
+    const size_t sizes[3] = {(size_t)bodies->constraints, blocks, blocks * width * width};
     size_t dense[3];
     perp_status status;
 
@@ -165,13 +165,13 @@ static void follow(perp__hold *h, int32_t block, int32_t root)
     h->is_held[block] = 1;
 }
 
-/* How many of the unit's blocks are not held; *piece: the first of these. */
-static int32_t count_open(const perp__hold *h, int32_t unit, int64_t *piece)
+/* How many of the constraint's blocks are not held; *piece: the first of these. */
+static int32_t count_open(const perp__hold *h, int32_t constraint, int64_t *piece)
 {
     const perp__bodies *b = h->bodies;
     int32_t count = 0;
 
-    for (int64_t at = b->piece_starts[unit + 1]; at-- > b->piece_starts[unit];)
+    for (int64_t at = b->piece_starts[constraint + 1]; at-- > b->piece_starts[constraint];)
         if (!h->is_held[b->piece_blocks[at]]) {
             *piece = at;
             count++;
@@ -179,13 +179,13 @@ static int32_t count_open(const perp__hold *h, int32_t unit, int64_t *piece)
     return count;
 }
 
-/* What the unit's other blocks, all held, move with: SEVERAL, where it is not one thing. */
-static int32_t root_beside(const perp__hold *h, int32_t unit, int32_t block)
+/* What the constraint's other blocks, all held, move with: SEVERAL, where it is not one thing. */
+static int32_t root_beside(const perp__hold *h, int32_t constraint, int32_t block)
 {
     const perp__bodies *b = h->bodies;
-    int32_t root = h->beside[unit], count = 0;
+    int32_t root = h->beside[constraint], count = 0;
 
-    for (int64_t at = b->piece_starts[unit]; at < b->piece_starts[unit + 1]; at++) {
+    for (int64_t at = b->piece_starts[constraint]; at < b->piece_starts[constraint + 1]; at++) {
         const int32_t other = b->piece_blocks[at];
 
         if (other == block)
@@ -210,7 +210,7 @@ static void find_clusters(perp__hold *h)
 
     for (int32_t k = 0; k < b->blocks; k++)
         h->cluster[k] = k;
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         int32_t last = -1;
 
         for (int64_t at = b->piece_starts[k]; h->holds[k] > 0 && at < b->piece_starts[k + 1];
@@ -241,26 +241,27 @@ static void find_clusters(perp__hold *h)
             h->members[count[h->cluster[k]]++] = k;
 }
 
-/* Whether the rows of a unit that is met at this piece are taken up here: at the first of its open
- * blocks, which are all of the cluster; and not where one block alone is asked about that others
- * are to be held with. */
-static int32_t is_taken(const perp__hold *h, int32_t unit, int64_t piece, int32_t count)
+/* Whether the rows of a constraint that is met at this piece are taken up here: at the first of its
+ * open blocks, which are all of the cluster; and not where one block alone is asked about that
+ * others are to be held with. */
+static int32_t is_taken(const perp__hold *h, int32_t constraint, int64_t piece, int32_t count)
 {
     int64_t first = piece;
-    const int32_t open = count_open(h, unit, &first);
+    const int32_t open = count_open(h, constraint, &first);
 
     return first == piece && (open == 1 || count > 1);
 }
 
-/* Appends row i of the unit, unless it is 0. */
-static void add_row(perp__hold *h, int32_t unit, int32_t i)
+/* Appends row i of the constraint, unless it is 0. */
+static void add_row(perp__hold *h, int32_t constraint, int32_t i)
 {
     const perp__bodies *b = h->bodies;
-    double *row = perp__held_rows_next(&h->dense), target = -h->bias[b->rows[unit] + i];
+    double *row = perp__held_rows_next(&h->dense), target = -h->bias[b->rows[constraint] + i];
 
     memset(row, 0, (size_t)h->dense.n * sizeof *row);
     h->taken_up++;
-    for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
+    for (int64_t piece = b->piece_starts[constraint]; piece < b->piece_starts[constraint + 1];
+         piece++) {
         const double *P = b->values + b->piece_values[piece] + i * b->width;
         const int32_t block = b->piece_blocks[piece];
 
@@ -282,13 +283,13 @@ static void gather(perp__hold *h, const int32_t *members, int32_t count)
         for (int32_t m = 0; m < count; m++)
             for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1];
                  at++) {
-                const int32_t unit = b->block_units[at];
+                const int32_t constraint = b->block_constraints[at];
 
-                if (!is_taken(h, unit, b->block_pieces[at], count))
+                if (!is_taken(h, constraint, b->block_pieces[at], count))
                     continue;
-                for (int32_t i = tangents; i < (tangents ? h->holds[unit] : h->holds[unit] > 0);
-                     i++)
-                    add_row(h, unit, i);
+                for (int32_t i = tangents;
+                     i < (tangents ? h->holds[constraint] : h->holds[constraint] > 0); i++)
+                    add_row(h, constraint, i);
             }
 }
 
@@ -303,12 +304,13 @@ static void add_loose(perp__hold *h, const int32_t *members, int32_t count)
 
         perp__bodies_own_free(b, members[m], y);
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
-            const int32_t unit = b->block_units[at], rows = b->rows[unit + 1] - b->rows[unit];
+            const int32_t constraint = b->block_constraints[at],
+                          rows = b->rows[constraint + 1] - b->rows[constraint];
             const double *P = b->values + b->piece_values[b->block_pieces[at]];
 
-            for (int32_t i = h->holds[unit]; i < rows; i++)
+            for (int32_t i = h->holds[constraint]; i < rows; i++)
                 for (int32_t j = 0; j < width; j++)
-                    y[j] += P[i * width + j] * h->r[b->rows[unit] + i];
+                    y[j] += P[i * width + j] * h->r[b->rows[constraint] + i];
         }
         memcpy(h->loose + h->cluster[members[m]], y,
                (size_t)perp__bodies_unknowns(b, members[m]) * sizeof *y);
@@ -385,17 +387,17 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
 
     for (int32_t m = 0; m < count; m++)
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
-            const int32_t unit = b->block_units[at];
+            const int32_t constraint = b->block_constraints[at];
             int64_t piece = 0;
             int32_t leads;
 
-            if (h->holds[unit] == 0)
+            if (h->holds[constraint] == 0)
                 continue;
-            if (h->pushed[unit])
+            if (h->pushed[constraint])
                 return 0;
-            if (count_open(h, unit, &piece) > 1) /* within the cluster */
+            if (count_open(h, constraint, &piece) > 1) /* within the cluster */
                 continue;
-            leads = root_beside(h, unit, members[m]);
+            leads = root_beside(h, constraint, members[m]);
             if (leads == SEVERAL || (root != UNSET && !is_same(h, root, leads)))
                 return 0;
             root = leads;
@@ -416,8 +418,8 @@ static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t c
 
     for (int32_t m = 0; m < count; m++)
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++)
-            if (is_taken(h, b->block_units[at], b->block_pieces[at], count))
-                rows += h->holds[b->block_units[at]];
+            if (is_taken(h, b->block_constraints[at], b->block_pieces[at], count))
+                rows += h->holds[b->block_constraints[at]];
     return rows;
 }
 
@@ -518,19 +520,19 @@ static void hold_block(perp__hold *h, int32_t block)
     }
 }
 
-/* Takes up the rows that unit has for a block, the other side of which moves with `root`, until
- * there are enough. */
-static void gather_rows(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
+/* Takes up the rows that constraint has for a block, the other side of which moves with `root`,
+ * until there are enough. */
+static void gather_rows(perp__hold *h, int32_t constraint, int64_t piece, int32_t root)
 {
     const perp__bodies *b = h->bodies;
     const int32_t block = b->piece_blocks[piece];
     const int32_t most = perp__bodies_unknowns(b, block);
     const double *row = b->values + b->piece_values[piece];
 
-    for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < most; i++, row += b->width) {
+    for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
         if (!take_up(h, block, row))
             continue;
-        if (h->pushed[unit] || root == SEVERAL)
+        if (h->pushed[constraint] || root == SEVERAL)
             h->source[block] = SEVERAL;
         else if (h->source[block] == UNSET)
             h->source[block] = root;
@@ -539,19 +541,19 @@ static void gather_rows(perp__hold *h, int32_t unit, int64_t piece, int32_t root
     }
 }
 
-/* A unit all blocks of which are held but one. */
-static void visit(perp__hold *h, int32_t unit, int32_t *tail)
+/* A constraint all blocks of which are held but one. */
+static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
 {
     int64_t piece = 0;
     int32_t block, most;
 
-    if (h->holds[unit] == 0 || count_open(h, unit, &piece) != 1)
+    if (h->holds[constraint] == 0 || count_open(h, constraint, &piece) != 1)
         return;
     block = h->bodies->piece_blocks[piece];
     most = perp__bodies_unknowns(h->bodies, block);
     if (h->rank[block] == most)
         return;
-    gather_rows(h, unit, piece, root_beside(h, unit, block));
+    gather_rows(h, constraint, piece, root_beside(h, constraint, block));
     if (h->rank[block] < most)
         return;
     hold_block(h, block);
@@ -565,14 +567,14 @@ static void spread(perp__hold *h)
     const perp__bodies *b = h->bodies;
     int32_t tail = 0;
 
-    for (int32_t k = 0; k < b->units; k++)
+    for (int32_t k = 0; k < b->constraints; k++)
         if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
             visit(h, k, &tail);
     for (int32_t head = 0; head < tail; head++) {
         const int32_t block = h->queue[head];
 
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            visit(h, b->block_units[at], &tail);
+            visit(h, b->block_constraints[at], &tail);
     }
 }
 

@@ -30,13 +30,12 @@ typedef struct perp__hold {
     size_t fitted[3], dense_fitted[3];
     const perp__bodies *bodies;
     const perp__rigid_problem *rigid; /* for carriers; NULL: there are none */
-    /* in, per unit but where said otherwise */
-    int8_t *holds;   /* as many of its rows, from the first on */
-    int32_t *beside; /* what its only body touches, where it has one: at rest, or a carrier */
-    const double
-        *bias;       /* size: u of what stands still. Of units beside a carrier: with its motion */
-    int8_t *pushed;  /* the carrier's motion aside, the bias of what holds is not 0 */
-    const double *r; /* size */
+    /* in, per constraint but where said otherwise */
+    int8_t *holds;      /* as many of its rows, from the first on */
+    int32_t *beside;    /* what its only body touches, where it has one: at rest, or a carrier */
+    const double *bias; /* size: u of what stands still; beside a carrier with its motion */
+    int8_t *pushed;     /* the carrier's motion aside, the bias of what holds is not 0 */
+    const double *r;    /* size */
     /* out: blocks */
     double *v;        /* by width; in: as the solution has it */
     int32_t *root;    /* PERP__RIGID_AT_REST, a carrier, a block that is held by several, or FREE */

@@ -14,7 +14,7 @@ enum { LOOK = 10 };
 
 static void set_stiffness(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const int32_t side = s->side;
         double *K = perp__proximal_slope(s, k);
 

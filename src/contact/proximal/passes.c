@@ -1,4 +1,4 @@
-/* Passes over the units of a part: speeds, the law of each, its slope, pushes. */
+/* Passes over the constraints of a part: speeds, the law of each, its slope, pushes. */
 #include <math.h>
 #include <string.h>
 
@@ -24,9 +24,9 @@ static inline double times(int32_t width, int32_t whole, const double *P, const 
     return whole ? (even[0] + even[1]) + (even[2] + even[3]) : sum;
 }
 
-/* u := J v + q of unit k */
-PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                   const double *v, const double *q, double *u)
+/* u := J v + q of constraint k */
+PERP__KERNEL static void move_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                  const double *v, const double *q, double *u)
 {
     const double *P = s->values + s->value_starts[k];
 
@@ -40,9 +40,9 @@ PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proxima
     }
 }
 
-/* out += J'x of unit k */
-PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                   const double *x, double *out)
+/* out += J'x of constraint k */
+PERP__KERNEL static void push_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                  const double *x, double *out)
 {
     const double *P = s->values + s->value_starts[k];
 
@@ -58,7 +58,7 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proxima
     }
 }
 
-/* The discs of a unit; NULL where it is an ordinary one. */
+/* The discs of a constraint; NULL where it is an ordinary one. */
 static inline const perp__discs *discs_of(const perp__proximal *s, int32_t k)
 {
     return s->discs && s->discs[k].count > 0 ? &s->discs[k] : NULL;
@@ -87,8 +87,8 @@ static void project_discs(const perp__discs *discs, const double *z, double *x)
 }
 
 /* Local: x := P(z). */
-PERP__KERNEL static void project_unit(int32_t d, double radius, const perp__discs *discs,
-                                      const double *z, double *x)
+PERP__KERNEL static void project_one(int32_t d, double radius, const perp__discs *discs,
+                                     const double *z, double *x)
 {
     double reach, length;
 
@@ -110,7 +110,7 @@ PERP__KERNEL static void project_unit(int32_t d, double radius, const perp__disc
         x[i] = reach * z[i];
 }
 
-/* A disc of a unit: `size` rows from the first on; both: normals that hold both ways. */
+/* A disc of a constraint: `size` rows from the first on; both: normals that hold both ways. */
 typedef struct disc {
     int32_t both, first, size;
     double radius, pressed;
@@ -141,7 +141,7 @@ static void slope_disc(int32_t side, const disc *own, double rho, const double *
 }
 
 /* K := rho P'(z). */
-static void slope_unit(const perp__proximal *s, int32_t k, double rho, const double *z, double *K)
+static void slope_one(const perp__proximal *s, int32_t k, double rho, const double *z, double *K)
 {
     const int32_t d = s->starts[k + 1] - s->starts[k], side = s->side;
     const perp__discs *discs = discs_of(s, k);
@@ -186,20 +186,20 @@ static void clear(const perp__proximal *s, const perp__proximal_part *part, doub
            (size_t)(part->last_block - part->block) * width * sizeof *out);
 }
 
-PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                    double rho, const double *v)
+PERP__KERNEL static void visit_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                   double rho, const double *v)
 {
     const int32_t at = s->starts[k];
     const double *x = s->x;
-    double *z = s->z, *y = s->y, u[PERP__UNIT_ROWS_MOST], change[PERP__UNIT_ROWS_MOST];
+    double *z = s->z, *y = s->y, u[PERP__ROWS_MOST], change[PERP__ROWS_MOST];
 
-    move_unit(width, d, s, k, v, s->speed + at, u);
+    move_one(width, d, s, k, v, s->speed + at, u);
     for (int32_t i = 0; i < d; i++)
         z[at + i] = x[at + i] - rho * u[i];
-    project_unit(d, s->radius[k], discs_of(s, k), z + at, y + at);
+    project_one(d, s->radius[k], discs_of(s, k), z + at, y + at);
     for (int32_t i = 0; i < d; i++)
         change[i] = y[at + i] - x[at + i];
-    push_unit(width, d, s, k, change, s->rhs);
+    push_one(width, d, s, k, change, s->rhs);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_visit,
@@ -208,33 +208,33 @@ PERP__MULTIVERSION_SHARED(perp__proximal_visit,
                           (s, part, rho, v))
 {
     clear(s, part, s->rhs);
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(visit_unit, s, k, s, k, rho, v);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        WITH_KIND(visit_one, s, k, s, k, rho, v);
 }
 
 /* Relaxation of the speeds (Eckstein & Bertsekas, Math. Programming 55 (1992) 293). */
 #define RELAXATION 1.6
 
-PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                    double rho, int32_t first)
+PERP__KERNEL static void split_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                   double rho, int32_t first)
 {
     const int32_t at = s->starts[k];
-    double *z = s->z, *y = s->y, *r = s->x, u[PERP__UNIT_ROWS_MOST], push[PERP__UNIT_ROWS_MOST];
-    double negative[PERP__UNIT_ROWS_MOST] = {0.0};
+    double *z = s->z, *y = s->y, *r = s->x, u[PERP__ROWS_MOST], push[PERP__ROWS_MOST];
+    double negative[PERP__ROWS_MOST] = {0.0};
 
-    move_unit(width, d, s, k, s->v, s->q + at, u);
+    move_one(width, d, s, k, s->v, s->q + at, u);
     for (int32_t i = 0; i < d; i++) {
         if (!first)
             u[i] = RELAXATION * u[i] + (1.0 - RELAXATION) * y[at + i];
         z[at + i] = rho * u[i] - r[at + i];
         negative[i] = -z[at + i];
     }
-    project_unit(d, s->radius[k], discs_of(s, k), negative, r + at);
+    project_one(d, s->radius[k], discs_of(s, k), negative, r + at);
     for (int32_t i = 0; i < d; i++) {
         y[at + i] = (z[at + i] + r[at + i]) / rho;
         push[i] = r[at + i] - rho * (s->q[at + i] - y[at + i]);
     }
-    push_unit(width, d, s, k, push, s->rhs);
+    push_one(width, d, s, k, push, s->rhs);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_split,
@@ -243,8 +243,8 @@ PERP__MULTIVERSION_SHARED(perp__proximal_split,
                           (s, part, rho, first))
 {
     clear(s, part, s->rhs);
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(split_unit, s, k, s, k, rho, first);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        WITH_KIND(split_one, s, k, s, k, rho, first);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_push,
@@ -253,8 +253,8 @@ PERP__MULTIVERSION_SHARED(perp__proximal_push,
                           (s, part, x, out))
 {
     clear(s, part, out);
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(push_unit, s, k, s, k, x + s->starts[k], out);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        WITH_KIND(push_one, s, k, s, k, x + s->starts[k], out);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_move,
@@ -262,23 +262,23 @@ PERP__MULTIVERSION_SHARED(perp__proximal_move,
                            const double *v, const double *q, double *u),
                           (s, part, v, q, u))
 {
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(move_unit, s, k, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k]);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        WITH_KIND(move_one, s, k, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k]);
 }
 
-PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
-                                    const double *v, double *out)
+PERP__KERNEL static void apply_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                   const double *v, double *out)
 {
     const double *K = perp__proximal_slope(s, k);
-    double u[PERP__UNIT_ROWS_MOST], push[PERP__UNIT_ROWS_MOST];
+    double u[PERP__ROWS_MOST], push[PERP__ROWS_MOST];
 
-    move_unit(width, d, s, k, v, NULL, u);
+    move_one(width, d, s, k, v, NULL, u);
     for (int32_t i = 0; i < d; i++) {
         push[i] = 0.0;
         for (int32_t j = 0; j < d; j++)
             push[i] += K[s->side * j + i] * u[j];
     }
-    push_unit(width, d, s, k, push, out);
+    push_one(width, d, s, k, push, out);
 }
 
 PERP__MULTIVERSION_SHARED(perp__proximal_apply,
@@ -290,26 +290,26 @@ PERP__MULTIVERSION_SHARED(perp__proximal_apply,
     const size_t end = (size_t)part->last_block * (size_t)s->width;
 
     memcpy(out + begin, v + begin, (end - begin) * sizeof *out);
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        WITH_KIND(apply_unit, s, k, s, k, v, out);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        WITH_KIND(apply_one, s, k, s, k, v, out);
 }
 
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x)
 {
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const int32_t at = s->starts[k];
-        double z[PERP__UNIT_ROWS_MOST] = {0.0};
+        double z[PERP__ROWS_MOST] = {0.0};
 
         for (int32_t i = at; i < s->starts[k + 1]; i++)
             z[i - at] = x[i];
-        project_unit(s->starts[k + 1] - at, s->radius[k], discs_of(s, k), z, x + at);
+        project_one(s->starts[k + 1] - at, s->radius[k], discs_of(s, k), z, x + at);
     }
 }
 
 void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
-    for (int32_t k = part->unit; k < part->last_unit; k++)
-        slope_unit(s, k, rho, s->z + s->starts[k], perp__proximal_slope(s, k));
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        slope_one(s, k, rho, s->z + s->starts[k], perp__proximal_slope(s, k));
 }
 
 /* K's row times a column of a piece. */
@@ -335,13 +335,13 @@ PERP__KERNEL static void add_rows(int32_t width, int32_t d, const perp__proximal
             to[c * width + i] += row_of(s, d, width, K + i, W + c);
 }
 
-/* Adds J'KJ of unit k to the blocks of the matrix. */
-PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, int32_t k)
+/* Adds J'KJ of constraint k to the blocks of the matrix. */
+PERP__KERNEL static void add_one(int32_t width, int32_t d, perp__proximal *s, int32_t k)
 {
     const int32_t pieces = (int32_t)(s->piece_starts[k + 1] - s->piece_starts[k]);
     const double *K = perp__proximal_slope(s, k), *values = s->values + s->value_starts[k];
     const int32_t *slot = s->slots + s->slot_starts[k];
-    double image[PERP__UNIT_ROWS_MOST * PERP__HALF_MOST];
+    double image[PERP__ROWS_MOST * PERP__HALF_MOST];
 
     for (int32_t q = 0; q < pieces; q++) {
         const double *Q = values + q * d * width;
@@ -368,9 +368,9 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
 
 PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
 {
-    for (int32_t k = part->unit; k < part->last_unit; k++)
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
         if (*perp__proximal_slope(s, k) != 0.0)
-            WITH_KIND(add_unit, s, k, s, k);
+            WITH_KIND(add_one, s, k, s, k);
 }
 
 int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part)
@@ -390,25 +390,27 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
-/* The tested residual of a unit with discs: of parts, in the problem's terms. */
+/* The tested residual of a constraint with discs: of parts, in the problem's terms. */
 static double tested_parts(const perp__proximal *s, int32_t k, const double *x, const double *u)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const int32_t unit = s->unit[k], row = problem->starts[unit], at = s->starts[k];
+    const int32_t constraint = s->constraint[k], row = problem->starts[constraint],
+                  at = s->starts[k];
     int32_t mode;
 
     for (int32_t i = 0; i < s->starts[k + 1] - at; i++) {
         s->r[row + i] = x[i] * s->scale[at + i];
         s->u[row + i] = u[i] / s->scale[at + i];
     }
-    return perp__contact_natural(problem, unit, s->r, s->u, &mode) * sqrt(problem->trace[unit]);
+    return perp__contact_natural(problem, constraint, s->r, s->u, &mode) *
+           sqrt(problem->trace[constraint]);
 }
 
-/* The tested residual of a unit, |r - P_K(r - (u + s e_n) / t)| sqrt(t) / omega with the nearest
- * point of its cone, at x = P(x). */
+/* The tested residual of a constraint, |r - P_K(r - (u + s e_n) / t)| sqrt(t) / omega with the
+ * nearest point of its cone, at x = P(x). */
 static double tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
 {
-    const int32_t d = s->starts[k + 1] - s->starts[k], unit = s->unit[k];
+    const int32_t d = s->starts[k + 1] - s->starts[k], constraint = s->constraint[k];
     const double *scale = s->scale + s->starts[k], share = d > 1 ? scale[1] / scale[0] : 1.0;
     const double n = x[0] / share, speed = u[0] * share;
     double mu, z[3] = {0.0, 0.0, 0.0}, p[3] = {0.0, 0.0, 0.0}, slip, length, sum;
@@ -420,7 +422,7 @@ static double tested(const perp__proximal *s, int32_t k, const double *x, const 
         return tested_parts(s, k, x, u);
     if (d == 1)
         return fabs(n < speed ? n : speed);
-    mu = s->common.problem->mu[unit];
+    mu = s->common.problem->mu[constraint];
     slip = d == 2 ? fabs(u[1]) : sqrt(u[1] * u[1] + u[2] * u[2]);
     z[0] = n - speed - mu * slip;
     for (int32_t i = 1; i < d; i++)
@@ -447,7 +449,7 @@ double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, 
     perp__proximal_project(s, part, x);
     perp__proximal_push(s, part, x, s->rest);
     perp__proximal_move(s, part, s->rest, s->q, speed);
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const double one = tested(s, k, x + s->starts[k], speed + s->starts[k]);
 
         most = one <= most ? most : one; /* keeps a NaN */

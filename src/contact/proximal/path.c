@@ -32,10 +32,10 @@ static void bend_rows(const perp__proximal *s, const perp__proximal_part *part, 
 {
     const int32_t row = transposed ? s->side : 1, column = transposed ? 1 : s->side;
 
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const int32_t at = s->starts[k], d = s->starts[k + 1] - at;
         const double *K = perp__proximal_slope(s, k);
-        double sum[PERP__UNIT_ROWS_MOST] = {0.0};
+        double sum[PERP__ROWS_MOST] = {0.0};
 
         for (int32_t i = 0; i < d; i++)
             for (int32_t j = 0; j < d; j++)

@@ -178,7 +178,7 @@ perp_status perp__proximal_worth(void *work, double *sweeps)
 
     if (status != PERP_OK)
         return status;
-    for (int32_t k = 0; k < s->units; k++)
+    for (int32_t k = 0; k < s->constraints; k++)
         values += (double)(s->piece_starts[k + 1] - s->piece_starts[k]) *
                   (s->starts[k + 1] - s->starts[k]) * s->width;
     *sweeps = (2.0 * SWEEPS + FEW_FACTORS * perp__fronts_cost(&s->fronts)) *

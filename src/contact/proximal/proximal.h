@@ -23,11 +23,11 @@
 
 /* What belongs to a part of the problem: one range of each. */
 typedef struct perp__proximal_part {
-    int32_t unit, last_unit, row, last_row, block, last_block;
+    int32_t constraint, last_constraint, row, last_row, block, last_block;
 } perp__proximal_part;
 
-/* The discs of a unit that rolls or spins, or holds both ways: their rows follow each other, behind
- * the normals. */
+/* The discs of a constraint that rolls or spins, or holds both ways: their rows follow each other,
+ * behind the normals. */
 typedef struct perp__discs {
     int32_t both; /* normals that hold both ways; 0: an ordinary one */
     int32_t count;
@@ -40,39 +40,39 @@ static inline int32_t perp__discs_first(const perp__discs *discs)
     return discs->both > 0 ? discs->both : 1;
 }
 
-enum { PERP__UNIT_ROWS_MOST = 6 };
+enum { PERP__ROWS_MOST = 6 };
 
 /* The width of blocks that are whole parts is a multiple of this: two lanes. */
 enum { PERP__WHOLE_STEP = 8 };
 
 typedef struct perp__proximal {
     perp__contact_work common;
-    /* units and blocks in the order of their parts */
-    int32_t width, units, blocks, parts;
+    /* constraints and blocks in the order of their parts */
+    int32_t width, constraints, blocks, parts;
     perp__proximal_part *part;
-    int32_t by_rows;               /* J is W, J' the identity */
-    int32_t whole;                 /* without bodies: a block a part, not a unit */
-    int32_t *home;                 /* of units, by_rows: where in v their rows are */
-    int32_t *unit, *place;         /* a unit's number in the problem, and back */
-    int32_t *block, *number;       /* the same of blocks; -1 - k: unit k has it to itself */
-    int32_t *mark;                 /* blocks: work */
-    int32_t *starts;               /* units + 1: own rows */
-    double *radius;                /* units: of the disc; < 0: - the bound of a row of any sign */
-    struct perp__discs *discs;     /* units: of what rolls, spins or holds both ways; NULL: none */
-    double *scale;                 /* rows: s */
-    int64_t *piece_starts;         /* units + 1 */
-    int32_t *piece_blocks;         /* own */
-    int64_t *value_starts;         /* units: the pieces of one follow each other */
-    double *values;                /* as in bodies.h, scaled */
-    int64_t *slot_starts;          /* units */
-    int32_t *slots;                /* pieces by pieces of each unit: edges of the graph */
-    int32_t *graph_starts, *graph; /* of blocks that share a unit */
+    int32_t by_rows;             /* J is W, J' the identity */
+    int32_t whole;               /* without bodies: a block a part, not a constraint */
+    int32_t *home;               /* of constraints, by_rows: where in v their rows are */
+    int32_t *constraint, *place; /* a constraint's number in the problem, and back */
+    int32_t *block, *number;     /* the same of blocks; -1 - k: constraint k has it to itself */
+    int32_t *mark;               /* blocks: work */
+    int32_t *starts;             /* constraints + 1: own rows */
+    double *radius;            /* constraints: of the disc; < 0: - the bound of a row of any sign */
+    struct perp__discs *discs; /* constraints: that roll, spin or hold both ways; NULL: none */
+    double *scale;             /* rows: s */
+    int64_t *piece_starts;     /* constraints + 1 */
+    int32_t *piece_blocks;     /* own */
+    int64_t *value_starts;     /* constraints: the pieces of one follow each other */
+    double *values;            /* as in bodies.h, scaled */
+    int64_t *slot_starts;      /* constraints */
+    int32_t *slots;            /* pieces by pieces of each constraint: edges of the graph */
+    int32_t *graph_starts, *graph; /* of blocks that share a constraint */
     perp__fronts fronts;
     double *q;                                               /* rows */
     double *x, *z, *y, *best, *start, *speed, *spare, *pull; /* rows */
     double *r, *u; /* size, where there are discs: as the problem knows them, over omega */
     int32_t side;  /* of K: 3, or 6 where there are discs */
-    double *K;     /* units: side by side, by columns */
+    double *K;     /* constraints: side by side, by columns */
     double *v, *step, *image, *rhs, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
     int32_t splits; /* nothing but alternating directions */
     int64_t limit;  /* of sweeps then, else of factorisations */
@@ -83,7 +83,7 @@ typedef struct perp__proximal {
 } perp__proximal;
 
 /* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. And, with W alone, how many pairs of
- * units are coupled at most. */
+ * constraints are coupled at most. */
 int64_t perp__proximal_couplings(const perp__contact_problem *problem);
 void perp__proximal_layout(perp__arena *arena, void *work);
 perp_status perp__proximal_read(perp__proximal *s);
@@ -94,13 +94,13 @@ void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *par
 void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                           double *r);
 
-/* K of unit k. */
+/* K of constraint k. */
 static inline double *perp__proximal_slope(const perp__proximal *s, int32_t k)
 {
     return s->K + (size_t)(s->side * s->side) * (size_t)k;
 }
 
-/* passes.c: over the units of a part. x := P(x). */
+/* passes.c: over the constraints of a part. x := P(x). */
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);
 /* z := x - rho (speed + J v), y := P(z), rhs := J'(y - x). */
 void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,

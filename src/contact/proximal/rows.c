@@ -8,92 +8,97 @@
 #include "base/sort.h"
 #include "contact/law.h"
 
-static int32_t first_row(const perp__contact_problem *problem, int32_t unit)
+static int32_t first_row(const perp__contact_problem *problem, int32_t constraint)
 {
-    return unit < problem->contacts ? perp__contact_first_row(problem, unit)
-                                    : problem->rows + unit - problem->contacts;
+    return constraint < problem->contacts ? perp__contact_first_row(problem, constraint)
+                                          : problem->rows + constraint - problem->contacts;
 }
 
 /* Whether r of its one row is of any sign: bilateral ones, and those with two bounds. */
-static int32_t is_row(const perp__contact_problem *problem, int32_t unit)
+static int32_t is_row(const perp__contact_problem *problem, int32_t constraint)
 {
-    return unit >= problem->contacts || first_row(problem, unit) > problem->starts[unit];
+    return constraint >= problem->contacts ||
+           first_row(problem, constraint) > problem->starts[constraint];
 }
 
-static int32_t own_rows(const perp__contact_problem *problem, int32_t unit)
+static int32_t own_rows(const perp__contact_problem *problem, int32_t constraint)
 {
     int32_t rows;
 
-    if (is_row(problem, unit))
+    if (is_row(problem, constraint))
         return 1;
-    rows = problem->starts[unit + 1] - problem->starts[unit];
-    if (problem->mu[unit] > 0.0 || rows > problem->dims[unit] ||
-        perp__contact_two_sided(problem, unit) > 0)
+    rows = problem->starts[constraint + 1] - problem->starts[constraint];
+    if (problem->mu[constraint] > 0.0 || rows > problem->dims[constraint] ||
+        perp__contact_two_sided(problem, constraint) > 0)
         return rows;
     return 1;
 }
 
-/* Blocks that a unit with compliance has to itself: as u = J v + c x, each row that yields moves a
- * body of its own by sqrt(c). */
-static int32_t own_blocks(const perp__contact_problem *problem, int32_t unit)
+/* Blocks that a constraint with compliance has to itself: as u = J v + c x, each row that yields
+ * moves a body of its own by sqrt(c). */
+static int32_t own_blocks(const perp__contact_problem *problem, int32_t constraint)
 {
     const perp__bodies *b = problem->bodies;
-    const int32_t rows = own_rows(problem, unit);
+    const int32_t rows = own_rows(problem, constraint);
 
     for (int32_t i = 0; i < rows; i++)
-        if (b->compliance[first_row(problem, unit) + i] > 0.0)
+        if (b->compliance[first_row(problem, constraint) + i] > 0.0)
             return (rows + b->width - 1) / b->width;
     return 0;
 }
 
-static int32_t is_coupled(const perp__contact_problem *problem, int32_t unit, int32_t other)
+static int32_t is_coupled(const perp__contact_problem *problem, int32_t constraint, int32_t other)
 {
-    for (int32_t j = 0; j < own_rows(problem, unit); j++)
+    for (int32_t j = 0; j < own_rows(problem, constraint); j++)
         for (int32_t i = 0; i < own_rows(problem, other); i++)
             if (perp__entry(problem->W, first_row(problem, other) + i,
-                            first_row(problem, unit) + j) != 0.0)
+                            first_row(problem, constraint) + j) != 0.0)
                 return 1;
     return 0;
 }
 
-/* The next unit that W couples with this one, in ascending order, -1 behind the last; at: where in
- * the columns, as begin_unit leaves it at first. */
-static int32_t next_unit(const perp__contact_problem *problem, int32_t unit, int32_t *at)
+/* The next constraint that W couples with this one, in ascending order, -1 behind the last; at:
+ * where in the columns, as begin_constraint leaves it at first. */
+static int32_t next_constraint(const perp__contact_problem *problem, int32_t constraint,
+                               int32_t *at)
 {
     const perp__matrix *W = problem->W;
-    const int32_t units = problem->contacts + problem->size - problem->rows;
-    const int32_t *ends = W->column_starts ? W->column_starts + first_row(problem, unit) + 1 : NULL;
+    const int32_t constraints = problem->contacts + problem->size - problem->rows;
+    const int32_t *ends =
+        W->column_starts ? W->column_starts + first_row(problem, constraint) + 1 : NULL;
     int32_t least = INT32_MAX;
 
-    while (!ends && at[0] < units)
-        if (is_coupled(problem, unit, at[0]++))
+    while (!ends && at[0] < constraints)
+        if (is_coupled(problem, constraint, at[0]++))
             return at[0] - 1;
-    for (int32_t j = 0; ends && j < own_rows(problem, unit); j++)
-        if (at[j] < ends[j] && problem->unit_of[W->row_indices[at[j]]] < least)
-            least = problem->unit_of[W->row_indices[at[j]]];
-    for (int32_t j = 0; ends && j < own_rows(problem, unit); j++)
-        while (at[j] < ends[j] && problem->unit_of[W->row_indices[at[j]]] == least)
+    for (int32_t j = 0; ends && j < own_rows(problem, constraint); j++)
+        if (at[j] < ends[j] && problem->constraint_of[W->row_indices[at[j]]] < least)
+            least = problem->constraint_of[W->row_indices[at[j]]];
+    for (int32_t j = 0; ends && j < own_rows(problem, constraint); j++)
+        while (at[j] < ends[j] && problem->constraint_of[W->row_indices[at[j]]] == least)
             at[j]++;
     return least < INT32_MAX ? least : -1;
 }
 
-static void begin_unit(const perp__contact_problem *problem, int32_t unit, int32_t *at)
+static void begin_constraint(const perp__contact_problem *problem, int32_t constraint, int32_t *at)
 {
     const int32_t *starts = problem->W->column_starts;
 
-    for (int32_t j = 0; j < PERP__UNIT_ROWS_MOST; j++)
-        at[j] = starts && j < own_rows(problem, unit) ? starts[first_row(problem, unit) + j] : 0;
+    for (int32_t j = 0; j < PERP__ROWS_MOST; j++)
+        at[j] = starts && j < own_rows(problem, constraint)
+                    ? starts[first_row(problem, constraint) + j]
+                    : 0;
 }
 
 int64_t perp__proximal_couplings(const perp__contact_problem *problem)
 {
-    const int64_t units = problem->contacts + problem->size - problem->rows;
+    const int64_t constraints = problem->contacts + problem->size - problem->rows;
     int64_t count = 0;
-    int32_t at[PERP__UNIT_ROWS_MOST];
+    int32_t at[PERP__ROWS_MOST];
 
-    for (int32_t k = 0; k < units; k++) {
-        begin_unit(problem, k, at);
-        while (next_unit(problem, k, at) >= 0)
+    for (int32_t k = 0; k < constraints; k++) {
+        begin_constraint(problem, k, at);
+        while (next_constraint(problem, k, at) >= 0)
             count++;
     }
     return 2 * count; /* and the other way round, where that is missing */
@@ -105,17 +110,17 @@ typedef struct sizes {
 
 static int32_t rows_of_part(const perp__contact_problem *problem, int32_t part)
 {
-    const int32_t units = problem->contacts + problem->size - problem->rows;
+    const int32_t constraints = problem->contacts + problem->size - problem->rows;
     int32_t rows = 0;
 
-    for (int32_t k = 0; k < units; k++)
+    for (int32_t k = 0; k < constraints; k++)
         rows +=
             !problem->part || problem->leaks || problem->part[k] == part ? own_rows(problem, k) : 0;
     return rows;
 }
 
-/* Without bodies: a block a unit, or, where W is dense and so has no more entries, a block a part;
- * and that with W = Y'Y in the place of J J' where Y has so few rows that this is cheaper. */
+/* Without bodies: a block a constraint, or, where W is dense and so has no more entries, a block a
+ * part; and that with W = Y'Y in the place of J J' where Y has so few rows that this is cheaper. */
 static void choose_blocks(perp__proximal *s, sizes *most)
 {
     const perp__contact_problem *problem = s->common.problem;
@@ -123,7 +128,7 @@ static void choose_blocks(perp__proximal *s, sizes *most)
     int32_t rows = 0, widest = 0;
 
     s->width = 1;
-    for (int32_t k = 0; k < s->units; k++) {
+    for (int32_t k = 0; k < s->constraints; k++) {
         const int32_t own = own_rows(problem, k);
 
         rows += own;
@@ -143,12 +148,12 @@ static void choose_blocks(perp__proximal *s, sizes *most)
     widest = s->by_rows ? widest : problem->half_rows;
     s->width = (widest + PERP__WHOLE_STEP - 1) / PERP__WHOLE_STEP * PERP__WHOLE_STEP;
     s->blocks = parts;
-    most->pieces = most->slots = (size_t)s->units;
+    most->pieces = most->slots = (size_t)s->constraints;
     most->edges = (size_t)parts;
     most->entries = (size_t)rows * (size_t)s->width;
 }
 
-/* What there is of each at most; sets the numbers of units and blocks, and their width. */
+/* What there is of each at most; sets the numbers of constraints and blocks, and their width. */
 static sizes measure(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
@@ -156,12 +161,12 @@ static sizes measure(perp__proximal *s)
     sizes most = {0, 0, 0, 0};
 
     s->by_rows = b == NULL;
-    s->side = problem->has_discs || problem->two_sided ? PERP__UNIT_ROWS_MOST : 3;
-    s->units = problem->contacts + problem->size - problem->rows;
-    s->blocks = b ? b->blocks : s->units;
+    s->side = problem->has_discs || problem->two_sided ? PERP__ROWS_MOST : 3;
+    s->constraints = problem->contacts + problem->size - problem->rows;
+    s->blocks = b ? b->blocks : s->constraints;
     s->width = b ? b->width : 0;
     s->whole = 0;
-    for (int32_t k = 0; b && k < s->units; k++) {
+    for (int32_t k = 0; b && k < s->constraints; k++) {
         const int32_t rows = own_rows(problem, k), own = own_blocks(problem, k);
         const size_t pieces = (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own);
 
@@ -181,66 +186,67 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     perp__proximal *s = work;
     const perp__contact_problem *problem = s->common.problem;
     const sizes most = measure(s);
-    const size_t units = (size_t)s->units, blocks = (size_t)s->blocks + 1;
+    const size_t constraints = (size_t)s->constraints, blocks = (size_t)s->blocks + 1;
     const size_t size = (size_t)problem->size, numbers = blocks * (size_t)s->width;
     const size_t square = (size_t)(s->side * s->side);
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
-    PERP__INTEGERS(arena, units, &s->unit, &s->place, &s->home);
+    PERP__INTEGERS(arena, constraints, &s->constraint, &s->place, &s->home);
     PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark, &s->graph_starts);
-    s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
-    PERP__DOUBLES(arena, units, &s->radius);
+    s->starts = perp__arena_take(arena, constraints + 1, sizeof(int32_t));
+    PERP__DOUBLES(arena, constraints, &s->radius);
     s->discs = NULL;
     if (s->side > 3) {
-        s->discs = perp__arena_take(arena, units, sizeof *s->discs);
+        s->discs = perp__arena_take(arena, constraints, sizeof *s->discs);
         PERP__DOUBLES(arena, size, &s->r, &s->u);
     }
-    s->piece_starts = perp__arena_take(arena, units + 1, sizeof(int64_t));
+    s->piece_starts = perp__arena_take(arena, constraints + 1, sizeof(int64_t));
     s->piece_blocks = perp__arena_take(arena, most.pieces, sizeof(int32_t));
-    s->value_starts = perp__arena_take(arena, units, sizeof(int64_t));
+    s->value_starts = perp__arena_take(arena, constraints, sizeof(int64_t));
     s->values = perp__arena_take(arena, most.entries, sizeof(double));
-    s->slot_starts = perp__arena_take(arena, units, sizeof(int64_t));
+    s->slot_starts = perp__arena_take(arena, constraints, sizeof(int64_t));
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
-    s->K = perp__arena_take(arena, square * units, sizeof(double));
+    s->K = perp__arena_take(arena, square * constraints, sizeof(double));
     PERP__DOUBLES(arena, size, &s->scale, &s->q, &s->x, &s->z, &s->y, &s->best, &s->start,
                   &s->speed, &s->spare, &s->pull);
     PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->rhs, &s->rest, &s->bend,
                   &s->ahead, &s->normal, &s->across);
 }
 
-/* Units in the order of their parts. */
-static void sort_units(perp__proximal *s)
+/* Constraints in the order of their parts. */
+static void sort_constraints(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
     const int32_t *part = problem->leaks ? NULL : problem->part;
 
-    s->parts = part ? problem->parts : s->units > 0;
+    s->parts = part ? problem->parts : s->constraints > 0;
     for (int32_t p = 0; p < s->parts; p++)
-        s->part[p].last_unit = 0;
-    for (int32_t k = 0; k < s->units; k++)
-        s->part[part ? part[k] : 0].last_unit++;
+        s->part[p].last_constraint = 0;
+    for (int32_t k = 0; k < s->constraints; k++)
+        s->part[part ? part[k] : 0].last_constraint++;
     for (int32_t p = 0, at = 0; p < s->parts; p++) {
-        s->part[p].unit = at;
-        at += s->part[p].last_unit;
-        s->part[p].last_unit = s->part[p].unit;
+        s->part[p].constraint = at;
+        at += s->part[p].last_constraint;
+        s->part[p].last_constraint = s->part[p].constraint;
     }
-    for (int32_t k = 0; k < s->units; k++)
-        s->unit[s->part[part ? part[k] : 0].last_unit++] = k;
-    for (int32_t k = 0; k < s->units; k++)
-        s->place[s->unit[k]] = k;
+    for (int32_t k = 0; k < s->constraints; k++)
+        s->constraint[s->part[part ? part[k] : 0].last_constraint++] = k;
+    for (int32_t k = 0; k < s->constraints; k++)
+        s->place[s->constraint[k]] = k;
 }
 
-/* The pieces of a unit, scaled. */
+/* The pieces of a constraint, scaled. */
 static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
 {
     const perp__bodies *b = s->common.problem->bodies;
-    const int32_t unit = s->unit[k], d = s->starts[k + 1] - s->starts[k], width = b->width;
-    const int32_t skipped = first_row(s->common.problem, unit) - b->rows[unit];
+    const int32_t constraint = s->constraint[k], d = s->starts[k + 1] - s->starts[k],
+                  width = b->width;
+    const int32_t skipped = first_row(s->common.problem, constraint) - b->rows[constraint];
     int64_t own = s->piece_starts[k];
 
     s->value_starts[k] = at;
-    for (int64_t p = b->piece_starts[unit]; p < b->piece_starts[unit + 1]; p++) {
+    for (int64_t p = b->piece_starts[constraint]; p < b->piece_starts[constraint + 1]; p++) {
         const double *P = b->values + b->piece_values[p] + skipped * width;
 
         s->piece_blocks[own++] = s->number[b->piece_blocks[p]];
@@ -252,14 +258,14 @@ static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
     return at;
 }
 
-/* The pieces of a unit that yields on the blocks of its own. */
+/* The pieces of a constraint that yields on the blocks of its own. */
 static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const double *c = problem->bodies->compliance + first_row(problem, s->unit[k]);
+    const double *c = problem->bodies->compliance + first_row(problem, s->constraint[k]);
     const int32_t d = s->starts[k + 1] - s->starts[k], width = s->width;
 
-    for (int32_t e = 0; e < own_blocks(problem, s->unit[k]); e++) {
+    for (int32_t e = 0; e < own_blocks(problem, s->constraint[k]); e++) {
         s->block[s->blocks] = -1 - k;
         s->piece_blocks[s->piece_starts[k + 1]++] = s->blocks++;
         for (int32_t i = 0; i < d; i++)
@@ -270,11 +276,11 @@ static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
     return at;
 }
 
-/* 1 / sqrt(trace) in rows of a unit; 1 where they move nothing. */
+/* 1 / sqrt(trace) in rows of a constraint; 1 where they move nothing. */
 static void scale_rows(perp__proximal *s, int32_t k, int32_t first, int32_t count)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const double *diagonal = problem->diagonal + first_row(problem, s->unit[k]);
+    const double *diagonal = problem->diagonal + first_row(problem, s->constraint[k]);
     double trace = 0.0;
 
     for (int32_t i = first; i < first + count; i++)
@@ -289,8 +295,8 @@ static void set_discs(perp__proximal *s, int32_t k)
     perp__contact_part parts[3];
     perp__discs *discs = &s->discs[k];
 
-    discs->both = perp__contact_two_sided(s->common.problem, s->unit[k]);
-    discs->count = perp__contact_parts(s->common.problem, s->unit[k], parts);
+    discs->both = perp__contact_two_sided(s->common.problem, s->constraint[k]);
+    discs->count = perp__contact_parts(s->common.problem, s->constraint[k], parts);
     for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += parts[p++].size) {
         discs->sizes[p] = parts[p].size;
         if (p > 0)
@@ -303,28 +309,28 @@ static void set_discs(perp__proximal *s, int32_t k)
 static void set_scales(perp__proximal *s, int32_t k)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const int32_t unit = s->unit[k], row = s->starts[k], rows = s->starts[k + 1] - row;
+    const int32_t constraint = s->constraint[k], row = s->starts[k], rows = s->starts[k + 1] - row;
     int32_t turns;
 
     for (int32_t i = row; i < row + rows; i++)
-        s->scale[i] = 1.0 / sqrt(problem->trace[unit]);
+        s->scale[i] = 1.0 / sqrt(problem->trace[constraint]);
     if (s->discs)
         s->discs[k].count = 0;
-    if (is_row(problem, unit)) {
+    if (is_row(problem, constraint)) {
         s->radius[k] = -INFINITY;
-        if (unit < problem->contacts) /* -0.0 would be a contact's */
-            s->radius[k] = -fmax(DBL_MIN, problem->mu[unit] * problem->bound[unit] /
-                                              problem->omega[unit] / s->scale[row]);
+        if (constraint < problem->contacts) /* -0.0 would be a contact's */
+            s->radius[k] = -fmax(DBL_MIN, problem->mu[constraint] * problem->bound[constraint] /
+                                              problem->omega[constraint] / s->scale[row]);
         return;
     }
-    s->radius[k] = fmax(problem->mu[unit], 1.0);
-    turns = rows > problem->dims[unit];
+    s->radius[k] = fmax(problem->mu[constraint], 1.0);
+    turns = rows > problem->dims[constraint];
     if (turns)
-        scale_rows(s, k, 0, problem->dims[unit]);
-    if (rows > 1 && problem->mu[unit] > 0.0)
-        for (int32_t i = row; i < row + perp__contact_normals(problem, unit); i++)
-            s->scale[i] /= fmin(problem->mu[unit], 1.0);
-    if (turns || perp__contact_two_sided(problem, unit) > 0)
+        scale_rows(s, k, 0, problem->dims[constraint]);
+    if (rows > 1 && problem->mu[constraint] > 0.0)
+        for (int32_t i = row; i < row + perp__contact_normals(problem, constraint); i++)
+            s->scale[i] /= fmin(problem->mu[constraint], 1.0);
+    if (turns || perp__contact_two_sided(problem, constraint) > 0)
         set_discs(s, k);
 }
 
@@ -333,15 +339,15 @@ static int64_t read_pieces(perp__proximal *s, const perp__proximal_part *part, i
                            int64_t at)
 {
     const perp__bodies *b = s->common.problem->bodies;
-    const int32_t unit = s->unit[k];
+    const int32_t constraint = s->constraint[k];
 
     if (!b) {
-        if (!s->whole || k == part->unit)
+        if (!s->whole || k == part->constraint)
             s->block[s->blocks++] = -1 - k;
         s->home[k] = (s->blocks - 1) * s->width + (s->whole ? s->starts[k] - part->row : 0);
         return at;
     }
-    for (int64_t q = b->piece_starts[unit]; q < b->piece_starts[unit + 1]; q++)
+    for (int64_t q = b->piece_starts[constraint]; q < b->piece_starts[constraint + 1]; q++)
         if (s->number[b->piece_blocks[q]] < 0) {
             s->block[s->blocks] = b->piece_blocks[q];
             s->number[b->piece_blocks[q]] = s->blocks++;
@@ -363,59 +369,59 @@ static void read_rows(perp__proximal *s)
         perp__proximal_part *part = &s->part[p];
 
         part->block = s->blocks;
-        part->row = s->starts[part->unit];
-        for (int32_t k = part->unit; k < part->last_unit; k++) {
-            s->starts[k + 1] = s->starts[k] + own_rows(problem, s->unit[k]);
+        part->row = s->starts[part->constraint];
+        for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+            s->starts[k + 1] = s->starts[k] + own_rows(problem, s->constraint[k]);
             set_scales(s, k);
             at = read_pieces(s, part, k, at);
         }
         part->last_block = s->blocks;
-        part->last_row = s->starts[part->last_unit];
+        part->last_row = s->starts[part->last_constraint];
     }
 }
 
-/* The units that couple every two of a list, W alone: a piece for each, in ascending order. Room is
- * left for what only one of two columns knows of, until the lists are closed up. */
+/* The constraints that couple every two of a list, W alone: a piece for each, in ascending order.
+ * Room is left for what only one of two columns knows of, until the lists are closed up. */
 static void list_couplings(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
     int64_t *ends = s->slot_starts, at = 0;
-    int32_t cursor[PERP__UNIT_ROWS_MOST], unit;
+    int32_t cursor[PERP__ROWS_MOST], constraint;
 
-    memset(s->piece_starts, 0, ((size_t)s->units + 1) * sizeof *s->piece_starts);
-    for (int32_t k = 0; k < s->units; k++)
-        for (begin_unit(problem, s->unit[k], cursor);
-             (unit = next_unit(problem, s->unit[k], cursor)) >= 0;) {
+    memset(s->piece_starts, 0, ((size_t)s->constraints + 1) * sizeof *s->piece_starts);
+    for (int32_t k = 0; k < s->constraints; k++)
+        for (begin_constraint(problem, s->constraint[k], cursor);
+             (constraint = next_constraint(problem, s->constraint[k], cursor)) >= 0;) {
             s->piece_starts[k + 1]++;
-            s->piece_starts[s->place[unit] + 1]++;
+            s->piece_starts[s->place[constraint] + 1]++;
         }
-    for (int32_t k = 0; k < s->units; k++) {
+    for (int32_t k = 0; k < s->constraints; k++) {
         s->piece_starts[k + 1] += s->piece_starts[k];
         ends[k] = s->piece_starts[k];
         s->mark[k] = -1;
     }
-    for (int32_t k = 0; k < s->units; k++) /* row by row, */
-        for (begin_unit(problem, s->unit[k], cursor);
-             (unit = next_unit(problem, s->unit[k], cursor)) >= 0;)
-            s->piece_blocks[ends[s->place[unit]]++] = k;
-    for (int32_t k = 0; k < s->units; k++) { /* and what the columns alone have */
+    for (int32_t k = 0; k < s->constraints; k++) /* row by row, */
+        for (begin_constraint(problem, s->constraint[k], cursor);
+             (constraint = next_constraint(problem, s->constraint[k], cursor)) >= 0;)
+            s->piece_blocks[ends[s->place[constraint]]++] = k;
+    for (int32_t k = 0; k < s->constraints; k++) { /* and what the columns alone have */
         for (int64_t p = s->piece_starts[k]; p < ends[k]; p++)
             s->mark[s->piece_blocks[p]] = k;
-        for (begin_unit(problem, s->unit[k], cursor);
-             (unit = next_unit(problem, s->unit[k], cursor)) >= 0;)
-            if (s->mark[s->place[unit]] != k)
-                s->piece_blocks[ends[k]++] = s->place[unit];
+        for (begin_constraint(problem, s->constraint[k], cursor);
+             (constraint = next_constraint(problem, s->constraint[k], cursor)) >= 0;)
+            if (s->mark[s->place[constraint]] != k)
+                s->piece_blocks[ends[k]++] = s->place[constraint];
         perp__sort_few(s->piece_blocks + s->piece_starts[k],
                        (int32_t)(ends[k] - s->piece_starts[k]));
     }
-    for (int32_t k = 0; k < s->units; k++) {
+    for (int32_t k = 0; k < s->constraints; k++) {
         const int64_t from = s->piece_starts[k];
 
         s->piece_starts[k] = at;
         for (int64_t p = from; p < ends[k]; p++)
             s->piece_blocks[at++] = s->piece_blocks[p];
     }
-    s->piece_starts[s->units] = at;
+    s->piece_starts[s->constraints] = at;
 }
 
 /* J = W, scaled on both sides. */
@@ -425,12 +431,13 @@ static void read_couplings(perp__proximal *s)
     int64_t at = 0;
 
     list_couplings(s);
-    for (int32_t k = 0; k < s->units; k++) {
-        const int32_t row = first_row(problem, s->unit[k]), d = s->starts[k + 1] - s->starts[k];
+    for (int32_t k = 0; k < s->constraints; k++) {
+        const int32_t row = first_row(problem, s->constraint[k]),
+                      d = s->starts[k + 1] - s->starts[k];
 
         s->value_starts[k] = at;
         for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++) {
-            const int32_t j = s->piece_blocks[p], column = first_row(problem, s->unit[j]);
+            const int32_t j = s->piece_blocks[p], column = first_row(problem, s->constraint[j]);
 
             for (int32_t i = 0; i < d; i++)
                 for (int32_t c = 0; c < s->width; c++)
@@ -450,8 +457,8 @@ static void copy_row(const perp__proximal *s, const perp__proximal_part *part, i
     const perp__contact_problem *problem = s->common.problem;
 
     memset(to, 0, (size_t)s->width * sizeof *to);
-    for (int32_t j = part->unit; j < part->last_unit; j++) {
-        const int32_t column = first_row(problem, s->unit[j]) - s->starts[j];
+    for (int32_t j = part->constraint; j < part->last_constraint; j++) {
+        const int32_t column = first_row(problem, s->constraint[j]) - s->starts[j];
 
         for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
             to[c - part->row] =
@@ -464,12 +471,12 @@ static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64
 {
     const perp__contact_problem *problem = s->common.problem;
 
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         s->piece_blocks[k] = part->block;
         s->piece_starts[k + 1] = k + 1;
         s->value_starts[k] = at;
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++, at += s->width) {
-            const int32_t row = first_row(problem, s->unit[k]) + i - s->starts[k];
+            const int32_t row = first_row(problem, s->constraint[k]) + i - s->starts[k];
 
             if (s->by_rows)
                 copy_row(s, part, i, row, s->values + at);
@@ -483,7 +490,7 @@ static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64
     }
 }
 
-/* The blocks that a unit couples with block i. */
+/* The blocks that a constraint couples with block i. */
 static int32_t list_neighbours(perp__proximal *s, int32_t i, int32_t k, int32_t at)
 {
     for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++) {
@@ -496,7 +503,7 @@ static int32_t list_neighbours(perp__proximal *s, int32_t i, int32_t k, int32_t 
     return at;
 }
 
-/* Which blocks share a unit, or, with W alone, are coupled. */
+/* Which blocks share a constraint, or, with W alone, are coupled. */
 static void read_graph(perp__proximal *s)
 {
     const perp__bodies *b = s->common.problem->bodies;
@@ -510,11 +517,11 @@ static void read_graph(perp__proximal *s)
         s->graph_starts[i] = at;
         s->mark[i] = i;
         s->graph[at++] = i;
-        if (block < 0) /* of one unit alone */
+        if (block < 0) /* of one constraint alone */
             at = list_neighbours(s, i, -1 - block, at);
         for (int64_t e = block < 0 ? 0 : b->block_starts[block];
              e < (block < 0 ? 0 : b->block_starts[block + 1]); e++)
-            at = list_neighbours(s, i, s->place[b->block_units[e]], at);
+            at = list_neighbours(s, i, s->place[b->block_constraints[e]], at);
         perp__sort_few(s->graph + s->graph_starts[i], at - s->graph_starts[i]);
     }
     s->graph_starts[s->blocks] = at;
@@ -524,7 +531,7 @@ static void find_slots(perp__proximal *s)
 {
     int64_t at = 0;
 
-    for (int32_t k = 0; k < s->units; k++) {
+    for (int32_t k = 0; k < s->constraints; k++) {
         s->slot_starts[k] = at;
         for (int64_t q = s->piece_starts[k]; q < s->piece_starts[k + 1]; q++)
             if (s->by_rows)
@@ -541,9 +548,9 @@ static void read_speeds(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
 
-    for (int32_t k = 0; k < s->units; k++) {
-        const double omega = problem->omega[s->unit[k]];
-        const double *q = problem->q + first_row(problem, s->unit[k]) - s->starts[k];
+    for (int32_t k = 0; k < s->constraints; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        const double *q = problem->q + first_row(problem, s->constraint[k]) - s->starts[k];
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             s->q[i] = q[i] / omega * s->scale[i];
@@ -555,7 +562,7 @@ perp_status perp__proximal_read(perp__proximal *s)
     const perp__contact_problem *problem = s->common.problem;
     perp_status status;
 
-    sort_units(s);
+    sort_constraints(s);
     read_rows(s);
     if (s->by_rows && !s->whole)
         read_couplings(s);
@@ -575,9 +582,9 @@ void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *par
 {
     const perp__contact_problem *problem = s->common.problem;
 
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
-        const double omega = problem->omega[s->unit[k]];
-        const double *from = r + first_row(problem, s->unit[k]);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        const double *from = r + first_row(problem, s->constraint[k]);
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             x[i] = from[i - s->starts[k]] / omega / s->scale[i];
@@ -589,9 +596,9 @@ void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *pa
 {
     const perp__contact_problem *problem = s->common.problem;
 
-    for (int32_t k = part->unit; k < part->last_unit; k++) {
-        const double omega = problem->omega[s->unit[k]];
-        double *to = r + first_row(problem, s->unit[k]);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        double *to = r + first_row(problem, s->constraint[k]);
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             to[i - s->starts[k]] = x[i] * omega * s->scale[i];

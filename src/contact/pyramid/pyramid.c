@@ -30,7 +30,7 @@
 /* Unknown of the LCP: z_j acts on `row` and, with size 2, the next, along d. Slip speeds act on
  * nothing: row -1. */
 typedef struct perp__unknown {
-    int32_t unit; /* its contact or bilateral row */
+    int32_t constraint; /* its contact or bilateral row */
     int32_t row, size;
     double d[2];
 } perp__unknown;
@@ -81,12 +81,12 @@ static int64_t count_unknowns(const perp__contact_problem *problem)
     return n;
 }
 
-static void add_unknown(perp__pyramid *p, int32_t unit, int32_t row, int32_t size, double x,
+static void add_unknown(perp__pyramid *p, int32_t constraint, int32_t row, int32_t size, double x,
                         double y)
 {
     perp__unknown *added = &p->unknowns[p->n++];
 
-    added->unit = unit;
+    added->constraint = constraint;
     added->row = row;
     added->size = size;
     added->d[0] = x;
@@ -194,18 +194,20 @@ static void fill_column(perp__pyramid *p, size_t j)
         const perp__unknown *a = &p->unknowns[i];
 
         column[i] = 0.0;
-        if (a->size > 0 && b->size > 0 && perp__contact_couples(problem, a->unit, b->unit))
+        if (a->size > 0 && b->size > 0 &&
+            perp__contact_couples(problem, a->constraint, b->constraint))
             column[i] = product(values, row_stride, column_stride, a, b) *
-                        (p->impulse[b->unit] * p->per_velocity[a->unit]);
+                        (p->impulse[b->constraint] * p->per_velocity[a->constraint]);
     }
 }
 
 /* Bilateral rows and normals that hold both ways. */
 static int32_t has_any_sign(const perp__contact_problem *problem, const perp__unknown *a)
 {
-    if (a->size == 0 || a->unit >= problem->contacts)
+    if (a->size == 0 || a->constraint >= problem->contacts)
         return a->size > 0;
-    return a->row < problem->starts[a->unit] + perp__contact_two_sided(problem, a->unit);
+    return a->row <
+           problem->starts[a->constraint] + perp__contact_two_sided(problem, a->constraint);
 }
 
 static int32_t fill_impulses(perp__pyramid *p)
@@ -221,7 +223,7 @@ static int32_t fill_impulses(perp__pyramid *p)
         fill_column(p, (size_t)i);
         p->q[i] = 0.0;
         for (int32_t c = 0; c < a->size; c++)
-            p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->unit];
+            p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->constraint];
         p->lower[i] = has_any_sign(problem, a) ? -INFINITY : 0.0;
     }
     return 1;
@@ -288,7 +290,7 @@ static void gather(const perp__pyramid *p, const double *z, double *x)
     for (int32_t i = 0; i < p->n; i++)
         for (int32_t c = 0; c < p->unknowns[i].size; c++)
             x[p->unknowns[i].row + c] +=
-                p->unknowns[i].d[c] * (z[i] * p->impulse[p->unknowns[i].unit]);
+                p->unknowns[i].d[c] * (z[i] * p->impulse[p->unknowns[i].constraint]);
 }
 
 /* x := the impulses that z stands for; the modes that it shows. */

@@ -10,18 +10,19 @@
 static void layout(perp__arena *arena, void *object)
 {
     perp__bodies *b = object;
-    const size_t units = (size_t)b->units, size = (size_t)b->size;
-    const size_t padded = (size_t)b->blocks * (size_t)b->width, pieces = 2 * units;
+    const size_t constraints = (size_t)b->constraints, size = (size_t)b->size;
+    const size_t padded = (size_t)b->blocks * (size_t)b->width, pieces = 2 * constraints;
 
-    b->rows = perp__arena_take(arena, units + 1, sizeof *b->rows);
-    b->unit_of = perp__arena_take(arena, size, sizeof *b->unit_of);
+    b->rows = perp__arena_take(arena, constraints + 1, sizeof *b->rows);
+    b->constraint_of = perp__arena_take(arena, size, sizeof *b->constraint_of);
     b->compliance = perp__arena_take(arena, size, sizeof *b->compliance);
-    b->piece_starts = perp__arena_take(arena, units + 1, sizeof *b->piece_starts);
-    b->mark = perp__arena_take(arena, (padded > units ? padded : units) + 1, sizeof *b->mark);
+    b->piece_starts = perp__arena_take(arena, constraints + 1, sizeof *b->piece_starts);
+    b->mark =
+        perp__arena_take(arena, (padded > constraints ? padded : constraints) + 1, sizeof *b->mark);
     b->y = perp__arena_take(arena, padded, sizeof *b->y);
     b->free = perp__arena_take(arena, padded, sizeof *b->free);
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
-    b->block_units = perp__arena_take(arena, pieces, sizeof *b->block_units);
+    b->block_constraints = perp__arena_take(arena, pieces, sizeof *b->block_constraints);
     b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);
     b->piece_blocks = perp__arena_take(arena, pieces, sizeof *b->piece_blocks);
     b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
@@ -60,13 +61,14 @@ PERP__KERNEL static void whiten_any(const double (*J)[6], const double *C, int32
         }
 }
 
-/* The pieces of a unit: rows from..from + count - 1 of g, on its bodies in ascending order. */
-PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *problem,
-                                  const perp__rigid_rows *g, int32_t unit, int32_t from,
-                                  int32_t count)
+/* The pieces of a constraint: rows from..from + count - 1 of g, on its bodies in ascending order.
+ */
+PERP__KERNEL static void add_constraint(perp__bodies *b, const perp__rigid_problem *problem,
+                                        const perp__rigid_rows *g, int32_t constraint, int32_t from,
+                                        int32_t count)
 {
     const int32_t width = b->width, first = g->body[0] > g->body[1];
-    int64_t piece = b->piece_starts[unit], at = b->entries;
+    int64_t piece = b->piece_starts[constraint], at = b->entries;
 
     for (int32_t turn = 0; turn < 2; turn++) {
         const int32_t side = turn ^ first, body = g->body[side];
@@ -87,23 +89,24 @@ PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *pr
         at += count * width;
     }
     b->entries = at;
-    b->piece_starts[unit + 1] = piece;
-    b->rows[unit + 1] = b->rows[unit] + count;
-    for (int32_t i = b->rows[unit]; i < b->rows[unit + 1]; i++)
-        b->unit_of[i] = unit;
+    b->piece_starts[constraint + 1] = piece;
+    b->rows[constraint + 1] = b->rows[constraint] + count;
+    for (int32_t i = b->rows[constraint]; i < b->rows[constraint + 1]; i++)
+        b->constraint_of[i] = constraint;
 }
 
 PERP__MULTIVERSION(add, (perp__bodies * b, const perp__rigid_problem *problem), (b, problem))
 {
-    int32_t unit = 0;
+    int32_t constraint = 0;
 
-    for (; unit < problem->contacts; unit++)
-        add_unit(b, problem, problem->rows + unit, unit, 0, problem->rows[unit].dim);
+    for (; constraint < problem->contacts; constraint++)
+        add_constraint(b, problem, problem->rows + constraint, constraint, 0,
+                       problem->rows[constraint].dim);
     for (int32_t k = 0; k < problem->joints; k++) {
         const perp__rigid_rows *g = problem->rows + problem->contacts + k;
 
         for (int32_t i = 0; i < g->dim; i++)
-            add_unit(b, problem, g, unit++, i, 1);
+            add_constraint(b, problem, g, constraint++, i, 1);
     }
 }
 
@@ -113,12 +116,12 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     size_t sizes[5];
 
     b->contacts = problem->contacts;
-    b->size = b->units = 0;
+    b->size = b->constraints = 0;
     for (int32_t k = 0; k < problem->contacts + problem->joints; k++)
         b->size += problem->rows[k].dim;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
-        b->units += problem->rows[k].dim;
-    b->units += problem->contacts;
+        b->constraints += problem->rows[k].dim;
+    b->constraints += problem->contacts;
     b->width = problem->width;
     b->blocks = problem->bodies;
     b->n = b->blocks * b->width;
@@ -126,12 +129,13 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     b->v_free = problem->free;
     b->most_pieces = 2;
     b->most_rows = 3;
-    sizes[0] = (size_t)b->units;
+    sizes[0] = (size_t)b->constraints;
     sizes[1] = (size_t)b->size;
     sizes[2] = (size_t)b->size * (size_t)b->width;
     sizes[3] = (size_t)b->blocks;
     sizes[4] = (size_t)b->n;
-    status = perp__arena_fit_sizes(&b->units_arena, b->context, layout, b, b->fitted, sizes, 5);
+    status =
+        perp__arena_fit_sizes(&b->constraints_arena, b->context, layout, b, b->fitted, sizes, 5);
     if (status != PERP_OK)
         return status;
     for (int32_t k = 0, row = 0; k < problem->contacts + problem->joints; k++)
@@ -141,9 +145,9 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     b->rows[0] = 0;
     b->piece_starts[0] = b->entries = 0;
     add(b, problem);
-    b->pieces = b->piece_starts[b->units];
+    b->pieces = b->piece_starts[b->constraints];
     for (int32_t k = 0; k < b->blocks; k++)
         b->block_starts[k + 1] += b->block_starts[k];
-    perp__bodies_list_units(b);
+    perp__bodies_list_constraints(b);
     return PERP_OK;
 }

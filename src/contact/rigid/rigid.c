@@ -74,12 +74,12 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->contacts = problem->contacts;
     s->size = s->bodies.size;
     s->rows = s->bodies.rows[problem->contacts];
-    s->units = s->bodies.units;
+    s->constraints = s->bodies.constraints;
     s->n = s->bodies.n;
     s->setups++;
     s->sizes[0] = (size_t)s->contacts;
     s->sizes[1] = (size_t)s->size;
-    s->sizes[2] = (size_t)s->units;
+    s->sizes[2] = (size_t)s->constraints;
     s->sizes[3] = (size_t)s->n;
     s->sizes[4] = (size_t)s->bodies.blocks;
     status = perp__arena_fit_sizes(&s->arena, s->context, perp__contact_lay_out, s, s->fitted,

@@ -14,8 +14,8 @@
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
-/* The velocity of what a unit's side is on: NULL where that is the world at rest. v: of the bodies;
- * carriers have their own. */
+/* The velocity of what a constraint's side is on: NULL where that is the world at rest. v: of the
+ * bodies; carriers have their own. */
 PERP__KERNEL static const double *velocity_of(const perp__rigid_problem *p, int32_t body,
                                               const double *v)
 {
@@ -55,7 +55,7 @@ PERP__MULTIVERSION(relative_doubled,
                                  : relative(p->width, p, &p->rows[k], i, v, v_low);
 }
 
-/* q of the units of one contact or joint, in plain doubles, and the sizes of its terms */
+/* q of the constraints of one contact or joint, in plain doubles, and the sizes of its terms */
 PERP__KERNEL static void load_rows(int32_t width, int32_t dim, const perp__rigid_problem *p,
                                    const perp__rigid_rows *g, double *q, double *sizes)
 {
@@ -187,7 +187,7 @@ static int32_t place_of(const perp_contact_solver *solver, int32_t body)
 void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u)
 {
     const perp__rigid_problem *p = solver->rigid;
-    int32_t unit = 0, row = 0;
+    int32_t constraint = 0, row = 0;
 
     for (int32_t k = 0; k < p->contacts + p->joints; k++) {
         const perp__rigid_rows *g = &p->rows[k];
@@ -195,11 +195,11 @@ void perp__rigid_held_velocities(const perp_contact_solver *solver, const double
         const int32_t is_one = a != PERP__RIGID_FREE && a == place_of(solver, g->body[1]);
 
         for (int32_t i = 0; i < g->dim; i++, row++) {
-            const int32_t holds = k < p->contacts ? i < solver->hold.holds[unit] : 1;
+            const int32_t holds = k < p->contacts ? i < solver->hold.holds[constraint] : 1;
 
             u[row] = holds ? 0.0 : is_one ? g->bias[i] : plain_row(p, g, i, v);
         }
-        unit += k < p->contacts ? 1 : g->dim;
+        constraint += k < p->contacts ? 1 : g->dim;
     }
 }
 
@@ -207,19 +207,19 @@ void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, 
                         int8_t *pushed)
 {
     const perp__rigid_problem *p = solver->rigid;
-    int32_t unit = 0;
+    int32_t constraint = 0;
 
     for (int32_t k = 0; k < p->contacts + p->joints; k++) {
         const perp__rigid_rows *g = &p->rows[k];
         const int32_t a = root_of(p, g->body[0]), b = root_of(p, g->body[1]);
 
-        for (int32_t i = 0; i < (k < p->contacts ? 1 : g->dim); i++, unit++) {
+        for (int32_t i = 0; i < (k < p->contacts ? 1 : g->dim); i++, constraint++) {
             const int32_t first = k < p->contacts ? 0 : i;
 
-            beside[unit] = a != PERP__RIGID_AT_REST ? a : b;
-            pushed[unit] = 0;
-            for (int32_t j = first; j < first + holds[unit]; j++)
-                pushed[unit] |= g->bias[j] != 0.0 && g->compliance[j] == 0.0;
+            beside[constraint] = a != PERP__RIGID_AT_REST ? a : b;
+            pushed[constraint] = 0;
+            for (int32_t j = first; j < first + holds[constraint]; j++)
+                pushed[constraint] |= g->bias[j] != 0.0 && g->compliance[j] == 0.0;
         }
     }
 }
@@ -321,9 +321,9 @@ static void add_factors(const perp_contact_solver *solver, const double *y)
     }
 }
 
-/* y += P'r and terms += |P|'|r| of one unit */
-PERP__KERNEL static void push_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
-                                   const double *r, double *y, double *terms)
+/* y += P'r and terms += |P|'|r| of one constraint */
+PERP__KERNEL static void push_one(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                  const double *r, double *y, double *terms)
 {
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const int64_t at = (int64_t)b->piece_blocks[piece] * width;
@@ -337,14 +337,14 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t rows, const perp__bodi
     }
 }
 
-/* Of all units: u := P y + q and scale := |P| terms + |q|. */
+/* Of all constraints: u := P y + q and scale := |P| terms + |q|. */
 typedef struct motion {
     const double *y, *terms, *q;
     double *u, *scale;
 } motion;
 
-PERP__KERNEL static void move_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
-                                   const motion *m)
+PERP__KERNEL static void move_one(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                  const motion *m)
 {
     for (int32_t i = 0; i < rows; i++) {
         const int32_t row = b->rows[k] + i;
@@ -428,25 +428,25 @@ PERP__MULTIVERSION(plain,
 {
     const motion all = {y, terms, q, u, scale};
 
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
 
         if (b->width == 6 && rows == 3)
             push_6(b, k, r + at, y, terms);
         else if (b->width == 3 && rows == 2)
-            push_unit(3, 2, b, k, r + at, y, terms);
+            push_one(3, 2, b, k, r + at, y, terms);
         else
-            push_unit(b->width, rows, b, k, r + at, y, terms);
+            push_one(b->width, rows, b, k, r + at, y, terms);
     }
-    for (int32_t k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->constraints; k++) {
         const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
 
         if (b->width == 6 && rows == 3)
             move_6(b, k, y, terms, q + at, u + at, scale + at);
         else if (b->width == 3 && rows == 2)
-            move_unit(3, 2, b, k, &all);
+            move_one(3, 2, b, k, &all);
         else
-            move_unit(b->width, rows, b, k, &all);
+            move_one(b->width, rows, b, k, &all);
     }
 }
 

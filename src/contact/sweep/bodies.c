@@ -20,7 +20,7 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
             for (int32_t j = 0; j < width; j++)
                 u[i] += p[j] * y[j];
     }
-    mode = perp__sweep_unit(work, k, u, dr);
+    mode = perp__sweep_constraint(work, k, u, dr);
     if (k < b->contacts)
         work->modes[k] = (int8_t)mode;
     for (int32_t i = 0; i < rows; i++)
@@ -41,8 +41,8 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
 double perp__sweep_bodies(perp__sweep_work *work, int32_t backward)
 {
     const perp__bodies *bodies = work->common.problem->bodies;
-    const int32_t step = backward ? -1 : 1, stop = backward ? -1 : work->units;
-    int32_t k = backward ? work->units - 1 : 0;
+    const int32_t step = backward ? -1 : 1, stop = backward ? -1 : work->constraints;
+    int32_t k = backward ? work->constraints - 1 : 0;
     double most = 0.0;
 
     while (k != stop) {

@@ -66,7 +66,7 @@ static int32_t find_levels(perp__sweep_work *work)
 
         most = levels->of_block[block];
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
-            const perp__packed_contact *c = &work->packed[b->block_units[at]];
+            const perp__packed_contact *c = &work->packed[b->block_constraints[at]];
             const int32_t which = c->blocks[0] == block, other = c->blocks[which];
 
             if (levels->of_block[other] < 0 && approach(work, c, which) < 0.0) {

@@ -22,15 +22,15 @@ double perp__sweep_matrix(perp__sweep_work *work, int32_t backward)
 {
     double most = 0.0;
 
-    for (int32_t step = 0; step < work->units; step++) {
-        const int32_t k = backward ? work->units - 1 - step : step;
+    for (int32_t step = 0; step < work->constraints; step++) {
+        const int32_t k = backward ? work->constraints - 1 - step : step;
         const int32_t first = work->rows[k], rows = work->rows[k + 1] - first;
         double u[PERP__CONTACT_ROWS_MOST], dr[PERP__CONTACT_ROWS_MOST], sum = 0.0;
         int32_t mode;
 
         for (int32_t i = 0; i < rows; i++)
             u[i] = perp__sweep_row(work, first + i, work->r);
-        mode = perp__sweep_unit(work, k, u, dr);
+        mode = perp__sweep_constraint(work, k, u, dr);
         if (k < work->common.problem->contacts)
             work->modes[k] = (int8_t)mode;
         for (int32_t i = 0; i < rows; i++)

@@ -51,16 +51,16 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     perp__sweep_work *work = object;
     const perp__contact_problem *problem = work->common.problem;
     const size_t size = (size_t)problem->size, contacts = (size_t)problem->contacts;
-    const size_t units = contacts + size - (size_t)problem->rows;
+    const size_t constraints = contacts + size - (size_t)problem->rows;
 
-    work->units = (int32_t)units;
+    work->constraints = (int32_t)constraints;
     work->size = problem->size;
-    work->rows = perp__arena_take(arena, units + 1, sizeof *work->rows);
-    work->local = perp__arena_take(arena, units, sizeof *work->local);
+    work->rows = perp__arena_take(arena, constraints + 1, sizeof *work->rows);
+    work->local = perp__arena_take(arena, constraints, sizeof *work->local);
     work->discs = perp__arena_take(arena, problem->has_discs ? contacts : 0, sizeof *work->discs);
     work->two_sided =
         perp__arena_take(arena, problem->two_sided ? contacts : 0, sizeof *work->two_sided);
-    work->weights = perp__arena_take(arena, units, sizeof(double));
+    work->weights = perp__arena_take(arena, constraints, sizeof(double));
     PERP__DOUBLES(arena, size, &work->row_weights, &work->r, &work->x, &work->u, &work->best);
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
     if (problem->bodies)
@@ -100,13 +100,13 @@ static void read_rows(perp__sweep_work *work)
     work->entry_starts[0] = 0;
 }
 
-/* W_kk of a unit, row-major. */
-static void read_diagonal(const perp__sweep_work *work, int32_t unit, double *W)
+/* W_kk of a constraint, row-major. */
+static void read_diagonal(const perp__sweep_work *work, int32_t constraint, double *W)
 {
-    const int32_t first = work->rows[unit], rows = work->rows[unit + 1] - first;
+    const int32_t first = work->rows[constraint], rows = work->rows[constraint + 1] - first;
 
     if (work->common.problem->bodies) {
-        perp__bodies_diagonal(work->common.problem->bodies, unit, W);
+        perp__bodies_diagonal(work->common.problem->bodies, constraint, W);
         return;
     }
     memset(W, 0, (size_t)(rows * rows) * sizeof *W);
@@ -139,7 +139,7 @@ static void read_discs(perp__sweep_work *work, int32_t k, const double *W)
         perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
 }
 
-static void read_unit(perp__sweep_work *work, int32_t k)
+static void read_constraint(perp__sweep_work *work, int32_t k)
 {
     const perp__contact_problem *problem = work->common.problem;
     const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
@@ -169,13 +169,13 @@ void perp__sweep_read(perp__sweep_work *work)
     const perp__contact_problem *problem = work->common.problem;
 
     memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
-    for (int32_t k = problem->contacts; k < work->units; k++)
+    for (int32_t k = problem->contacts; k < work->constraints; k++)
         work->rows[k + 1] = work->rows[k] + 1;
     if (!problem->bodies)
         read_rows(work);
-    work->all_packed = work->packed && work->units == problem->contacts;
-    for (int32_t k = 0; k < work->units; k++)
-        read_unit(work, k);
+    work->all_packed = work->packed && work->constraints == problem->contacts;
+    for (int32_t k = 0; k < work->constraints; k++)
+        read_constraint(work, k);
     if (problem->bodies)
         memset(work->y, 0,
                (size_t)(problem->bodies->blocks + 1) * (size_t)work->stride * sizeof *work->y);

@@ -1,5 +1,6 @@
 /* Nonsmooth contact dynamics' block Gauss-Seidel (Jean, Comput. Methods Appl. Mech. Eng. 177 (1999)
- * 235): unit by unit, with the newest r throughout, the exact solution of the unit's own problem
+ * 235): constraint by constraint, with the newest r throughout, the exact solution of the
+ * constraint's own problem
  *   u_k = W_kk r_k + b_k,   b_k = q_k + sum_{j != k} W_kj r_j.
  * A sweep's largest change of r, max sqrt(t_k) |dr_k| / omega, is of the size of the tested
  * residual and costs nothing; once it is small the residual itself is computed. No theorem says
@@ -16,7 +17,7 @@
 /* PERP_CONTACT_METHOD_SWEEP */
 #define METHOD_SWEEP 1
 
-/* Default limit: that many sweeps, less where they would visit more than VISITS_MOST units. */
+/* Default limit: that many sweeps, less where these make more than VISITS_MOST visits. */
 #define SWEEPS_MOST 10000
 #define SWEEPS_LEAST 200
 #define VISITS_MOST 1e9
@@ -50,7 +51,7 @@ static perp_status check(const perp__contact_problem *problem)
 static int64_t sweep_limit(const perp__sweep_work *work)
 {
     const int64_t limit = work->common.problem->iteration_limit;
-    const double sweeps = VISITS_MOST / (work->units + 1.0);
+    const double sweeps = VISITS_MOST / (work->constraints + 1.0);
 
     if (limit > 0)
         return limit;

@@ -1,5 +1,5 @@
-/* Block Gauss-Seidel: the workspace, shared by its files. A unit is a contact or a bilateral row.
- */
+/* Block Gauss-Seidel: the workspace, shared by its files. Its blocks are the constraints: contacts
+ * and bilateral rows. */
 #ifndef PERP_CONTACT_SWEEP_H
 #define PERP_CONTACT_SWEEP_H
 
@@ -53,12 +53,12 @@ typedef struct perp__packed_result {
 
 typedef struct perp__sweep_work {
     perp__contact_work common;
-    int32_t units, size;
-    int32_t *rows;                /* units + 1 */
-    perp__local *local;           /* units */
+    int32_t constraints, size;
+    int32_t *rows;                /* constraints + 1 */
+    perp__local *local;           /* constraints */
     perp__sweep_discs *discs;     /* contacts, if some roll or spin */
     perp__two_sided *two_sided;   /* contacts, if some hold both ways; `local` is no more then */
-    double *weights;              /* units: sqrt(trace) / omega */
+    double *weights;              /* constraints: sqrt(trace) / omega */
     double *row_weights;          /* size: the same for each row */
     double *r;                    /* size; the tangents of packed contacts turned */
     double *x, *u;                /* size: r in the caller's frame, and W x + q */
@@ -87,8 +87,8 @@ typedef struct perp__sweep_work {
     double *entries;
 } perp__sweep_work;
 
-/* One pass over all units, the last first if `backward`. Returns the largest weighted change of r,
- * max sqrt(t_k) |dr_k| / omega; NaN or infinity where a number overflowed. */
+/* One pass over all constraints, the last first if `backward`. Returns the largest weighted change
+ * of r, max sqrt(t_k) |dr_k| / omega; NaN or infinity where a number overflowed. */
 double perp__sweep_bodies(perp__sweep_work *work, int32_t backward);
 double perp__sweep_matrix(perp__sweep_work *work, int32_t backward);
 
@@ -102,12 +102,12 @@ void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double
 void perp__sweep_import(perp__sweep_work *work, const double *x);
 void perp__sweep_export(perp__sweep_work *work, const double *r);
 
-/* r and y := a guess for piles at rest; all units are packed contacts. */
+/* r and y := a guess for piles at rest; all constraints are packed contacts. */
 void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__bodies *bodies);
 void perp__sweep_settle(perp__sweep_work *work);
 
-/* u_k given, with the current r: the unit's next r, and dr. Returns the mode. */
-int32_t perp__sweep_unit(perp__sweep_work *work, int32_t unit, double *u, double *dr);
+/* u_k given, with the current r: the constraint's next r, and dr. Returns the mode. */
+int32_t perp__sweep_constraint(perp__sweep_work *work, int32_t constraint, double *u, double *dr);
 
 /* W by rows from problem->W; the local problems from either. */
 void perp__sweep_read(perp__sweep_work *work);

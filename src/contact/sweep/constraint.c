@@ -1,4 +1,4 @@
-/* One unit of a sweep, and the tested residual of one. */
+/* One constraint of a sweep, and the tested residual of one. */
 #include <math.h>
 
 #include "contact/law.h"
@@ -71,23 +71,23 @@ static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, dou
     return mode;
 }
 
-int32_t perp__sweep_unit(perp__sweep_work *work, int32_t unit, double *u, double *dr)
+int32_t perp__sweep_constraint(perp__sweep_work *work, int32_t constraint, double *u, double *dr)
 {
-    const int32_t first = work->rows[unit], rows = work->rows[unit + 1] - first;
+    const int32_t first = work->rows[constraint], rows = work->rows[constraint + 1] - first;
     double *r = work->r + first;
     int32_t mode;
 
     for (int32_t i = 0; i < rows; i++)
         dr[i] = r[i];
-    if (unit >= work->common.problem->contacts) {
-        r[0] -= u[0] * work->local[unit].inverse_normal;
+    if (constraint >= work->common.problem->contacts) {
+        r[0] -= u[0] * work->local[constraint].inverse_normal;
         mode = PERP__STICK;
-    } else if (perp__contact_two_sided(work->common.problem, unit) > 0) {
-        mode = perp__two_sided_step(&work->two_sided[unit], u, r);
-    } else if (rows > work->local[unit].dim) {
-        mode = step_with_discs(work, unit, u, r);
+    } else if (perp__contact_two_sided(work->common.problem, constraint) > 0) {
+        mode = perp__two_sided_step(&work->two_sided[constraint], u, r);
+    } else if (rows > work->local[constraint].dim) {
+        mode = step_with_discs(work, constraint, u, r);
     } else {
-        mode = perp__local_step(&work->local[unit], u, r);
+        mode = perp__local_step(&work->local[constraint], u, r);
     }
     for (int32_t i = 0; i < rows; i++)
         dr[i] = r[i] - dr[i];
@@ -140,7 +140,8 @@ static double cone_map(int32_t dim, double mu, double t, const double *r, const 
     return sum;
 }
 
-static double unit_map(const perp__sweep_work *work, int32_t k, const double *r, const double *u)
+static double constraint_map(const perp__sweep_work *work, int32_t k, const double *r,
+                             const double *u)
 {
     const perp__contact_problem *problem = work->common.problem;
     const double t = problem->trace[k];
@@ -178,10 +179,10 @@ double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u)
     else
         for (int32_t i = 0; i < work->size; i++)
             u[i] = perp__sweep_row(work, i, x);
-    for (int32_t k = 0; k < work->units; k++) {
+    for (int32_t k = 0; k < work->constraints; k++) {
         const double map = k < problem->contacts && perp__contact_two_sided(problem, k) > 0
                                ? perp__contact_natural(problem, k, x, u, &mode)
-                               : unit_map(work, k, x + work->rows[k], u + work->rows[k]);
+                               : constraint_map(work, k, x + work->rows[k], u + work->rows[k]);
         const double part = work->weights[k] * map;
 
         if (!(part <= residual) && !isnan(residual)) /* NaN stays */
