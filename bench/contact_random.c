@@ -6,8 +6,7 @@
  * that do not stand a check of their own: |M v - f - H'r|, |u - H v - w| and the laws, relative to
  * the problem's scales.
  *
- *   contact_random [first seed [count [method...]]]      default: 1 300 auto proximal sweep
- */
+ *   contact_random [first seed [count [method...]]]      default: 1 300 auto proximal sweep */
 #include "measure.h"
 
 #include "../tests/piles.h"

@@ -6,8 +6,7 @@
  * to 16 a try).
  *
  *   lcp_contact [first seed [count [method...]]]      default: 1 120 lemke lexicographic auto
- * fischer
- */
+ * fischer */
 #include "measure.h"
 
 #include "../tests/scene.h"

@@ -4,8 +4,7 @@
 #include <string.h>
 
 /* Limb k holds multiples of 2^(32 k - OFFSET); between normalisations a limb may leave [0,
- * 2^32).
- */
+ * 2^32). */
 #define OFFSET 2304
 #define LIMB INT64_C(0x100000000)
 

@@ -55,8 +55,7 @@ typedef struct perp__contact_bounded {
     double *away;                  /* own size: x + away is counted from those */
 } perp__contact_bounded;
 
-/* Counts what the methods get: own_contacts, own_rows, free. `rows` of `contacts` come before.
- */
+/* Counts what the methods get: own_contacts, own_rows, free. `rows` of `contacts` come before. */
 void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_laws *laws,
                                  int32_t rows);
 

@@ -11,8 +11,7 @@
  * former maximum is right where light bodies lie on heavy ones, the latter where rows have
  * different units. In both, S_j is what impulses can answer to: nothing of a contact that opens, of
  * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j) where W is semidefinite: a
- * contact with more, of another or of itself, in a W that no mechanics has, excuses nobody.
- */
+ * contact with more, of another or of itself, in a W that no mechanics has, excuses nobody. */
 #include <math.h>
 #include <string.h>
 

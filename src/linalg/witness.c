@@ -20,8 +20,7 @@
  * as in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and
  * nobody knows; nor where a coupling that the units of a row were found from leaves others of
  * 2^20, or 2^-30 of couplings that are as large as any, as in [[0, 1, e], [1, 0, 1], [e, 1, 0]].
- * Then the caller's units are balanced too, and the worse ones count.
- */
+ * Then the caller's units are balanced too, and the worse ones count. */
 #include "linalg/witness.h"
 
 #include <float.h>

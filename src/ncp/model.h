@@ -143,8 +143,7 @@ int32_t perp__ncp_is_late(perp__ncp_model *model);
 void perp__ncp_find_parts(perp__ncp_model *model);
 
 /* A solve begins: groups of one, or those of the pattern. Joining also sets part := group. The last
- * Jacobian's couplings join them.
- */
+ * Jacobian's couplings join them. */
 void perp__ncp_start_groups(perp__ncp_model *model);
 void perp__ncp_join_groups(perp__ncp_model *model);
 

@@ -1,8 +1,7 @@
 /* One life for every kind of handle: inside a callback nothing is destroyed and every call is
  * refused as busy, nothing is made from a destroyed context, a dead handle and one of another kind
  * are the same error, and a create that runs out of memory leaves nothing. One table; a new kind
- * gets a row.
- */
+ * gets a row. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -65,8 +64,7 @@ static void keep_log(const char *message, void *user)
     attack_everything();
 }
 
-/* ---- the kinds --------------------------------------------------------------------------------
- */
+/* ---- the kinds ------------------------------------------------------------------------------- */
 
 static const double one = 1.0, minus_one = -1.0;
 
@@ -307,8 +305,7 @@ static void require_alive(void)
     }
 }
 
-/* ---- tests ------------------------------------------------------------------------------------
- */
+/* ---- tests ----------------------------------------------------------------------------------- */
 
 static void test_the_log_destroys_nothing(void **state)
 {

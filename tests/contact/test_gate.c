@@ -26,8 +26,7 @@ static int32_t is_good(int32_t outcome)
     return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
 }
 
-/* ---- contacts beside their own terms ---------------------------------------------------------
- */
+/* ---- contacts beside their own terms --------------------------------------------------------- */
 
 /* A tower of boxes without friction, contact k under body k, on W of contacts: what lies on contact
  * k is M_k = m_k + ... + m_(n-1), and at rest r_k = M_k g h. */
@@ -249,8 +248,7 @@ static void test_mixed_towers(void **state)
     assert_int_equal(good, 100); /* pivoting finds all of them */
 }
 
-/* ---- limits ----------------------------------------------------------------------------------
- */
+/* ---- limits ---------------------------------------------------------------------------------- */
 
 typedef struct watch {
     int64_t last[8], calls; /* by method: the last count seen; in all */
@@ -448,8 +446,7 @@ static void test_no_proof_without_budget(void **state)
     }
 }
 
-/* ---- numbers out of range --------------------------------------------------------------------
- */
+/* ---- numbers out of range -------------------------------------------------------------------- */
 
 /* Impulses of 1e400 are none. */
 static void test_impulse_out_of_range(void **state)
@@ -489,8 +486,7 @@ static void test_omega_out_of_range(void **state)
     assert_true(r[0] == 77.0);
 }
 
-/* ---- right sides of rounding -------------------------------------------------------------------
- */
+/* ---- right sides of rounding ----------------------------------------------------------------- */
 
 /* Five joints in four velocities, three of the rows made of the other two: impulses answer to two
  * numbers alone. b = -G v0 leaves them nothing to do but what rounding makes of five sums, which

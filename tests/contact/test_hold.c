@@ -415,8 +415,7 @@ static void test_linear(void **state)
         }
 }
 
-/* ---- against an independent projection ---------------------------------------------------------
- */
+/* ---- against an independent projection ------------------------------------------------------- */
 
 /* Rows that hold: as the modes say. */
 static int32_t rows_held(const rigid_scene *s, int32_t k)

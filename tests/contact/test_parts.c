@@ -17,8 +17,7 @@ static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO, PERP_CONTACT_METHOD_
 
 enum { METHODS = sizeof methods / sizeof *methods };
 
-/* ---- stacks ----------------------------------------------------------------------------------
- */
+/* ---- stacks ---------------------------------------------------------------------------------- */
 
 enum { PARTS = 3, MOST_N = 42, MOST_ROWS = 36, MOST_CONTACTS = 12 };
 

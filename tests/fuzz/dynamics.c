@@ -204,8 +204,7 @@ void dynamics_check(const laws_problem *p, const dynamics_problem *d, double tol
     check_rows(p, d, tol, v, r, find_impulses(p, W, t));
 }
 
-/* ---- derivatives --------------------------------------------------------------------------------
- */
+/* ---- derivatives ----------------------------------------------------------------------------- */
 
 static wide dot(const double *x, const double *y, int32_t count, wide *size)
 {

@@ -300,8 +300,7 @@ static void test_step_by_step(void **state)
     }
 }
 
-/* ---- no allocation after the first ------------------------------------------------------------
- */
+/* ---- no allocation after the first ----------------------------------------------------------- */
 
 /* Later solves with other q, so with other active sets, cold and warm. */
 static void solve_some_more(bench *b)

@@ -103,8 +103,7 @@ static void test_a_long_path_is_left(void **state)
     gen_destroy(&problem);
 }
 
-/* ---- problems with rational or closed-form solutions ------------------------------------------
- */
+/* ---- problems with rational or closed-form solutions ----------------------------------------- */
 
 static void require_solution(const gen_lcp *problem, int32_t method, const double *z, double error,
                              const char *where)

@@ -81,8 +81,7 @@ static void test_measures_by_hand(void **state)
     gen_destroy(&problem);
 }
 
-/* ---- the checker objects -----------------------------------------------------------------------
- */
+/* ---- the checker objects --------------------------------------------------------------------- */
 
 typedef struct answer {
     double z[3], w[3], ray[3];

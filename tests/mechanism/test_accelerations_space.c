@@ -179,8 +179,7 @@ static void test_existence(void **state)
         }
 }
 
-/* ---- a table: a body of mass 3 on four legs at (+-1, +-0.5, -0.7) of its mass centre ----------
- */
+/* ---- a table: a body of mass 3 on four legs at (+-1, +-0.5, -0.7) of its mass centre --------- */
 
 /* The tangents of each leg are turned by another angle. */
 static void make_table(table *s, const double *push, double mu)

@@ -103,8 +103,7 @@ static void test_rocking_block(void **state)
         }
 }
 
-/* ---- opposed walls ----------------------------------------------------------------------------
- */
+/* ---- opposed walls --------------------------------------------------------------------------- */
 
 /* A mass that moves to the right between walls that both touch. */
 static int32_t between_walls(tabled *r, double left, double right, int32_t law)
@@ -180,8 +179,7 @@ static void test_a_wall_not_touched_yet(void **state)
     }
 }
 
-/* ---- impacts without collision ----------------------------------------------------------------
- */
+/* ---- impacts without collision --------------------------------------------------------------- */
 
 /* theory.md (e), in the plane or with a second tangent that is turned by `angle`. */
 static void make_rod(tabled *r, int32_t dim, double angle, double mu, double e)

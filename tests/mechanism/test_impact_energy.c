@@ -160,8 +160,7 @@ static void test_friction_feeds(void **state)
     }
 }
 
-/* ---- impacts without an answer ----------------------------------------------------------------
- */
+/* ---- impacts without an answer --------------------------------------------------------------- */
 
 /* The problem of Moreau's law as a linear one, in (r_n, r_t+, r_t-, speed) of each contact. */
 static void make_linear(double *M, double *q, const tabled *r, const double *v0)

@@ -128,8 +128,7 @@ static void test_velocities_are_left_alone(void **state)
     assert_true(r[1].step.drift <= 1e-15);
 }
 
-/* ---- rows that bend ---------------------------------------------------------------------------
- */
+/* ---- rows that bend -------------------------------------------------------------------------- */
 
 /* A point that is kept on a circle of this radius. */
 static int32_t on_a_circle(double *c, double *G, double *drift, double t, const double *q,
@@ -232,8 +231,7 @@ static void test_kinematics(void **state)
     tabled_close(&r);
 }
 
-/* ---- what cannot be removed -------------------------------------------------------------------
- */
+/* ---- what cannot be removed ------------------------------------------------------------------ */
 
 /* A gap that no displacement changes, whatever its gradient says: q stays where it is. */
 static int32_t stubborn(double *gap, double *H, double *drift, double *mu, double t,

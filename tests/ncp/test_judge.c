@@ -86,8 +86,7 @@ static void release(rig *r)
 
 /* F_0 = z_0 - 1, F_1 = 1e-3 z_0 + z_1 - 1e-3 - 1e-7: at (1, 0) row 1 misses 1e-7, of terms of 2e-3
  * and as much again that z_0 passes on; beside the 1 of row 0 that is 1e-7. The coupling is
- * significant.
- */
+ * significant. */
 static void test_each_row_beside_its_own(void **state)
 {
     static const double start[2] = {0.0, 0.0};

@@ -155,8 +155,7 @@ static void meetings_are_the_first_contacts(void **context)
             }
 }
 
-/* Height of corner (x, -0.1) of a box that turns from 1e-3 to -2e-4 rad, above the face y = 0.1.
- */
+/* Height of corner (x, -0.1) of a box that turns from 1e-3 to -2e-4 rad, above the face y = 0.1. */
 static double height(const encounter *e, double x, double t)
 {
     const double angle = 1e-3 + t * e->moving[1].turn[2];

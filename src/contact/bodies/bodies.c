@@ -63,8 +63,7 @@ static void fill_constraints(perp__bodies *bodies, const perp__bodies_input *inp
         bodies->compliance[i] = input->compliance ? input->compliance[i] : 0.0;
 }
 
-/* ---- blocks -----------------------------------------------------------------------------------
- */
+/* ---- blocks ---------------------------------------------------------------------------------- */
 
 void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor visit, void *user)
 {

@@ -121,8 +121,7 @@ typedef void (*perp__visitor)(void *user, int32_t row, int32_t column, double va
 void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor visit, void *user);
 perp_status perp__bodies_fill_pieces(perp__bodies *bodies, const perp__bodies_input *input);
 /* The constraints of each block in ascending order; the ends of the blocks before stand in
- * block_starts.
- */
+ * block_starts. */
 void perp__bodies_list_constraints(perp__bodies *bodies);
 
 #endif

@@ -158,8 +158,7 @@ void perp__bodies_multiply(const perp__bodies *b, const double *r, const double 
         u[i] += b->compliance[i] * r[i];
 }
 
-/* ---- W ----------------------------------------------------------------------------------------
- */
+/* ---- W --------------------------------------------------------------------------------------- */
 
 /* W[i * stride + c] += sum of row i of one piece times row c of the other */
 PERP__KERNEL static void add_product(const double *p, int32_t rows, const double *other,

@@ -89,8 +89,7 @@ perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
                                  hold->dense_fitted, dense, 3);
 }
 
-/* ---- carriers ---------------------------------------------------------------------------------
- */
+/* ---- carriers -------------------------------------------------------------------------------- */
 
 static int32_t turns(const perp__rigid_problem *p, const double *twist)
 {
@@ -198,8 +197,7 @@ static int32_t root_beside(const perp__hold *h, int32_t constraint, int32_t bloc
 }
 
 /* ---- clusters: what bodies joined by rows that hold, none of them held by what is held alone,
- * leave free of each other ----
- */
+ * leave free of each other ---- */
 
 /* Joins what is not held by rows that hold; members: by cluster, in the order of the first of
  * each. */
@@ -468,8 +466,7 @@ static void solve_clusters(perp__hold *h)
     }
 }
 
-/* ---- one body after the other ----------------------------------------------------------------
- */
+/* ---- one body after the other ---------------------------------------------------------------- */
 
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
 static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)

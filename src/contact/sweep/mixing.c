@@ -35,8 +35,7 @@ void perp__mixing_before(perp__mixing *mixing, const double *r)
     memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
 }
 
-/* ---- kernels ----------------------------------------------------------------------------------
- */
+/* ---- kernels --------------------------------------------------------------------------------- */
 
 PERP__MULTIVERSION(dot, (const double *a, const double *b, int32_t n, double *result),
                    (a, b, n, result))
@@ -92,8 +91,7 @@ PERP__MULTIVERSION(combine,
     }
 }
 
-/* ---- least squares ----------------------------------------------------------------------------
- */
+/* ---- least squares --------------------------------------------------------------------------- */
 
 /* x := (F'F + ridge)^-1 F'f; 0 where that breaks down. */
 static int32_t least_squares(const perp__mixing *m, double *x)

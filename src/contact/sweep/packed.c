@@ -1,8 +1,7 @@
 /* Contacts of rigid bodies, the common case in one piece of memory: at most 3 rows on at most 2
  * blocks of 6 unknowns, tangents turned to where the local problem is diagonal. A row that a
  * frictionless or planar contact lacks is zero, and so are the unknowns that a planar body lacks
- * and the piece of a contact with the ground.
- */
+ * and the piece of a contact with the ground. */
 #include <math.h>
 #include <string.h>
 

@@ -4,8 +4,7 @@
  *   u_k = W_kk r_k + b_k,   b_k = q_k + sum_{j != k} W_kj r_j.
  * A sweep's largest change of r, max sqrt(t_k) |dr_k| / omega, is of the size of the tested
  * residual and costs nothing; once it is small the residual itself is computed. No theorem says
- * that the sweeps converge for Coulomb's law, and where they stagnate or diverge that is said.
- */
+ * that the sweeps converge for Coulomb's law, and where they stagnate or diverge that is said. */
 #include "contact/sweep/sweep.h"
 
 #include <float.h>

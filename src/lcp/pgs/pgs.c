@@ -9,8 +9,7 @@
  * moment each row is updated; a sweep that claims convergence is confirmed by a product with its z.
  *
  * A row without a diagonal entry has no such step. If all of it is zero, w_i = q_i says where z_i
- * belongs, and there it is held.
- */
+ * belongs, and there it is held. */
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -81,8 +81,7 @@ struct perp__acceleration {
     perp__answers answers; /* points are forces in all rows of the mechanism */
 };
 
-/* ---- of an answer, besides its force ----------------------------------------------------------
- */
+/* ---- of an answer, besides its force --------------------------------------------------------- */
 static inline double *perp__answer_acceleration(const perp__answer *answer)
 {
     return answer->own;

@@ -404,8 +404,7 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
  * nothing is left there is no answer), turned so that it cuts off what is outside of the disc,
  * until the middle of what is left is inside; then within the disc, with corners in the directions
  * of that middle. So no family is missed, and all of its points are answers, but not all answers
- * are there.
- */
+ * are there. */
 
 /* Discs of friction that the family has to stay in. */
 static int32_t count_discs(const perp__acceleration *a)

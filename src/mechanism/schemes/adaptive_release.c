@@ -102,8 +102,7 @@ static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
     return step->impacts > 0;
 }
 
-/* ---- forces at an instant ----------------------------------------------------------------------
- */
+/* ---- forces at an instant -------------------------------------------------------------------- */
 
 /* a->bias := d/dt(J) v + d/dt(drift), by central differences, of order 4. */
 static perp_status find_bias(perp_mechanism *m, perp__adaptive *a, double t, const double *q,
