@@ -20,8 +20,7 @@ static void layout_constraints(perp__arena *arena, void *object)
     perp__bodies *b = object;
     const size_t n = (size_t)b->n, constraints = (size_t)b->constraints, size = (size_t)b->size;
 
-    b->block_of = perp__arena_take(arena, n, sizeof *b->block_of);
-    b->place_of = perp__arena_take(arena, n, sizeof *b->place_of);
+    PERP__INTEGERS(arena, n, &b->block_of, &b->place_of);
     b->rows = perp__arena_take(arena, constraints + 1, sizeof *b->rows);
     b->constraint_of = perp__arena_take(arena, size, sizeof *b->constraint_of);
     b->compliance = perp__arena_take(arena, size, sizeof *b->compliance);
@@ -37,8 +36,7 @@ static void layout_blocks(perp__arena *arena, void *object)
     b->sizes = perp__arena_take(arena, (size_t)b->blocks, sizeof *b->sizes);
     b->dofs = perp__arena_take(arena, padded, sizeof *b->dofs);
     b->factors = perp__arena_take(arena, padded, (size_t)b->width * sizeof *b->factors);
-    b->y = perp__arena_take(arena, padded, sizeof *b->y);
-    b->free = perp__arena_take(arena, padded, sizeof *b->free);
+    PERP__DOUBLES(arena, padded, &b->y, &b->free);
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
 }
 

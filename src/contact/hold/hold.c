@@ -25,8 +25,7 @@ static void lay_out(perp__arena *arena, void *object)
     h->holds = perp__arena_take(arena, constraints, sizeof *h->holds);
     h->pushed = perp__arena_take(arena, constraints, sizeof *h->pushed);
     h->beside = perp__arena_take(arena, constraints, sizeof *h->beside);
-    h->v = perp__arena_take(arena, blocks * width, sizeof *h->v);
-    h->y = perp__arena_take(arena, blocks * width, sizeof *h->y);
+    PERP__DOUBLES(arena, blocks * width, &h->v, &h->y);
     h->basis = perp__arena_take(arena, blocks, width * width * sizeof *h->basis);
     h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
     h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);

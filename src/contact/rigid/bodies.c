@@ -19,8 +19,7 @@ static void layout(perp__arena *arena, void *object)
     b->piece_starts = perp__arena_take(arena, constraints + 1, sizeof *b->piece_starts);
     b->mark =
         perp__arena_take(arena, (padded > constraints ? padded : constraints) + 1, sizeof *b->mark);
-    b->y = perp__arena_take(arena, padded, sizeof *b->y);
-    b->free = perp__arena_take(arena, padded, sizeof *b->free);
+    PERP__DOUBLES(arena, padded, &b->y, &b->free);
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
     b->block_constraints = perp__arena_take(arena, pieces, sizeof *b->block_constraints);
     b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);

@@ -23,8 +23,7 @@ void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__b
 {
     const size_t blocks = (size_t)b->blocks + 1, contacts = (size_t)b->contacts;
 
-    levels->of_block = perp__arena_take(arena, blocks, sizeof *levels->of_block);
-    levels->queue = perp__arena_take(arena, blocks, sizeof *levels->queue);
+    PERP__INTEGERS(arena, blocks, &levels->of_block, &levels->queue);
     levels->starts = perp__arena_take(arena, blocks + 2, sizeof *levels->starts);
     levels->contacts = perp__arena_take(arena, contacts, sizeof *levels->contacts);
     levels->rest = perp__arena_take(arena, blocks * PERP__PACKED_WIDTH, sizeof(double));
