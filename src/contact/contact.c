@@ -129,8 +129,7 @@ static perp_status find_patience(void *user, int64_t *patience)
 
     if (slot->method->check(&solver->problem) == PERP_OK) {
         status = fit(solver, slot);
-        if (status == PERP_OK)
-            status = perp__proximal_worth(slot->space.work, &sweeps);
+        PERP__THEN(status, perp__proximal_worth(slot->space.work, &sweeps));
     }
     *patience = (int64_t)(PATIENCE * sweeps);
     return status;

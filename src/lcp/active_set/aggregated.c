@@ -182,8 +182,7 @@ perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_pro
     finest->M = *problem->M;
     finest->entries = 0;
     status = perp__arena_fit(&coarse->arena, coarse->context, layout_shared, coarse);
-    if (status == PERP_OK)
-        status = perp__arena_fit(&finest->arena, coarse->context, layout_level, finest);
+    PERP__THEN(status, perp__arena_fit(&finest->arena, coarse->context, layout_level, finest));
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < problem->n; i++) {
