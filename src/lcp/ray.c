@@ -94,9 +94,8 @@ static void column_product(const perp_lcp_solver *solver, const double *y, int32
     const perp__matrix *M = &solver->M;
     double high = 0.0, low = 0.0, total = 0.0;
     int32_t count = M->column_starts ? M->column_starts[j + 1] - M->column_starts[j] : M->rows;
-    int32_t k;
 
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         int32_t at = M->column_starts ? M->column_starts[j] + k : 0;
         int32_t i = M->column_starts ? M->row_indices[at] : k;
         double value = M->column_starts

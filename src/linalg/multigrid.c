@@ -101,9 +101,7 @@ static double row_times(const rows *r, int32_t i, const double *x)
 /* A Gauss-Seidel sweep; x is 0 outside of the block. */
 static void sweep(const rows *r, const double *b, double *x, int32_t forward)
 {
-    int32_t step;
-
-    for (step = 0; step < r->count; step++) {
+    for (int32_t step = 0; step < r->count; step++) {
         const int32_t k = forward ? step : r->count - 1 - step;
         const int32_t i = r->list ? r->list[k] : k;
 
@@ -116,10 +114,9 @@ static void restrict_residual(const rows *r, const double *b, const double *x,
                               const perp__level *coarse)
 {
     const perp__level *level = r->level;
-    int32_t k;
 
     memset(coarse->b, 0, (size_t)coarse->n * sizeof(double));
-    for (k = 0; k < r->count; k++) {
+    for (int32_t k = 0; k < r->count; k++) {
         const int32_t i = r->list ? r->list[k] : k;
         const double residual = b[i] - row_times(r, i, x);
 
@@ -132,9 +129,8 @@ static void restrict_residual(const rows *r, const double *b, const double *x,
 static void prolong(const rows *r, const double *coarse_x, double *x)
 {
     const perp__level *level = r->level;
-    int32_t k;
 
-    for (k = 0; k < r->count; k++) {
+    for (int32_t k = 0; k < r->count; k++) {
         const int32_t i = r->list ? r->list[k] : k;
         double sum = 0.0;
 
@@ -148,9 +144,8 @@ static void prolong(const rows *r, const double *coarse_x, double *x)
 static void cycle(perp__multigrid *grid, const double *b, double *x)
 {
     const int32_t last = grid->levels - 1;
-    int32_t k;
 
-    for (k = grid->top; k < last; k++) {
+    for (int32_t k = grid->top; k < last; k++) {
         const rows r = rows_of(grid, k);
         const double *b_k = k == grid->top ? b : r.level->b;
         double *x_k = k == grid->top ? x : r.level->x;
@@ -161,7 +156,7 @@ static void cycle(perp__multigrid *grid, const double *b, double *x)
     }
     memcpy(grid->level[last].x, grid->level[last].b, (size_t)grid->level[last].n * sizeof(double));
     perp__sparse_cholesky_solve(&grid->bottom, grid->level[last].x);
-    for (k = last - 1; k >= grid->top; k--) {
+    for (int32_t k = last - 1; k >= grid->top; k--) {
         const rows r = rows_of(grid, k);
 
         prolong(&r, r.level[1].x, k == grid->top ? x : r.level->x);

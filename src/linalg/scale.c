@@ -133,9 +133,8 @@ static void couple_dense(search *s, int32_t begin, int32_t end, int32_t level)
 static void couple_column(search *s, int32_t j)
 {
     const perp__line l = perp__line_of(s->M, j);
-    int32_t k;
 
-    for (k = 0; k < l.count; k++) {
+    for (int32_t k = 0; k < l.count; k++) {
         const int32_t i = l.indices[k];
 
         if (s->level[i] >= 0 && s->level[i] <= s->level[j])

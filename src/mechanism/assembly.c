@@ -190,7 +190,6 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
 {
     const size_t n = (size_t)m->n;
     size_t width;
-    int32_t j;
 
     a->columns = count_columns(m, problem);
     a->contacts = a->rows = 0;
@@ -199,17 +198,17 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
         copy_row(a->M + i * width, problem->terms->M + i * n, n, width);
     memset(a->M + n * width, 0, (width - n) * width * sizeof *a->M);
     memcpy(a->f, problem->momentum, n * sizeof *a->f);
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         if (problem->included[j])
             add_contact(m, a, problem, j);
     a->next_column = m->n;
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         if (has_pressure(m, problem, j))
             add_pressed(m, a, problem, -1 - j, problem->pressure[j], problem->friction[j]);
-    for (j = 0; j < m->dry; j++)
+    for (int32_t j = 0; j < m->dry; j++)
         if (problem->dry[j] > 0.0)
             add_pressed(m, a, problem, m->contacts + j, problem->dry[j], 1.0);
-    for (j = 0; j < m->bilateral; j++) {
+    for (int32_t j = 0; j < m->bilateral; j++) {
         const size_t row = (size_t)(m->contact_rows + j);
 
         copy_row(a->G + (size_t)j * width, problem->terms->J + row * n, n, width);

@@ -222,12 +222,11 @@ static void all_release(perp__lcp_all *all)
 static int32_t is_finite(perp__lcp_all *all)
 {
     const perp__matrix *M = &all->solver->M;
-    int32_t k;
 
     for (int32_t line = 0; line < all->n; line++) {
         const perp__line l = perp__line_of(M, line);
 
-        for (k = 0; k < l.count; k++) {
+        for (int32_t k = 0; k < l.count; k++) {
             const int32_t at = l.indices ? l.indices[k] : k;
             const int32_t rows = perp__lines_are_rows(M);
             const double entry =

@@ -489,10 +489,9 @@ static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
 static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
 {
     const perp__tableau *t = &l->tableau;
-    int32_t j;
 
     perp__tableau_flush(&l->tableau);
-    for (j = 0; j < l->pairs; j++) {
+    for (int32_t j = 0; j < l->pairs; j++) {
         const int32_t v = l->pairs + j, c = l->column_of[v];
 
         row[j] = c >= 0 ? t->T[(size_t)r + (size_t)c * (size_t)t->leading_dimension]

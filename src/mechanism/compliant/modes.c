@@ -225,14 +225,12 @@ static void tie_down(perp_compliant *c, int32_t at_bound)
  * What is within its bounds comes first: at a bound of 0 (N = 0) nothing can hold. */
 static void sort_resting(perp_compliant *c)
 {
-    int32_t k;
-
-    for (k = 0; k < c->p; k++)
+    for (int32_t k = 0; k < c->p; k++)
         if (c->modes[k] == PERP_CONTACT_STICK)
             c->share[k] = c->N[k] != 0.0 ? c->friction[k] / fabs(c->N[k]) : 0.0;
     tie_down(c, 0);
     tie_down(c, 1);
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         const double sense = c->modes[k] == PERP_CONTACT_STICK ? driven(c, k) : 0.0;
 
         if (sense != 0.0 && is_independent(c, k, 0))
@@ -243,10 +241,8 @@ static void sort_resting(perp_compliant *c)
 /* What each contact may do at the state, and the problem's data. */
 static void read_contacts(perp_compliant *c)
 {
-    int32_t k;
-
     perp__compliant_normals(c, c->N, c->x, c->v);
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         const double speed = slide_speed(c, k, c->v);
         const int32_t before = c->modes[k];
 
@@ -266,7 +262,7 @@ static void read_contacts(perp_compliant *c)
             slide(c, k, (double)((speed > 0.0) - (speed < 0.0)));
         }
     }
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         double sum = perp__compliant_row(c, c->tangent, k, c->all.free);
 
         for (int32_t l = 0; l < c->p; l++)

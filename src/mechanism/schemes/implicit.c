@@ -299,7 +299,6 @@ static void read_answer(perp_mechanism *m, perp__implicit *s, const double *z, c
 {
     perp__motion *answer = &m->answer;
     perp__velocity_problem problem;
-    int32_t j;
 
     perp__clear_motion(m, answer);
     answer->outcome = s->outcome;
@@ -307,7 +306,7 @@ static void read_answer(perp_mechanism *m, perp__implicit *s, const double *z, c
     memcpy(answer->v, z, (size_t)m->n * sizeof *z);
     for (int32_t k = 0; k < s->discs_count; k++)
         take(m, s, s->discs + k, z, w);
-    for (j = 0; j < m->bilateral; j++) {
+    for (int32_t j = 0; j < m->bilateral; j++) {
         answer->r[m->contact_rows + j] = z[s->bilateral + j];
         answer->holds[m->contact_rows + j] = 1;
     }
@@ -316,7 +315,7 @@ static void read_answer(perp_mechanism *m, perp__implicit *s, const double *z, c
     problem.terms = &m->end;
     perp__hold_velocities(m, answer, &problem);
     perp__judge_motion(m, answer, &problem);
-    for (j = 0; j < m->constraints; j++) { /* u of c at q+ is G v + drift itself */
+    for (int32_t j = 0; j < m->constraints; j++) { /* u of c at q+ is G v + drift itself */
         const int32_t row = m->constraint_row[j];
         const double curvature = perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
 
