@@ -13,8 +13,8 @@
 #include "base/arena.h"
 #include "linalg/matrix.h"
 
-/* The largest block. */
-enum { PERP__BODY_WIDTH_MOST = 12 };
+/* Unknowns of a block; rows of a constraint: normal, 2 tangents, 2 of rolling, 1 of spinning. */
+enum { PERP__BODY_WIDTH_MOST = 12, PERP__ROWS_MOST = 6 };
 
 /* At first all 0 but for the context. */
 typedef struct perp__bodies {

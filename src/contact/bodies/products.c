@@ -41,13 +41,11 @@ static void to_blocks(const perp__bodies *b, const double *x, double *y)
             kernel(width, rows, __VA_ARGS__);      \
     } while (0)
 
-enum { ROWS_MOST = 6 };
-
 /* out += P y, or |P| y */
 PERP__KERNEL static void times_one(int32_t width, int32_t rows, int32_t absolute,
                                    const perp__bodies *b, int32_t k, const double *y, double *out)
 {
-    double sum[ROWS_MOST];
+    double sum[PERP__ROWS_MOST];
 
     for (int32_t i = 0; i < rows; i++)
         sum[i] = out[b->rows[k] + i];

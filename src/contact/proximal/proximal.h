@@ -40,8 +40,6 @@ static inline int32_t perp__discs_first(const perp__discs *discs)
     return discs->both > 0 ? discs->both : 1;
 }
 
-enum { PERP__ROWS_MOST = 6 };
-
 /* The width of blocks that are whole parts is a multiple of this: two lanes. */
 enum { PERP__WHOLE_STEP = 8 };
 

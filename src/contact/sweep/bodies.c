@@ -7,7 +7,7 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
 {
     const int32_t first = work->rows[k], rows = work->rows[k + 1] - first, width = b->width;
     const int64_t stride = work->stride;
-    double u[PERP__CONTACT_ROWS_MOST], dr[PERP__CONTACT_ROWS_MOST], sum = 0.0;
+    double u[PERP__ROWS_MOST], dr[PERP__ROWS_MOST], sum = 0.0;
     int32_t mode;
 
     for (int32_t i = 0; i < rows; i++)

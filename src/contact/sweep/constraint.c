@@ -146,7 +146,7 @@ static double constraint_map(const perp__sweep_work *work, int32_t k, const doub
     const perp__contact_problem *problem = work->common.problem;
     const double t = problem->trace[k];
     const int32_t dim = work->local[k].dim, rows = work->rows[k + 1] - work->rows[k];
-    double sum, d[PERP__CONTACT_ROWS_MOST];
+    double sum, d[PERP__ROWS_MOST];
     int32_t row = dim;
 
     if (k >= problem->contacts)

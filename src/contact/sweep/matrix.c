@@ -25,7 +25,7 @@ double perp__sweep_matrix(perp__sweep_work *work, int32_t backward)
     for (int32_t step = 0; step < work->constraints; step++) {
         const int32_t k = backward ? work->constraints - 1 - step : step;
         const int32_t first = work->rows[k], rows = work->rows[k + 1] - first;
-        double u[PERP__CONTACT_ROWS_MOST], dr[PERP__CONTACT_ROWS_MOST], sum = 0.0;
+        double u[PERP__ROWS_MOST], dr[PERP__ROWS_MOST], sum = 0.0;
         int32_t mode;
 
         for (int32_t i = 0; i < rows; i++)

@@ -144,7 +144,7 @@ static void read_constraint(perp__sweep_work *work, int32_t k)
     const perp__contact_problem *problem = work->common.problem;
     const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
     const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
-    double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
+    double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
 
     read_diagonal(work, k, W);
     perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, W, rows,

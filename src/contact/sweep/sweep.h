@@ -9,16 +9,12 @@
 #include "contact/sweep/mixing.h"
 #include "contact/sweep/two_sided.h"
 
-enum {
-    PERP__CONTACT_ROWS_MOST = 6, /* normal, 2 tangents, 2 of rolling, 1 of spinning */
-    PERP__PACKED_WIDTH = 6,
-    PERP__PACKED_ROW = 12
-};
+enum { PERP__PACKED_WIDTH = 6, PERP__PACKED_ROW = 12 };
 
 /* The parts of a contact that rolls or spins; its local problem is solved by turns. */
 typedef struct perp__sweep_discs {
     perp__local rolling, spinning;
-    double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
+    double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
 } perp__sweep_discs;
 
 /* A contact of at most 3 rows on at most 2 blocks of 3 or 6 unknowns (packed.c). */
