@@ -1,5 +1,4 @@
-/* Checks of what callers hand over: struct sizes and arrays. The message names argument and index.
- */
+/* Checks of what callers hand over: struct sizes and arrays. Messages name argument and index. */
 #ifndef PERP_BASE_CHECK_H
 #define PERP_BASE_CHECK_H
 

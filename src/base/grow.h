@@ -17,8 +17,7 @@ typedef struct perp__growing {
     }
 
 /* Room for `needed` entries: *capacity is doubled until it is enough. Where there is no memory,
- * what was there is in place, and the message names `what`; NULL: no message. PERP_OK or _MEMORY.
- */
+ * what was there is in place, the message names `what`; NULL: no message. PERP_OK or _MEMORY. */
 perp_status perp__grow(perp_context *context, const char *what, int32_t *capacity, int64_t needed,
                        const perp__growing *arrays, size_t count);
 

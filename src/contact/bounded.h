@@ -12,8 +12,7 @@
  *
  * A shift to a bound of 1e9, or to the middle between it and 0, would drown impulses of 1 in its
  * rounding, and in the size of W shift what the verdict asks of them. So bounds count as no further
- * off than a call's impulses are likely to reach; if one does reach such a bound, that moves off.
- */
+ * off than a call's impulses are likely to reach; if one reaches such a bound, that moves off. */
 #ifndef PERP_CONTACT_BOUNDED_H
 #define PERP_CONTACT_BOUNDED_H
 

@@ -54,8 +54,7 @@ static void visit_matrix(const perp_contact_solver *solver, look *l)
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the
- * one with the largest share |P_k|^2 / t_k is coupled with all others, and that finds all that are.
- */
+ * one with the largest share |P_k|^2 / t_k is coupled with all others: that finds all that are. */
 static void visit_bodies(const perp_contact_solver *solver, look *l)
 {
     const perp__bodies *b = &solver->bodies;

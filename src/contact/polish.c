@@ -147,8 +147,7 @@ static void write_length(perp__contact_polish *p, const perp__contact_problem *p
     p->rhs[a] = -t * (length - part->coefficient * pressure);
 }
 
-/* The equations of a part that slips: in the first row its length, in the second r_p x u_p / |r_p|.
- */
+/* The equations of a part that slips: in the first row its length, then r_p x u_p / |r_p|. */
 static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
                        const perp__contact_part *part, int32_t k, const double *r, const double *u,
                        const double *then)

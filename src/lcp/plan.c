@@ -16,8 +16,7 @@
 /* Below this size a direct solve costs less than the sweeps would. */
 #define PERP__ROUGH_SIZE 100
 /* Sweeps that cost about as much as half a direct solve: n / 16 passes over a dense matrix; a
- * sparse factorisation has no such law, and on the obstacle problems 64 sweeps are a fifth of it.
- */
+ * sparse factorisation has no such law, and on obstacle problems 64 sweeps are a fifth of it. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
 
 /* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that

@@ -210,8 +210,7 @@ int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *wo
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
 void perp__read_places(perp_lcp_solver *solver, int8_t *places);
 
-/* How far row i is from changing its place in solver->places, in the units of the tested residual.
- */
+/* How far row i is from changing its place in solver->places, in units of the tested residual. */
 double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */

@@ -1,5 +1,4 @@
-/* The kernels of doubled.c, a template (linalg/lanes/vectors.h). NAME(x) is the name of a function.
- */
+/* The kernels of doubled.c, a template (linalg/lanes/vectors.h). NAME(x) names a function. */
 
 /* h + l + a x; the product's error is -(p - a x) */
 #define ACCUMULATE(h, l, a, x)                                                     \
@@ -76,8 +75,7 @@ TARGET static void NAME(add_row)(size_t columns, const double *a, const double *
         perp__accumulate(high, low, a[j], x[j]);
 }
 
-/* 8 rows side by side, entry j of row i at a[8 j + i]: each adds its products one after the other.
- */
+/* 8 rows side by side, entry j of row i at a[8 j + i]: each adds its products one by one. */
 TARGET static void NAME(add_8_rows)(size_t columns, const double *a, const double *x, double *h,
                                     double *l)
 {

@@ -224,8 +224,7 @@ typedef struct perp__index_set {
     const int32_t *position; /* rows of M: place in `active`, or -1 */
 } perp__index_set;
 
-/* Entry (r,c) of the block to to[r * row_step + c * column_step]; one step is 1, the other count.
- */
+/* Entry (r,c) of it to to[r * row_step + c * column_step]; one step is 1, the other count. */
 void perp__principal_dense(const perp__matrix *M, const perp__index_set *set, double *to,
                            size_t row_step, size_t column_step);
 

@@ -264,8 +264,7 @@ static void join_entries(const perp__matrix *M, const int32_t *exponents, double
     }
 }
 
-/* Joins lines and others that hang together within a block: line k with those that bits[k] names.
- */
+/* Joins lines and others that hang together within a block: line k with those of bits[k]. */
 static void join_block(uint64_t *bits, int32_t count, int32_t *part, int32_t line, int32_t other)
 {
     for (int32_t k = 0; k < count; k++) {

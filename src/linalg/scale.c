@@ -62,8 +62,7 @@ static int has_symmetric_pattern(const perp__matrix *M)
 }
 
 /* The rows of one level follow each other in the queue. Until a level is complete, `exponents`
- * holds for its rows the largest exponent of a coupling to the level before, scaled on that side.
- */
+ * holds for its rows the largest exponent of couplings to the level before, scaled on that side. */
 typedef struct search {
     const perp__matrix *M;
     int32_t *exponents;

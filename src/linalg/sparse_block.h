@@ -1,6 +1,6 @@
 /* Principal blocks of one sparse matrix, factored in the cheapest way its structure allows:
  * tridiagonal elimination, Cholesky, LU, or not at all: large blocks of matrices like Laplace's are
- * solved by conjugate gradients with multigrid. Factors are kept until another block is asked for.
+ * solved by conjugate gradients with multigrid. Factors are kept until the next block is asked for.
  */
 #ifndef PERP_LINALG_SPARSE_BLOCK_H
 #define PERP_LINALG_SPARSE_BLOCK_H

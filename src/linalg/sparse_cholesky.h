@@ -35,8 +35,7 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
 int32_t perp__sparse_cholesky_factor(perp__sparse_cholesky *cholesky, const int32_t *active,
                                      int32_t count, double rho);
 
-/* x := block^-1 x; x is indexed by the rows of M, entries outside of the block are not looked at.
- */
+/* x := block^-1 x; x is indexed by the rows of M, entries outside of it are not looked at. */
 void perp__sparse_cholesky_solve(perp__sparse_cholesky *cholesky, double *x);
 
 void perp__sparse_cholesky_release(perp__sparse_cholesky *cholesky);

@@ -314,8 +314,7 @@ static int32_t is_near(double distance, int32_t shift, double near)
     return distance == 0.0 || (scaled >= DBL_MIN && scaled <= near);
 }
 
-/* v_i; z that is next to a bound, beside what it may carry, counts as on it. Then it is not free.
- */
+/* v_i; z that is next to a bound, beside what it may carry, counts as on it, and is not free. */
 static double violation_near(const perp__witness_point *p, int32_t i, int32_t shift, double near,
                              int32_t *is_free)
 {

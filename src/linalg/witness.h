@@ -52,8 +52,7 @@ void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n);
  * tol. The owner sets witness->known to 0 when M has changed. */
 double perp__witness_own_residual(perp__witness *witness, const perp__witness_point *point);
 
-/* terms[i] := sum_j |M_ij z_j| + |q_i|, scaled by 2^units and divided by 2^omegas; NULL: as it is.
- */
+/* terms[i] := sum_j |M_ij z_j| + |q_i|, scaled by 2^units, divided by 2^omegas; NULL: as it is. */
 void perp__find_terms(const perp__matrix *M, const double *q, const double *z, const int32_t *units,
                       const int32_t *omegas, double *terms);
 

@@ -1,6 +1,5 @@
 /* A model's rows against differences of its gaps and constraints. The differences tell their own
- * error, by Richardson's extrapolation from the steps s and s/2 and, at kinks, by their two sides.
- */
+ * error, by Richardson's extrapolation from steps s and s/2 and, at kinks, by their two sides. */
 #include <math.h>
 #include <string.h>
 

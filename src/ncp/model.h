@@ -80,8 +80,7 @@ typedef struct perp__ncp_model {
     perp__ncp_control control;
 } perp__ncp_model;
 
-/* Takes the arrays for problem, n, pattern_entries; the model's problem then has to be copied in.
- */
+/* Takes the arrays for problem, n, pattern_entries; the model's problem is to be copied in then. */
 void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *model);
 
 /* Copies the caller's problem into the arrays laid out for it. */

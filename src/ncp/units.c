@@ -2,8 +2,7 @@
  *
  * w_i hangs together with z_j where J_ij is not 0. What hangs together has one unit omega, and
  * nothing else has a say in it: not another part of the system, and, where rows have no diagonal,
- * not those that w_i shares no variable with either (the prices and amounts of a linear program).
- */
+ * not those that w_i shares no variable with (the prices and amounts of a linear program). */
 #include <float.h>
 #include <math.h>
 #include <string.h>

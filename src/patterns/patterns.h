@@ -84,8 +84,7 @@ typedef struct perp__answers {
     int32_t incomplete; /* of some pattern it is not known whether it has an answer */
 } perp__answers;
 
-/* An answer that is not kept yet; NULL without memory. The memory of isolated ones is used again.
- */
+/* An answer that is not kept yet; NULL without memory. Memory of isolated ones is used again. */
 perp__answer *perp__answer_create(perp__answers *answers, int32_t points);
 void perp__answer_release(perp__answers *answers, perp__answer *answer);
 

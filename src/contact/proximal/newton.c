@@ -141,8 +141,7 @@ static void take(perp__proximal *s, const perp__proximal_part *part, double resi
     s->residual = residual;
 }
 
-/* The path from a solution with less rho; the next centre is one on it. Returns 0 where that fails.
- */
+/* The path from a solution with less rho; the next centre is on it. Returns 0 where that fails. */
 static int32_t follow_centre(perp__proximal *s, const perp__proximal_part *part, double *rho,
                              int32_t most)
 {

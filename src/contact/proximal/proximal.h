@@ -120,8 +120,7 @@ void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *pa
 /* Factors I + J' K J. Returns 0 where that fails. */
 int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part);
 
-/* The tested residual of P(x), which takes the place of x; keeps the best, and leaves its speeds.
- */
+/* The tested residual of P(x), which takes the place of x; keeps the best, leaves its speeds. */
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
                             double *speed);
 

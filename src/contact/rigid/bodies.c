@@ -60,8 +60,7 @@ PERP__KERNEL static void whiten_any(const double (*J)[6], const double *C, int32
         }
 }
 
-/* The pieces of a constraint: rows from..from + count - 1 of g, on its bodies in ascending order.
- */
+/* The pieces of a constraint: rows from..from + count - 1 of g, on its bodies, ascending. */
 PERP__KERNEL static void add_constraint(perp__bodies *b, const perp__rigid_problem *problem,
                                         const perp__rigid_rows *g, int32_t constraint, int32_t from,
                                         int32_t count)

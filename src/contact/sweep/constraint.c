@@ -5,8 +5,7 @@
 #include "contact/sweep/local_step.h"
 #include "contact/sweep/sweep.h"
 
-/* Contacts that roll or spin go round their parts until these agree to so much of the first step.
- */
+/* Contacts that roll or spin go round their parts until they agree to so much of a first step. */
 #define ROUNDS_MOST 30
 #define ROUNDS_ACCURACY 1e-3
 

@@ -146,8 +146,7 @@ static void hand_on(perp__sweep_work *work, int32_t k, int32_t level)
     }
 }
 
-/* d := the step from x, given u; both in the packed contact's frame, which is not the local one's.
- */
+/* d := the step from x, given u; both in the packed contact's frame, not the local one's. */
 PERP__KERNEL static void step_turned(perp__local *local, const double *u, const double *x,
                                      double *d)
 {

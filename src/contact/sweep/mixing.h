@@ -1,8 +1,7 @@
 /* Anderson mixing (J. ACM 12 (1965) 547) of sweeps: with f = sweep(r) - r of the last few sweeps,
  * the next start is the affine combination of their results for which the combined f is least.
  * Within one active set, where sweeps are linear, that is GMRES (Walker & Ni, SIAM J. Numer. Anal.
- * 49 (2011) 1715). Sweeps over other active sets mislead it: it forgets all as soon as |f| grows.
- */
+ * 49 (2011) 1715). Sweeps over other active sets mislead it: it forgets all once |f| grows. */
 #ifndef PERP_CONTACT_SWEEP_MIXING_H
 #define PERP_CONTACT_SWEEP_MIXING_H
 

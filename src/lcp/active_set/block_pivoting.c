@@ -100,8 +100,7 @@ static inline int8_t side_of(double z, double lower, double upper, double noise)
     return z < lower - noise ? PERP__AT_LOWER : z > upper + noise ? PERP__AT_UPPER : PERP__BETWEEN;
 }
 
-/* Finds `next`, where every index belongs. Returns how many are elsewhere; -1 if z is not finite.
- */
+/* Finds `next`, where every index belongs. Returns how many are elsewhere; -1: z is not finite. */
 static int32_t find_next(perp__block_pivoting *b)
 {
     const double *z = b->trial_z, *w = b->w;

@@ -1,6 +1,5 @@
 /* All solutions of a small problem, by the tree over index sets: which variables are at their lower
- * bound, at their upper one, or between. Everything is in scaled coordinates but for the reports.
- */
+ * bound, at their upper one, or between. All is in scaled coordinates but for the reports. */
 #ifndef PERP_LCP_ALL_ALL_H
 #define PERP_LCP_ALL_ALL_H
 

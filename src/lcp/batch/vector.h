@@ -83,8 +83,7 @@ static TARGET void NAME(solve_factors)(const perp__batch_group *g, double *x)
     }
 }
 
-/* norm; returns 1 in the lanes where a number of M or q is not finite, or a row of D M D is large.
- */
+/* norm; returns 1 in lanes where a number of M or q is not finite, or a row of D M D is large. */
 static TARGET lanes NAME(find_norms)(const perp__batch_group *g)
 {
     const size_t n = (size_t)g->n;

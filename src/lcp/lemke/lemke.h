@@ -90,8 +90,7 @@ extern const perp__lemke_basis perp__lemke_doubled;
 extern const perp__lemke_basis perp__lemke_sparse;
 
 /* In doubled precision: the basis is that of the tableau at the start times E_1 E_2 ... E_count,
- * each E_k a unit matrix but for one column: high + low, with the pivot apart and 0 in its place.
- */
+ * each E_k a unit matrix but for one column: high + low, the pivot apart and 0 in its place. */
 typedef struct perp__doubled {
     perp__arena arena;
     int32_t count, capacity;
@@ -118,8 +117,7 @@ typedef struct perp__factored {
     double *entry_values;
 } perp__factored;
 
-/* How an attempt goes about it. Sizes are relative to the largest number of b, and of the column.
- */
+/* How an attempt goes about it. Sizes are relative to the largest of b, and of the column. */
 typedef struct perp__lemke_trial {
     int32_t doubled;       /* in doubled precision */
     int32_t random;        /* the covering vector: random in [1, 2], else all 1 */

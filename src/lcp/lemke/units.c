@@ -2,8 +2,7 @@
  *
  * w_i may be measured in any unit: the problem stays the same if row i of M and q_i are multiplied
  * by R_i > 0, but M loses its symmetry, and with it what makes the path well behaved. Where a
- * diagonal R with |M_ij| R_j = |M_ji| R_i exists, it is found along the couplings and taken back.
- */
+ * diagonal R with |M_ij| R_j = |M_ji| R_i exists, it is found along couplings and taken back. */
 #include <math.h>
 
 #include "lcp/lemke/lemke.h"

@@ -440,8 +440,7 @@ static void scale_directions(perp__acceleration *a, int32_t dimension)
 
 /* ---- the family ----------------------------------------------------------------------------- */
 
-/* The polyhedron in `null` directions as an answer without a description; NULL where it is empty.
- */
+/* The polyhedron in `null` directions as an answer without a description; NULL if empty. */
 static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs,
                              int32_t inside, perp__answer **made)
 {

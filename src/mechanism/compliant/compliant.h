@@ -87,7 +87,7 @@ void perp__compliant_begin_modes(perp_compliant *c);
 /* Whether a contact would be at rest at the start. */
 int32_t perp__compliant_rests(const perp_compliant *c, int32_t k);
 /* From the state x, v: who presses, sticks, or slides and where to, and `now`; velocities that
- * sticking contacts forbid become 0. Counts turns. *failed: it can't be told. PERP_OK or _MEMORY.
+ * sticking contacts forbid become 0. Counts turns. *failed: none can be told. PERP_OK or _MEMORY.
  */
 perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *result,
                                    int32_t *failed);

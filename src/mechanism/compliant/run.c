@@ -169,8 +169,7 @@ static double beside(double error, double rounding, double top)
     return fabs(error) <= 8.0 * DBL_EPSILON * rounding ? 0.0 : fabs(error) / top;
 }
 
-/* The error beside the largest displacement, velocity and penetration so far, this step included.
- */
+/* The error beside the largest displacement, velocity and penetration up to this step. */
 static double error_of(perp_compliant *c, double h)
 {
     double error = 0.0;

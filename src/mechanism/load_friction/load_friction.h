@@ -21,8 +21,7 @@ typedef struct perp__friction_pattern {
 } perp__friction_pattern;
 
 /* The question: which x = q'' solve A x + b + f = tau, where coordinate i moves with sign[i], or,
- * sign[i] = 0, sticks at x_i = stop[i] with |f_i| <= mu_stick[i] |N_i|, or slides away from there.
- */
+ * sign[i] = 0, sticks at x_i = stop[i] with |f_i| <= mu_stick[i] |N_i|, or slides away. */
 typedef struct perp__friction_question {
     const double *tau;
     int8_t *sign;

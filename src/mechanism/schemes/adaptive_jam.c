@@ -163,8 +163,7 @@ static perp_status finish_sliding(perp_mechanism *m, perp__adaptive *a, perp__mo
 }
 
 /* No impulse is an answer as well, as u_n = 0. So the contact is pressed by one along n in
- * addition, which is taken from its answer's again: where it sticks then, v does not depend on it.
- */
+ * addition, which is taken from its answer's again: where it sticks, v does not depend on it. */
 perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechanism_step *step,
                                perp__motion *to, double t)
 {

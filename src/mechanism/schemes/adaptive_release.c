@@ -278,8 +278,7 @@ static double margin(perp_mechanism *m, const int8_t *before, const int8_t *afte
     return least;
 }
 
-/* Whether the impulses of the halves, continued, hold what was held: nothing has to be looked at.
- */
+/* Whether the impulses of the halves, continued, hold what was held: nothing is to be looked at. */
 static int32_t is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t *does)
 {
     double *r = a->drift;

@@ -65,8 +65,7 @@ struct perp__implicit {
 /* F and its Jacobian, for the solver; user: the mechanism. */
 int32_t perp__implicit_function(double *F, const double *z, void *user);
 int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
-/* m->end, m->friction, s->q, s->r, s->u and s->F := those of z, as the evaluations in mechanism.h.
- */
+/* m->end, m->friction, s->q, s->r, s->u and s->F := those of z, as evaluations in mechanism.h. */
 perp_status perp__implicit_evaluate(perp_mechanism *m, perp__implicit *s, const double *z);
 /* What the row's gap (or c) at s->q, `now`, is beyond the linear one, as a speed. */
 double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t row, double now,
