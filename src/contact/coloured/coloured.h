@@ -82,7 +82,6 @@ enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
 
 /* The passes that a set of instructions gives, for tests and benchmarks too. */
 typedef struct perp__coloured_kernels {
-    const char *set;
     void (*pass)(perp__coloured *c, int32_t what, double *y);
     void (*invert)(perp__lane_point *p); /* writes 1 / W_nn and 1 / L of the lanes */
 } perp__coloured_kernels;

@@ -33,7 +33,6 @@ typedef struct perp__batch_group {
 /* Solves the group by active sets (Kostreva 1978; Judice & Pires 1994), n and all inputs set. The
  * bits of a lane depend on its own problem alone. */
 typedef struct perp__batch_kernel {
-    const char *set; /* the instruction set's name */
     int32_t width;
     void (*solve)(const perp__batch_group *group);
 } perp__batch_kernel;

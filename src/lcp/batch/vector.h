@@ -354,5 +354,5 @@ static TARGET void NAME(solve)(const perp__batch_group *g)
     store(g->own, pick(NAME(is_one_part)(g), load(g->own), spread(INFINITY)));
 }
 
-static const perp__batch_kernel NAME(kernel) = {SET, LANES, NAME(solve)};
+static const perp__batch_kernel NAME(kernel) = {LANES, NAME(solve)};
 #undef NAME

@@ -24,7 +24,6 @@ typedef struct perp__lemke_rows {
 } perp__lemke_rows;
 
 typedef struct perp__row_kernels {
-    const char *name;
     /* b := b - factor column */
     void (*move)(size_t length, double factor, const double *column, double *b);
     /* How far each row is from the limit it moves towards, at least 0, and how fast it moves: 0

@@ -83,7 +83,6 @@ TARGET static int32_t NAME(fastest)(size_t length, const double *far, const doub
 }
 
 static const perp__row_kernels NAME(kernels) = {
-    SET,
     NAME(move),
     NAME(reach),
     NAME(fastest),

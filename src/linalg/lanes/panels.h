@@ -23,7 +23,6 @@ typedef struct perp__exchanges {
 } perp__exchanges;
 
 typedef struct perp__panel_kernels {
-    const char *name;
     int32_t fused;
     /* For k = first .. last-1, at most PERP__GROUP: v[k-first] := y[rows[k]] - (what that owes to
      * first .. k-1) and then y[rows[k]] := v[k-first] / pivots[k]. */

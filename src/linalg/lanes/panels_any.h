@@ -66,14 +66,8 @@ static void NAME(keep)(size_t panels, double pivot, const double *column, double
 }
 
 static const perp__panel_kernels NAME(kernels) = {
-    "any",
-    FUSED,
-    NAME(eliminate),
-    NAME(subtract_vector),
-    NAME(subtract_tile),
-    NAME(subtract_rows),
-    NAME(keep),
-};
+    FUSED,     NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
+    NAME(keep)};
 
 #undef NAME
 #undef FUSED

@@ -198,14 +198,8 @@ TARGET static void NAME(keep)(size_t panels, double pivot, const double *column,
 #undef EIGHT
 
 static const perp__panel_kernels NAME(kernels) = {
-    SET,
-    FUSED,
-    NAME(eliminate),
-    NAME(subtract_vector),
-    NAME(subtract_tile),
-    NAME(subtract_rows),
-    NAME(keep),
-};
+    FUSED,     NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
+    NAME(keep)};
 
 #undef NAME
 #undef FUSED

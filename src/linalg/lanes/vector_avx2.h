@@ -1,5 +1,4 @@
 /* Vectors of 4 doubles, for the templates that linalg/lanes/vectors.h tells of. */
-#define SET "avx2"
 #define TARGET __attribute__((target("avx2,fma")))
 #define LANES 4
 #define lanes __m256d

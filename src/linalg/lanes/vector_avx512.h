@@ -1,5 +1,4 @@
 /* Vectors of 8 doubles, for the templates that linalg/lanes/vectors.h tells of. */
-#define SET "avx512"
 #define TARGET __attribute__((target("avx512f,avx2,fma")))
 #define LANES 8
 #define lanes __m512d

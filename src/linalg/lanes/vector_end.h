@@ -1,5 +1,4 @@
 /* Forgets the vectors that were defined last. */
-#undef SET
 #undef TARGET
 #undef LANES
 #undef lanes

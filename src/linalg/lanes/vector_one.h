@@ -1,5 +1,4 @@
 /* Vectors of one double, for any processor and the templates of linalg/lanes/vectors.h. */
-#define SET "any"
 #define TARGET
 #define LANES 1
 #define lanes double

@@ -6,9 +6,9 @@
  *   divide, absolute; larger, smaller (b where a is NaN); largest_of, smallest_of (no NaN);
  * minus_product(c, a, b) = c - a b, and minus_fused and plus_fused, rounded once; root, the square
  * root; truth, a vector of truths; less, at_most, both, any_of, all_of, first_of, bits_of;
- * pick(t, a, b), a where t; EIGHT_DOUBLES(X), X(0) X(1)
- * ... for the vectors of 8 doubles; prefetch(at), a hint; TARGET, the attribute of its functions;
- * SET, the set's name. Each is rounded as IEEE 754 says: the bits don't depend on the set. */
+ * pick(t, a, b), a where t; EIGHT_DOUBLES(X), X(0) X(1) ... for the vectors of 8 doubles;
+ * prefetch(at), a hint; TARGET, the attribute of its functions. Each is rounded as IEEE 754 says:
+ * the bits don't depend on the set. */
 #ifndef PERP_LINALG_VECTORS_H
 #define PERP_LINALG_VECTORS_H
 
