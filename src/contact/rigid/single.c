@@ -106,24 +106,26 @@ PERP__KERNEL static void drift(perp__single *s, int32_t g, int32_t n)
 /* Lengths of three numbers of each contact of a group. */
 PERP__KERNEL static void measure(double *length, const double (*x)[LANES])
 {
-    for (int32_t l = 0; l < LANES; l++)
-        length[l] = sqrt(x[0][l] * x[0][l] + x[1][l] * x[1][l] + x[2][l] * x[2][l]);
+    const perp__lanes a = PERP__CONST_LANES_AT(x[0]), b = PERP__CONST_LANES_AT(x[1]);
+    const perp__lanes c = PERP__CONST_LANES_AT(x[2]), square = a * a + b * b + c * c;
+
+    PERP__LANES_AT(length) = PERP__ROOT_LANES(square);
 }
 
 PERP__KERNEL static void load_width(perp__single *s, int32_t n)
 {
     load(s, n);
     for (int32_t g = 0; g < s->groups; g++) {
-        const double(*square)[LANES] = (const double(*)[LANES])s->squares[g];
+        perp__lanes trace;
 
         whiten(s, g, n);
         drift(s, g, n);
         measure(s->own + LANES * g, (const double(*)[LANES])s->drift[g]);
-        for (int32_t l = 0; l < LANES; l++) {
-            s->trace[LANES * g + l] = square[0][l] + square[1][l] + square[2][l];
-            s->root[LANES * g + l] = sqrt(s->trace[LANES * g + l]);
-            s->own[LANES * g + l] /= s->root[LANES * g + l];
-        }
+        trace = PERP__CONST_LANES_AT(s->squares[g][0]) + PERP__CONST_LANES_AT(s->squares[g][1]) +
+                PERP__CONST_LANES_AT(s->squares[g][2]);
+        PERP__LANES_AT(s->trace + LANES * g) = trace;
+        PERP__LANES_AT(s->root + LANES * g) = PERP__ROOT_LANES(trace);
+        PERP__LANES_AT(s->own + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
     }
 }
 
@@ -175,19 +177,19 @@ PERP__MULTIVERSION(find_velocities, (perp__single * s), (s))
 /* Impulses into their cones, as in law.c. */
 PERP__KERNEL static void clip(perp__single *s, int32_t g)
 {
-    double(*r)[LANES] = s->r[g];
+    const perp__lanes r_n = PERP__CONST_LANES_AT(s->r[g][0]), zero = {0.0};
+    const perp__lanes r_1 = PERP__CONST_LANES_AT(s->r[g][1]);
+    const perp__lanes r_2 = PERP__CONST_LANES_AT(s->r[g][2]), square = r_1 * r_1 + r_2 * r_2;
+    const perp__lanes pressure = PERP__SELECT_LANES(r_n > zero, r_n, zero);
+    const perp__lanes radius = PERP__CONST_LANES_AT(s->mu + LANES * g) * pressure;
+    const perp__lanes length = PERP__ROOT_LANES(square), ratio = radius / length;
+    const perp__lanes inside = PERP__SELECT_LANES(radius > zero, PERP__SAME_LANES(1.0), zero);
+    const perp__lanes share =
+        PERP__SELECT_LANES((length > radius) & (radius > zero), ratio, inside);
 
-    for (int32_t l = 0; l < LANES; l++) {
-        const double pressure = r[0][l] > 0.0 ? r[0][l] : 0.0;
-        const double radius = s->mu[LANES * g + l] * pressure;
-        const double length = sqrt(r[1][l] * r[1][l] + r[2][l] * r[2][l]);
-        const double ratio = radius / length, inside = radius > 0.0 ? 1.0 : 0.0;
-        const double share = length > radius && radius > 0.0 ? ratio : inside;
-
-        r[0][l] = pressure;
-        r[1][l] *= share;
-        r[2][l] *= share;
-    }
+    PERP__LANES_AT(s->r[g][0]) = pressure;
+    PERP__LANES_AT(s->r[g][1]) = r_1 * share;
+    PERP__LANES_AT(s->r[g][2]) = r_2 * share;
 }
 
 /* |r - P_K(r - (u + s e_n) / t)| t of each contact of a group, or where that is more the velocities
@@ -195,33 +197,40 @@ PERP__KERNEL static void clip(perp__single *s, int32_t g)
  * may be NaN. */
 PERP__KERNEL static void find_lack(perp__single *s, int32_t g, double *lack, double *mode)
 {
-    const double(*r)[LANES] = (const double(*)[LANES])s->r[g];
-    const double(*u)[LANES] = (const double(*)[LANES])s->u[g];
+    const perp__lanes zero = {0.0}, one = PERP__SAME_LANES(1.0), two = PERP__SAME_LANES(2.0);
+    const perp__lanes mu = PERP__CONST_LANES_AT(s->mu + LANES * g);
+    const perp__lanes t = PERP__CONST_LANES_AT(s->trace + LANES * g);
+    const perp__lanes r_n = PERP__CONST_LANES_AT(s->r[g][0]),
+                      u_n = PERP__CONST_LANES_AT(s->u[g][0]);
+    const perp__lanes r_1 = PERP__CONST_LANES_AT(s->r[g][1]),
+                      u_1 = PERP__CONST_LANES_AT(s->u[g][1]);
+    const perp__lanes r_2 = PERP__CONST_LANES_AT(s->r[g][2]),
+                      u_2 = PERP__CONST_LANES_AT(s->u[g][2]);
+    const perp__lanes d_1 = u_1 / t, d_2 = u_2 / t, speed_2 = d_1 * d_1 + d_2 * d_2;
+    const perp__lanes x_1 = r_1 - d_1, x_2 = r_2 - d_2, length_2 = x_1 * x_1 + x_2 * x_2;
+    const perp__lanes speed = PERP__ROOT_LANES(speed_2), length = PERP__ROOT_LANES(length_2);
+    const perp__lanes d_n = u_n / t + mu * speed, x_n = r_n - d_n;
+    /* slip: how far x is outside of the cone, without what cancels in it */
+    const perp__lanes size_2 = r_1 * r_1 + r_2 * r_2, size = PERP__ROOT_LANES(size_2);
+    const perp__lanes change = d_1 * (d_1 - two * r_1) + d_2 * (d_2 - two * r_2);
+    const perp__lanes over = size + (change / (length + size) + mu * (d_n - r_n));
+    const perp__lanes c = over / (one + mu * mu), e_n = d_n - mu * c;
+    const perp__lanes e_1 = d_1 + c * x_1 / length, e_2 = d_2 + c * x_2 / length;
+    const perp__lanes slip_2 = e_n * e_n + e_1 * e_1 + e_2 * e_2;
+    const perp__lanes stick_2 = d_n * d_n + speed * speed;
+    const perp__lanes apart_2 = r_n * r_n + r_1 * r_1 + r_2 * r_2;
+    const perp__lanes still_2 = u_n * u_n + u_1 * u_1 + u_2 * u_2;
+    const perp__lane_bits sticks = mu * x_n >= length, parts = mu * length <= -x_n;
+    const perp__lanes move_2 =
+        PERP__SELECT_LANES(parts, apart_2, PERP__SELECT_LANES(sticks, stick_2, slip_2));
+    const perp__lanes move = PERP__ROOT_LANES(move_2), still = PERP__ROOT_LANES(still_2);
+    const perp__lanes free =
+        t * PERP__SELECT_LANES(parts | (mu > zero), move, PERP__ABSOLUTE_LANES(d_n));
+    const perp__lanes holds = PERP__SELECT_LANES(sticks, still, PERP__ABSOLUTE_LANES(u_n));
+    const perp__lanes held = PERP__SELECT_LANES(~parts & (r_n != zero), holds, zero);
 
-    for (int32_t l = 0; l < LANES; l++) {
-        const double mu = s->mu[LANES * g + l], t = s->trace[LANES * g + l];
-        const double r_n = r[0][l], r_1 = r[1][l], r_2 = r[2][l];
-        const double d_1 = u[1][l] / t, d_2 = u[2][l] / t, speed = sqrt(d_1 * d_1 + d_2 * d_2);
-        const double x_1 = r_1 - d_1, x_2 = r_2 - d_2, length = sqrt(x_1 * x_1 + x_2 * x_2);
-        const double d_n = u[0][l] / t + mu * speed, x_n = r_n - d_n;
-        /* slip: how far x is outside of the cone, without what cancels in it */
-        const double size = sqrt(r_1 * r_1 + r_2 * r_2), both = length + size;
-        const double change = d_1 * (d_1 - 2.0 * r_1) + d_2 * (d_2 - 2.0 * r_2);
-        const double over = size + (change / both + mu * (d_n - r_n)), c = over / (1.0 + mu * mu);
-        const double e_n = d_n - mu * c, e_1 = d_1 + c * x_1 / length, e_2 = d_2 + c * x_2 / length;
-        const double slip = sqrt(e_n * e_n + e_1 * e_1 + e_2 * e_2);
-        const double stick = sqrt(d_n * d_n + speed * speed);
-        const double apart = sqrt(r_n * r_n + r_1 * r_1 + r_2 * r_2);
-        const double still = sqrt(u[0][l] * u[0][l] + u[1][l] * u[1][l] + u[2][l] * u[2][l]);
-        const double closing = fabs(u[0][l]), sticks = mu * x_n >= length ? 1.0 : 0.0;
-        const double presses = mu * length <= -x_n ? 0.0 : 1.0;
-        const double rubs = sticks > 0.0 ? stick : slip;
-        const double free = t * (presses > 0.0 ? (mu > 0.0 ? rubs : fabs(d_n)) : apart);
-        const double held = presses > 0.0 && r_n != 0.0 ? (sticks > 0.0 ? still : closing) : 0.0;
-
-        lack[l] = held > free ? held : free;
-        mode[l] = presses > 0.0 ? 1.0 + sticks : 0.0;
-    }
+    PERP__LANES_AT(lack) = PERP__SELECT_LANES(held > free, held, free);
+    PERP__LANES_AT(mode) = PERP__SELECT_LANES(parts, zero, PERP__SELECT_LANES(sticks, two, one));
 }
 
 PERP__MULTIVERSION(clip_all, (perp__single * s), (s))
