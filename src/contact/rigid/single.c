@@ -30,46 +30,61 @@ static int32_t is_single(const perp__rigid_problem *problem)
     return 1;
 }
 
-/* Rows, bias and impulses as the caller has them; lanes without a row are 0. */
-PERP__KERNEL static void load(perp__single *s, int32_t n)
+/* One number of each of four arrays. */
+#define PERP__EACH_LANE(x, i) ((perp__lanes){(x)[0][i], (x)[1][i], (x)[2][i], (x)[3][i]})
+
+/* Rows, bias and impulses of a group as the caller has them; lanes without a row are 0. */
+PERP__KERNEL static void load(perp__single *s, int32_t g, int32_t n)
 {
+    static const perp__rigid_rows none = {0};
     const perp__rigid_problem *p = s->problem;
+    const double *J[AXES][LANES], *bias[AXES][LANES], *r[AXES][LANES];
 
-    s->groups = (p->contacts + LANES - 1) / LANES;
-    memset(s->J, 0, (size_t)s->groups * sizeof s->J[0]);
-    memset(s->bias, 0, (size_t)s->groups * sizeof s->bias[0]);
-    memset(s->r, 0, (size_t)s->groups * sizeof s->r[0]);
-    memset(s->columns, 0, sizeof s->columns);
-    memset(s->mu, 0, sizeof s->mu);
-    for (int32_t k = 0; k < p->contacts; k++) {
-        const perp__rigid_rows *g = &p->rows[k];
-        const double(*J)[6] = g->rows[g->body[0] != 0];
+    for (int32_t l = 0, k = LANES * g; l < LANES; l++, k++) {
+        const perp__rigid_rows *rows = k < p->contacts ? &p->rows[k] : &none;
+        const double(*row)[6] = rows->rows[rows->body[0] != 0];
 
-        s->dims[k] = g->dim;
-        s->mu[k] = g->dim > 1 ? g->mu : 0.0;
-        for (int32_t a = 0; a < g->dim; a++) {
-            PERP__OF(s->bias, k, a) = g->bias[a];
-            PERP__OF(s->r, k, a) = p->warm[AXES * k + a];
-            for (int32_t i = 0; i < n; i++)
-                s->J[k / LANES][a][i][k % LANES] = J[a][i];
+        s->dims[k] = rows->dim;
+        s->mu[k] = rows->dim > 1 ? rows->mu : 0.0;
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
+            J[a][l] = a < rows->dim ? row[a] : none.rows[0][0];
+            bias[a][l] = a < rows->dim ? rows->bias + a : none.bias;
+            r[a][l] = a < rows->dim ? p->warm + AXES * k + a : none.bias;
         }
     }
-    for (int32_t i = 0; i < n; i++)
-        for (int32_t j = 0; j < n; j++)
-            s->columns[j][i] = p->factors[n * i + j];
+    for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
+        PERP__LANES_AT(s->bias[g][a]) = PERP__EACH_LANE(bias[a], 0);
+        PERP__LANES_AT(s->r[g][a]) = PERP__EACH_LANE(r[a], 0);
+        for (int32_t i = 0; i < n; i++)
+            PERP__LANES_AT(s->J[g][a][i]) = PERP__EACH_LANE(J[a], i);
+    }
+}
+
+/* C by columns, filled up with zeros. */
+PERP__KERNEL static void load_factor(perp__single *s, int32_t n)
+{
+    const double *C = s->problem->factors;
+
+    for (int32_t j = 0; j < n; j++) {
+        PERP__LANES_AT(s->columns[j]) =
+            (perp__lanes){C[j], C[n + j], C[2 * n + j], n == WIDTH ? C[3 * n + j] : 0.0};
+        PERP__LANES_AT(s->columns[j] + LANES) = (perp__lanes){
+            n == WIDTH ? C[4 * n + j] : 0.0, n == WIDTH ? C[5 * n + j] : 0.0, 0.0, 0.0};
+    }
 }
 
 /* P, |J| |C| and the squares of P's rows, of a group. */
 PERP__KERNEL static void whiten(perp__single *s, int32_t g, int32_t n)
 {
-    memset(s->squares[g], 0, sizeof s->squares[g]);
+    perp__lanes square[AXES] = {{0.0}, {0.0}, {0.0}};
+
     for (int32_t i = 0; i < n; i++) {
         perp__lanes sum[AXES] = {{0.0}, {0.0}, {0.0}}, size[AXES] = {{0.0}, {0.0}, {0.0}};
 
         for (int32_t l = 0; l < n; l++) {
             if (s->columns[i][l] == 0.0)
                 continue;
-            for (int32_t a = 0; a < AXES; a++) {
+            for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
                 const perp__lanes term =
                     PERP__SAME_LANES(s->columns[i][l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
 
@@ -77,30 +92,30 @@ PERP__KERNEL static void whiten(perp__single *s, int32_t g, int32_t n)
                 size[a] += PERP__ABSOLUTE_LANES(term);
             }
         }
-        for (int32_t a = 0; a < AXES; a++) {
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
             PERP__LANES_AT(s->P[g][a][i]) = sum[a];
             PERP__LANES_AT(s->A[g][a][i]) = size[a];
-            PERP__LANES_AT(s->squares[g][a]) += sum[a] * sum[a];
+            square[a] += sum[a] * sum[a];
         }
     }
+    for (int32_t a = 0; a < AXES; a++)
+        PERP__LANES_AT(s->squares[g][a]) = square[a];
 }
 
-/* q = J v + bias and its terms, of a group. */
-PERP__KERNEL static void drift(perp__single *s, int32_t g, int32_t n)
+/* q = J v + bias and its terms. */
+PERP__KERNEL static void drift(perp__single *s, int32_t g, int32_t a, int32_t n)
 {
-    for (int32_t a = 0; a < AXES; a++) {
-        perp__lanes sum = PERP__CONST_LANES_AT(s->bias[g][a]), size = PERP__ABSOLUTE_LANES(sum);
+    perp__lanes sum = PERP__CONST_LANES_AT(s->bias[g][a]), size = PERP__ABSOLUTE_LANES(sum);
 
-        for (int32_t l = 0; l < n; l++) {
-            const perp__lanes term =
-                PERP__SAME_LANES(s->problem->free[l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
+    for (int32_t l = 0; l < n; l++) {
+        const perp__lanes term =
+            PERP__SAME_LANES(s->problem->free[l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
 
-            sum += term;
-            size += PERP__ABSOLUTE_LANES(term);
-        }
-        PERP__LANES_AT(s->drift[g][a]) = sum;
-        PERP__LANES_AT(s->terms[g][a]) = size;
+        sum += term;
+        size += PERP__ABSOLUTE_LANES(term);
     }
+    PERP__LANES_AT(s->drift[g][a]) = sum;
+    PERP__LANES_AT(s->terms[g][a]) = size;
 }
 
 /* Lengths of three numbers of each contact of a group. */
@@ -112,27 +127,39 @@ PERP__KERNEL static void measure(double *length, const double (*x)[LANES])
     PERP__LANES_AT(length) = PERP__ROOT_LANES(square);
 }
 
+PERP__KERNEL static void load_group(perp__single *s, int32_t g, int32_t n)
+{
+    const perp__lanes zero = {0.0};
+    perp__lanes trace;
+
+    load(s, g, n);
+    whiten(s, g, n);
+    for (int32_t a = 0; a < PERP__AXES_OF(n); a++)
+        drift(s, g, a, n);
+    for (int32_t a = PERP__AXES_OF(n); a < AXES; a++)
+        PERP__LANES_AT(s->r[g][a]) = PERP__LANES_AT(s->u[g][a]) = PERP__LANES_AT(s->scale[g][a]) =
+            PERP__LANES_AT(s->error[g][a]) = PERP__LANES_AT(s->drift[g][a]) =
+                PERP__LANES_AT(s->squares[g][a]) = PERP__LANES_AT(s->after[g][a]) = zero;
+    measure(s->own + LANES * g, (const double(*)[LANES])s->drift[g]);
+    trace = PERP__CONST_LANES_AT(s->squares[g][0]) + PERP__CONST_LANES_AT(s->squares[g][1]) +
+            PERP__CONST_LANES_AT(s->squares[g][2]);
+    PERP__LANES_AT(s->trace + LANES * g) = trace;
+    PERP__LANES_AT(s->root + LANES * g) = PERP__ROOT_LANES(trace);
+    PERP__LANES_AT(s->own + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
+}
+
 PERP__KERNEL static void load_width(perp__single *s, int32_t n)
 {
-    load(s, n);
-    for (int32_t g = 0; g < s->groups; g++) {
-        perp__lanes trace;
-
-        whiten(s, g, n);
-        drift(s, g, n);
-        measure(s->own + LANES * g, (const double(*)[LANES])s->drift[g]);
-        trace = PERP__CONST_LANES_AT(s->squares[g][0]) + PERP__CONST_LANES_AT(s->squares[g][1]) +
-                PERP__CONST_LANES_AT(s->squares[g][2]);
-        PERP__LANES_AT(s->trace + LANES * g) = trace;
-        PERP__LANES_AT(s->root + LANES * g) = PERP__ROOT_LANES(trace);
-        PERP__LANES_AT(s->own + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
-    }
+    s->groups = (s->problem->contacts + LANES - 1) / LANES;
+    load_factor(s, n);
+    for (int32_t g = 0; g < s->groups; g++)
+        load_group(s, g, n);
 }
 
 PERP__MULTIVERSION(set_up, (perp__single * s), (s))
 {
-    if (s->problem->width == 6)
-        load_width(s, 6);
+    if (s->problem->width == WIDTH)
+        load_width(s, WIDTH);
     else
         load_width(s, 3);
 }
@@ -145,7 +172,7 @@ PERP__KERNEL static void velocities_width(perp__single *s, int32_t n)
 
     perp__single_push(s, (const double(*)[AXES][LANES])s->r, s->y, terms, most, n);
     for (int32_t g = 0; g < s->groups; g++) {
-        for (int32_t a = 0; a < AXES; a++) {
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
             const perp__lanes q = PERP__CONST_LANES_AT(s->drift[g][a]);
             perp__lanes sum = {0.0}, size = {0.0}, bound = {0.0};
 
@@ -164,14 +191,6 @@ PERP__KERNEL static void velocities_width(perp__single *s, int32_t n)
         measure(s->scales + LANES * g, (const double(*)[LANES])s->scale[g]);
         measure(s->errors + LANES * g, (const double(*)[LANES])s->error[g]);
     }
-}
-
-PERP__MULTIVERSION(find_velocities, (perp__single * s), (s))
-{
-    if (s->problem->width == 6)
-        velocities_width(s, 6);
-    else
-        velocities_width(s, 3);
 }
 
 /* Impulses into their cones, as in law.c. */
@@ -233,14 +252,14 @@ PERP__KERNEL static void find_lack(perp__single *s, int32_t g, double *lack, dou
     PERP__LANES_AT(mode) = PERP__SELECT_LANES(parts, zero, PERP__SELECT_LANES(sticks, two, one));
 }
 
-PERP__MULTIVERSION(clip_all, (perp__single * s), (s))
+PERP__MULTIVERSION(judge_all, (perp__single * s, double *lack, double *mode), (s, lack, mode))
 {
     for (int32_t g = 0; g < s->groups; g++)
         clip(s, g);
-}
-
-PERP__MULTIVERSION(find_lacks, (perp__single * s, double *lack, double *mode), (s, lack, mode))
-{
+    if (s->problem->width == WIDTH)
+        velocities_width(s, WIDTH);
+    else
+        velocities_width(s, 3);
     for (int32_t g = 0; g < s->groups; g++)
         find_lack(s, g, lack + LANES * g, mode + LANES * g);
 }
@@ -264,9 +283,7 @@ static int32_t judge(perp__single *s, perp__evidence *worth)
     static const int32_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_SLIP, PERP_CONTACT_STICK};
     double lacks[MOST], mode[MOST];
 
-    clip_all(s);
-    find_velocities(s);
-    find_lacks(s, lacks, mode);
+    judge_all(s, lacks, mode);
     for (int32_t k = 0; k < s->problem->contacts; k++) {
         const double error = 2.0 * (1.0 + s->mu[k]) * s->errors[k], lack = lacks[k] + error;
         const double r_n = PERP__OF(s->r, k, 0);
@@ -292,9 +309,8 @@ static int32_t is_answer(perp__single *s, perp__evidence *worth, double tol)
 }
 
 /* How many rows of a contact hold, as in held.c. */
-static int32_t count_held(const perp__single *s, int32_t k)
+static int32_t count_held(const perp__single *s, int32_t k, double slack)
 {
-    const double slack = sqrt(s->problem->tol) * s->omega * s->root[k];
     const int32_t rows = s->dims[k], mode = s->modes[k];
 
     if (!(fabs(PERP__OF(s->u, k, 0)) <= slack))
@@ -311,14 +327,17 @@ static int32_t count_held(const perp__single *s, int32_t k)
 /* Whether nothing that moves would have to hold. */
 static int32_t may_hold(perp__single *s)
 {
+    const double slack = sqrt(s->problem->tol) * s->omega;
     int32_t may = 1;
 
     s->axes = 0;
     memset(s->held, 0, sizeof s->held); /* lanes without a contact too */
     for (int32_t k = 0; k < s->problem->contacts; k++) {
-        s->held[k] = count_held(s, k);
-        s->axes = s->held[k] > s->axes ? s->held[k] : s->axes;
-        for (int32_t a = 0; a < s->held[k]; a++)
+        const int32_t held = count_held(s, k, slack * s->root[k]);
+
+        s->held[k] = held;
+        s->axes = held > s->axes ? held : s->axes;
+        for (int32_t a = 0; a < held; a++)
             may = may && s->problem->rows[k].bias[a] == 0.0;
     }
     return may;

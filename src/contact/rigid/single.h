@@ -17,7 +17,8 @@ typedef struct perp__single {
     const perp__rigid_problem *problem;
     int32_t groups, rank;
     int32_t axes; /* of any contact that hold, at most */
-    int32_t dims[MOST], modes[MOST], held[MOST];
+    int32_t dims[MOST], modes[MOST];
+    double held[MOST]; /* rows */
     double mu[MOST], trace[MOST], root[MOST], omega;
     double own[MOST];                  /* |q| / root */
     double scales[MOST], errors[MOST]; /* lengths of these */
@@ -37,6 +38,9 @@ typedef struct perp__single {
     double gram[WIDTH][WIDTH];   /* P'P = L D L': L below, 1 / D on the diagonal */
 } perp__single;
 
+/* In the plane contacts have one tangent. */
+#define PERP__AXES_OF(n) ((n) == WIDTH ? AXES : AXES - 1)
+
 /* A number of contact k. */
 #define PERP__OF(numbers, k, a) ((numbers)[(k) / LANES][a][(k) % LANES])
 
@@ -53,7 +57,7 @@ PERP__KERNEL static void perp__single_push(const perp__single *s, const double (
         perp__lanes sum = {0.0}, size = {0.0}, bound = {0.0};
 
         for (int32_t g = 0; g < s->groups; g++)
-            for (int32_t a = 0; a < AXES; a++) {
+            for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
                 const perp__lanes x = PERP__CONST_LANES_AT(r[g][a]);
                 const perp__lanes term = x * PERP__CONST_LANES_AT(s->P[g][a][i]);
 

@@ -209,7 +209,7 @@ PERP__KERNEL static void move_body(perp__single *s, const double *move, int32_t 
 PERP__KERNEL static void find_after(perp__single *s, int32_t n)
 {
     for (int32_t g = 0; g < s->groups; g++)
-        for (int32_t a = 0; a < AXES; a++) {
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
             perp__lanes u = PERP__CONST_LANES_AT(s->bias[g][a]);
 
             for (int32_t i = 0; i < n; i++)
@@ -221,21 +221,25 @@ PERP__KERNEL static void find_after(perp__single *s, int32_t n)
 /* The factors that make rows that hold as long as 1, and the impulses along those that do not.
  * Returns what all impulses come to, whichever way they act. */
 PERP__KERNEL static double sort_rows(const perp__single *s, double (*scale)[AXES][LANES],
-                                     double (*free)[AXES][LANES])
+                                     double (*free)[AXES][LANES], int32_t n)
 {
+    const perp__lanes zero = {0.0}, one = PERP__SAME_LANES(1.0);
     lane_numbers strengths;
     double strength = 0.0;
 
     for (int32_t g = 0; g < s->groups; g++)
-        for (int32_t a = 0; a < AXES; a++)
-            for (int32_t l = 0; l < LANES; l++) {
-                const double size = sqrt(s->squares[g][a][l]), r = s->r[g][a][l];
-                const int32_t holds = a < s->held[LANES * g + l];
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
+            const perp__lanes r = PERP__CONST_LANES_AT(s->r[g][a]);
+            const perp__lanes square = PERP__CONST_LANES_AT(s->squares[g][a]);
+            const perp__lanes size = PERP__ROOT_LANES(square);
+            const perp__lane_bits holds =
+                PERP__SAME_LANES(a) < PERP__CONST_LANES_AT(s->held + LANES * g);
 
-                strengths[g][a][l] = fabs(r) * size;
-                free[g][a][l] = holds ? 0.0 : r;
-                scale[g][a][l] = holds && size > 0.0 ? 1.0 / size : 0.0;
-            }
+            PERP__LANES_AT(strengths[g][a]) = PERP__ABSOLUTE_LANES(r) * size;
+            PERP__LANES_AT(free[g][a]) = PERP__SELECT_LANES(holds, zero, r);
+            PERP__LANES_AT(scale[g][a]) =
+                PERP__SELECT_LANES(holds & (size > zero), one / size, zero);
+        }
     for (int32_t k = 0; k < s->problem->contacts; k++)
         for (int32_t a = 0; a < s->dims[k]; a++)
             strength += PERP__OF(strengths, k, a);
@@ -254,7 +258,7 @@ PERP__KERNEL static int32_t factorise(perp__single *s, int32_t n)
             perp__lanes sum = {0.0};
 
             for (int32_t g = 0; g < s->groups; g++)
-                for (int32_t a = 0; a < AXES; a++)
+                for (int32_t a = 0; a < PERP__AXES_OF(n); a++)
                     sum +=
                         PERP__CONST_LANES_AT(s->P[g][a][i]) * PERP__CONST_LANES_AT(s->P[g][a][j]);
             s->gram[i][j] = perp__sum_lanes((const double *)&sum);
@@ -321,7 +325,7 @@ PERP__KERNEL static int32_t guess_width(perp__single *s, int32_t n)
     divide(s, way, n);
     divide(s, way, n);
     for (int32_t g = 0; g < s->groups; g++)
-        for (int32_t a = 0; a < AXES; a++) {
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
             perp__lanes r = {0.0};
 
             for (int32_t i = 0; i < n; i++)
@@ -357,7 +361,7 @@ PERP__KERNEL static void hold_width(perp__single *s, int32_t n)
     lane_numbers scale, free;
     held h;
 
-    strength = sort_rows(s, scale, free);
+    strength = sort_rows(s, scale, free, n);
     if (pin(s, strength, n))
         return;
     perp__single_push(s, (const double(*)[AXES][LANES])free, loose, NULL, NULL, n);
