@@ -189,7 +189,8 @@ typedef struct perp_world_stats {
     int64_t iterations;     /* last step, as in its result */
     int64_t steps;          /* since creation */
     double residual;        /* last step, as in its result */
-    double seconds_collide; /* since creation, by phase */
+    double seconds_collide; /* since creation, by phase; of steps with few bodies awake one in 16 is
+                               timed, for all of them */
     double seconds_solve;
     double seconds_integrate;
     double seconds_project;
