@@ -101,6 +101,27 @@ static int32_t rotates(const perp__shape *shape)
     return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
 }
 
+/* What turning adds to the way of a shape's points, at most. */
+static double turning_of(const perp_world *world, const perp__shape *shape, double h)
+{
+    const double *spin = world->motions[shape->body].moving + 3;
+
+    return rotates(shape)
+               ? (fabs(h * spin[0]) + fabs(h * spin[1]) + fabs(h * spin[2])) * shape->reach
+               : 0.0;
+}
+
+/* How far the motion at hand takes points of two shapes beside each other, at most. */
+static double way_between(const perp_world *world, const perp__pair *pair, double h)
+{
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
+
+    return (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
+            fabs(h * to[2] - h * from[2])) +
+           turning_of(world, a, h) + turning_of(world, b, h);
+}
+
 /* A shape on the way of its body's motion. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h)
 {
@@ -117,15 +138,6 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
     }
     moving.reach = at->reach;
     return moving;
-}
-
-/* What turning adds to the way of a shape's points, at most. */
-static double turning_of(const perp_world *world, const perp__shape *shape, double h)
-{
-    const double *spin = world->motions[shape->body].moving + 3;
-
-    return rotates(shape) ? h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * shape->reach
-                          : 0.0;
 }
 
 /* Whether the motion closes a point, with the normal at the start, of a half-space and another. */
@@ -425,21 +437,23 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 
     pair->meeting.lead = 0.0;
     pair->plain = 1;
-    if (!perp__are_near(world, pair, perp__greater(touching, near))) {
-        note_lead(world, pair, touching);
-        return 0;
-    }
-    e = encounter_of(world, pair, h, points);
     if (perp__has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        const double due = perp__greater(perp__lesser(near, 2.0 * e.way), touching);
-        const int32_t made = perp__collide(e.a.start, e.b.start, world->settings.planar,
-                                           perp__greater(far, due), points);
+        const double due =
+            perp__greater(perp__lesser(near, 2.0 * way_between(world, pair, h)), touching);
+        const int32_t made =
+            perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                          world->settings.planar, perp__greater(far, due), points);
 
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
                 return made;
         return 0;
     }
+    if (!perp__are_near(world, pair, perp__greater(touching, near))) {
+        note_lead(world, pair, touching);
+        return 0;
+    }
+    e = encounter_of(world, pair, h, points);
     if (!touch_plainly(&e, pair, near) && !presses_on(&e, pair, near))
         return 0;
     return open_points(&e, &pair->meeting, 0.0);

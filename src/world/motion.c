@@ -184,15 +184,18 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     perp__motion *motion = &world->motions[body];
 
     perp__keep_placed(world, body);
-    perp__copy3(motion->start, state->velocity);
-    perp__copy3(motion->start + 3, state->angular_velocity);
-    memcpy(motion->free, motion->start, sizeof motion->free);
+    for (int32_t k = 0; k < 3; k++) {
+        motion->start[k] = motion->free[k] = state->velocity[k];
+        motion->start[3 + k] = motion->free[3 + k] = state->angular_velocity[k];
+    }
     if (perp__is_dynamic(world, body))
         free_velocity(world, body, h);
-    for (int32_t k = 0; k < 6; k++)
-        motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
-    memcpy(motion->after, motion->free, sizeof motion->after);
-    memcpy(motion->tried, motion->moving, sizeof motion->tried);
+    for (int32_t k = 0; k < 6; k++) {
+        const double free = motion->free[k];
+
+        motion->after[k] = free;
+        motion->moving[k] = motion->tried[k] = 0.5 * (motion->start[k] + free);
+    }
     motion->touched = motion->jointed = 0;
     motion->covered = world->moved[body] = 1; /* in the first round */
     motion->earliest = motion->spare = INFINITY;
