@@ -11,6 +11,7 @@
 #include "world/lanes.h"
 #include "world/contact_rows.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "base/grow.h"
@@ -52,7 +53,6 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     const perp__shape *a = &world->shapes[pair->first];
     const perp__shape *b = &world->shapes[pair->second];
 
-    memset(contact, 0, sizeof *contact);
     contact->body_a = a->body;
     contact->body_b = b->body;
     contact->shape_a = pair->first;
@@ -64,6 +64,7 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     contact->pair = (int32_t)(pair - world->pairs);
     contact->round = world->rounds;
     contact->later = -1;
+    contact->mode = 0;
     contact->rounding = perp__pair_rounding(world, pair);
     contact->size = perp__pair_size(world, pair);
     contact->friction = pair_friction(a->friction, b->friction);
@@ -80,11 +81,13 @@ static void write_contact(const perp_world *world, perp__world_contact *contact,
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
-        *contact = *last;
-        memset(contact->warm, 0, sizeof contact->warm);
+        memcpy(contact, last, offsetof(perp__world_contact, feature));
     } else {
         begin_contact(world, contact, pair, point->normal);
     }
+    memset(contact->warm, 0, sizeof contact->warm);
+    memset(contact->next, 0, sizeof contact->next);
+    memset(contact->impulse, 0, sizeof contact->impulse);
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;

@@ -189,32 +189,34 @@ typedef struct perp__motion {
     double shift[6];  /* of the projection */
 } perp__motion;
 
+/* What each step reads of all contacts comes first; up to the feature it is that of a pair and a
+ * normal. */
 typedef struct perp__world_contact {
-    int32_t body_a; /* what each step reads of all contacts comes first */
+    int32_t body_a;
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
     int32_t pair;
-    int32_t round;    /* of looking for contacts in which it came */
-    int32_t later;    /* contact of the pair, of those that came after the first round; -1: none */
-    int32_t mode;     /* PERP_CONTACT_... */
-    uint64_t feature; /* tells the points of a pair apart, from step to step */
-    double gap;       /* what may be closed along the normal */
-    double rounding;  /* gaps below this are not told apart from 0 */
-    double position[3]; /* at the start of the step, midway between the surfaces */
-    double arms[2][3];  /* from the mass centres, in the pose of the meeting */
-    double axes[3][3];  /* normal, tangent 1, tangent 2 */
-    double size;        /* of the two bodies */
+    int32_t round;     /* of looking for contacts in which it came */
+    int32_t later;     /* contact of the pair, of those that came after the first round; -1: none */
+    int32_t mode;      /* PERP_CONTACT_... */
+    double axes[3][3]; /* normal, tangent 1, tangent 2 */
+    double rounding;   /* gaps below this are not told apart from 0 */
+    double size;       /* of the two bodies */
     double friction;
     double restitution;
-    double start[3];      /* relative velocity before the step */
-    double free[3];       /* with the free twists */
-    double remembered[3]; /* impulse of the last step, along the axes; */
-    double warm[3];       /* and the one to start from */
-    double next[3];       /* for the next step to start from */
+    uint32_t generations[4]; /* of bodies and shapes */
+    uint64_t feature;        /* tells the points of a pair apart, from step to step */
+    double gap;              /* what may be closed along the normal */
+    double position[3];      /* at the start of the step, midway between the surfaces */
+    double arms[2][3];       /* from the mass centres, in the pose of the meeting */
+    double start[3];         /* relative velocity before the step */
+    double free[3];          /* with the free twists */
+    double remembered[3];    /* impulse of the last step, along the axes; */
+    double warm[3];          /* and the one to start from */
+    double next[3];          /* for the next step to start from */
     double impulse[3];
     double velocity[3];
-    uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
 
 /* And what rounds read of it. */
