@@ -156,6 +156,16 @@ static perp_status add_spare(perp_world *world, int32_t body)
     return status;
 }
 
+/* Whether a motion goes nowhere that the one before did not: what covers that covers it. */
+static int32_t goes_no_farther(const double *moving, const double *before)
+{
+    for (int32_t k = 0; k < 6; k++)
+        if (before[k] > 0.0 ? !(moving[k] >= 0.0 && moving[k] <= before[k])
+                            : !(moving[k] <= 0.0 && moving[k] >= before[k]))
+            return 0;
+    return 1;
+}
+
 /* Motions that the islands changed: all others are what they were. */
 static perp_status look_for_new_motions(perp_world *world, double h)
 {
@@ -163,11 +173,15 @@ static perp_status look_for_new_motions(perp_world *world, double h)
 
     for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
         perp__motion *motion = &world->motions[world->body_order[i]];
+        int32_t shorter;
 
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
             continue;
+        shorter = goes_no_farther(motion->moving, motion->tried);
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         world->moved[world->body_order[i]] = world->rounds;
+        if (shorter)
+            continue;
         motion->covered = 0;
         if (!(perp__longest_way(world, world->body_order[i], h) < motion->spare))
             status = add_spare(world, world->body_order[i]);

@@ -243,6 +243,33 @@ static void test_no_tunnelling(void **state)
                     shoot(planar, ball, spins[i], 1.7 * j);
 }
 
+/* What crawls towards a plate and is hit from behind gets there within the step, and no farther. */
+static void test_no_tunnelling_of_what_is_hit(void **state)
+{
+    (void)state;
+    for (int32_t planar = 0; planar < 2; planar++) {
+        perp_body_settings settings = scene_settings();
+        perp_body balls[2];
+        scene s;
+
+        scene_open(&s, planar, 0.0, 0.0, 0.0);
+        settings.kind = PERP_BODY_STATIC;
+        scene_box(&s, scene_add(&s, &settings), 0.0005, 0.5, 0.5, 0.3, 0.0);
+        settings = scene_settings();
+        for (int i = 0; i < 2; i++) {
+            settings.position[0] = i == 0 ? -3.0 : -3.5;
+            settings.velocity[0] = i == 0 ? 0.1 : 1000.0;
+            balls[i] = scene_add(&s, &settings);
+            scene_sphere(&s, balls[i], 0.1, 0.3, 0.0);
+        }
+        for (int i = 0; i < 10; i++)
+            SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+        assert_true(scene_state(&s, balls[0]).position[0] < 0.0);
+        assert_true(scene_state(&s, balls[1]).position[0] < 0.0);
+        scene_close(&s);
+    }
+}
+
 /* splitmix64 (Steele, Lea & Flood 2014) */
 static double uniform(uint64_t *state)
 {
@@ -445,6 +472,7 @@ int main(void)
         cmocka_unit_test(test_fly_past),
         cmocka_unit_test(test_balls_pass),
         cmocka_unit_test(test_no_tunnelling),
+        cmocka_unit_test(test_no_tunnelling_of_what_is_hit),
         cmocka_unit_test(test_tumble_over_seams),
         cmocka_unit_test(test_slide_under_a_lintel),
         cmocka_unit_test(test_land_beside_a_chasm),
