@@ -34,7 +34,7 @@ typedef struct perp__single {
     double v[ROOM];
     double change;               /* of the velocities by what holds, beside their terms */
     double columns[WIDTH][ROOM]; /* of C */
-    double basis[WIDTH][WIDTH];  /* of the rows that hold */
+    double basis[WIDTH][ROOM];   /* of the rows that hold */
     double gram[WIDTH][WIDTH];   /* P'P = L D L': L below, 1 / D on the diagonal */
 } perp__single;
 

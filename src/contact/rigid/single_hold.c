@@ -92,34 +92,39 @@ PERP__KERNEL static double take_again(perp__single *s, const double *move, doubl
     return target;
 }
 
-/* The row picked becomes the newest of the basis, and is gone. Returns its target over its length.
- */
-PERP__KERNEL static double take(perp__single *s, held *h, int32_t pick, const double *move,
+/* The row picked becomes the newest of the basis. Returns its target over its length. */
+PERP__KERNEL static double take(perp__single *s, const held *h, int32_t pick, const double *move,
                                 int32_t n)
 {
     const int32_t g = pick / AXES / LANES, a = pick % AXES, l = pick / AXES % LANES;
+    const double(*row)[LANES] = h->rows[g][a];
     double *b = s->basis[s->rank], target = h->targets[g][a][l], square = h->squares[g][a][l];
 
-    for (int32_t i = 0; i < n; i++) {
-        b[i] = h->rows[g][a][i][l];
-        h->rows[g][a][i][l] = 0.0;
-    }
+    PERP__LANES_AT(b) =
+        (perp__lanes){row[0][l], row[1][l], row[2][l], n == WIDTH ? row[3][l] : 0.0};
+    if (n == WIDTH)
+        PERP__LANES_AT(b + LANES) = (perp__lanes){row[4][l], row[5][l], 0.0, 0.0};
     if (square < LITTLE * LITTLE) {
         target = take_again(s, move, target, n);
         square = dot(b, b, n);
     }
     square = sqrt(square);
-    for (int32_t i = 0; i < n; i++)
-        b[i] /= square;
+    for (int32_t i = 0; i < n; i += LANES)
+        PERP__LANES_AT(b + i) /= PERP__SAME_LANES(square);
     return target / square;
 }
 
-/* Takes the newest of the basis, which comes to `target`, out of a group's rows. */
-PERP__KERNEL static void reduce(const perp__single *s, held *h, int32_t g, double target, int32_t n)
+/* Takes the newest of the basis, which comes to `target`, out of a group's rows, and that from
+ * which it was made as a whole. */
+PERP__KERNEL static void reduce(const perp__single *s, held *h, int32_t g, int32_t pick,
+                                double target, int32_t n)
 {
+    const perp__lanes lane = {0.0, 1.0, 2.0, 3.0};
     const double *b = s->basis[s->rank];
 
     for (int32_t a = 0; a < s->axes; a++) {
+        const perp__lane_bits gone =
+            lane == PERP__SAME_LANES((double)(pick % AXES == a ? pick / AXES - LANES * g : -1));
         perp__lanes share = {0.0}, square = {0.0}, other = {0.0};
 
         for (int32_t i = 0; i < n; i += 3) {
@@ -130,8 +135,9 @@ PERP__KERNEL static void reduce(const perp__single *s, held *h, int32_t g, doubl
         share += other;
         other = PERP__SAME_LANES(0.0);
         for (int32_t i = 0; i < n; i++) {
-            const perp__lanes row =
+            const perp__lanes left =
                 PERP__CONST_LANES_AT(h->rows[g][a][i]) - share * PERP__SAME_LANES(b[i]);
+            const perp__lanes row = PERP__SELECT_LANES(gone, PERP__SAME_LANES(0.0), left);
 
             PERP__LANES_AT(h->rows[g][a][i]) = row;
             if (i % 2)
@@ -152,10 +158,11 @@ PERP__KERNEL static void solve(perp__single *s, held *h, double *move, int32_t n
     for (s->rank = 0; s->rank < n && (pick = pick_row(s, h)) >= 0; s->rank++) {
         const double target = take(s, h, pick, move, n);
 
-        for (int32_t i = 0; i < n; i++)
-            move[i] += target * s->basis[s->rank][i];
+        for (int32_t i = 0; i < n; i += LANES)
+            PERP__LANES_AT(move + i) +=
+                PERP__SAME_LANES(target) * PERP__CONST_LANES_AT(s->basis[s->rank] + i);
         for (int32_t g = 0; g < s->groups && s->rank + 1 < n; g++)
-            reduce(s, h, g, target, n);
+            reduce(s, h, g, pick, target, n);
     }
 }
 
@@ -357,7 +364,7 @@ int32_t perp__single_guess(perp__single *s)
 /* v, and the change beside the solution's velocities as a share of their terms. */
 PERP__KERNEL static void hold_width(perp__single *s, int32_t n)
 {
-    double loose[WIDTH], move[WIDTH] = {0.0}, change = 0.0, strength;
+    double loose[WIDTH], move[ROOM] = {0.0}, change = 0.0, strength;
     lane_numbers scale, free;
     held h;
 
