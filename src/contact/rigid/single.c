@@ -139,13 +139,13 @@ PERP__KERNEL static void load_group(perp__single *s, int32_t g, int32_t n)
     for (int32_t a = PERP__AXES_OF(n); a < AXES; a++)
         PERP__LANES_AT(s->r[g][a]) = PERP__LANES_AT(s->u[g][a]) = PERP__LANES_AT(s->scale[g][a]) =
             PERP__LANES_AT(s->error[g][a]) = PERP__LANES_AT(s->drift[g][a]) =
-                PERP__LANES_AT(s->squares[g][a]) = PERP__LANES_AT(s->after[g][a]) = zero;
-    measure(s->own + LANES * g, (const double(*)[LANES])s->drift[g]);
+                PERP__LANES_AT(s->after[g][a]) = zero;
+    measure(s->driven + LANES * g, (const double(*)[LANES])s->drift[g]);
     trace = PERP__CONST_LANES_AT(s->squares[g][0]) + PERP__CONST_LANES_AT(s->squares[g][1]) +
             PERP__CONST_LANES_AT(s->squares[g][2]);
     PERP__LANES_AT(s->trace + LANES * g) = trace;
     PERP__LANES_AT(s->root + LANES * g) = PERP__ROOT_LANES(trace);
-    PERP__LANES_AT(s->own + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
+    PERP__LANES_AT(s->driven + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
 }
 
 PERP__KERNEL static void load_width(perp__single *s, int32_t n)
@@ -212,9 +212,10 @@ PERP__KERNEL static void clip(perp__single *s, int32_t g)
 }
 
 /* |r - P_K(r - (u + s e_n) / t)| t of each contact of a group, or where that is more the velocities
- * that its mode says are 0; and the mode, as in law.c. All cases at once: what a lane does not need
- * may be NaN. */
-PERP__KERNEL static void find_lack(perp__single *s, int32_t g, double *lack, double *mode)
+ * that its mode says are 0; the residuals that come of it, with what rounding may have made of the
+ * velocities; and the mode, as in law.c. All cases at once: what a lane does not need may be NaN.
+ */
+PERP__KERNEL static void find_lack(perp__single *s, int32_t g)
 {
     const perp__lanes zero = {0.0}, one = PERP__SAME_LANES(1.0), two = PERP__SAME_LANES(2.0);
     const perp__lanes mu = PERP__CONST_LANES_AT(s->mu + LANES * g);
@@ -248,11 +249,17 @@ PERP__KERNEL static void find_lack(perp__single *s, int32_t g, double *lack, dou
     const perp__lanes holds = PERP__SELECT_LANES(sticks, still, PERP__ABSOLUTE_LANES(u_n));
     const perp__lanes held = PERP__SELECT_LANES(~parts & (r_n != zero), holds, zero);
 
-    PERP__LANES_AT(lack) = PERP__SELECT_LANES(held > free, held, free);
-    PERP__LANES_AT(mode) = PERP__SELECT_LANES(parts, zero, PERP__SELECT_LANES(sticks, two, one));
+    const perp__lanes error = two * (one + mu) * PERP__CONST_LANES_AT(s->errors + LANES * g);
+    const perp__lanes lack = PERP__SELECT_LANES(held > free, held, free) + error;
+
+    PERP__LANES_AT(s->tested + LANES * g) =
+        lack / (PERP__CONST_LANES_AT(s->root + LANES * g) * PERP__SAME_LANES(s->omega));
+    PERP__LANES_AT(s->own + LANES * g) = lack / PERP__CONST_LANES_AT(s->scales + LANES * g);
+    PERP__LANES_AT(s->pressed + LANES * g) =
+        PERP__SELECT_LANES(parts, zero, PERP__SELECT_LANES(sticks, two, one));
 }
 
-PERP__MULTIVERSION(judge_all, (perp__single * s, double *lack, double *mode), (s, lack, mode))
+PERP__MULTIVERSION(judge_all, (perp__single * s), (s))
 {
     for (int32_t g = 0; g < s->groups; g++)
         clip(s, g);
@@ -261,7 +268,7 @@ PERP__MULTIVERSION(judge_all, (perp__single * s, double *lack, double *mode), (s
     else
         velocities_width(s, 3);
     for (int32_t g = 0; g < s->groups; g++)
-        find_lack(s, g, lack + LANES * g, mode + LANES * g);
+        find_lack(s, g);
 }
 
 /* The largest |q| / root of a contact; 0 where squares might leave the range of numbers. */
@@ -270,7 +277,7 @@ static double find_drive(const perp__single *s)
     double drive = 0.0;
 
     for (int32_t k = 0; k < s->problem->contacts; k++) {
-        drive = s->own[k] > drive ? s->own[k] : drive;
+        drive = s->driven[k] > drive ? s->driven[k] : drive;
         if (!(s->trace[k] > LEAST && s->trace[k] < 1.0 / LEAST))
             return 0.0;
     }
@@ -281,18 +288,16 @@ static double find_drive(const perp__single *s)
 static int32_t judge(perp__single *s, perp__evidence *worth)
 {
     static const int32_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_SLIP, PERP_CONTACT_STICK};
-    double lacks[MOST], mode[MOST];
 
-    judge_all(s, lacks, mode);
+    judge_all(s);
     for (int32_t k = 0; k < s->problem->contacts; k++) {
-        const double error = 2.0 * (1.0 + s->mu[k]) * s->errors[k], lack = lacks[k] + error;
         const double r_n = PERP__OF(s->r, k, 0);
 
-        if (r_n != 0.0 && mode[k] == 0.0)
+        if (r_n != 0.0 && s->pressed[k] == 0.0)
             return 0;
-        s->modes[k] = r_n == 0.0 ? PERP_CONTACT_SEPARATE : modes[(int32_t)mode[k]];
-        perp__raise_to(&worth->tested, lack / (s->root[k] * s->omega));
-        perp__raise_to(&worth->own, lack / s->scales[k]);
+        s->modes[k] = r_n == 0.0 ? PERP_CONTACT_SEPARATE : modes[(int32_t)s->pressed[k]];
+        perp__raise_to(&worth->tested, s->tested[k]);
+        perp__raise_to(&worth->own, s->own[k]);
     }
     return s->omega > 0.0;
 }
@@ -376,8 +381,7 @@ int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem
     answer->tested = worth.tested;
     perp__single_hold(&s);
     perp__raise_to(&worth.own, s.change);
-    worth.sound = perp__all_finite(s.v, WIDTH) &&
-                  perp__all_finite(&s.u[0][0][0], (size_t)(s.groups * AXES * LANES));
+    worth.sound = perp__all_finite(s.v, ROOM); /* where u is not, neither are its errors */
     answer->outcome = perp__gate(&worth, problem->tol, -1);
     answer->own = worth.own;
     answer->backward = worth.backward;

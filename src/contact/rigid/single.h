@@ -20,8 +20,10 @@ typedef struct perp__single {
     int32_t dims[MOST], modes[MOST];
     double held[MOST]; /* rows */
     double mu[MOST], trace[MOST], root[MOST], omega;
-    double own[MOST];                  /* |q| / root */
+    double driven[MOST];               /* |q| / root */
     double scales[MOST], errors[MOST]; /* lengths of these */
+    double tested[MOST], own[MOST];    /* residuals */
+    double pressed[MOST];              /* 0: no, 1: it slips, 2: it sticks */
     lane_numbers bias, r, u;
     lane_numbers scale;   /* |P| |P'| |r| + |q| */
     lane_numbers error;   /* at least what rounding made of u */
