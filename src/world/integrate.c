@@ -187,7 +187,7 @@ static int32_t is_alone(const perp_world *world, int32_t i)
 /* Its next state becomes its state, if that is another one. */
 static int32_t take_next(perp_world *world, int32_t i)
 {
-    if (memcmp(&world->states[i], &world->next[i], sizeof *world->states) == 0)
+    if (perp__stays(world, i))
         return 0;
     world->motions[i].coasts = world->coasting;
     world->motions[i].repeats = 0;
@@ -262,7 +262,9 @@ static void integrate(perp_world *world, perp__share *share, double h)
         if (!is_finite(&world->next[body]))
             share->found = body;
         else if (!motion->covered || has_pairs(world, body)) {
-            perp__place_body(world, world->next, body);
+            if (motion->placed != world->coasting || !perp__is_zero3(motion->moving) ||
+                !perp__stays(world, body))
+                perp__place_body(world, world->next, body);
             motion->placed = world->coasting + 1;
         }
     }

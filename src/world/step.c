@@ -156,8 +156,7 @@ static int32_t commit(perp_world *world, int32_t included)
     for (i = 0; i < world->lively_count; i++) {
         const int32_t body = world->lively[i];
 
-        world->motions[body].repeats =
-            memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
+        world->motions[body].repeats = perp__stays(world, body);
         if (!world->motions[body].repeats)
             world->states[body] = world->next[body];
         repeat += world->motions[body].repeats;

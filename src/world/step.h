@@ -15,6 +15,8 @@
 #ifndef PERP_WORLD_STEP_H
 #define PERP_WORLD_STEP_H
 
+#include <string.h>
+
 #include "world/world.h"
 
 /* motion.c */
@@ -48,6 +50,11 @@ perp_status perp__cover_strays(perp_world *world);
 static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
     return &world->pairs[world->pair_order[i].value];
+}
+/* Whether the body's next state is the one at hand. */
+static inline int32_t perp__stays(const perp_world *world, int32_t body)
+{
+    return memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
 }
 /* The body, or what is near it, is not what it was in the last step. */
 static inline void perp__unsettle(perp_world *world, int32_t body)
