@@ -338,7 +338,7 @@ perp_status perp__find_overlaps(perp_world *world, double margin)
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
 
-        if (perp__are_near(world, pair, margin))
+        if (!perp__is_swept(world, pair) && perp__are_near(world, pair, margin))
             status = add_points(world, &world->overlaps, pair, world->next, margin);
     }
     for (int32_t i = 0; i < world->overlaps.count; i++)

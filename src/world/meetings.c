@@ -101,14 +101,15 @@ static int32_t rotates(const perp__shape *shape)
     return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
 }
 
-/* What turning adds to the way of a shape's points, at most. */
+double perp__turning_reach(const perp_world *world, const perp__shape *shape)
+{
+    return rotates(shape) && world->bodies[shape->body].kind != PERP_BODY_STATIC ? shape->reach
+                                                                                 : 0.0;
+}
+
 static double turning_of(const perp_world *world, const perp__shape *shape, double h)
 {
-    const double *spin = world->motions[shape->body].moving + 3;
-
-    return rotates(shape)
-               ? (fabs(h * spin[0]) + fabs(h * spin[1]) + fabs(h * spin[2])) * shape->reach
-               : 0.0;
+    return perp__turning(world, shape->body, perp__turning_reach(world, shape), h);
 }
 
 /* How far the motion at hand takes points of two shapes beside each other, at most. */
@@ -459,24 +460,10 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     return open_points(&e, &pair->meeting, 0.0);
 }
 
-/* Whether the plane that was found between the two before does for this motion too. */
-static int32_t still_apart(const perp_world *world, const perp__pair *pair, double h)
-{
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
-    const double way[3] = {h * to[0] - h * from[0], h * to[1] - h * from[1],
-                           h * to[2] - h * from[2]};
-
-    return perp__stay_apart(&pair->meeting, way, turning_of(world, a, h) + turning_of(world, b, h));
-}
-
 int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
 {
-    encounter e;
+    encounter e = encounter_of(world, pair, h, NULL);
 
-    if (pair->meeting.lead > 0.0 && still_apart(world, pair, h))
-        return 0;
-    e = encounter_of(world, pair, h, NULL);
     if (!perp__are_near(world, pair, e.way + e.near.touching)) {
         note_lead(world, pair, e.near.touching);
         return 0;

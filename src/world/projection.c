@@ -32,12 +32,6 @@
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
-/* What sweeps move they take out of overlaps as well. */
-static int32_t is_swept(const perp_world *world, int32_t body_a, int32_t body_b)
-{
-    return world->motions[body_a].verdict.swept || world->motions[body_b].verdict.swept;
-}
-
 static double allowed(double size, double rounding)
 {
     return fmax(OVERLAP_TOLERANCE * size, rounding);
@@ -55,7 +49,7 @@ static void find_deepest(perp_world *world, perp__share *share, double h)
         double least;
         int32_t made = 0;
 
-        if (is_swept(world, world->shapes[pair->first].body, world->shapes[pair->second].body) ||
+        if (perp__is_swept(world, pair) ||
             !perp__are_near(world, pair, 0.0))
             continue;
         least = -allowed(perp__pair_size(world, pair), perp__pair_rounding(world, pair));
@@ -86,8 +80,7 @@ static int32_t overlaps(const perp_world *world, const perp__island *island)
         const perp__world_contact *contact =
             perp__island_contact(world, &world->overlaps, island, i);
 
-        if (!is_swept(world, contact->body_a, contact->body_b) &&
-            contact->gap < -allowed(contact->size, contact->rounding))
+        if (contact->gap < -allowed(contact->size, contact->rounding))
             return 1;
     }
     return 0;
@@ -289,9 +282,6 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     perp__place(world, world->next);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
-    for (int32_t i = 0; status == PERP_OK && i < world->overlaps.count; i++)
-        world->overlaps.ties[i].included =
-            !is_swept(world, world->overlaps.ties[i].body[0], world->overlaps.ties[i].body[1]);
     PERP__THEN(status, perp__build_islands(world, &world->overlaps));
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {

@@ -189,6 +189,13 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     return status;
 }
 
+/* What is known of a pair that did not meet. */
+static void keep_apart(const perp__pair *pair, perp__watched_pair *open)
+{
+    open->lead = open->met || has_points(pair) ? 0.0 : pair->meeting.lead;
+    perp__copy3(open->apart, pair->meeting.apart);
+}
+
 /* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
 static void list_watched(perp_world *world)
 {
@@ -198,10 +205,31 @@ static void list_watched(perp_world *world)
         perp__watched_pair *open = &world->watched_pairs[world->watched_count];
 
         open->pair = world->pair_order[i].value;
-        open->body[0] = world->shapes[pair->first].body;
-        open->body[1] = world->shapes[pair->second].body;
-        world->watched_count += pair->open || !perp__has_plane(world, pair);
+        for (int32_t side = 0; side < 2; side++) {
+            const perp__shape *shape = &world->shapes[side == 0 ? pair->first : pair->second];
+
+            open->body[side] = shape->body;
+            open->reach[side] = perp__turning_reach(world, shape);
+        }
+        open->met = 0;
+        keep_apart(pair, open);
+        world->watched_count +=
+            pair->open ||
+            (!perp__has_plane(world, pair) && (open->reach[0] > 0.0 || open->reach[1] > 0.0));
     }
+}
+
+/* Whether the plane that was found between the two before does for this motion too. */
+static int32_t stays_apart(const perp_world *world, const perp__watched_pair *open, double h)
+{
+    const double *from = world->motions[open->body[0]].moving;
+    const double *to = world->motions[open->body[1]].moving;
+    const double way[3] = {h * to[0] - h * from[0], h * to[1] - h * from[1],
+                           h * to[2] - h * from[2]};
+
+    return perp__stay_apart(open->apart, open->lead, way,
+                            perp__turning(world, open->body[0], open->reach[0], h) +
+                                perp__turning(world, open->body[1], open->reach[1], h));
 }
 
 /* Which of them meet: those of bodies whose motion is not the one that was looked at last. */
@@ -211,11 +239,14 @@ static void meet_share(perp_world *world, perp__share *share, double h)
         perp__watched_pair *open = &world->watched_pairs[i];
         perp__pair *pair = &world->pairs[open->pair];
 
-        open->met = (world->moved[open->body[0]] == world->rounds ||
-                     world->moved[open->body[1]] == world->rounds) &&
-                    pair->joined < MAX_JOINS &&
-                    (has_points(pair) ? perp__pair_sinks(world, pair, h)
-                                      : perp__pair_meets(world, pair, h));
+        open->met = 0;
+        if ((world->moved[open->body[0]] != world->rounds &&
+             world->moved[open->body[1]] != world->rounds) ||
+            (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)
+            continue;
+        open->met = has_points(pair) ? perp__pair_sinks(world, pair, h)
+                                     : perp__pair_meets(world, pair, h);
+        keep_apart(pair, open);
     }
 }
 

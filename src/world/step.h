@@ -93,6 +93,15 @@ double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 double perp__pair_size(const perp_world *world, const perp__pair *pair);
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
+/* How far a shape has points that turning may move, from its body's mass centre; and what turning
+ * adds to the way of those of a body that have them so far, at most. */
+double perp__turning_reach(const perp_world *world, const perp__shape *shape);
+static inline double perp__turning(const perp_world *world, int32_t body, double reach, double h)
+{
+    const double *spin = world->motions[body].moving + 3;
+
+    return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
+}
 /* A shape on the way of its body's motion. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
 /* Points of shapes that touch plainly at the start; 0: they don't. Those of half-spaces may be left
@@ -122,7 +131,13 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
                                 int32_t count, double least);
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_way(const perp_world *world, int32_t body, double h);
-/* Points with gaps up to `margin` in the next states. */
+/* What sweeps move they take out of overlaps as well. */
+static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
+{
+    return world->motions[world->shapes[pair->first].body].verdict.swept ||
+           world->motions[world->shapes[pair->second].body].verdict.swept;
+}
+/* Points with gaps up to `margin` in the next states, of what is not swept. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
 
 /* rounds.c */

@@ -88,10 +88,14 @@ typedef struct perp__pair {
     perp__meeting meeting;
 } perp__pair;
 
-/* One of them that may meet, or turn deeper into each other, as rounds go through it. */
+/* One of them that may meet, or turn deeper into each other, as rounds go through it: with all that
+ * most rounds read of it. */
 typedef struct perp__watched_pair {
     int32_t pair, body[2];
-    int32_t met; /* the motion at hand makes them meet, or sink into each other */
+    int32_t met;     /* the motion at hand makes them meet, or sink into each other */
+    double apart[3]; /* of the pair's meeting; */
+    double lead;     /* 0 also where points came */
+    double reach[2]; /* perp__turning_reach of the shapes */
 } perp__watched_pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */

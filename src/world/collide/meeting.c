@@ -78,7 +78,8 @@ static int32_t stay_apart(const perp__moving *a, const perp__moving *b,
 {
     double way[3];
     perp__subtract3(way, b->way, a->way);
-    return perp__stay_apart(meeting, way, sum(a->turn) * a->reach + sum(b->turn) * b->reach);
+    return perp__stay_apart(meeting->apart, meeting->lead, way,
+                            sum(a->turn) * a->reach + sum(b->turn) * b->reach);
 }
 
 static double size_of(const perp__placed *shape)

@@ -38,15 +38,14 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed);
 /* Length of the relative way of the two, an upper bound. */
 double perp__relative_way(const perp__moving *a, const perp__moving *b);
 
-/* Whether the motion leaves a plane between the shapes, across meeting->apart: with the way of B
- * beside A and what turning adds to it at most. */
-static inline int32_t perp__stay_apart(const perp__meeting *meeting, const double *way,
+/* Whether the motion leaves a plane between the shapes, across `apart` with such a lead: with the
+ * way of B beside A and what turning adds to it at most. */
+static inline int32_t perp__stay_apart(const double *apart, double lead, const double *way,
                                        double turning)
 {
-    const double *apart = meeting->apart;
     const double along = apart[0] * way[0] + apart[1] * way[1] + apart[2] * way[2];
 
-    return meeting->lead + (along < 0.0 ? along : 0.0) - turning > 0.0;
+    return lead + (along < 0.0 ? along : 0.0) - turning > 0.0;
 }
 
 /* Whether the shapes, none a half-space, touch or overlap at the start in a way that leaves no
