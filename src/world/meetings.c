@@ -369,21 +369,26 @@ static const double *pressed_along(const perp_world *world, const perp__pair *pa
     return NULL;
 }
 
-/* Whether the shapes touch plainly; or pressed in the last step, are no farther apart than `far`,
- * and have one normal only or hardly move: what lies on others leaves them by as much as a step is
- * wrong, and would be met again in rounds, layer after layer. */
+/* Whether the shapes touch plainly; or are no farther apart than `far`, and pressed in the last
+ * step and have one normal only or hardly move, or are balls whose way bends off their tangent by
+ * less than a quarter of that: what lies on others leaves them by as much as a step is wrong, and
+ * would be met again in rounds, layer after layer. */
 static int32_t touch_plainly(const encounter *e, perp__pair *pair, double far)
 {
     const int32_t planar = e->world->settings.planar;
     const int32_t round =
         e->a.start->geometry->kind == PERP__SPHERE && e->b.start->geometry->kind == PERP__SPHERE;
+    const double apart =
+        e->a.start->geometry->radius + e->b.start->geometry->radius; /* of balls' centres */
     perp__nearness wide = e->near;
 
     if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, &pair->meeting))
         return 1;
     pair->plain = 0;
     wide.touching = far;
-    return far > e->near.touching && (round || e->way <= far) && pressed_along(e->world, pair) &&
+    return far > e->near.touching &&
+           ((round && e->way * e->way <= 0.5 * far * apart) ||
+            ((round || e->way <= far) && pressed_along(e->world, pair))) &&
            perp__touch_plainly(&e->a, &e->b, planar, &wide, &pair->meeting);
 }
 

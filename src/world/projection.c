@@ -49,8 +49,7 @@ static void find_deepest(perp_world *world, perp__share *share, double h)
         double least;
         int32_t made = 0;
 
-        if (perp__is_swept(world, pair) ||
-            !perp__are_near(world, pair, 0.0))
+        if (perp__is_swept(world, pair) || !perp__are_near(world, pair, 0.0))
             continue;
         least = -allowed(perp__pair_size(world, pair), perp__pair_rounding(world, pair));
         made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],

@@ -213,9 +213,8 @@ static void list_watched(perp_world *world)
         }
         open->met = 0;
         keep_apart(pair, open);
-        world->watched_count +=
-            pair->open ||
-            (!perp__has_plane(world, pair) && (open->reach[0] > 0.0 || open->reach[1] > 0.0));
+        world->watched_count += pair->open || (!perp__has_plane(world, pair) &&
+                                               (open->reach[0] > 0.0 || open->reach[1] > 0.0));
     }
 }
 
@@ -244,8 +243,8 @@ static void meet_share(perp_world *world, perp__share *share, double h)
              world->moved[open->body[1]] != world->rounds) ||
             (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)
             continue;
-        open->met = has_points(pair) ? perp__pair_sinks(world, pair, h)
-                                     : perp__pair_meets(world, pair, h);
+        open->met =
+            has_points(pair) ? perp__pair_sinks(world, pair, h) : perp__pair_meets(world, pair, h);
         keep_apart(pair, open);
     }
 }

@@ -57,6 +57,10 @@ typedef struct level {
     double tol;  /* tested residual that is called solved */
 } level;
 
+/* Contacts from which on an island is deep: what a pass does goes on to the next body only, so that
+ * such a one gets half as many again. */
+#define DEEP_ISLAND 1000
+
 /* From the measured curve, bench/results/world.txt. */
 static const level levels[] = {
     {16, 8, 1e-2},  /* fast */
@@ -111,16 +115,23 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
     return has_at_most(world, island, levels[settings->accuracy].few);
 }
 
+static int32_t count_passes(const perp_world *world, const perp__island *island)
+{
+    const int32_t exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
+    const int32_t passes = levels[exact ? PERP_ACCURACY_ACCURATE : world->settings.accuracy].passes;
+
+    if (world->settings.substeps > 0)
+        return PASSES_OF_A_SUBSTEP * world->settings.substeps;
+    return island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
+}
+
 static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
 {
-    const int32_t accuracy = world->settings.accuracy, exact = accuracy == PERP_ACCURACY_EXACT;
     perp__island_work *work = &world->work;
 
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->passes = world->settings.substeps > 0
-                       ? PASSES_OF_A_SUBSTEP * world->settings.substeps
-                       : levels[exact ? PERP_ACCURACY_ACCURATE : accuracy].passes;
+    step->passes = count_passes(world, island);
     step->clear = CLEAR;
     step->gap = work->gap;
     step->guard = work->guard;
