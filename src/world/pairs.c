@@ -13,7 +13,6 @@
 
 #include "base/grow.h"
 #include "base/context.h"
-#include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
 
 enum { NONE = -1 };
@@ -467,43 +466,31 @@ static perp_status place_planes(perp_world *world)
     return look_at_planes(world);
 }
 
-/* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
-PERP__KERNEL static void fetch(const void *from, size_t bytes)
-{
-#ifdef __GNUC__
-    for (size_t at = 0; at < bytes; at += 64)
-        __builtin_prefetch((const char *)from + at, 1);
-#else
-    (void)from;
-    (void)bytes;
-#endif
-}
-
 /* Bodies to come: their numbers first, then their shapes, which these tell. */
 PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
 {
     if (i + FETCHED < world->awake_count) {
         const int32_t body = world->awake[i + FETCHED];
 
-        fetch(&world->bodies[body], offsetof(perp__body, mass));
-        fetch(&world->states[body], sizeof *world->states);
-        fetch(&world->next[body], sizeof *world->next);
-        fetch(&world->motions[body], offsetof(perp__motion, verdict));
+        perp__fetch(&world->bodies[body], offsetof(perp__body, mass));
+        perp__fetch(&world->states[body], sizeof *world->states);
+        perp__fetch(&world->next[body], sizeof *world->next);
+        perp__fetch(&world->motions[body], offsetof(perp__motion, verdict));
     }
     if (i + FETCHED / 2 < world->awake_count) {
         const int32_t body = world->awake[i + FETCHED / 2];
         const int32_t shape = world->bodies[body].first_shape;
 
         if (shape >= 0)
-            fetch(&world->shapes[shape], sizeof *world->shapes);
+            perp__fetch(&world->shapes[shape], sizeof *world->shapes);
         if (world->motions[body].coasts + 1 == world->coasting)
             return; /* likely to go on so */
-        fetch(&world->bodies[body].mass,
+        perp__fetch(&world->bodies[body].mass,
               offsetof(perp__body, given_mass) - offsetof(perp__body, mass));
-        fetch(&world->motions[body].verdict,
+        perp__fetch(&world->motions[body].verdict,
               offsetof(perp__motion, trial) - offsetof(perp__motion, verdict));
         if (shape >= 0)
-            fetch(&world->placed[shape], sizeof *world->placed);
+            perp__fetch(&world->placed[shape], sizeof *world->placed);
     }
 }
 

@@ -17,6 +17,7 @@
 
 #include <string.h>
 
+#include "linalg/lanes/multiversion.h"
 #include "world/world.h"
 
 /* motion.c */
@@ -47,8 +48,24 @@ perp_status perp__cover_places(perp_world *world, double margin);
 int32_t perp__stays_covered(const perp_world *world, int32_t body, const double *moving, double h);
 /* For what is not covered where it is placed: what the motions at hand did not bring there. */
 perp_status perp__cover_strays(perp_world *world);
-static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
+/* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
+PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 {
+#ifdef __GNUC__
+    for (size_t at = 0; at < bytes; at += 64)
+        __builtin_prefetch((const char *)from + at, 1);
+#else
+    (void)from;
+    (void)bytes;
+#endif
+}
+/* Pair i of what is gone through in order, and which is asked of memory meanwhile. */
+#define PERP__PAIRS_AHEAD 8
+PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
+{
+    if (i + PERP__PAIRS_AHEAD < world->pair_count)
+        perp__fetch(&world->pairs[world->pair_order[i + PERP__PAIRS_AHEAD].value],
+                    sizeof *world->pairs);
     return &world->pairs[world->pair_order[i].value];
 }
 /* Whether the body's next state is the one at hand. */
