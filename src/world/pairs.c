@@ -213,6 +213,8 @@ static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, i
     for (int32_t i = 0; i < count; i++) {
         perp__pair *pair = &world->pairs[list[i].value];
 
+        if (i + PERP__PAIRS_AHEAD < count)
+            perp__fetch(&world->pairs[list[i + PERP__PAIRS_AHEAD].value], 1);
         if (pair->first == NONE || pair->listed != listed ||
             key_of(world, list[i].value) != list[i].key)
             continue;

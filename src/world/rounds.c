@@ -189,10 +189,10 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     return status;
 }
 
-/* What is known of a pair that did not meet. */
-static void keep_apart(const perp__pair *pair, perp__watched_pair *open)
+/* What is known of a pair, unless it met. */
+static void keep_apart(const perp__pair *pair, int32_t met, perp__watched_pair *open)
 {
-    open->lead = open->met || has_points(pair) ? 0.0 : pair->meeting.lead;
+    open->lead = met || has_points(pair) ? 0.0 : pair->meeting.lead;
     perp__copy3(open->apart, pair->meeting.apart);
 }
 
@@ -211,8 +211,7 @@ static void list_watched(perp_world *world)
             open->body[side] = shape->body;
             open->reach[side] = perp__turning_reach(world, shape);
         }
-        open->met = 0;
-        keep_apart(pair, open);
+        keep_apart(pair, 0, open);
         world->watched_count += pair->open || (!perp__has_plane(world, pair) &&
                                                (open->reach[0] > 0.0 || open->reach[1] > 0.0));
     }
@@ -231,33 +230,45 @@ static int32_t stays_apart(const perp_world *world, const perp__watched_pair *op
                                 perp__turning(world, open->body[1], open->reach[1], h));
 }
 
-/* Which of them meet: those of bodies whose motion is not the one that was looked at last. */
+/* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
+ * looked at last: listed behind all, as far behind as the share begins. */
 static void meet_share(perp_world *world, perp__share *share, double h)
 {
+    perp__watched_pair *listed = world->watched_pairs + world->pair_capacity + share->first;
+
+    share->count = 0;
     for (int32_t i = share->first; i < share->end; i++) {
         perp__watched_pair *open = &world->watched_pairs[i];
         perp__pair *pair = &world->pairs[open->pair];
+        int32_t met;
 
-        open->met = 0;
         if ((world->moved[open->body[0]] != world->rounds &&
              world->moved[open->body[1]] != world->rounds) ||
             (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)
             continue;
-        open->met =
+        met =
             has_points(pair) ? perp__pair_sinks(world, pair, h) : perp__pair_meets(world, pair, h);
-        keep_apart(pair, open);
+        keep_apart(pair, met, open);
+        if (met)
+            listed[share->count++] = *open;
     }
 }
 
 /* Lists those that met behind the others; returns how many. */
-static int32_t list_met(perp_world *world, perp__watched_pair *met)
+static int32_t list_met(perp_world *world, perp__watched_pair *met, double h)
 {
-    int32_t count = 0;
+    const int32_t lanes = perp__share_out(world, world->watched_count, meet_share, h);
+    perp__share all = {0};
 
-    for (int32_t i = 0; i < world->watched_count; i++)
-        if (world->watched_pairs[i].met)
-            met[count++] = world->watched_pairs[i];
-    return count;
+    all.end = lanes == 0 ? world->watched_count : 0;
+    meet_share(world, &all, h);
+    for (int32_t k = 0; k < lanes; k++) {
+        const perp__share *share = perp__share_of(world, k);
+
+        memmove(met + all.count, met + share->first, (size_t)share->count * sizeof *met);
+        all.count += share->count;
+    }
+    return all.count;
 }
 
 /* Whether a pair that met is to wait for what either body meets before. */
@@ -278,7 +289,6 @@ static int32_t waits(const perp_world *world, const perp__watched_pair *open)
 static perp_status join_meetings(perp_world *world, double h)
 {
     perp_status status = perp__cover_changes(world, h);
-    perp__share all = {0};
     perp__watched_pair *met;
     int32_t i, k, count;
 
@@ -286,11 +296,8 @@ static perp_status join_meetings(perp_world *world, double h)
         return status;
     if (world->watched_count < 0)
         list_watched(world);
-    all.end = world->watched_count;
-    if (perp__share_out(world, world->watched_count, meet_share, h) == 0)
-        meet_share(world, &all, h);
     met = world->watched_pairs + world->pair_capacity;
-    count = list_met(world, met);
+    count = list_met(world, met, h);
     for (i = 0; i < count; i++) {
         const perp__pair *pair = &world->pairs[met[i].pair];
 

@@ -92,7 +92,6 @@ typedef struct perp__pair {
  * most rounds read of it. */
 typedef struct perp__watched_pair {
     int32_t pair, body[2];
-    int32_t met;     /* the motion at hand makes them meet, or sink into each other */
     double apart[3]; /* of the pair's meeting; */
     double lead;     /* 0 also where points came */
     double reach[2]; /* perp__turning_reach of the shapes */
