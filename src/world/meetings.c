@@ -101,15 +101,14 @@ static int32_t rotates(const perp__shape *shape)
     return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
 }
 
-double perp__turning_reach(const perp_world *world, const perp__shape *shape)
+double perp__turning_reach(const perp__shape *shape)
 {
-    return rotates(shape) && world->bodies[shape->body].kind != PERP_BODY_STATIC ? shape->reach
-                                                                                 : 0.0;
+    return rotates(shape) ? shape->reach : 0.0;
 }
 
 static double turning_of(const perp_world *world, const perp__shape *shape, double h)
 {
-    return perp__turning(world, shape->body, perp__turning_reach(world, shape), h);
+    return perp__turning(world, shape->body, perp__turning_reach(shape), h);
 }
 
 /* How far the motion at hand takes points of two shapes beside each other, at most. */

@@ -100,11 +100,10 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
 {
     *contact = world->last.contacts[pair->first_last + k];
     contact->mode = 0;
-    memset(contact->warm, 0, sizeof contact->warm);
+    perp__copy3(contact->warm, contact->next); /* what it left to the pair's memory */
     memset(contact->next, 0, sizeof contact->next);
     memset(contact->impulse, 0, sizeof contact->impulse);
     perp__copy3(contact->velocity, contact->free);
-    perp__recall(world, pair, contact);
     perp__copy3(contact->remembered, contact->warm);
 }
 

@@ -488,9 +488,9 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
         if (world->motions[body].coasts + 1 == world->coasting)
             return; /* likely to go on so */
         perp__fetch(&world->bodies[body].mass,
-              offsetof(perp__body, given_mass) - offsetof(perp__body, mass));
+                    offsetof(perp__body, given_mass) - offsetof(perp__body, mass));
         perp__fetch(&world->motions[body].verdict,
-              offsetof(perp__motion, trial) - offsetof(perp__motion, verdict));
+                    offsetof(perp__motion, trial) - offsetof(perp__motion, verdict));
         if (shape >= 0)
             perp__fetch(&world->placed[shape], sizeof *world->placed);
     }

@@ -209,7 +209,7 @@ static void list_watched(perp_world *world)
             const perp__shape *shape = &world->shapes[side == 0 ? pair->first : pair->second];
 
             open->body[side] = shape->body;
-            open->reach[side] = perp__turning_reach(world, shape);
+            open->reach[side] = perp__turning_reach(shape);
         }
         keep_apart(pair, 0, open);
         world->watched_count += pair->open || (!perp__has_plane(world, pair) &&

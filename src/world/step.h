@@ -112,7 +112,7 @@ double perp__pair_size(const perp_world *world, const perp__pair *pair);
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* How far a shape has points that turning may move, from its body's mass centre; and what turning
  * adds to the way of those of a body that have them so far, at most. */
-double perp__turning_reach(const perp_world *world, const perp__shape *shape);
+double perp__turning_reach(const perp__shape *shape);
 static inline double perp__turning(const perp_world *world, int32_t body, double reach, double h)
 {
     const double *spin = world->motions[body].moving + 3;
