@@ -349,7 +349,8 @@ test-c:
 	@scripts/run-tests $(TESTS)
 
 #: make test-threads      the tests with threads: SANITIZE=thread BLAS=internal tells of races
-THREAD_TESTS := $(addprefix $(B)/tests/,base/test_threads lcp/test_batch world/test_lanes)
+THREAD_TESTS := $(addprefix $(B)/tests/,base/test_tasks base/test_threads contact/test_coloured \
+    lcp/test_batch world/test_lanes)
 .PHONY: test-threads
 test-threads: $(THREAD_TESTS)
 	@scripts/run-tests $(THREAD_TESTS)

@@ -20,6 +20,15 @@ void perp__tasks_destroy(perp__tasks *tasks);
 /* task(i, data) once for every i below `threads`. */
 void perp__tasks_run(perp__tasks *tasks, perp_task task, void *data);
 
+/* Many rounds of small pieces: between opening and closing, which is when threads of our own wait
+ * for them awake, piece(i, data) once for every i from `first` to below `end`, and the round is
+ * over once all have returned. Tasks are not run meanwhile. A round costs about as much as a few
+ * cache misses; of a caller's `run`, a call of it. */
+void perp__tasks_open(perp__tasks *tasks);
+void perp__tasks_pieces(perp__tasks *tasks, int32_t first, int32_t end, perp_task piece,
+                        void *data);
+void perp__tasks_close(perp__tasks *tasks);
+
 /* A context for one task; the tasks live longer. */
 void perp__tasks_context(perp__tasks *tasks, perp_context *context);
 
