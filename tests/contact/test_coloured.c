@@ -163,6 +163,85 @@ static void test_groups(void **state)
     close_scene(&f);
 }
 
+/* What pieces write to is theirs alone while others of the colour are at work, what nothing moves
+ * included. A pyramid of 253 boxes is large enough to be cut. */
+static void test_pieces_keep_apart(void **state)
+{
+    int32_t *owner, first = 0, pieces;
+    fixture f;
+
+    (void)state;
+    open_scene(&f, 0);
+    rigid_pyramid(&f.s, 22, 0.5);
+    prepare(&f, 1);
+    run(&f);
+    assert_true(f.coloured.is_large);
+    owner = calloc((size_t)f.coloured.rows, sizeof *owner);
+    assert_non_null(owner);
+    pieces = f.coloured.colour_first[f.coloured.colour_count];
+    assert_true(pieces > 4 * f.coloured.colour_count);
+    assert_int_equal(f.coloured.piece_first[pieces], f.coloured.groups);
+    for (int32_t colour = 0; colour < f.coloured.colour_count; colour++) {
+        memset(owner, 0, (size_t)f.coloured.rows * sizeof *owner);
+        for (int32_t i = f.coloured.colour_first[colour]; i < f.coloured.colour_first[colour + 1];
+             i++) {
+            assert_int_equal(f.coloured.piece_first[i], first);
+            for (; first < f.coloured.piece_first[i + 1]; first++)
+                for (int32_t l = 0; l < 2 * PERP__GROUP; l++) {
+                    const perp__lane_group *group = &f.coloured.group[first];
+                    const int32_t row = l < PERP__GROUP ? group->a[l] : group->b[l - PERP__GROUP];
+
+                    assert_in_range(row, 0, f.coloured.rows - 1);
+                    assert_true(owner[row] == 0 || owner[row] == i + 1);
+                    owner[row] = i + 1;
+                }
+        }
+    }
+    free(owner);
+    close_scene(&f);
+}
+
+static void run_backwards(perp_task task, void *data, int32_t count, void *user)
+{
+    ++*(int32_t *)user;
+    while (count-- > 0)
+        task(count, data);
+}
+
+/* However many threads there are, and in a caller's order. */
+static void test_same_bits_in_pieces(void **state)
+{
+    static const int32_t threads[] = {1, 2, 3, 8, 3};
+    double expected[6 * 253], moved[6 * 253];
+    int32_t calls = 0;
+    fixture f;
+
+    (void)state;
+    open_scene(&f, 0);
+    rigid_pyramid(&f.s, 22, 0.5);
+    prepare(&f, 40);
+    f.step.clear = 2;
+    f.gap[30] = -0.01;
+    assert_int_equal(f.s.bodies, 253);
+    run(&f);
+    memcpy(expected, f.s.v, sizeof expected);
+    memcpy(moved, f.moving, sizeof moved);
+    for (int32_t k = 0; k < 5; k++) {
+        assert_int_equal(perp__tasks_create(f.context, &f.coloured.tasks, threads[k],
+                                            k == 4 ? run_backwards : NULL, &calls),
+                         PERP_OK);
+        for (int32_t i = 0; i < 10; i++) {
+            memset(f.s.v, 0, sizeof expected);
+            run(&f);
+            assert_memory_equal(f.s.v, expected, sizeof expected);
+            assert_memory_equal(f.moving, moved, sizeof moved);
+        }
+        perp__tasks_destroy(f.coloured.tasks);
+    }
+    assert_true(calls > 10 * 40); /* a colour at a time */
+    close_scene(&f);
+}
+
 /* Many passes come to what the exact solver finds: v is unique, since contacts are isolated enough
  * or slip. Passes stop at rounding; the exact answer is good to its tol. */
 static void against_exact(fixture *f, int32_t passes, double tolerance)
@@ -262,6 +341,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_pieces_keep_apart),
+        cmocka_unit_test(test_same_bits_in_pieces),
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_warm),
         cmocka_unit_test(test_free_and_carried),

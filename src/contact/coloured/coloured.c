@@ -18,6 +18,21 @@
 /* Nesterov's weight at most. */
 #define MOMENTUM 0.9
 
+/* Bodies of a piece, where a problem is cut into pieces. */
+#define BODIES 128
+
+/* What pieces read; they write to bodies, groups and contacts of their own. */
+typedef struct job {
+    perp__coloured *c;
+    const perp__rigid_problem *problem;
+    const perp__passes *step;
+    int32_t what; /* of a pass */
+    double *y;
+    const double *from; /* of velocities */
+    double *to;
+    double theta;
+} job;
+
 void perp__coloured_init(perp__coloured *c, perp_context *context)
 {
     const perp__coloured_kernels *found[PERP__COLOURED_SETS];
@@ -58,69 +73,168 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
         y[i] /= C[7 * i];
 }
 
-/* b of the normal rows: what a contact may still close by. */
-static void write_bias(perp__coloured *c, double h)
-{
-    for (int32_t p = 0; p < c->points; p++) {
-        perp__lane_point *point = &c->point[p];
+/* ---- rounds of pieces, side by side where there are tasks ---- */
 
-        for (int32_t l = 0; l < PERP__GROUP; l++)
-            point->bias[l] = point->w[0][l] + (point->gap[l] > 0.0 ? point->gap[l] / h : 0.0);
-    }
+static int32_t is_shared(const perp__coloured *c)
+{
+    return c->is_large && c->tasks;
 }
 
-/* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
- * led back. Then the next pass begins there. Returns theta. */
-PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
+static void run_pieces(job *at, int32_t first, int32_t end, perp_task piece)
 {
-    const size_t size = 8 * ((size_t)c->bodies + 1);
-    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * *theta * *theta)), back[8] = {0.0}, beta;
+    if (end - first > 1 && is_shared(at->c))
+        perp__tasks_pieces(at->c->tasks, first, end, piece, at);
+    else
+        for (int32_t i = first; i < end; i++)
+            piece(i, at);
+}
 
-    for (size_t i = 0; i < size; i += 8) /* before: where the pass began; moved: where the last */
-        for (size_t l = 0; l < 8; l++)
+static int32_t count_pieces(const perp__coloured *c)
+{
+    return c->bodies / BODIES + (c->bodies % BODIES != 0);
+}
+
+static int32_t end_body(const perp__coloured *c, int32_t piece)
+{
+    return c->bodies - piece * BODIES < BODIES ? c->bodies : (piece + 1) * BODIES;
+}
+
+/* For all bodies: those of a piece. */
+static void run_over_bodies(job *at, perp_task piece)
+{
+    run_pieces(at, 0, count_pieces(at->c), piece);
+}
+
+static void sweep_piece(int32_t i, void *data)
+{
+    const job *at = data;
+    const int32_t *first = at->c->piece_first + i;
+
+    at->c->kernels->pass(at->c, at->what, at->y, first[0], first[1]);
+}
+
+/* A pass, colour by colour: groups of one share no body. */
+static void run_pass(job *at, int32_t what, double *y)
+{
+    const perp__coloured *c = at->c;
+
+    if (!is_shared(c)) {
+        c->kernels->pass(at->c, what, y, 0, c->groups);
+        return;
+    }
+    at->what = what;
+    at->y = y;
+    for (int32_t k = 0; k < c->colour_count; k++)
+        run_pieces(at, c->colour_first[k], c->colour_first[k + 1], sweep_piece);
+}
+
+/* ---- momentum ---- */
+
+/* How much of the pass led back, of bodies from `first` up to `end`. */
+PERP__MULTIVERSION(weigh_way, (const perp__coloured *c, int32_t first, int32_t end, double *way),
+                   (c, first, end, way))
+{
+    double back[8] = {0.0};
+
+    for (size_t i = 8 * (size_t)first; i < 8 * (size_t)end; i += 8)
+        for (size_t l = 0; l < 8; l++) /* before: where the pass began; moved: where the last */
             back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
-    if (((back[0] + back[4]) + (back[2] + back[6])) + ((back[1] + back[5]) + (back[3] + back[7])) >
-        0.0)
-        next = *theta = 1.0;
-    beta = fmin((*theta - 1.0) / next, MOMENTUM);
-    for (size_t i = 0; i < size; i++) {
+    *way =
+        ((back[0] + back[4]) + (back[2] + back[6])) + ((back[1] + back[5]) + (back[3] + back[7]));
+}
+
+PERP__MULTIVERSION(go_on, (perp__coloured * c, int32_t first, int32_t end, double beta),
+                   (c, first, end, beta))
+{
+    for (size_t i = 8 * (size_t)first; i < 8 * (size_t)end; i++) {
         const double now = c->y[i];
 
         c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
         c->moved[i] = now;
     }
-    c->momentum = beta;
-    *theta = next;
 }
 
-static void run_passes(perp__coloured *c, const perp__rigid_problem *problem,
-                       const perp__passes *step)
+static void weigh_way_of(int32_t i, void *data)
 {
-    const size_t size = 8 * ((size_t)c->bodies + 1);
-    double theta = 1.0;
+    const perp__coloured *c = ((const job *)data)->c;
 
-    for (int32_t i = 0; i < c->bodies; i++)
-        weigh_velocity(c, problem->factors, i, problem->free + c->width * i, c->free + 8 * i);
-    memset(c->free + 8 * c->bodies, 0, 8 * sizeof *c->free);
-    memcpy(c->y, c->free, size * sizeof *c->y);
-    if (!step->pushed)
-        c->kernels->pass(c, PERP__COLOURED_ADD, c->y);
-    memcpy(c->moved, c->y, size * sizeof *c->y);
-    memcpy(c->before, c->y, size * sizeof *c->y);
-    write_bias(c, step->h);
-    c->momentum = 0.0;
-    for (int32_t pass = 0; pass < step->passes; pass++) {
-        c->kernels->pass(c, PERP__COLOURED_SWEEP, c->y);
-        if (pass + 1 < step->passes)
-            gain_momentum(c, &theta);
+    weigh_way(c, i * BODIES, end_body(c, i), &c->back[i]);
+}
+
+static void go_on_of(int32_t i, void *data)
+{
+    perp__coloured *c = ((const job *)data)->c;
+
+    go_on(c, i * BODIES, end_body(c, i), c->momentum);
+}
+
+/* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
+ * led back. Then the next pass begins there. */
+static void gain_momentum(job *at)
+{
+    perp__coloured *c = at->c;
+    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta)), back = 0.0;
+
+    run_over_bodies(at, weigh_way_of);
+    for (int32_t i = 0; i < count_pieces(c); i++)
+        back += c->back[i];
+    if (back > 0.0)
+        next = at->theta = 1.0;
+    c->momentum = fmin((at->theta - 1.0) / next, MOMENTUM);
+    run_over_bodies(at, go_on_of);
+    at->theta = next;
+}
+
+/* ---- passes ---- */
+
+static void start_bodies(int32_t i, void *data)
+{
+    const job *at = data;
+    const perp__coloured *c = at->c;
+
+    for (int32_t body = i * BODIES; body < end_body(c, i); body++) {
+        weigh_velocity(c, at->problem->factors, body, at->problem->free + c->width * body,
+                       c->free + 8 * body);
+        memcpy(c->y + 8 * body, c->free + 8 * body, 8 * sizeof *c->y);
     }
-    memcpy(c->moved, c->y, size * sizeof *c->y);
+}
+
+static void fill_piece(int32_t i, void *data)
+{
+    const job *at = data;
+    const int32_t *first = at->c->piece_first + i;
+
+    perp__coloured_fill(at->c, at->problem, at->step, first[0], first[1]);
+}
+
+static void run_passes(job *at)
+{
+    perp__coloured *c = at->c;
+    const size_t size = 8 * (size_t)c->rows * sizeof *c->y;
+
+    run_pieces(at, 0, c->colour_first[c->colour_count], fill_piece);
+    run_over_bodies(at, start_bodies);
+    memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
+    if (!at->step->pushed)
+        run_pass(at, PERP__COLOURED_ADD, c->y);
+    memcpy(c->moved, c->y, size);
+    memcpy(c->before, c->y, size);
+    c->momentum = 0.0;
+    at->theta = 1.0;
+    for (int32_t pass = 0; pass < at->step->passes; pass++) {
+        run_pass(at, PERP__COLOURED_SWEEP, c->y);
+        if (pass + 1 < at->step->passes)
+            gain_momentum(at);
+    }
+    memcpy(c->moved, c->y, size);
 }
 
 /* Adds to `moved` what takes a share of the penetration away. */
-static void clear_penetration(perp__coloured *c, const perp__passes *step)
+static void clear_penetration(job *at)
 {
-    const size_t size = 8 * ((size_t)c->bodies + 1);
+    perp__coloured *c = at->c;
+    const perp__passes *step = at->step;
+    const size_t size = 8 * (size_t)c->rows;
     int32_t p, l, k, deep = 0;
 
     for (p = 0; p < c->points; p++) {
@@ -142,32 +256,40 @@ static void clear_penetration(perp__coloured *c, const perp__passes *step)
         return;
     memset(c->before, 0, size * sizeof *c->before);
     for (k = 0; k < step->clear; k++)
-        c->kernels->pass(c, PERP__COLOURED_CLEAR, c->before);
+        run_pass(at, PERP__COLOURED_CLEAR, c->before);
     for (size_t i = 0; i < size; i++)
         c->moved[i] += c->before[i];
 }
 
 /* v := free + C (y - y_free): where impulses change nothing, the bits of `free`. */
-static void write_velocity(const perp__coloured *c, const perp__rigid_problem *problem,
-                           const double *y, double *v)
+static void write_velocities(int32_t i, void *data)
 {
+    const job *at = data;
+    const perp__coloured *c = at->c;
+    const perp__rigid_problem *problem = at->problem;
     const int32_t width = c->width;
-    int32_t body;
 
-    for (body = 0; body < c->bodies; body++) {
+    for (int32_t body = i * BODIES; body < end_body(c, i); body++) {
         const double *C = problem->factors + width * width * body;
         double dy[6];
 
         for (int32_t j = 0; j < width; j++)
-            dy[j] = y[8 * body + j] - c->free[8 * body + j];
-        for (int32_t i = 0; i < width; i++) {
+            dy[j] = at->from[8 * body + j] - c->free[8 * body + j];
+        for (int32_t k = 0; k < width; k++) {
             double sum = 0.0;
 
             for (int32_t j = 0; j < width; j++)
-                sum += C[width * i + j] * dy[j];
-            v[width * body + i] = problem->free[width * body + i] + sum;
+                sum += C[width * k + j] * dy[j];
+            at->to[width * body + k] = problem->free[width * body + k] + sum;
         }
     }
+}
+
+static void write_velocity(job *at, const double *y, double *v)
+{
+    at->from = y;
+    at->to = v;
+    run_over_bodies(at, write_velocities);
 }
 
 static void write_impulses(const perp__coloured *c, double *impulse)
@@ -184,16 +306,21 @@ static void write_impulses(const perp__coloured *c, double *impulse)
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step)
 {
-    perp_status status = perp__coloured_pack(c, problem, step);
+    job at = {c, problem, step, 0, NULL, NULL, NULL, 1.0};
+    perp_status status = perp__coloured_pack(c, problem);
 
     if (status != PERP_OK)
         return status;
-    run_passes(c, problem, step);
+    if (is_shared(c))
+        perp__tasks_open(c->tasks);
+    run_passes(&at);
     if (step->clear > 0)
-        clear_penetration(c, step);
-    write_velocity(c, problem, c->y, answer->v);
+        clear_penetration(&at);
+    write_velocity(&at, c->y, answer->v);
     if (moving)
-        write_velocity(c, problem, c->moved, moving);
+        write_velocity(&at, c->moved, moving);
+    if (is_shared(c))
+        perp__tasks_close(c->tasks);
     write_impulses(c, answer->impulse);
     answer->iterations = step->passes;
     return PERP_OK;

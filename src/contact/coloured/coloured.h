@@ -15,9 +15,10 @@
 #define PERP_CONTACT_COLOURED_H
 
 #include "base/arena.h"
+#include "base/tasks.h"
 #include "contact/contact.h"
 
-enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64 };
+enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };
 
 /* A contact of each of the eight pairs. Where a pair has none all is 0 and `contact` is -1. */
 typedef struct perp__lane_point {
@@ -35,7 +36,7 @@ typedef struct perp__lane_point {
 } perp__lane_point;
 
 typedef struct perp__lane_group {
-    int32_t a[PERP__GROUP], b[PERP__GROUP]; /* bodies; `bodies` is one that nothing moves */
+    int32_t a[PERP__GROUP], b[PERP__GROUP]; /* bodies; from `bodies` on what nothing moves */
     int32_t pair[PERP__GROUP];              /* -1: none */
     int32_t first, points;                  /* in `point` */
 } perp__lane_group;
@@ -43,17 +44,23 @@ typedef struct perp__lane_group {
 typedef struct perp__coloured {
     const struct perp__coloured_kernels *kernels;
     perp_context *context;
+    perp__tasks *tasks; /* what large problems are shared out to; NULL: none */
     perp__arena arena, point_arena;
     int32_t bodies, width; /* of the problem at hand */
     int32_t groups, points;
+    int32_t is_large; /* it is cut into pieces, whether there are tasks or not */
+    int32_t rows;     /* bodies, and for each piece of a colour one that nothing moves */
+    int32_t colour_count;
+    int32_t colour_first[PERP__COLOURS + 2];                      /* in `piece_first` */
     int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
     perp__lane_group *group;
     perp__lane_point *point;
-    double momentum; /* the share of its last way by which r goes on before it is swept */
-    /* bodies + 1 by 8; the last one is what nothing moves */
-    double *y, *free, *before, *moved;
-    int8_t *splits;    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
-    uint64_t *colours; /* bodies: those of their pairs */
+    int32_t *piece_first; /* in `group` */
+    double momentum;      /* the share of its last way by which r goes on before it is swept */
+    double *y, *free, *before, *moved; /* rows by 8 */
+    double *back;                      /* of pieces of the bodies: how much of a pass led back */
+    int8_t *splits;                    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
+    uint64_t *colours;                 /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts */
 } perp__coloured;
 
@@ -80,9 +87,10 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */
 enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
 
-/* The passes that a set of instructions gives, for tests and benchmarks too. */
+/* The passes that a set of instructions gives, for tests and benchmarks too: over groups from
+ * `first` up to `end`. */
 typedef struct perp__coloured_kernels {
-    void (*pass)(perp__coloured *c, int32_t what, double *y);
+    void (*pass)(perp__coloured *c, int32_t what, double *y, int32_t first, int32_t end);
     void (*invert)(perp__lane_point *p); /* writes 1 / W_nn and 1 / L of the lanes */
 } perp__coloured_kernels;
 
@@ -90,8 +98,9 @@ typedef struct perp__coloured_kernels {
 enum { PERP__COLOURED_SETS = 3 };
 int32_t perp__coloured_find_kernels(const perp__coloured_kernels **found);
 
-/* Packs the problem into groups: pack.c. */
-perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
-                                const perp__passes *step);
+/* The problem's groups: pack.c; and what is in them, from `first` up to `end`. */
+perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem);
+void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
+                         const perp__passes *step, int32_t first, int32_t end);
 
 #endif

@@ -164,11 +164,12 @@ TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, la
 }
 
 /* One of the three for each contact, with y. */
-TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y)
+TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y, int32_t first,
+                              int32_t end)
 {
     const lanes momentum = spread(c->momentum);
 
-    for (int32_t g = 0; g < c->groups; g++) {
+    for (int32_t g = first; g < end; g++) {
         const perp__lane_group *group = &c->group[g];
 
         for (int32_t at = 0; at < PERP__GROUP; at += LANES) {

@@ -6,15 +6,22 @@
 
 enum { KEYS = PERP__COLOURS * PERP__PAIR_POINTS };
 
+/* Points, of eight contacts each, from which on a problem is large; and how many are worth a
+ * piece of their own. */
+#define LARGE 192
+#define PIECE 8
+
 static void lay_out_lists(perp__arena *arena, void *object)
 {
     perp__coloured *c = object;
-    const size_t bodies = (size_t)c->most_bodies + 1, contacts = (size_t)c->most_contacts;
+    const size_t bodies = (size_t)c->most_bodies + PERP__COLOURED_PIECES;
+    const size_t contacts = (size_t)c->most_contacts;
 
     c->y = perp__arena_take(arena, 8 * bodies, sizeof *c->y);
     c->free = perp__arena_take(arena, 8 * bodies, sizeof *c->free);
     c->before = perp__arena_take(arena, 8 * bodies, sizeof *c->before);
     c->moved = perp__arena_take(arena, 8 * bodies, sizeof *c->moved);
+    c->back = perp__arena_take(arena, bodies, sizeof *c->back);
     c->splits = perp__arena_take(arena, bodies, sizeof *c->splits);
     c->colours = perp__arena_take(arena, bodies, sizeof *c->colours);
     c->pair_first = perp__arena_take(arena, contacts, sizeof *c->pair_first);
@@ -29,6 +36,7 @@ static void lay_out_points(perp__arena *arena, void *object)
 
     c->group = perp__arena_take(arena, (size_t)c->most_groups, sizeof *c->group);
     c->point = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->point);
+    c->piece_first = perp__arena_take(arena, (size_t)c->most_groups + 1, sizeof *c->piece_first);
 }
 
 static int32_t moves(const perp__rigid_problem *problem, int32_t body)
@@ -97,38 +105,67 @@ static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, i
     starts[0] = 0;
 }
 
-/* Groups of what is ordered; with room for them, writes them. */
-static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
-                        const int32_t *starts, int32_t writes)
+/* A group of the pairs i .. i + count - 1, as ordered, of which none moves where `none` stands. */
+static void write_group(perp__coloured *c, const perp__rigid_problem *problem, int32_t i,
+                        int32_t count, int32_t none)
 {
-    int32_t i = 0, l;
+    perp__lane_group *group = &c->group[c->groups];
 
-    c->groups = c->points = 0;
+    group->first = c->points;
+    group->points = c->pair_points[c->pair_order[i]];
+    for (int32_t l = 0; l < PERP__GROUP; l++) {
+        const int32_t *body =
+            l < count ? problem->rows[c->pair_first[c->pair_order[i + l]]].body : NULL;
+
+        group->a[l] = body && moves(problem, body[0]) ? body[0] : none;
+        group->b[l] = body && moves(problem, body[1]) ? body[1] : none;
+        group->pair[l] = body ? c->pair_order[i + l] : -1;
+    }
+}
+
+/* Groups of what is ordered, colour by colour, with what has none last; with room for them, writes
+ * them, and where pieces of so many points begin. */
+static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
+                        const int32_t *starts, int32_t size, int32_t writes)
+{
+    int32_t pieces = 0, last = -1, begun = 0, i = 0;
+
+    c->groups = c->points = c->colour_count = 0;
     while (i < pairs) {
-        const int32_t key = c->pair_key[c->pair_order[i]];
-        const int32_t end =
-            key == KEYS ? i + 1 : starts[(key / PERP__PAIR_POINTS + 1) * PERP__PAIR_POINTS];
-        const int32_t points = c->pair_points[c->pair_order[i]];
+        const int32_t key = c->pair_key[c->pair_order[i]], now = key / PERP__PAIR_POINTS;
+        const int32_t end = key == KEYS ? i + 1 : starts[(now + 1) * PERP__PAIR_POINTS];
         const int32_t count = end - i < PERP__GROUP ? end - i : PERP__GROUP;
 
-        if (writes) {
-            perp__lane_group *group = &c->group[c->groups];
-
-            group->first = c->points;
-            group->points = points;
-            for (l = 0; l < PERP__GROUP; l++) {
-                const int32_t *body =
-                    l < count ? problem->rows[c->pair_first[c->pair_order[i + l]]].body : NULL;
-
-                group->a[l] = body && moves(problem, body[0]) ? body[0] : problem->bodies;
-                group->b[l] = body && moves(problem, body[1]) ? body[1] : problem->bodies;
-                group->pair[l] = body ? c->pair_order[i + l] : -1;
-            }
+        if (now != last)
+            c->colour_first[c->colour_count++] = pieces;
+        if (writes && (now != last || (c->points - begun >= size && key != KEYS))) {
+            begun = c->points;
+            c->piece_first[pieces++] = c->groups;
         }
+        last = now;
+        if (writes)
+            write_group(c, problem, i, count,
+                        problem->bodies + pieces - 1 - c->colour_first[c->colour_count - 1]);
+        c->points += c->pair_points[c->pair_order[i]];
         c->groups++;
-        c->points += points;
         i += count;
     }
+    c->colour_first[c->colour_count] = pieces;
+    if (writes)
+        c->piece_first[pieces] = c->groups;
+}
+
+/* How many points a piece has at least: all of a colour, or so that a colour has no more pieces
+ * than there is room for. */
+static int32_t size_of_piece(perp__coloured *c)
+{
+    const int32_t least = 1 + c->points / PERP__COLOURED_PIECES;
+
+    c->is_large = c->points >= LARGE;
+    c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);
+    if (!c->is_large)
+        return INT32_MAX;
+    return least > PIECE ? least : PIECE;
 }
 
 /* J C of the rows of one side, in their lane: C is diag(c, c, c) beside B; is any. */
@@ -184,14 +221,15 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     }
     p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
     p->gap[lane] = step->gap ? step->gap[contact] : 0.0;
+    p->bias[lane] = p->w[0][lane] + (p->gap[lane] > 0.0 ? p->gap[lane] / step->h : 0.0);
     p->guard[lane] = step->gap ? step->guard[contact] : 0.0;
     p->contact[lane] = contact;
 }
 
-static void fill_points(perp__coloured *c, const perp__rigid_problem *problem,
-                        const perp__passes *step)
+void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
+                         const perp__passes *step, int32_t first, int32_t end)
 {
-    for (int32_t g = 0; g < c->groups; g++) {
+    for (int32_t g = first; g < end; g++) {
         const perp__lane_group *group = &c->group[g];
 
         for (int32_t k = 0; k < group->points; k++) {
@@ -227,8 +265,7 @@ static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
     }
 }
 
-perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
-                                const perp__passes *step)
+perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem)
 {
     int32_t starts[KEYS + 2], pairs;
     perp_status status;
@@ -243,13 +280,12 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     read_factors(c, problem);
     pairs = cut_pairs(c, problem);
     order_pairs(c, problem, pairs, starts);
-    form_groups(c, problem, pairs, starts, 0);
+    form_groups(c, problem, pairs, starts, 0, 0);
     perp__raise_room(&c->most_groups, c->groups);
     perp__raise_room(&c->most_points, c->points);
     status = perp__arena_fit(&c->point_arena, c->context, lay_out_points, c);
     if (status != PERP_OK)
         return status;
-    form_groups(c, problem, pairs, starts, 1);
-    fill_points(c, problem, step);
+    form_groups(c, problem, pairs, starts, size_of_piece(c), 1);
     return PERP_OK;
 }
