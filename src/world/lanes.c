@@ -1,6 +1,7 @@
 /* Islands, pairs and bodies side by side. An island has all it writes to for itself but for the
  * workspace and the budget, which are its lane's; what it leaves does not depend on what was there
- * before. So the bits are those of one thread, whichever lane an island goes to. */
+ * before. So the bits are those of one thread, whichever lane an island goes to. One that dwarfs
+ * the others is the caller's thread's, whose sweeps all take part in (contact/coloured). */
 #include "world/lanes.h"
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
@@ -8,6 +9,11 @@
 #define FEW_IN_ISLANDS 128
 #define FEW 128
 #define RUNS 4
+
+/* Contacts from which on all threads may sweep one island, and the share of its cost that they
+ * share: next to others it is worth it where these cost less. */
+#define MANY 1024
+#define SHARED 0.25
 
 typedef struct job {
     perp_world *world;
@@ -38,6 +44,7 @@ perp_status perp__create_lanes(perp_world *world)
                                 settings->tasks_user);
     if (status != PERP_OK)
         return status;
+    world->coloured.tasks = world->tasks;
     world->lanes =
         perp__allocate_zeros(world->context, (size_t)count, sizeof *world->lanes, "the threads");
     if (!world->lanes)
@@ -110,15 +117,28 @@ static int32_t first_of(const perp_world *world, int32_t run, int32_t runs)
     return high;
 }
 
+/* Whether all threads take part in it, one island after the others: it dwarfs them. */
+static int32_t is_for_all(const perp_world *world, const perp__island *island)
+{
+    const perp__island *last = world->islands + world->island_count - 1;
+    const double own = (double)island->bodies + island->contacts;
+    const double others =
+        (double)last->first_body + last->bodies + last->first_contact + last->contacts - own;
+
+    return island->contacts >= MANY && others < SHARED * (world->lane_count - 1) * own;
+}
+
 static int32_t is_kinematic(const perp_world *world, int32_t body)
 {
     return world->bodies[body].kind == PERP_BODY_KINEMATIC;
 }
 
-/* Whether something moves it as it is told: what does is numbered within the island at hand, and
- * may be next to others. */
-static int32_t is_carried(const perp_world *world, const perp__island *island)
+/* Whether it is not a lane's: all threads take part, or something moves it as it is told. What does
+ * is numbered within the island at hand, and may be next to others. */
+static int32_t stays(const perp_world *world, const perp__island *island)
 {
+    if (is_for_all(world, island))
+        return 1;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
@@ -161,22 +181,22 @@ static void solve_lane(int32_t k, void *data)
         const int32_t end = first_of(&lane->world, run + 1, runs);
 
         for (int32_t i = first_of(&lane->world, run, runs); i < end && lane->last < 0; i++)
-            if (!is_carried(&lane->world, &lane->world.islands[i]) &&
+            if (!stays(&lane->world, &lane->world.islands[i]) &&
                 solve_one(&lane->world, i, at, &lane->open, &lane->status))
                 lane->last = i;
     }
 }
 
 /* Those that lanes left, on the caller's thread. */
-static void solve_carried(perp_world *world, const job *at, int32_t *open, perp_status *status,
-                          int32_t *last)
+static void solve_rest(perp_world *world, const job *at, int32_t *open, perp_status *status,
+                       int32_t *last)
 {
     const int32_t end = *last < 0 ? world->island_count : *last;
 
     for (int32_t i = 0; i < end; i++) {
         perp_status own;
 
-        if (!is_carried(world, &world->islands[i]) || !solve_one(world, i, at, open, &own))
+        if (!stays(world, &world->islands[i]) || !solve_one(world, i, at, open, &own))
             continue;
         *status = own;
         *last = i;
@@ -204,7 +224,7 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *open, int
                      ? PERP_OK
                      : perp__fail(world->context, lane->status, "%s", lane->context.message);
     }
-    solve_carried(world, &at, &any, &status, last);
+    solve_rest(world, &at, &any, &status, last);
     world->budget.spent = before;
     for (int32_t i = 0; i <= (*last < 0 ? world->island_count - 1 : *last); i++)
         perp__spend(world, world->islands[i].spent);

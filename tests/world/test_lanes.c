@@ -238,9 +238,78 @@ static void test_same_bits(void **state)
     compare_ways(4, 0, PERP_ACCURACY_ACCURATE);
 }
 
+/* ---- one island ---- */
+
+/* A pyramid of 276 boxes, thrown about a little, and a few balls on their own beside it: one island
+ * that all threads sweep, and others. */
+static void pile_up(scene *s, uint64_t seed, int32_t planar, int32_t bodies)
+{
+    scene_plane(s, s->ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+    for (int32_t row = 0; row < bodies; row++)
+        for (int32_t i = 0; i < bodies - row; i++) {
+            perp_body_settings settings = scene_defaults();
+
+            settings.position[0] = 1.02 * (i + 0.5 * row);
+            settings.position[1] = draw(&seed, -0.05, 0.05);
+            settings.position[2] = 0.5 + row;
+            settings.velocity[0] = draw(&seed, -1.0, 1.0);
+            scene_box(s, scene_add(s, &settings), 0.5, 0.5, planar ? 0.0 : 0.5, 0.4, 0.0);
+        }
+    for (int32_t i = 0; i < 3; i++) {
+        perp_body_settings settings = scene_defaults();
+
+        settings.position[0] = 3.0 * i;
+        settings.position[1] = 9.0;
+        settings.position[2] = 0.5;
+        scene_sphere(s, scene_add(s, &settings), 0.5, 0.4, 0.0);
+    }
+}
+
+enum { BASE = 23, PILE_STEPS = 50 };
+
+/* The callback is called for each colour of each pass: that tells a sweep in pieces from one that
+ * is not. */
+static void compare_piles(int32_t accuracy)
+{
+    static const way piles[] = {{1, NULL}, {2, NULL}, {3, NULL}, {8, NULL}, {3, run_backwards}};
+    enum { PILES = sizeof piles / sizeof *piles };
+    static char all[PILES][MOST_BYTES];
+    ledger l = {0, 0, 0};
+    int32_t calls[PILES] = {0};
+    size_t size[PILES];
+    scene s[PILES];
+
+    for (int32_t w = 0; w < PILES; w++) {
+        open_way(&s[w], &l, &piles[w], &calls[w], 0, accuracy);
+        pile_up(&s[w], 9, 0, BASE);
+    }
+    for (int32_t k = 0; k < PILE_STEPS; k++)
+        for (int32_t w = 0; w < PILES; w++) {
+            perp_step_result result;
+
+            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+            SCENE_OK(&s[w], perp_world_step(s[w].world, &result, 0.01));
+            size[w] = write_all(&s[w], &result, all[w]);
+            assert_int_equal(size[w], size[0]);
+            assert_memory_equal(all[w], all[0], size[0]);
+        }
+    assert_true(calls[PILES - 1] > 10 * PILE_STEPS);
+    for (int32_t w = 0; w < PILES; w++)
+        scene_close(&s[w]);
+    assert_int_equal(l.alive, 0);
+}
+
+static void test_same_bits_of_a_pile(void **state)
+{
+    (void)state;
+    compare_piles(PERP_ACCURACY_FAST);
+    compare_piles(PERP_ACCURACY_STANDARD);
+    compare_piles(PERP_ACCURACY_ACCURATE);
+}
+
 /* The step that runs out of memory at any allocation leaves the world as it was, whichever thread
  * asked for it, and the next one goes on as if nothing had been. */
-static void test_memory_may_run_out(void **state)
+static void run_out(void (*make)(scene *, uint64_t, int32_t, int32_t), int32_t bodies)
 {
     static char first[MOST_BYTES], again[MOST_BYTES];
     const way three = {3, NULL};
@@ -249,14 +318,13 @@ static void test_memory_may_run_out(void **state)
     size_t size = 0;
     long which;
 
-    (void)state;
     for (which = 0; status == PERP_ERROR_MEMORY || which <= 1; which += which < 40 ? 1 : 7) {
         ledger l = {0, 0, 0};
         int32_t calls = 0;
         scene s;
 
         open_way(&s, &l, &three, &calls, 0, PERP_ACCURACY_STANDARD);
-        populate(&s, 5, 0, BODIES);
+        make(&s, 5, 0, bodies);
         l.fail_at = which > 0 ? l.calls + which : 0;
         assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         status = perp_world_step(s.world, &result, 0.01);
@@ -272,6 +340,13 @@ static void test_memory_may_run_out(void **state)
         scene_close(&s);
         assert_int_equal(l.alive, 0);
     }
+}
+
+static void test_memory_may_run_out(void **state)
+{
+    (void)state;
+    run_out(populate, BODIES);
+    run_out(pile_up, BASE);
 }
 
 /* Creation, likewise; and numbers of threads that are none. */
@@ -361,6 +436,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_same_bits_of_a_pile),
         cmocka_unit_test(test_memory_may_run_out),
         cmocka_unit_test(test_creation_may_fail),
         cmocka_unit_test(test_warm_steps_allocate_nothing),
