@@ -10,9 +10,12 @@
 #define FEW 128
 #define RUNS 4
 
-/* Contacts from which on all threads may sweep one island, and the share of its cost that they
- * share: next to others it is worth it where these cost less. */
-#define MANY 1024
+/* Points of eight contacts from which on all threads may sweep one island: of our own; and a
+ * caller's, whose `run` is called for each colour in each pass, for some twenty microseconds of
+ * work. And the share of an island's cost that they share: it is worth it where others cost less.
+ */
+#define WORTH_PIECES 192
+#define WORTH_CALLS 2048
 #define SHARED 0.25
 
 typedef struct job {
@@ -45,6 +48,7 @@ perp_status perp__create_lanes(perp_world *world)
     if (status != PERP_OK)
         return status;
     world->coloured.tasks = world->tasks;
+    world->coloured.shared_from = settings->run_tasks ? WORTH_CALLS : WORTH_PIECES;
     world->lanes =
         perp__allocate_zeros(world->context, (size_t)count, sizeof *world->lanes, "the threads");
     if (!world->lanes)
@@ -125,7 +129,8 @@ static int32_t is_for_all(const perp_world *world, const perp__island *island)
     const double others =
         (double)last->first_body + last->bodies + last->first_contact + last->contacts - own;
 
-    return island->contacts >= MANY && others < SHARED * (world->lane_count - 1) * own;
+    return island->contacts >= PERP__GROUP * world->coloured.shared_from &&
+           others < SHARED * (world->lane_count - 1) * own;
 }
 
 static int32_t is_kinematic(const perp_world *world, int32_t body)
@@ -181,7 +186,7 @@ static void solve_lane(int32_t k, void *data)
         const int32_t end = first_of(&lane->world, run + 1, runs);
 
         for (int32_t i = first_of(&lane->world, run, runs); i < end && lane->last < 0; i++)
-            if (!stays(&lane->world, &lane->world.islands[i]) &&
+            if (!stays(at->world, &at->world->islands[i]) &&
                 solve_one(&lane->world, i, at, &lane->open, &lane->status))
                 lane->last = i;
     }

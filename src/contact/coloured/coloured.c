@@ -77,7 +77,7 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
 
 static int32_t is_shared(const perp__coloured *c)
 {
-    return c->is_large && c->tasks;
+    return c->is_large && c->tasks && c->points >= c->shared_from;
 }
 
 static void run_pieces(job *at, int32_t first, int32_t end, perp_task piece)

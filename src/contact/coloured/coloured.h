@@ -44,7 +44,8 @@ typedef struct perp__lane_group {
 typedef struct perp__coloured {
     const struct perp__coloured_kernels *kernels;
     perp_context *context;
-    perp__tasks *tasks; /* what large problems are shared out to; NULL: none */
+    perp__tasks *tasks; /* what is large is shared out to them from so many points on; NULL: none */
+    int32_t shared_from;
     perp__arena arena, point_arena;
     int32_t bodies, width; /* of the problem at hand */
     int32_t groups, points;

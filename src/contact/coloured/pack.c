@@ -8,7 +8,7 @@ enum { KEYS = PERP__COLOURS * PERP__PAIR_POINTS };
 
 /* Points, of eight contacts each, from which on a problem is large; and how many are worth a
  * piece of their own. */
-#define LARGE 192
+#define LARGE 128
 #define PIECE 8
 
 static void lay_out_lists(perp__arena *arena, void *object)
