@@ -154,15 +154,6 @@ static void close_gaps(perp_world *world, double t)
     perp__time_joints(world, t);
 }
 
-/* Solves an interval of length t from `now`; work->v are the velocities at its end. */
-static perp_status solve_interval(perp_world *world, const perp__island *island, double t, double h,
-                                  perp__verdict *verdict)
-{
-    perp__force_bodies(world, island, t / h);
-    close_gaps(world, t);
-    return perp__solve_rows(world, island, 0, verdict);
-}
-
 /* Goes on for a time t of the interval `left` that leads from now to v, by the mean velocity, or by
  * that at the interval's end. Velocities have their share of what forces and impulses make of them,
  * also where positions move as if they had all: the rest is that of the time which is left. */
@@ -178,6 +169,7 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
         work->drift[i] += t * work->moving[i];
         work->now[i] = v;
     }
+    work->gone += t;
 }
 
 /* Whether nothing that presses came to it in this interval. */
@@ -237,21 +229,43 @@ static double first_impact(const perp_world *world, const perp__island *island, 
     return first;
 }
 
-/* Velocities of the interval as if nothing were hit, in work->v. */
-static perp_status pass_hits(perp_world *world, const perp__island *island, double left, double h,
-                             perp__verdict *verdict)
+/* work->moving: what positions move with over all of the interval. */
+static void move_all(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
+    const int32_t mean = lasts(world, island);
+
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
+}
+
+/* Solves an interval of length t from `now`, without the contacts that are left out; work->v are
+ * the velocities at its end. Joints are placed by what was found, round after round. */
+static perp_status solve_interval(perp_world *world, const perp__island *island,
+                                  const int8_t *leaves_out, double t, double h,
+                                  perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const perp__verdict before = *verdict;
+    perp__rounds rounds = {0, 0, INFINITY};
     perp_status status = PERP_OK;
 
-    perp__choose_rows(world, island, work->hit);
-    perp__force_bodies(world, island, left / h);
-    memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
-    if (work->units > 0) {
-        close_gaps(world, left);
-        status = perp__solve_rows(world, island, 0, verdict);
-    }
-    return status;
+    perp__find_limits(world, island);
+    do {
+        *verdict = before;
+        perp__place_joints(world, island, t);
+        perp__choose_rows(world, island, leaves_out);
+        perp__force_bodies(world, island, t / h);
+        close_gaps(world, t);
+        if (work->units > 0)
+            status = perp__solve_rows(world, island, 0, verdict);
+        else
+            memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || island->joints == 0)
+            return status;
+        move_all(world, island);
+    } while (perp__goes_round(world, island, t, &rounds));
+    return PERP_OK;
 }
 
 /* The work of the impulses on body a side of the chosen contact i over a jump, half of r'(u- + u+);
@@ -353,6 +367,8 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
 
     for (int32_t i = 0; i < island->contacts; i++)
         work->hit[i] = work->gap[i] > 0.0;
+    perp__find_limits(world, island);
+    perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, work->hit);
     perp__time_joints(world, 0.0);
     perp__force_bodies(world, island, 0.0);
@@ -370,7 +386,7 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     }
     perp__take_answer(world, island);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
-    perp__choose_rows(world, island, NULL);
+    perp__aim_joints(world, island);
     return PERP_OK;
 }
 
@@ -401,10 +417,12 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
                                 double h, int32_t *done, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp_status status = pass_hits(world, island, *left, h, verdict);
     int32_t which = -1, mean, passed, i;
+    perp_status status;
     double t;
 
+    perp__aim_joints(world, island);
+    status = solve_interval(world, island, work->hit, *left, h, verdict);
     *done = 1;
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         return status;
@@ -465,13 +483,13 @@ static void begin(perp_world *world, const perp__island *island)
     perp__island_work *work = &world->work;
 
     perp__gather_bodies(world, island);
+    work->gone = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memset(contact->impulse, 0, sizeof contact->impulse);
         work->gap[i] = fmax(perp__open_gap(contact, contact->gap), 0.0);
     }
-    perp__choose_rows(world, island, NULL);
 }
 
 /* The last interval, in which nothing is hit. */
@@ -499,7 +517,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
 
     begin(world, island);
     do {
-        status = solve_interval(world, island, left, h, verdict);
+        status = solve_interval(world, island, NULL, left, h, verdict);
         verdict->stages++;
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
             return status;

@@ -30,6 +30,9 @@ static const int32_t most_rounds[] = {2, 2, 4, 24};
 #define SETTLED 1e-14
 #define EXTRA_ROUNDS 3 /* for limits that are reached on the way */
 
+/* Beside the motion, in the kinetic metric, by how much the last round may have changed it. */
+#define ROUGH 0.0625
+
 /* Beside the terms of a velocity, what rounding makes of one that is 0; and what counts as none. */
 #define ROUNDING (64.0 * DBL_EPSILON)
 #define STILL 1e-9
@@ -46,42 +49,66 @@ static perp__joint_state *state_of(const perp_world *world, const perp__joint *j
 
 /* ---- where the trial motion leads ---- */
 
-/* After `share` of the step. */
-static void pose_on_way(const perp_world *world, int32_t body, double way, perp__placement *pose)
+/* At a time t after the interval at hand began. */
+static void pose_on_way(const perp_world *world, int32_t body, double t, perp__placement *pose)
 {
-    const perp__state *start = &world->states[body];
     const perp__motion *motion = &world->motions[body];
-    const double turn[3] = {way * motion->trial[3], way * motion->trial[4], way * motion->trial[5]};
-    perp__state state = *start;
+    const int32_t moves = perp__is_dynamic(world, body);
+    perp__state state = world->states[body];
+    double way[6] = {0.0};
 
-    perp__add3(state.position, way, motion->trial);
-    perp__turn(world, &state, turn);
+    if (moves)
+        perp__twist_of(world, world->work.drift + world->dof * motion->local, way);
+    for (int32_t k = 0; k < 6; k++)
+        way[k] += (moves ? t : world->work.gone + t) * motion->trial[k];
+    perp__add3(state.position, 1.0, way);
+    perp__turn(world, &state, way + 3);
     perp__copy3(pose->position, state.position);
-    if (way == 0.0 || perp__is_zero3(turn))
+    if (perp__is_zero3(way + 3))
         memcpy(pose->rotation, motion->rotation, sizeof pose->rotation);
     else
         perp__rotation_of(world, &state, pose->rotation);
 }
 
-/* M of the end, and the velocity that forces alone would give: I1 w = I0 w0 + h torque. */
-static void turn_mass(perp_world *world, int32_t body, double h)
+static void twist_now(const perp_world *world, int32_t body, double *twist)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    if (perp__is_dynamic(world, body))
+        perp__twist_of(world, world->work.now + world->dof * motion->local, twist);
+    else
+        memcpy(twist, motion->start, sizeof motion->start);
+}
+
+/* M of the end of an interval of length t, and the velocity that forces alone would give then, as
+ * what they add in a step: I1 w = I0 w0 + t torque. */
+static void turn_mass(perp_world *world, int32_t body, double t)
 {
     const perp__body *of = &world->bodies[body];
-    perp__motion *motion = &world->motions[body];
-    double w[3], momentum[3], turned[3];
-    perp__placement end;
+    const int32_t n = world->dof, i = world->motions[body].local;
+    perp__island_work *work = &world->work;
+    double now[6], gain[6], w[3], momentum[3], turned[3];
+    perp__placement start, end;
 
     if (of->spherical)
         return;
-    perp__apply_transposed3(w, motion->rotation, motion->start + 3);
+    pose_on_way(world, body, 0.0, &start);
+    pose_on_way(world, body, t, &end);
+    perp__write_factor(world, body, end.rotation, work->factors + n * n * i);
+    if (t == 0.0)
+        return;
+    twist_now(world, body, now);
+    perp__twist_of(world, work->gain + n * i, gain);
+    perp__apply_transposed3(w, start.rotation, now + 3);
     perp__apply3(turned, of->inertia, w);
-    perp__apply3(momentum, motion->rotation, turned);
-    perp__add3(momentum, h, world->states[body].torque);
-    pose_on_way(world, body, h, &end);
-    memcpy(motion->turned, end.rotation, sizeof motion->turned);
+    perp__apply3(momentum, start.rotation, turned);
+    perp__add3(momentum, t, world->states[body].torque);
     perp__apply_transposed3(turned, end.rotation, momentum);
     perp__apply3(w, of->inverse_inertia, turned);
-    perp__apply3(motion->free + 3, end.rotation, w);
+    perp__apply3(turned, end.rotation, w);
+    for (int32_t k = 0; k < 3; k++)
+        gain[3 + k] = work->length / t * (turned[k] - now[3 + k]);
+    perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
 /* What the change of J from the middle to the end makes of the trial motion's last velocity. */
@@ -97,29 +124,27 @@ static void find_turning(const perp_world *world, perp__joint *joint, const perp
     }
 }
 
-static void place_joint(perp_world *world, perp__joint *joint, double h, perp__joint_view *end)
+static void view_on_way(const perp_world *world, const perp__joint *joint, double t,
+                        perp__joint_view *view)
 {
-    const double before = state_of(world, joint)->coordinate;
     perp__placement poses[2];
 
     for (int32_t side = 0; side < 2; side++)
-        pose_on_way(world, joint->body[side], 0.5 * h, &poses[side]);
-    perp__view_joint(world, joint, before, poses, &joint->middle);
-    for (int32_t side = 0; side < 2; side++)
-        pose_on_way(world, joint->body[side], h, &poses[side]);
-    perp__view_joint(world, joint, before, poses, end);
+        pose_on_way(world, joint->body[side], t, &poses[side]);
+    perp__view_joint(world, joint, state_of(world, joint)->coordinate, poses, view);
 }
 
-static void place_joints(perp_world *world, const perp__island *island, double h)
+void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
     perp__joint_view end;
 
-    for (int32_t i = 0; i < island->bodies; i++)
-        turn_mass(world, world->body_order[island->first_body + i], h);
+    for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
+        turn_mass(world, world->body_order[island->first_body + i], t);
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
 
-        place_joint(world, joint, h, &end);
+        view_on_way(world, joint, 0.5 * t, &joint->middle);
+        view_on_way(world, joint, t, &end);
         find_turning(world, joint, &end);
     }
 }
@@ -187,8 +212,7 @@ static void add_limit(perp_world *world, const perp__island *island, perp__joint
     const double sign = which == 0 ? 1.0 : -1.0;
 
     fill_row(world, island, joint, PERP__JOINT_ROWS, sign, rows, 0);
-    rows->bias[0] = joint->gap[which] > 0.0 ? joint->gap[which] / world->work.length
-                                            : sign * joint->turning[PERP__JOINT_ROWS];
+    rows->bias[0] = sign * joint->turning[PERP__JOINT_ROWS];
 }
 
 /* Row k of a unit: what a unit impulse along it moves. */
@@ -303,7 +327,6 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->joints; i++)
         add_equations(world, island, island_joint(world, island, i));
     count_rows(world);
-    perp__time_joints(world, work->length);
 }
 
 /* The force or moment that bounds a unit of a motor or of dry friction. */
@@ -320,9 +343,12 @@ void perp__time_joints(perp_world *world, double t)
 
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
+        const double *gap = world->joints[unit->joint].gap;
 
         if (unit->slot >= PERP__SLOT_MOTOR)
             work->rows[i].bias[0] = -work->rows[i].compliance[0] * (t * bound_of(world, unit));
+        else if (gap[unit->slot - PERP__SLOT_LOWER] > 0.0)
+            work->rows[i].bias[0] = gap[unit->slot - PERP__SLOT_LOWER] / t;
     }
 }
 
@@ -428,7 +454,7 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
     return status;
 }
 
-/* ---- the rounds of a step ---- */
+/* ---- the rounds of an interval ---- */
 
 /* Whether the coordinate goes towards a limit, but for rounding. */
 static int32_t approaches(const perp_world *world, const perp__joint *joint, double row[2][6],
@@ -436,38 +462,56 @@ static int32_t approaches(const perp_world *world, const perp__joint *joint, dou
 {
     double rate = 0.0, terms = 0.0;
 
-    for (int32_t side = 0; side < 2; side++)
+    for (int32_t side = 0; side < 2; side++) {
+        double now[6];
+
+        twist_now(world, joint->body[side], now);
         for (int32_t k = 0; k < 6; k++) {
-            const double term = row[side][k] * world->motions[joint->body[side]].start[k];
+            const double term = row[side][k] * now[k];
 
             rate += sign * term;
             terms += fabs(term);
         }
+    }
     return rate < -STILL * terms;
 }
 
-static void begin(perp_world *world, const perp__island *island, const perp__verdict *verdict)
+/* Beyond the lower limit, or below the upper one. */
+static double gap_of(const perp__joint_state *state, const perp__joint_view *view, int32_t which)
 {
-    int32_t which;
+    return which == 0 ? view->coordinate - state->lower : state->upper - view->coordinate;
+}
 
+void perp__aim_joints(perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->bodies && island->joints > 0; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+
+        twist_now(world, world->work.members[i], motion->trial);
+        memcpy(motion->last, motion->trial, sizeof motion->last);
+    }
+}
+
+void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known)
+{
+    world->work.length = h;
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
-        if (verdict->jointed)
-            memcpy(motion->trial, motion->moving, sizeof motion->trial);
-        else
-            memcpy(motion->trial, motion->start, sizeof motion->trial);
-        memcpy(motion->last, verdict->jointed ? motion->after : motion->start, sizeof motion->last);
+        memcpy(motion->trial, known ? motion->moving : motion->start, sizeof motion->trial);
+        memcpy(motion->last, known ? motion->after : motion->start, sizeof motion->last);
     }
+}
+
+void perp__find_limits(perp_world *world, const perp__island *island)
+{
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
-        const perp__joint_state *state = state_of(world, joint);
         perp__joint_view view;
 
-        perp__view_of_states(world, joint, world->states, state->coordinate, &view);
-        for (which = 0; which < 2; which++) {
-            const double gap =
-                which == 0 ? view.coordinate - state->lower : state->upper - view.coordinate;
+        view_on_way(world, joint, 0.0, &view);
+        for (int32_t which = 0; which < 2; which++) {
+            const double gap = gap_of(state_of(world, joint), &view, which);
             const double rounding =
                 joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW
                     ? 64.0 * DBL_EPSILON
@@ -482,47 +526,52 @@ static void begin(perp_world *world, const perp__island *island, const perp__ver
 }
 
 /* Limits that the motion goes beyond take part from now on. */
-static int32_t reach_limits(perp_world *world, const perp__island *island, double h)
+static int32_t reach_limits(perp_world *world, const perp__island *island, double t)
 {
     perp__joint_view end;
     int32_t i, which, came = 0;
 
     for (i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
-        const perp__joint_state *state = state_of(world, joint);
 
-        place_joint(world, joint, h, &end);
-        for (which = 0; which < 2; which++) {
-            const double gap =
-                which == 0 ? end.coordinate - state->lower : state->upper - end.coordinate;
-
-            if (gap < 0.0 && !joint->reached[which]) {
+        view_on_way(world, joint, t, &end);
+        for (which = 0; which < 2; which++)
+            if (gap_of(state_of(world, joint), &end, which) < 0.0 && !joint->reached[which]) {
                 joint->reached[which] = 1;
                 came++;
             }
-        }
     }
     return came;
 }
 
-/* Takes the motion that was found for the next trial; returns by how much it differs. */
-static double update_trial(perp_world *world, const perp__island *island, double h)
+/* Takes the motion that was found for the next trial; returns by how much it differs, and *beside:
+ * in the kinetic metric, beside itself. */
+static double update_trial(perp_world *world, const perp__island *island, double t, double *beside)
 {
-    double change = 0.0;
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    double largest = 0.0, moves = 0.0, differs = 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
-        const double size = world->bodies[world->body_order[island->first_body + i]].radius;
+        const double size = world->bodies[work->members[i]].radius;
+        double moving[6], change[6], numbers[6];
 
+        perp__twist_of(world, work->moving + n * i, moving);
         for (int32_t k = 0; k < 6; k++) {
-            const double way = h * fabs(motion->moving[k] - motion->trial[k]);
+            const double way = t * fabs(moving[k] - motion->trial[k]);
 
-            perp__raise_to(&change, k >= 3 ? way : size > 0.0 ? way / size : way);
+            change[k] = moving[k] - motion->trial[k];
+            perp__raise_to(&largest, k >= 3 ? way : size > 0.0 ? way / size : way);
         }
-        memcpy(motion->trial, motion->moving, sizeof motion->trial);
-        memcpy(motion->last, motion->after, sizeof motion->last);
+        perp__coordinates_of(world, change, numbers);
+        differs = hypot(differs, perp__mass_norm(world, work->members[i], numbers));
+        moves = hypot(moves, perp__mass_norm(world, work->members[i], work->moving + n * i));
+        memcpy(motion->trial, moving, sizeof moving);
+        perp__twist_of(world, work->v + n * i, motion->last);
     }
-    return change;
+    *beside = differs / moves;
+    return largest;
 }
 
 static void stop_trial(perp_world *world, const perp__island *island)
@@ -534,34 +583,24 @@ static void stop_trial(perp_world *world, const perp__island *island)
     }
 }
 
-perp_status perp__solve_jointed(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict)
+int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
+                         perp__rounds *rounds)
 {
     const int32_t most = most_rounds[world->settings.accuracy];
-    double change = INFINITY, before;
-    int32_t round, came, coarse = 0;
-    perp_status status;
+    const double before = rounds->change;
+    double beside;
+    int32_t came, ends;
 
-    begin(world, island, verdict);
-    world->work.length = h;
-    for (round = 1;; round++) {
-        memset(verdict, 0, sizeof *verdict);
-        verdict->jointed = 1;
-        place_joints(world, island, h);
-        status = perp__follow_island(world, island, h, verdict);
-        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || coarse)
-            return status;
-        before = change;
-        change = update_trial(world, island, h);
-        came = reach_limits(world, island, h);
-        if (verdict->impacts > 0 && came == 0)
-            return status;
-        if (came == 0 && (change <= SETTLED || round >= most))
-            return status;
-        if (came > 0 && round >= most + EXTRA_ROUNDS)
-            return status;
-        coarse = came == 0 && round > 2 && !(change < before) && change > sqrt(SETTLED);
-        if (coarse)
-            stop_trial(world, island);
-    }
+    if (rounds->coarse)
+        return 0;
+    rounds->done++;
+    rounds->change = update_trial(world, island, t, &beside);
+    came = reach_limits(world, island, t);
+    ends = rounds->done >= (came > 0 ? most + EXTRA_ROUNDS : most);
+    if (rounds->change > sqrt(SETTLED))
+        rounds->coarse = ends ? !(beside <= ROUGH)
+                              : came == 0 && rounds->done > 2 && !(rounds->change < before);
+    if (rounds->coarse)
+        stop_trial(world, island);
+    return rounds->coarse || (!ends && (came > 0 || rounds->change > SETTLED));
 }

@@ -24,9 +24,24 @@ int32_t perp__joint_has_coordinate(int32_t kind);
 int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
 
 /* joint_step.c */
-/* An island with joints. */
-perp_status perp__solve_jointed(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict);
+/* Before an island with joints goes through a step of length h: the motion at hand is one of it,
+ * with these contacts or fewer, where `known`. */
+void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
+/* From here on the joints' poses are to be those of the velocities now. */
+void perp__aim_joints(perp_world *world, const perp__island *island);
+/* How far limits are at the beginning of an interval, and which are reached. */
+void perp__find_limits(perp_world *world, const perp__island *island);
+/* Joints half-way through an interval of length t, inertia at its end, by the motion found so far;
+ * t = 0: where they are. */
+void perp__place_joints(perp_world *world, const perp__island *island, double t);
+/* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
+ */
+typedef struct perp__rounds {
+    int32_t done, coarse; /* coarse: rows are those of the interval's beginning */
+    double change;
+} perp__rounds;
+int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
+                         perp__rounds *rounds);
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
 void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
 /* The joints' units after those of the contacts; and the bounds of an interval of length t. */

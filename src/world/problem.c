@@ -153,8 +153,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         double free[6];
 
         work->members[i] = body;
-        perp__write_factor(world, body, island->joints > 0 ? motion->turned : motion->rotation,
-                           work->factors + n * n * i);
+        perp__write_factor(world, body, motion->rotation, work->factors + n * n * i);
         perp__coordinates_of(world, motion->start, work->start + n * i);
         perp__coordinates_of(world, motion->free, free);
         for (int32_t k = 0; k < n; k++) {

@@ -80,10 +80,14 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
                                 int32_t fresh, perp__verdict *verdict)
 {
     const int32_t sweeps = verdict->sweeps, patched = verdict->patched;
+    const int32_t known = verdict->jointed && verdict->impacts == 0;
 
-    if (island->joints > 0)
-        return perp__solve_jointed(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
+    if (island->joints > 0) {
+        perp__begin_joints(world, island, h, known);
+        verdict->jointed = 1;
+        return perp__follow_island(world, island, h, verdict);
+    }
     if (!closes(world, island, h)) {
         leave_alone(world, island);
         return PERP_OK;

@@ -186,9 +186,8 @@ typedef struct perp__motion {
     double free[6];   /* twist that forces alone would give */
     double after[6];  /* twist after the step */
     double rotation[9];
-    double trial[6];  /* joint_step.c: the moving twist, and that after the step, that joints are */
-    double last[6];   /* placed by */
-    double turned[9]; /* of bodies with joints: at the end of the trial motion */
+    double trial[6];  /* joint_step.c: the moving twist, and that after the interval, that joints */
+    double last[6];   /* are placed by */
     double shift[6];  /* of the projection */
 } perp__motion;
 
@@ -259,7 +258,7 @@ typedef struct perp__island_work {
     perp__rigid_rows *rows;            /* and their rows */
     int32_t inequalities, units;       /* and with the joints': up to here, and all */
     perp__joint_unit *joint_units;     /* which those are */
-    double length;                     /* of the step */
+    double length, gone;               /* of the step; and up to the interval at hand */
     int32_t set_up;                    /* the solver has these */
     int32_t *members;                  /* the bodies */
     double *factors, *origins;         /* of the bodies, perp__rigid_problem */
