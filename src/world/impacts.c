@@ -418,29 +418,32 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 {
     perp__island_work *work = &world->work;
     int32_t which = -1, mean, passed, i;
+    double t, whole;
     perp_status status;
-    double t;
 
     perp__aim_joints(world, island);
-    status = solve_interval(world, island, work->hit, *left, h, verdict);
-    *done = 1;
-    if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
-        return status;
-    mean = lasts(world, island);
-    for (i = 0; i < work->count; i++)
-        memcpy(perp__step_contact(world, island, work->chosen[i])->next, work->impulse + 3 * i,
-               3 * sizeof(double));
-    passed = work->count;
-    perp__choose_rows(world, island, NULL);
-    t = first_impact(world, island, *left, mean, &which);
+    for (whole = *left;; whole = t) { /* joints go just there in a second one */
+        status = solve_interval(world, island, work->hit, whole, h, verdict);
+        *done = 1;
+        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+            return status;
+        mean = lasts(world, island);
+        for (i = 0; i < work->count; i++)
+            memcpy(perp__step_contact(world, island, work->chosen[i])->next, work->impulse + 3 * i,
+                   3 * sizeof(double));
+        passed = work->count;
+        perp__choose_rows(world, island, NULL);
+        t = fmin(first_impact(world, island, whole, mean, &which), whole);
+        if (island->joints == 0 || whole < *left || t == 0.0 || t == whole)
+            break;
+    }
     *done = !(t < *left);
-    t = fmin(t, *left);
-    perp__add_joint_impulses(world, work->impulse + 3 * passed, t / *left);
+    perp__add_joint_impulses(world, work->impulse + 3 * passed, t / whole);
     for (i = 0; i < island->contacts; i++)
         if (!work->hit[i])
             perp__add_impulse(world, island, i, perp__step_contact(world, island, i)->next,
-                              t / *left);
-    go(world, island, t, mean || mean_is_better(world, island, t, *left), *left);
+                              t / whole);
+    go(world, island, t, mean || mean_is_better(world, island, t, whole), whole);
     if (*done)
         return PERP_OK;
     move_gaps(world, island, t);
