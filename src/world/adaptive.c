@@ -16,6 +16,9 @@
 #define SHRINKING 0.1
 #define SHORTEST 0x1p-30 /* of dt */
 
+/* Parts of a step in which joints turn far, at most. */
+#define MOST_PARTS 64
+
 typedef struct attempt {
     double error;
     int32_t advances; /* the step as a whole and its halves do */
@@ -172,6 +175,28 @@ static perp_status follow(perp_world *world, perp_step_result *result, double dt
     return status;
 }
 
+/* In equal parts, twice as many from where joints turn too far in one: that one has changed nothing.
+ */
+static perp_status follow_parts(perp_world *world, perp_step_result *result, double dt)
+{
+    int32_t done = 0, parts = 2;
+    perp_status status = PERP_OK;
+    attempt trial;
+
+    while (status == PERP_OK && done < parts && result->advanced) {
+        world->divides = parts < MOST_PARTS && !perp__is_budget_spent(world);
+        status = take_rest(world, &trial, dt / parts);
+        if (status == PERP_OK && world->rough) {
+            parts *= 2;
+            done *= 2;
+        } else if (status == PERP_OK) {
+            add(result, &trial);
+            done++;
+        }
+    }
+    return status;
+}
+
 static perp_status choose_steps(perp_world *world, perp_step_result *result, double dt)
 {
     const perp_world_stats stats = world->stats;
@@ -180,7 +205,8 @@ static perp_status choose_steps(perp_world *world, perp_step_result *result, dou
     result->advanced = 1;
     if (status != PERP_OK)
         return status;
-    status = follow(world, result, dt);
+    status = world->settings.error > 0.0 ? follow(world, result, dt)
+                                         : follow_parts(world, result, dt);
     result->iterations = world->budget.spent;
     if (status != PERP_OK || !result->advanced) {
         restored = perp__snapshot_read(world, world->begun.bytes);
@@ -193,10 +219,16 @@ static perp_status choose_steps(perp_world *world, perp_step_result *result, dou
 
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
 {
+    attempt whole;
+    perp_status status = PERP_OK;
+
     perp__open_budget(world);
-    if (world->settings.error > 0.0)
+    world->divides = world->settings.error == 0.0;
+    if (world->divides)
+        status = take_rest(world, &whole, dt);
+    if (status == PERP_OK && (world->rough || !world->divides))
         return choose_steps(world, result, dt);
-    result->steps = 1;
-    result->error = NAN;
-    return perp__step(world, result, dt);
+    add(result, &whole);
+    result->iterations = world->budget.spent;
+    return status;
 }

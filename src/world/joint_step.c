@@ -33,6 +33,10 @@ static const int32_t most_rounds[] = {2, 2, 4, 24};
 /* Beside the motion, in the kinetic metric, by how much the last round may have changed it. */
 #define ROUGH 0.0625
 
+/* Beside the largest rates that a row may have, what it lacks at the end of an interval for turning
+ * in half of that: a quarter of a pendulum's angle. */
+#define FAR 0.25
+
 /* Beside the terms of a velocity, what rounding makes of one that is 0; and what counts as none. */
 #define ROUNDING (64.0 * DBL_EPSILON)
 #define STILL 1e-9
@@ -147,6 +151,35 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         view_on_way(world, joint, t, &end);
         find_turning(world, joint, &end);
     }
+}
+
+/* What row i may make of the velocities of both bodies, at most. */
+static double most_of_row(const perp_world *world, const perp__joint *joint, int32_t i)
+{
+    double sum = 0.0;
+
+    for (int32_t side = 0; side < 2; side++) {
+        const double *row = joint->middle.rows[i][side];
+        const double *last = world->motions[joint->body[side]].last;
+        const double spin = perp__length3(last + 3);
+
+        sum += perp__length3(row) *
+                   (perp__length3(last) + world->bodies[joint->body[side]].radius * spin) +
+               perp__length3(row + 3) * spin;
+    }
+    return sum;
+}
+
+int32_t perp__turns_far(const perp_world *world, const perp__island *island)
+{
+    for (int32_t k = 0; k < island->joints; k++) {
+        const perp__joint *joint = island_joint(world, island, k);
+
+        for (int32_t i = 0; i < joint->middle.count; i++)
+            if (fabs(joint->turning[i]) > FAR * most_of_row(world, joint, i))
+                return 1;
+    }
+    return 0;
 }
 
 /* ---- rows ---- */

@@ -34,6 +34,8 @@ void perp__find_limits(perp_world *world, const perp__island *island);
 /* Joints half-way through an interval of length t, inertia at its end, by the motion found so far;
  * t = 0: where they are. */
 void perp__place_joints(perp_world *world, const perp__island *island, double t);
+/* Whether some of them turn by more than about a radian in the interval. */
+int32_t perp__turns_far(const perp_world *world, const perp__island *island);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
  */
 typedef struct perp__rounds {

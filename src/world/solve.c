@@ -216,6 +216,7 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
         perp__raise_to(&summary->residual, verdict->residual);
         summary->solved += verdict->stages > 0;
         summary->impacts += verdict->impacts > 0;
+        summary->rough += verdict->rough;
     }
 }
 

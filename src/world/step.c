@@ -219,8 +219,11 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     PERP__THEN(status, solve_velocities(world, h, &summary, stats, clock));
     if (status != PERP_OK || world->awake_changed)
         return status;
-    status = count_rows(world, stats);
-    if (status != PERP_OK)
+    world->rough = world->divides && summary.rough;
+    result->advanced = 0;
+    if (!world->rough)
+        status = count_rows(world, stats);
+    if (status != PERP_OK || world->rough)
         return status;
     report(world, &summary, stats, result);
     if (result->advanced)
@@ -253,6 +256,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     double clock;
     perp_status status;
 
+    world->rough = 0;
     if (is_all_asleep(world, h)) {
         sleep_on(world, result);
         return PERP_OK;
@@ -266,7 +270,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
             perp__stop_all_coasting(world);
     } while (status == PERP_OK && world->awake_changed);
     world->untimed = clock > 0.0 ? 0 : world->untimed;
-    if (status != PERP_OK)
+    if (status != PERP_OK || world->rough)
         return status;
     result->iterations = stats.iterations = world->budget.spent;
     world->stats = stats;

@@ -237,6 +237,7 @@ typedef struct perp__solve_summary {
     double residual;
     int32_t solved;  /* islands that needed a solve */
     int32_t impacts; /* and those with impacts */
+    int32_t rough;   /* of those with joints */
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
@@ -389,7 +390,8 @@ perp_status perp__snapshot_read(perp_world *world, const char *blob);
 /* adaptive.c: a caller's step, in steps chosen by settings.error if that is not 0. */
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt);
 
-/* step.c: one step, within the budget that is open. */
+/* step.c: one step, within the budget that is open; or none, where that would be rough, as
+ * world->rough says then, and world->divides. */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);
 
 #endif

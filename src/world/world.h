@@ -160,6 +160,7 @@ typedef struct perp__verdict {
     int32_t patched; /* contacts near which alone it has been swept since */
     int32_t leads;   /* of the island's first body */
     int32_t jointed; /* with its joints */
+    int32_t rough;   /* which turn further in an interval than what is linear there knows of */
     double residual;
 } perp__verdict;
 
@@ -319,7 +320,8 @@ struct perp_world {
     int32_t joint_capacity;
     int32_t free_joint;
     int32_t joint_count;
-    uint64_t edition; /* counts bodies and joints added and removed */
+    int32_t divides, rough; /* steps may be given up as rough; the last one was */
+    uint64_t edition;       /* counts bodies and joints added and removed */
     int32_t weighed;  /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
