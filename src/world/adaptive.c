@@ -175,7 +175,8 @@ static perp_status follow(perp_world *world, perp_step_result *result, double dt
     return status;
 }
 
-/* In equal parts, twice as many from where joints turn too far in one: that one has changed nothing.
+/* In equal parts, twice as many from where joints turn too far in one: that one has changed
+ * nothing.
  */
 static perp_status follow_parts(perp_world *world, perp_step_result *result, double dt)
 {
@@ -205,8 +206,8 @@ static perp_status choose_steps(perp_world *world, perp_step_result *result, dou
     result->advanced = 1;
     if (status != PERP_OK)
         return status;
-    status = world->settings.error > 0.0 ? follow(world, result, dt)
-                                         : follow_parts(world, result, dt);
+    status =
+        world->settings.error > 0.0 ? follow(world, result, dt) : follow_parts(world, result, dt);
     result->iterations = world->budget.spent;
     if (status != PERP_OK || !result->advanced) {
         restored = perp__snapshot_read(world, world->begun.bytes);

@@ -34,6 +34,9 @@
 #define ENERGY_ROUNDING 1e-12
 #define LEAST_SHARE 0.25
 
+/* Of the kinetic energy: what an interval with joints may add of itself. */
+#define VISIBLE_GAIN 0.03125
+
 /* Beside what forces and motion make of it, a normal velocity that counts as none. */
 #define NO_APPROACH 1e-9
 
@@ -239,6 +242,59 @@ static void move_all(perp_world *world, const perp__island *island)
         work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
+/* The work of the impulses on body a side of unit i over a jump, half of r'(u- + u+);
+ * adds the size of its terms. */
+static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
+                      double *size)
+{
+    const perp__rigid_rows *rows = &work->rows[i];
+    const double *before = work->now + n * rows->body[side],
+                 *after = work->v + n * rows->body[side];
+    double sum = 0.0;
+
+    for (int32_t k = 0; k < rows->dim; k++)
+        for (int32_t j = 0; j < n; j++) {
+            const double term =
+                0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j] * (before[j] + after[j]);
+
+            sum += term;
+            *size += fabs(term);
+        }
+    return sum;
+}
+
+/* That on all bodies of the island, but for what motors do; of the contacts, or all units. */
+static double work_of(const perp_world *world, const perp__island *island, int32_t units,
+                      double *size)
+{
+    const perp__island_work *work = &world->work;
+    double sum = 0.0;
+
+    *size = 0.0;
+    for (int32_t i = 0; i < units; i++)
+        for (int32_t side = 0; side < 2; side++)
+            if (work->rows[i].body[side] >= 0 && work->rows[i].body[side] < island->bodies &&
+                (i < work->count || work->joint_units[i - work->count].slot != PERP__SLOT_MOTOR))
+                sum += work_on(work, i, side, world->dof, size);
+    return sum;
+}
+
+/* Whether rows that turn within the interval, whose work is of third order in it, do visible work.
+ */
+static int32_t gains_energy(const perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    double kinetic = 0.0, size;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double speed = perp__mass_norm(world, work->members[i], work->v + world->dof * i);
+
+        kinetic += 0.5 * speed * speed;
+    }
+    return work->carriers == 0 && work_of(world, island, work->units, &size) >
+                                      VISIBLE_GAIN * kinetic + ENERGY_ROUNDING * size;
+}
+
 /* Solves an interval of length t from `now`, without the contacts that are left out; work->v are
  * the velocities at its end. Joints are placed by what was found, round after round. */
 static perp_status solve_interval(perp_world *world, const perp__island *island,
@@ -265,43 +321,9 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
             return status;
         move_all(world, island);
     } while (perp__goes_round(world, island, t, &rounds));
-    verdict->rough |= rounds.coarse || perp__turns_far(world, island);
+    verdict->rough |=
+        rounds.coarse || perp__turns_far(world, island) || gains_energy(world, island);
     return PERP_OK;
-}
-
-/* The work of the impulses on body a side of the chosen contact i over a jump, half of r'(u- + u+);
- * adds the size of its terms. */
-static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
-                      double *size)
-{
-    const perp__rigid_rows *rows = &work->rows[i];
-    const double *before = work->now + n * rows->body[side],
-                 *after = work->v + n * rows->body[side];
-    double sum = 0.0;
-
-    for (int32_t k = 0; k < rows->dim; k++)
-        for (int32_t j = 0; j < n; j++) {
-            const double term =
-                0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j] * (before[j] + after[j]);
-
-            sum += term;
-            *size += fabs(term);
-        }
-    return sum;
-}
-
-/* That on all bodies of the island. */
-static double work_of(const perp_world *world, const perp__island *island, double *size)
-{
-    const perp__island_work *work = &world->work;
-    double sum = 0.0;
-
-    *size = 0.0;
-    for (int32_t i = 0; i < work->count; i++)
-        for (int32_t side = 0; side < 2; side++)
-            if (work->rows[i].body[side] >= 0 && work->rows[i].body[side] < island->bodies)
-                sum += work_on(work, i, side, world->dof, size);
-    return sum;
 }
 
 /* Where a body of the island is turned by now. */
@@ -381,7 +403,7 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
         status = perp__solve_rows(world, island, 1, verdict);
         if (status != PERP_OK)
             return status;
-        energy = work_of(world, island, &size);
+        energy = work_of(world, island, work->count, &size);
         if (share == 0.0 || work->carriers > 0 || energy <= ENERGY_ROUNDING * size)
             break;
     }

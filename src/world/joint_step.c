@@ -631,8 +631,8 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     came = reach_limits(world, island, t);
     ends = rounds->done >= (came > 0 ? most + EXTRA_ROUNDS : most);
     if (rounds->change > sqrt(SETTLED))
-        rounds->coarse = ends ? !(beside <= ROUGH)
-                              : came == 0 && rounds->done > 2 && !(rounds->change < before);
+        rounds->coarse =
+            ends ? !(beside <= ROUGH) : came == 0 && rounds->done > 2 && !(rounds->change < before);
     if (rounds->coarse)
         stop_trial(world, island);
     return rounds->coarse || (!ends && (came > 0 || rounds->change > SETTLED));

@@ -187,9 +187,9 @@ typedef struct perp__motion {
     double free[6];   /* twist that forces alone would give */
     double after[6];  /* twist after the step */
     double rotation[9];
-    double trial[6];  /* joint_step.c: the moving twist, and that after the interval, that joints */
-    double last[6];   /* are placed by */
-    double shift[6];  /* of the projection */
+    double trial[6]; /* joint_step.c: the moving twist, and that after the interval, that joints */
+    double last[6];  /* are placed by */
+    double shift[6]; /* of the projection */
 } perp__motion;
 
 /* What each step reads of all contacts comes first; up to the feature it is that of a pair and a
@@ -322,7 +322,7 @@ struct perp_world {
     int32_t joint_count;
     int32_t divides, rough; /* steps may be given up as rough; the last one was */
     uint64_t edition;       /* counts bodies and joints added and removed */
-    int32_t weighed;  /* since shapes came, the mass centres have been looked at */
+    int32_t weighed;        /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
     perp__arena body_arena;
