@@ -62,7 +62,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
 typedef struct perp__rigid_rows {
     int32_t body[2];      /* A and B; two different ones, or -1 */
     int32_t dim;          /* rows: 1, 2 or 3. A contact with mu = 0 is best given with 1 */
-    int32_t reserved;     /* 0 */
+    int32_t bounded;      /* 1: a contact whose normal moves nothing, but for its compliance: then
+                             -bias / compliance bounds the row after it (law.h), times mu */
     double rows[2][3][6]; /* J_A, J_B: the first `width` columns; those of -1 are not read */
     double bias[3];
     double mu;            /* >= 0; of a joint not read */

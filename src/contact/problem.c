@@ -171,6 +171,7 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
     keep(solver->spinning, laws->spinning, solver->contacts);
     keep(solver->compliance, laws->compliance, solver->size);
     keep(solver->bound, solver->bounded.count > 0 ? solver->bounded.bound : NULL, solver->contacts);
+    solver->has_bounds = solver->bounded.boxes > 0;
     solver->rolls = solver->spins = solver->complies = 0;
     for (int32_t k = 0; k < solver->contacts; k++) {
         solver->rolls |= solver->rolling[k] > 0.0;
@@ -204,7 +205,7 @@ static perp_status moves_nothing(const perp_contact_solver *solver, int32_t k, i
  * no impulse changes its velocity. */
 static perp_status read_traces(perp_contact_solver *solver)
 {
-    const double *bound = solver->bounded.count > 0 ? solver->bound : NULL;
+    const double *bound = solver->has_bounds ? solver->bound : NULL;
     int32_t i;
 
     if (solver->has_bodies)
@@ -263,7 +264,7 @@ static void present(perp_contact_solver *solver)
     p->mu = solver->mu;
     p->rolling = solver->rolls ? solver->rolling : NULL;
     p->spinning = solver->spins ? solver->spinning : NULL;
-    p->bound = solver->bounded.boxes > 0 ? solver->bound : NULL;
+    p->bound = solver->has_bounds ? solver->bound : NULL;
     p->trace = solver->trace;
     p->diagonal = solver->diagonal;
     p->q = solver->q;

@@ -118,7 +118,7 @@ struct perp_contact_solver {
     double *bound;                           /* contacts: law.h */
     perp__contact_bounded bounded;           /* what the caller's rows with bounds became */
     int32_t is_far;                          /* some of the bounds, and those were drawn in */
-    int32_t rolls, spins, complies;
+    int32_t rolls, spins, complies, has_bounds;
     double *diagonal, *trace;
     /* constraints: the contacts, then the bilateral rows */
     int32_t constraints, parts;

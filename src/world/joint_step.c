@@ -279,6 +279,7 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
     if (k == 0)
         return;
     rows->mu = 1.0;
+    rows->bounded = 1;
     (void)frexp(response(world, joint), &exponent);
     rows->compliance[0] = ldexp(1.0, exponent);
     warm[1] = warm[0];

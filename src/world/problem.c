@@ -214,7 +214,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         rows->body[0] = perp__number_of(world, island, contact->body_a);
         rows->body[1] = perp__number_of(world, island, contact->body_b);
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
-        rows->reserved = 0;
+        rows->bounded = 0;
         memset(rows->bias, 0, sizeof rows->bias);
         memset(rows->compliance, 0, sizeof rows->compliance);
         rows->mu = contact->friction;

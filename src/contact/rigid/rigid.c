@@ -41,6 +41,14 @@ void perp__rigid_destroy(perp__rigid_solver *solver)
     perp__release(context, solver);
 }
 
+static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *problem)
+{
+    for (int32_t k = 0; k < problem->contacts && s->has_bounds; k++)
+        s->bound[k] = problem->rows[k].bounded
+                          ? -problem->rows[k].bias[0] / problem->rows[k].compliance[0]
+                          : 0.0;
+}
+
 /* What laws are to the public entrance. */
 static void keep_rows(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
@@ -54,7 +62,10 @@ static void keep_rows(perp_contact_solver *s, const perp__rigid_problem *problem
         row += s->dims[k];
     }
     s->starts[problem->contacts] = row;
-    s->rolls = s->spins = s->complies = s->has_discs = s->holds_both = 0;
+    s->rolls = s->spins = s->complies = s->has_discs = s->holds_both = s->has_bounds = 0;
+    for (int32_t k = 0; k < problem->contacts; k++)
+        s->has_bounds |= problem->rows[k].bounded;
+    read_bounds(s, problem);
     for (int32_t i = 0; i < s->size; i++) {
         s->compliance[i] = s->bodies.compliance[i];
         s->complies |= s->compliance[i] > 0.0;
@@ -162,6 +173,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
             solver->room = 0;
     }
     solver->is_set_up = status == PERP_OK;
+    read_bounds(s, problem);
     s->rigid = problem;
     s->bodies.C = problem->factors;
     s->bodies.v_free = problem->free;
