@@ -303,7 +303,7 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
 {
     perp__island_work *work = &world->work;
     const perp__verdict before = *verdict;
-    perp__rounds rounds = {0, 0, INFINITY};
+    perp__rounds rounds = {.change = INFINITY};
     perp_status status = PERP_OK;
 
     perp__find_limits(world, island);

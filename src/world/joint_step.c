@@ -579,7 +579,7 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
 }
 
 /* Takes the motion that was found for the next trial; returns by how much it differs, and *beside:
- * in the kinetic metric, beside itself. */
+ * in the kinetic metric, beside itself and what the interval began with. */
 static double update_trial(perp_world *world, const perp__island *island, double t, double *beside)
 {
     const perp__island_work *work = &world->work;
@@ -600,7 +600,8 @@ static double update_trial(perp_world *world, const perp__island *island, double
         }
         perp__coordinates_of(world, change, numbers);
         differs = hypot(differs, perp__mass_norm(world, work->members[i], numbers));
-        moves = hypot(moves, perp__mass_norm(world, work->members[i], work->moving + n * i));
+        moves = hypot(moves, fmax(perp__mass_norm(world, work->members[i], work->now + n * i),
+                                  perp__mass_norm(world, work->members[i], work->moving + n * i)));
         memcpy(motion->trial, moving, sizeof moving);
         perp__twist_of(world, work->v + n * i, motion->last);
     }
@@ -620,21 +621,22 @@ static void stop_trial(perp_world *world, const perp__island *island)
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds)
 {
-    const int32_t most = most_rounds[world->settings.accuracy];
     const double before = rounds->change;
     double beside;
-    int32_t came, ends;
+    int32_t ends;
 
     if (rounds->coarse)
         return 0;
-    rounds->done++;
     rounds->change = update_trial(world, island, t, &beside);
-    came = reach_limits(world, island, t);
-    ends = rounds->done >= (came > 0 ? most + EXTRA_ROUNDS : most);
+    if (reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
+        rounds->done = 0;
+        rounds->change = INFINITY;
+        return 1;
+    }
+    ends = ++rounds->done >= most_rounds[world->settings.accuracy];
     if (rounds->change > sqrt(SETTLED))
-        rounds->coarse =
-            ends ? !(beside <= ROUGH) : came == 0 && rounds->done > 2 && !(rounds->change < before);
+        rounds->coarse = ends ? !(beside <= ROUGH) : rounds->done > 2 && !(rounds->change < before);
     if (rounds->coarse)
         stop_trial(world, island);
-    return rounds->coarse || (!ends && (came > 0 || rounds->change > SETTLED));
+    return rounds->coarse || (!ends && rounds->change > SETTLED);
 }

@@ -39,8 +39,9 @@ int32_t perp__turns_far(const perp_world *world, const perp__island *island);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
  */
 typedef struct perp__rounds {
-    int32_t done, coarse; /* coarse: rows are those of the interval's beginning */
-    double change;
+    int32_t done, extra; /* with all limits; and until these were reached */
+    int32_t coarse;      /* rows are those of the interval's beginning */
+    double change;       /* of the last one */
 } perp__rounds;
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds);
