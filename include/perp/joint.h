@@ -2,7 +2,8 @@
  *
  * A joint is equations C(q) = 0 between the poses of two bodies, solved with the contacts, to tol
  * at every accuracy. Velocities obey them at the end of each step, to rounding; what positions lack
- * then, of third order in dt, a projection takes away. Rows exist for what the kind takes away, for
+ * then, of third order in dt, a projection takes away; where they turn by a radian and more in a
+ * step all of the world takes it in up to 64 parts. Rows exist for what the kind takes away, for
  * limits that are reached, and for a motor and friction that are there.
  *
  *   kind         takes away                        coordinate: position 0 is that of its creation

@@ -175,9 +175,7 @@ static perp_status follow(perp_world *world, perp_step_result *result, double dt
     return status;
 }
 
-/* In equal parts, twice as many from where joints turn too far in one: that one has changed
- * nothing.
- */
+/* In equal parts, twice as many from where joints turn too far in one: that one changed nothing. */
 static perp_status follow_parts(perp_world *world, perp_step_result *result, double dt)
 {
     int32_t done = 0, parts = 2;
@@ -185,14 +183,16 @@ static perp_status follow_parts(perp_world *world, perp_step_result *result, dou
     attempt trial;
 
     while (status == PERP_OK && done < parts && result->advanced) {
-        world->divides = parts < MOST_PARTS && !perp__is_budget_spent(world);
-        status = take_rest(world, &trial, dt / parts);
+        const int32_t spent = perp__is_budget_spent(world), more = spent ? parts - done : 1;
+
+        world->divides = parts < MOST_PARTS && !spent;
+        status = take_rest(world, &trial, dt * more / parts);
         if (status == PERP_OK && world->rough) {
             parts *= 2;
             done *= 2;
         } else if (status == PERP_OK) {
             add(result, &trial);
-            done++;
+            done += more;
         }
     }
     return status;

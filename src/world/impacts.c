@@ -242,8 +242,8 @@ static void move_all(perp_world *world, const perp__island *island)
         work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-/* The work of the impulses on body a side of unit i over a jump, half of r'(u- + u+);
- * adds the size of its terms. */
+/* The work of the impulses on body a side of unit i over a jump, half of r'(u- + u+); adds the size
+ * of its terms. */
 static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
                       double *size)
 {
@@ -279,8 +279,7 @@ static double work_of(const perp_world *world, const perp__island *island, int32
     return sum;
 }
 
-/* Whether rows that turn within the interval, whose work is of third order in it, do visible work.
- */
+/* Whether rows do visible work for turning within the interval: it is of third order in that. */
 static int32_t gains_energy(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
@@ -494,10 +493,17 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         const double gap = perp__open_gap(
             contact, work->gap[k] + left * normal_of(world, i, work->v, island->bodies, 1));
 
-        work->rows[i].bias[0] =
+        work->guard[i] =
             work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
     }
     go(world, island, left, 0, left);
+    if (island->joints > 0) { /* which are where these velocities are */
+        perp__place_joints(world, island, 0.0);
+        perp__choose_rows(world, island, NULL);
+        perp__time_joints(world, left);
+    }
+    for (int32_t i = 0; i < work->count; i++)
+        work->rows[i].bias[0] = work->guard[i];
     status = perp__solve_rows(world, island, 1, verdict);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);

@@ -12,11 +12,11 @@
  *   v1 = M(q1)^-1 (M(q0) v0 + h f + J_m' r),     J_m v1 + (J_1 - J_m) v1* = 0
  *
  * with v1* and the poses of the round before, to begin with those of v1 = v0. Two rounds are second
- * order; what is at rest has nothing to repeat. Where that does not settle (more
- * than a radian a step) J(q0) serves for all, which is first order and gives no energy.
+ * order; what is at rest has nothing to repeat. Where that does not settle (more than a radian) the
+ * step is rough, and is taken in parts (adaptive.c); where these cannot be J(q0) serves for all,
+ * which is first order and gives no energy. Between impacts the same holds of each interval.
  *
- * Motor and friction are dry friction of a given bound F: a contact of two rows, whose normal moves
- * nothing but has a compliance c, so that 0 = c r_n - c h F says r_n = h F, and mu = 1. */
+ * Motor and friction are rows with two bounds, as contact has them (contact/bounded.h). */
 #include "world/joints.h"
 
 #include <float.h>
