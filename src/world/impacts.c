@@ -320,8 +320,7 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
             return status;
         move_all(world, island);
     } while (perp__goes_round(world, island, t, &rounds));
-    verdict->rough |=
-        rounds.coarse || perp__turns_far(world, island) || gains_energy(world, island);
+    verdict->rough |= perp__is_rough(&rounds, gains_energy(world, island));
     return PERP_OK;
 }
 

@@ -34,8 +34,9 @@ static const int32_t most_rounds[] = {2, 2, 4, 24};
 #define ROUGH 0.0625
 
 /* Beside the largest rates that a row may have, what it lacks at the end of an interval for turning
- * in half of that: a quarter of a pendulum's angle. */
+ * in half of that, a quarter of a pendulum's angle: too much; and too little to matter. */
 #define FAR 0.25
+#define LITTLE 0.03125
 
 /* Beside the terms of a velocity, what rounding makes of one that is 0; and what counts as none. */
 #define ROUNDING (64.0 * DBL_EPSILON)
@@ -170,16 +171,19 @@ static double most_of_row(const perp_world *world, const perp__joint *joint, int
     return sum;
 }
 
-int32_t perp__turns_far(const perp_world *world, const perp__island *island)
+/* The largest that a row lacks at the end of the interval, beside that. */
+static double turn_of(const perp_world *world, const perp__island *island)
 {
+    double largest = 0.0;
+
     for (int32_t k = 0; k < island->joints; k++) {
         const perp__joint *joint = island_joint(world, island, k);
 
         for (int32_t i = 0; i < joint->middle.count; i++)
-            if (fabs(joint->turning[i]) > FAR * most_of_row(world, joint, i))
-                return 1;
+            if (joint->turning[i] != 0.0)
+                perp__raise_to(&largest, fabs(joint->turning[i]) / most_of_row(world, joint, i));
     }
-    return 0;
+    return largest;
 }
 
 /* ---- rows ---- */
@@ -627,6 +631,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 
     if (rounds->coarse)
         return 0;
+    rounds->turn = turn_of(world, island);
     rounds->change = update_trial(world, island, t, &beside);
     if (reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
         rounds->done = 0;
@@ -635,8 +640,14 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     }
     ends = ++rounds->done >= most_rounds[world->settings.accuracy];
     if (rounds->change > sqrt(SETTLED))
-        rounds->coarse = ends ? !(beside <= ROUGH) : rounds->done > 2 && !(rounds->change < before);
+        rounds->coarse = ends ? rounds->turn > LITTLE && !(beside <= ROUGH)
+                              : rounds->done > 2 && !(rounds->change < before);
     if (rounds->coarse)
         stop_trial(world, island);
     return rounds->coarse || (!ends && rounds->change > SETTLED);
+}
+
+int32_t perp__is_rough(const perp__rounds *rounds, int32_t works)
+{
+    return rounds->turn > FAR || (rounds->turn > LITTLE && (rounds->coarse || works));
 }

@@ -34,17 +34,18 @@ void perp__find_limits(perp_world *world, const perp__island *island);
 /* Joints half-way through an interval of length t, inertia at its end, by the motion found so far;
  * t = 0: where they are. */
 void perp__place_joints(perp_world *world, const perp__island *island, double t);
-/* Whether some of them turn by more than about a radian in the interval. */
-int32_t perp__turns_far(const perp_world *world, const perp__island *island);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
  */
 typedef struct perp__rounds {
     int32_t done, extra; /* with all limits; and until these were reached */
     int32_t coarse;      /* rows are those of the interval's beginning */
-    double change;       /* of the last one */
+    double change, turn; /* of the last one */
 } perp__rounds;
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds);
+/* Whether joints turn too far in the interval: by about a radian, or by less where rounds do not
+ * settle, or rows do work. */
+int32_t perp__is_rough(const perp__rounds *rounds, int32_t works);
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
 void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
 /* The joints' units after those of the contacts; and the bounds of an interval of length t. */
