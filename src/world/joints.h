@@ -16,6 +16,16 @@ int32_t perp__joint_works(const perp_world *world, int32_t i);
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
                           const perp__state *states, double before, perp__joint_view *view);
 
+static inline perp__joint *perp__island_joint(const perp_world *world, const perp__island *island,
+                                              int32_t i)
+{
+    return &world->joints[world->joint_order[island->first_joint + i]];
+}
+static inline perp__joint_state *perp__state_of(const perp_world *world, const perp__joint *joint)
+{
+    return &world->joint_states[joint - world->joints];
+}
+
 /* joint_rows.c: before: the coordinate of a moment before, from which turns are counted. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
                       const perp__placement poses[2], perp__joint_view *view);
@@ -23,7 +33,7 @@ int32_t perp__joint_has_coordinate(int32_t kind);
 /* Whether error i is a length, else an angle. */
 int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
 
-/* joint_step.c */
+/* joint_trial.c */
 /* Before an island with joints goes through a step of length h: the motion at hand is one of it,
  * with these contacts or fewer, where `known`. */
 void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
@@ -46,6 +56,8 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 /* Whether joints turn too far in the interval: by about a radian, or by less where rounds do not
  * settle, or rows do work. */
 int32_t perp__is_rough(const perp__rounds *rounds, int32_t works);
+
+/* joint_step.c */
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
 void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
 /* The joints' units after those of the contacts; and the bounds of an interval of length t. */

@@ -187,7 +187,7 @@ typedef struct perp__motion {
     double free[6];   /* twist that forces alone would give */
     double after[6];  /* twist after the step */
     double rotation[9];
-    double trial[6]; /* joint_step.c: the moving twist, and that after the interval, that joints */
+    double trial[6]; /* joint_trial.c: the moving twist, and that after the interval, that joints */
     double last[6];  /* are placed by */
     double shift[6]; /* of the projection */
 } perp__motion;

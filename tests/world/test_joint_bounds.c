@@ -109,7 +109,7 @@ static void test_against(void **state)
 
                 joint_open(&s, planar, levels[level]);
                 joint = add_wheel(&s, 2.0, 0.0);
-                SCENE_OK(&s, perp_world_set_joint_motor(s.world, joint, 1e9, motor));
+                SCENE_OK(&s, perp_world_set_joint_motor(s.world, joint, 1.0 + net, motor));
                 SCENE_OK(&s, perp_world_set_joint_friction(s.world, joint, friction));
                 SCENE_OK(&s, perp_world_set_gravity(s.world, (const double[3]){0.0, 0.0, 0.0}));
                 for (k = 0; k < 10; k++)
