@@ -26,7 +26,7 @@
 
 /* Passes for joints, while one leaves more than this of what they lack: in bodies that turn far in
  * a step a pass alone is a rough one. */
-#define PASSES 16
+#define PASSES 4
 #define ROUGH 0x1p-14
 
 /* How far a point may be moved, in overlaps. */
