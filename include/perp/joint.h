@@ -70,7 +70,7 @@ typedef struct perp_joint_settings {
     double friction;    /* the same for dry friction; default 0 */
 } perp_joint_settings;
 
-/* Impulses are those of the last step. */
+/* Impulses are those of the last step; of the last part of one that was taken in parts. */
 typedef struct perp_joint_state {
     size_t struct_size;
     double position;      /* coordinate; 0 for kinds without */
