@@ -188,7 +188,7 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
 }
 
 /* How far the motion at hand takes any point of a body. */
-double perp__longest_way(const perp_world *world, int32_t body, double h)
+double perp__longest_displacement(const perp_world *world, int32_t body, double h)
 {
     const double *moving = world->motions[body].moving;
 
@@ -205,7 +205,7 @@ static double spare_of(const perp_world *world, const perp__pair *pair, double h
     if (plane->geometry.kind != PERP__PLANE || world->bodies[plane->body].kind != PERP_BODY_STATIC)
         return INFINITY;
     return perp__greater(PERP__NEAR * perp__pair_size(world, pair),
-                         perp__longest_way(world, plane == a ? b->body : a->body, h));
+                         perp__longest_displacement(world, plane == a ? b->body : a->body, h));
 }
 
 /* The points of a pair that touches plainly; how many there are. */
@@ -309,7 +309,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
 
     world->contacts.count = world->contacts.included = 0;
     world->rounds = 0;
-    status = perp__cover_motions(world, h);
+    status = perp__enclose_motions(world, h);
     if (status == PERP_OK)
         perp__find_memories(world);
     if (status != PERP_OK)
@@ -332,7 +332,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
 }
 perp_status perp__find_overlaps(perp_world *world, double margin)
 {
-    perp_status status = perp__cover_places(world, 0.5 * margin);
+    perp_status status = perp__enclose_places(world, 0.5 * margin);
 
     world->overlaps.count = 0;
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {

@@ -74,7 +74,7 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__state halfway = *old;
     double R[9], w[3], w_next[3], torque[3], mean[3], before[3], after[3];
 
-    world->motions[i].covered = 0; /* it does not turn by the motion at hand alone */
+    world->motions[i].enclosed = 0; /* it does not turn by the motion at hand alone */
     perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
     scaled_turn(world, &halfway, 0.5 * h, old->angular_velocity);
     perp__rotation_of(world, &halfway, R);
@@ -206,7 +206,7 @@ int32_t perp__glide(perp_world *world, int32_t i, double h)
         moving[k] = 0.5 * (world->states[i].velocity[k] + free[k]);
         moving[3 + k] = 0.5 * (world->states[i].angular_velocity[k] + free[3 + k]);
     }
-    if (!perp__stays_covered(world, i, moving, h))
+    if (!perp__stays_enclosed(world, i, moving, h))
         return 0;
     world->next[i] = world->states[i];
     move_ball(world, i, h, free);
@@ -261,7 +261,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
             move_in_contact(world, body, h);
         if (!is_finite(&world->next[body]))
             share->found = body;
-        else if (!motion->covered || has_pairs(world, body)) {
+        else if (!motion->enclosed || has_pairs(world, body)) {
             if (motion->placed != world->coasting || !perp__is_zero3(motion->moving) ||
                 !perp__stays(world, body))
                 perp__place_body(world, world->next, body);

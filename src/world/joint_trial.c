@@ -40,21 +40,21 @@ static const int32_t most_rounds[] = {2, 2, 4, 24};
 #define STILL 1e-9
 
 /* At a time t after the interval at hand began. */
-static void pose_on_way(const perp_world *world, int32_t body, double t, perp__placement *pose)
+static void pose_along(const perp_world *world, int32_t body, double t, perp__placement *pose)
 {
     const perp__motion *motion = &world->motions[body];
     const int32_t moves = perp__is_dynamic(world, body);
     perp__state state = world->states[body];
-    double way[6] = {0.0};
+    double displacement[6] = {0.0};
 
     if (moves)
-        perp__twist_of(world, world->work.drift + world->dof * motion->local, way);
+        perp__twist_of(world, world->work.drift + world->dof * motion->local, displacement);
     for (int32_t k = 0; k < 6; k++)
-        way[k] += (moves ? t : world->work.gone + t) * motion->trial[k];
-    perp__add3(state.position, 1.0, way);
-    perp__turn(world, &state, way + 3);
+        displacement[k] += (moves ? t : world->work.gone + t) * motion->trial[k];
+    perp__add3(state.position, 1.0, displacement);
+    perp__turn(world, &state, displacement + 3);
     perp__copy3(pose->position, state.position);
-    if (perp__is_zero3(way + 3))
+    if (perp__is_zero3(displacement + 3))
         memcpy(pose->rotation, motion->rotation, sizeof pose->rotation);
     else
         perp__rotation_of(world, &state, pose->rotation);
@@ -82,8 +82,8 @@ static void turn_mass(perp_world *world, int32_t body, double t)
 
     if (of->spherical)
         return;
-    pose_on_way(world, body, 0.0, &start);
-    pose_on_way(world, body, t, &end);
+    pose_along(world, body, 0.0, &start);
+    pose_along(world, body, t, &end);
     perp__write_factor(world, body, end.rotation, work->factors + n * n * i);
     if (t == 0.0)
         return;
@@ -120,7 +120,7 @@ static void view_on_way(const perp_world *world, const perp__joint *joint, doubl
     perp__placement poses[2];
 
     for (int32_t side = 0; side < 2; side++)
-        pose_on_way(world, joint->body[side], t, &poses[side]);
+        pose_along(world, joint->body[side], t, &poses[side]);
     perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, poses, view);
 }
 
@@ -276,10 +276,12 @@ static double update_trial(perp_world *world, const perp__island *island, double
 
         perp__twist_of(world, work->moving + n * i, moving);
         for (int32_t k = 0; k < 6; k++) {
-            const double way = t * fabs(moving[k] - motion->trial[k]);
+            const double displacement = t * fabs(moving[k] - motion->trial[k]);
 
             change[k] = moving[k] - motion->trial[k];
-            perp__raise_to(&largest, k >= 3 ? way : size > 0.0 ? way / size : way);
+            perp__raise_to(&largest, k >= 3       ? displacement
+                                     : size > 0.0 ? displacement / size
+                                                  : displacement);
         }
         perp__coordinates_of(world, change, numbers);
         differs = hypot(differs, perp__mass_norm(world, work->members[i], numbers));

@@ -197,7 +197,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
         motion->moving[k] = motion->tried[k] = 0.5 * (motion->start[k] + free);
     }
     motion->touched = motion->jointed = 0;
-    motion->covered = world->moved[body] = 1; /* in the first round */
+    motion->enclosed = world->moved[body] = 1; /* in the first round */
     motion->earliest = motion->spare = INFINITY;
     motion->island = -1;
     memset(&motion->verdict, 0, sizeof motion->verdict);

@@ -308,14 +308,14 @@ static void review_pairs(perp_world *world, int32_t shape)
 
 static perp_status find_partners(perp_world *world, int32_t shape)
 {
-    perp__tree_walk walk;
+    perp__tree_query query;
     perp_status status = PERP_OK;
     int32_t other;
 
     review_pairs(world, shape);
-    perp__tree_start(&world->tree, &walk);
+    perp__tree_start(&world->tree, &query);
     while (status == PERP_OK &&
-           (other = perp__tree_next(&world->tree, &walk, fat_box(world, shape))) != NONE)
+           (other = perp__tree_next(&world->tree, &query, fat_box(world, shape))) != NONE)
         if (world->shapes[other].mark != world->mark && can_touch(world, shape, other))
             status = add_pair(world, shape, other);
     for (other = world->first_plane; other != NONE && status == PERP_OK;
@@ -391,11 +391,12 @@ static double sweep(const perp__shape *shape, const double *moving, double h, pe
     const double turn = perp__lesser(h * perp__length3(moving + 3), 2.0) * arm;
 
     for (int32_t k = 0; k < 3; k++) {
-        const double way = h * moving[k];
+        const double displacement = h * moving[k];
 
-        box->low[k] += (way < 0.0 ? way : 0.0) - turn;
-        box->high[k] += (way > 0.0 ? way : 0.0) + turn;
-        ahead[k] = perp__lesser(perp__greater(AHEAD * way, -FARTHEST * radius), FARTHEST * radius);
+        box->low[k] += (displacement < 0.0 ? displacement : 0.0) - turn;
+        box->high[k] += (displacement > 0.0 ? displacement : 0.0) + turn;
+        ahead[k] = perp__lesser(perp__greater(AHEAD * displacement, -FARTHEST * radius),
+                                FARTHEST * radius);
     }
     return perp__lesser(h * perp__length3(moving), radius) + turn;
 }
@@ -417,26 +418,27 @@ static perp_status look_at_planes(perp_world *world)
 
 /* Boxes for where the body's shapes are: h = 0 and `more` around; or also for where they go: the
  * motion at hand. */
-static perp_status cover(perp_world *world, int32_t body, double h, double more)
+static perp_status enclose(perp_world *world, int32_t body, double h, double more)
 {
     perp_status status = PERP_OK;
 
     for (int32_t shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
          shape = world->shapes[shape].next_of_body) {
         perp__bounds box;
-        double way = 0.0, ahead[3] = {0.0, 0.0, 0.0};
+        double displacement = 0.0, ahead[3] = {0.0, 0.0, 0.0};
 
         if (is_plane(world, shape))
             continue;
         perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
-            way = sweep(&world->shapes[shape], world->motions[body].moving, h, &box, ahead);
-        status = hold(world, shape, &box, way, ahead);
+            displacement =
+                sweep(&world->shapes[shape], world->motions[body].moving, h, &box, ahead);
+        status = hold(world, shape, &box, displacement, ahead);
     }
     return status;
 }
 
-int32_t perp__stays_covered(const perp_world *world, int32_t body, const double *moving, double h)
+int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h)
 {
     const perp__state *state = &world->states[body];
     double R[9];
@@ -504,14 +506,14 @@ static perp_status start(perp_world *world, int32_t body, double h)
     if (perp__glide(world, body, h))
         return PERP_OK;
     status = check(world, body, perp__start_motion(world, body, h));
-    PERP__THEN(status, cover(world, body, h, 0.0));
+    PERP__THEN(status, enclose(world, body, h, 0.0));
     PERP__THEN(status, check(world, body, perp__coast(world, body, h)));
     if (world->motions[body].coasts != world->coasting)
         world->lively[world->lively_count++] = body;
     return status;
 }
 
-perp_status perp__cover_motions(perp_world *world, double h)
+perp_status perp__enclose_motions(perp_world *world, double h)
 {
     perp_status status = place_planes(world);
 
@@ -524,7 +526,7 @@ perp_status perp__cover_motions(perp_world *world, double h)
     return status;
 }
 
-perp_status perp__cover_changes(perp_world *world, double h)
+perp_status perp__enclose_changes(perp_world *world, double h)
 {
     perp_status status = PERP_OK;
     int32_t i, count = perp__count_members(world);
@@ -532,15 +534,15 @@ perp_status perp__cover_changes(perp_world *world, double h)
     for (i = 0; i < count && status == PERP_OK; i++) {
         perp__motion *motion = &world->motions[world->body_order[i]];
 
-        if (!motion->covered)
-            status = cover(world, world->body_order[i], h, 0.0);
-        motion->covered = 1;
+        if (!motion->enclosed)
+            status = enclose(world, world->body_order[i], h, 0.0);
+        motion->enclosed = 1;
     }
     order_pairs(world);
     return status;
 }
 
-static perp_status cover_places(perp_world *world, double margin, int32_t all)
+static perp_status enclose_places(perp_world *world, double margin, int32_t all)
 {
     perp_status status = PERP_OK;
 
@@ -548,20 +550,20 @@ static perp_status cover_places(perp_world *world, double margin, int32_t all)
     const int32_t count = all ? world->awake_count : world->lively_count;
 
     for (int32_t i = 0; i < count && status == PERP_OK; i++)
-        if (all || !world->motions[bodies[i]].covered)
-            status = cover(world, bodies[i], 0.0, margin);
+        if (all || !world->motions[bodies[i]].enclosed)
+            status = enclose(world, bodies[i], 0.0, margin);
     order_pairs(world);
     return status;
 }
 
-perp_status perp__cover_strays(perp_world *world)
+perp_status perp__enclose_strays(perp_world *world)
 {
-    return cover_places(world, 0.0, 0);
+    return enclose_places(world, 0.0, 0);
 }
 
-perp_status perp__cover_places(perp_world *world, double margin)
+perp_status perp__enclose_places(perp_world *world, double margin)
 {
-    return cover_places(world, margin, 1);
+    return enclose_places(world, margin, 1);
 }
 
 /* Takes a shape off a list of shapes. */

@@ -86,7 +86,7 @@ static int32_t overlaps(const perp_world *world, const perp__island *island)
 }
 
 /* The largest way a point of a body goes. */
-static double longest_way(const perp_world *world, const perp__island *island)
+static double longest_displacement(const perp_world *world, const perp__island *island)
 {
     double largest = 0.0;
 
@@ -263,7 +263,7 @@ static perp_status project_island(perp_world *world, const perp__island *island,
 
     pose(world, island, equally);
     status = solve_shifts(world, island, &found);
-    *left = status != PERP_OK || !found || !(longest_way(world, island) <= longest);
+    *left = status != PERP_OK || !found || !(longest_displacement(world, island) <= longest);
     if (!*left) {
         keep_energy(world, island);
         apply(world, island);
@@ -314,7 +314,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
     double depth = 0.0, lack = 0.0, longest;
     int32_t left;
-    perp_status status = perp__cover_strays(world);
+    perp_status status = perp__enclose_strays(world);
 
     if (status == PERP_OK) {
         lack = perp__joint_errors(world);

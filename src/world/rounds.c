@@ -6,10 +6,10 @@
 
 #include <string.h>
 
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 #include "linalg/spatial.h"
 
-/* How often a pair may join; rounds in which doubtful meetings wait for others; and rounds after
+/* How often a pair may join; rounds in which doubtful collisions wait for others; and rounds after
  * which what still meets is left to the projection. */
 #define MAX_JOINS 6
 #define PATIENCE 8
@@ -26,7 +26,7 @@ static void centre_arm(perp__world_contact *contact, int32_t side)
         contact->arms[side][k] = along * contact->axes[0][k];
 }
 
-/* The point as seen from the start: arms are those of the meeting, the gap is what the motion has
+/* The point as seen from the start: arms are those of the collision, the gap is what the motion has
  * closed till then. */
 static void set_back(const perp_world *world, perp__world_contact *contact, double t,
                      const perp__moving *a, const perp__moving *b)
@@ -39,12 +39,12 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
 
         for (int32_t k = 0; k < 3; k++)
             contact->arms[side][k] =
-                contact->position[k] - (sides[side]->centre[k] + t * sides[side]->way[k]);
-        if (t * perp__length3(sides[side]->way) > sides[side]->reach)
+                contact->position[k] - (sides[side]->centre[k] + t * sides[side]->displacement[k]);
+        if (t * perp__length3(sides[side]->displacement) > sides[side]->reach)
             centre_arm(contact, side);
         perp__cross(turned, sides[side]->turn, contact->arms[side]);
         for (int32_t k = 0; k < 3; k++)
-            at[k] = sides[side]->way[k] + turned[k];
+            at[k] = sides[side]->displacement[k] + turned[k];
         closed += (side == 0 ? t : -t) * perp__dot3(contact->axes[0], at);
         for (int32_t k = 0; k < 3; k++)
             contact->position[k] -= 0.5 * t * at[k];
@@ -76,7 +76,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     const perp__moving a = perp__moving_shape(world, pair->first, h);
     const perp__moving b = perp__moving_shape(world, pair->second, h);
     perp__point points[PERP__MAX_POINTS];
-    int32_t i, made = perp__meeting_points(world, pair, h, points);
+    int32_t i, made = perp__collision_points(world, pair, h, points);
     perp_status status =
         perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
@@ -86,7 +86,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 
         if (has_points(pair)) /* what a feature remembers is the first point's */
             memset(contact->warm, 0, sizeof contact->warm);
-        set_back(world, contact, pair->meeting.time, &a, &b);
+        set_back(world, contact, pair->collision.time, &a, &b);
         list_late(&world->contacts, pair, world->contacts.count - 1);
     }
     pair->joined += made > 0;
@@ -94,7 +94,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 }
 
 /* How far the motion at hand may take a point, at most. */
-static double way_of(const perp_world *world, const perp__world_contact *contact, double h)
+static double displacement_of(const perp_world *world, const perp__world_contact *contact, double h)
 {
     const double *a = world->motions[contact->body_a].moving;
     const double *b = world->motions[contact->body_b].moving;
@@ -106,8 +106,9 @@ static double way_of(const perp_world *world, const perp__world_contact *contact
 /* Whether the motion at hand closes a point, or another motion may, so near it is. */
 static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h)
 {
-    if (!(contact->gap > contact->rounding) || (contact->gap <= PERP__NEAR * contact->size &&
-                                                contact->gap <= 2.0 * way_of(world, contact, h)))
+    if (!(contact->gap > contact->rounding) ||
+        (contact->gap <= PERP__NEAR * contact->size &&
+         contact->gap <= 2.0 * displacement_of(world, contact, h)))
         return 1;
     return !(contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING) >= 0.0);
 }
@@ -182,8 +183,8 @@ static perp_status look_for_new_motions(perp_world *world, double h)
         world->moved[world->body_order[i]] = world->rounds;
         if (shorter)
             continue;
-        motion->covered = 0;
-        if (!(perp__longest_way(world, world->body_order[i], h) < motion->spare))
+        motion->enclosed = 0;
+        if (!(perp__longest_displacement(world, world->body_order[i], h) < motion->spare))
             status = add_spare(world, world->body_order[i]);
     }
     return status;
@@ -192,8 +193,8 @@ static perp_status look_for_new_motions(perp_world *world, double h)
 /* What is known of a pair, unless it met. */
 static void keep_apart(const perp__pair *pair, int32_t met, perp__watched_pair *open)
 {
-    open->lead = met || has_points(pair) ? 0.0 : pair->meeting.lead;
-    perp__copy3(open->apart, pair->meeting.apart);
+    open->lead = met || has_points(pair) ? 0.0 : pair->collision.lead;
+    perp__copy3(open->apart, pair->collision.apart);
 }
 
 /* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
@@ -222,17 +223,17 @@ static int32_t stays_apart(const perp_world *world, const perp__watched_pair *op
 {
     const double *from = world->motions[open->body[0]].moving;
     const double *to = world->motions[open->body[1]].moving;
-    const double way[3] = {h * to[0] - h * from[0], h * to[1] - h * from[1],
-                           h * to[2] - h * from[2]};
+    const double displacement[3] = {h * to[0] - h * from[0], h * to[1] - h * from[1],
+                                    h * to[2] - h * from[2]};
 
-    return perp__stay_apart(open->apart, open->lead, way,
+    return perp__stay_apart(open->apart, open->lead, displacement,
                             perp__turning(world, open->body[0], open->reach[0], h) +
                                 perp__turning(world, open->body[1], open->reach[1], h));
 }
 
 /* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
  * looked at last: listed behind all, as far behind as the share begins. */
-static void meet_share(perp_world *world, perp__share *share, double h)
+static void collision_share(perp_world *world, perp__share *share, double h)
 {
     perp__watched_pair *listed = world->watched_pairs + world->pair_capacity + share->first;
 
@@ -246,8 +247,8 @@ static void meet_share(perp_world *world, perp__share *share, double h)
              world->moved[open->body[1]] != world->rounds) ||
             (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)
             continue;
-        met =
-            has_points(pair) ? perp__pair_sinks(world, pair, h) : perp__pair_meets(world, pair, h);
+        met = has_points(pair) ? perp__pair_sinks(world, pair, h)
+                               : perp__pair_collides(world, pair, h);
         keep_apart(pair, met, open);
         if (met)
             listed[share->count++] = *open;
@@ -257,11 +258,11 @@ static void meet_share(perp_world *world, perp__share *share, double h)
 /* Lists those that met behind the others; returns how many. */
 static int32_t list_met(perp_world *world, perp__watched_pair *met, double h)
 {
-    const int32_t lanes = perp__share_out(world, world->watched_count, meet_share, h);
+    const int32_t lanes = perp__share_out(world, world->watched_count, collision_share, h);
     perp__share all = {0};
 
     all.end = lanes == 0 ? world->watched_count : 0;
-    meet_share(world, &all, h);
+    collision_share(world, &all, h);
     for (int32_t k = 0; k < lanes; k++) {
         const perp__share *share = perp__share_of(world, k);
 
@@ -277,18 +278,18 @@ static int32_t waits(const perp_world *world, const perp__watched_pair *open)
     const perp__pair *pair = &world->pairs[open->pair];
 
     for (int32_t k = 0; k < 2; k++)
-        if (!has_points(pair) && pair->meeting.doubtful && world->rounds < PATIENCE &&
+        if (!has_points(pair) && pair->collision.doubtful && world->rounds < PATIENCE &&
             world->bodies[open->body[k]].kind == PERP_BODY_DYNAMIC &&
-            world->motions[open->body[k]].earliest < pair->meeting.time)
+            world->motions[open->body[k]].earliest < pair->collision.time)
             return 1;
     return 0;
 }
 
-/* Meetings of the watched pairs. One near the rim of a face waits if the body meets something
+/* Collisions of the watched pairs. One near the rim of a face waits if the body meets something
  * before: what stops it there may keep it from this. */
-static perp_status join_meetings(perp_world *world, double h)
+static perp_status join_collisions(perp_world *world, double h)
 {
-    perp_status status = perp__cover_changes(world, h);
+    perp_status status = perp__enclose_changes(world, h);
     perp__watched_pair *met;
     int32_t i, k, count;
 
@@ -304,7 +305,7 @@ static perp_status join_meetings(perp_world *world, double h)
         for (k = 0; k < 2 && !has_points(pair); k++) { /* they are part of the motion */
             perp__motion *motion = &world->motions[met[i].body[k]];
 
-            motion->earliest = fmin(motion->earliest, pair->meeting.time);
+            motion->earliest = fmin(motion->earliest, pair->collision.time);
         }
     }
     for (i = 0; i < count && status == PERP_OK; i++) {
@@ -334,7 +335,7 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
     world->rounds++;
     status = look_for_new_motions(world, h);
     if (status == PERP_OK && world->rounds <= MAX_ROUNDS)
-        status = join_meetings(world, h);
+        status = join_collisions(world, h);
     if (status == PERP_OK)
         *came = include_points(world, known, h);
     return status;

@@ -41,13 +41,13 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
 /* Starts the motions of all that is awake. Pairs for all shapes that are near each other where
  * `placed`, or where `moving` takes them within h; the same after motions of islands changed; for
  * all that are nearer than twice the margin. */
-perp_status perp__cover_motions(perp_world *world, double h);
-perp_status perp__cover_changes(perp_world *world, double h);
-perp_status perp__cover_places(perp_world *world, double margin);
+perp_status perp__enclose_motions(perp_world *world, double h);
+perp_status perp__enclose_changes(perp_world *world, double h);
+perp_status perp__enclose_places(perp_world *world, double margin);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
-int32_t perp__stays_covered(const perp_world *world, int32_t body, const double *moving, double h);
+int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
 /* For what is not covered where it is placed: what the motions at hand did not bring there. */
-perp_status perp__cover_strays(perp_world *world);
+perp_status perp__enclose_strays(perp_world *world);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
 PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 {
@@ -104,7 +104,7 @@ double perp__asleep_residual(perp_world *world);
 /* A gap below this share of the bodies' size is near: such points take part from the start. */
 #define PERP__NEAR 1e-3
 
-/* meetings.c */
+/* collisions.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* The size of the two bodies. */
 double perp__pair_size(const perp_world *world, const perp__pair *pair);
@@ -127,13 +127,13 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                               perp__point *points);
 int32_t perp__has_plane(const perp_world *world, const perp__pair *pair);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
- * pair->meeting. */
-int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h);
+ * pair->collision. */
+int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
  * corner or edge. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
-int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,
-                             perp__point *points);
+int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
+                               perp__point *points);
 
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
@@ -147,7 +147,7 @@ void perp__prepare_contact(const perp_world *world, perp__world_contact *contact
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t count, double least);
 /* How far the motion at hand takes any point of a body. */
-double perp__longest_way(const perp_world *world, int32_t body, double h);
+double perp__longest_displacement(const perp_world *world, int32_t body, double h);
 /* What sweeps move they take out of overlaps as well. */
 static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
 {

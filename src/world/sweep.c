@@ -181,7 +181,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
 }
 
 /* Whether all that is said to hold does, but for what sweeps leave. */
-static int32_t stands_still(const perp_world *world, const perp__island *island)
+static int32_t is_in_equilibrium(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
 
@@ -293,7 +293,7 @@ static perp_status settle(perp_world *world, perp__rigid_answer *answer,
 static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                         const perp__rigid_problem *problem)
 {
-    if (!stands_still(world, island))
+    if (!is_in_equilibrium(world, island))
         return PERP_OK;
     return perp__hold_island(world, island, answer, problem, STILL);
 }
@@ -355,9 +355,9 @@ static perp_status balance(perp_world *world, const perp__island *island,
 /* What rests and is nearly held by the impulses of the last step gets such as hold it to rounding,
  * for good (lying.c), or at least velocities of 0.0: then answer->held. Few contacts are solved
  * for: then *settles. */
-static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, double h, int32_t *settles,
-                         perp__verdict *verdict)
+static perp_status balance_at_rest(perp_world *world, const perp__island *island,
+                                   perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                   double h, int32_t *settles, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
@@ -422,7 +422,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp_status status;
 
     pose(world, island, &problem, &answer);
-    status = stand(world, island, &answer, &problem, h, &settles, verdict);
+    status = balance_at_rest(world, island, &answer, &problem, h, &settles, verdict);
     if (status != PERP_OK)
         return status;
     if (settles) {
@@ -579,7 +579,7 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     }
     PERP__THEN(status, judge(world, island, &answer, &problem, h, verdict));
     if (status == PERP_OK && verdict->impacts == 0 &&
-        !(perp__is_good(verdict->outcome) && stands_still(world, island)) &&
+        !(perp__is_good(verdict->outcome) && is_in_equilibrium(world, island)) &&
         perp__comes_from_rest(world, island)) {
         if (has_at_most(world, island, SETTLED_EXACTLY)) {
             memset(verdict, 0, sizeof *verdict);

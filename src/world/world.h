@@ -11,7 +11,7 @@
 #include "base/sort.h"
 #include "contact/coloured/coloured.h"
 #include "contact/contact.h"
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 #include "world/collide/tree.h"
 #include "world/joint.h"
 
@@ -73,7 +73,7 @@ typedef struct perp__pair {
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     double spare;         /* gap beyond which points of a half-space are left out: no motion so far
                              goes so far; INFINITY: none */
-    int32_t waited;       /* a meeting of theirs has */
+    int32_t waited;       /* a collision of theirs has */
     int32_t made;         /* points at the start of the step */
     int32_t plain;        /* which did not depend on what pressed in the step before */
     int32_t same;         /* and are those of the last one: its contacts from the first on, */
@@ -85,14 +85,14 @@ typedef struct perp__pair {
     int32_t had;
     int32_t changed;    /* which are others */
     int32_t first_kept; /* those that it fell asleep with; -1: none */
-    perp__meeting meeting;
+    perp__collision collision;
 } perp__pair;
 
 /* One of them that may meet, or turn deeper into each other, as rounds go through it: with all that
  * most rounds read of it. */
 typedef struct perp__watched_pair {
     int32_t pair, body[2];
-    double apart[3]; /* of the pair's meeting; */
+    double apart[3]; /* of the pair's collision; */
     double lead;     /* 0 also where points came */
     double reach[2]; /* perp__turning_reach of the shapes */
 } perp__watched_pair;
@@ -166,19 +166,19 @@ typedef struct perp__verdict {
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    uint64_t coasts; /* world->coasting: is in its next state, as nothing is near it */
-    uint64_t placed; /* world->coasting of the step whose states its shapes are placed by */
-    int32_t covered; /* the fat boxes hold what it does to the shapes */
-    int32_t touched; /* has contact points in this step */
-    int32_t jointed; /* has joints */
-    int32_t island;  /* -1: none */
-    int32_t local;   /* number within the island */
-    int32_t carrier; /* number within the island of what moves as it is told; -1: none */
-    int32_t repeats; /* ends the step as it began, and no one changed it since */
-    int32_t calm;    /* so does all that is joined to it; at the root. When a step begins: so did
-                        all that is near it */
-    double earliest; /* when it meets something first, in shares of the step */
-    double spare;    /* of its pairs with half-spaces */
+    uint64_t coasts;  /* world->coasting: is in its next state, as nothing is near it */
+    uint64_t placed;  /* world->coasting of the step whose states its shapes are placed by */
+    int32_t enclosed; /* the fat boxes hold what it does to the shapes */
+    int32_t touched;  /* has contact points in this step */
+    int32_t jointed;  /* has joints */
+    int32_t island;   /* -1: none */
+    int32_t local;    /* number within the island */
+    int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
+    int32_t repeats;  /* ends the step as it began, and no one changed it since */
+    int32_t calm;     /* so does all that is joined to it; at the root. When a step begins: so did
+                         all that is near it */
+    double earliest;  /* when it meets something first, in shares of the step */
+    double spare;     /* of its pairs with half-spaces */
     perp__verdict verdict;
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
                          of start and free */
@@ -212,7 +212,7 @@ typedef struct perp__world_contact {
     uint64_t feature;        /* tells the points of a pair apart, from step to step */
     double gap;              /* what may be closed along the normal */
     double position[3];      /* at the start of the step, midway between the surfaces */
-    double arms[2][3];       /* from the mass centres, in the pose of the meeting */
+    double arms[2][3];       /* from the mass centres, in the pose of the collision */
     double start[3];         /* relative velocity before the step */
     double free[3];          /* with the free twists */
     double remembered[3];    /* impulse of the last step, along the axes; */

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "world/collide_scene.h"
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 #include "world/collide/polytope.h"
 
 enum { CORNERS = 8, TRIALS = 400 };
@@ -448,7 +448,7 @@ static perp__moving moving(const body *b, const double *way)
     memset(&m, 0, sizeof m);
     m.start = &b->placed;
     memcpy(m.centre, b->placed.position, sizeof m.centre);
-    memcpy(m.way, way, sizeof m.way);
+    memcpy(m.displacement, way, sizeof m.displacement);
     m.reach = 2.5;
     return m;
 }
@@ -460,7 +460,7 @@ static void try_meeting(body *a, body *b, int planar, uint64_t *state, int *met)
     const double radius = a->geometry.radius + b->geometry.radius;
     const double back[3] = {4.0, 0.0, 0.0};
     const perp__nearness near = {1e-9, 1e-12, 1e-13};
-    perp__meeting meeting;
+    perp__collision collision;
     double way[3] = {-8.0, scene_uniform(state, -2.0, 2.0), scene_uniform(state, -2.0, 2.0)};
     if (planar)
         way[2] = 0.0;
@@ -468,11 +468,11 @@ static void try_meeting(body *a, body *b, int planar, uint64_t *state, int *met)
     if (distance(a, b) - radius < 1e-3)
         return;
     const perp__moving from = moving(a, (const double[3]){0.0, 0.0, 0.0}), to = moving(b, way);
-    const int32_t meets = perp__meet(&from, &to, planar, &near, &meeting);
-    const double end = meets ? meeting.time : 1.0;
+    const int32_t meets = perp__find_collision(&from, &to, planar, &near, &collision);
+    const double end = meets ? collision.time : 1.0;
     double last = 0.0;
     *met += meets;
-    for (int i = 0; i <= 16; i++) { /* up to the meeting, or all the way */
+    for (int i = 0; i <= 16; i++) { /* up to the collision, or all the way */
         const double t = end * i / 16.0;
         double by[3];
         for (int k = 0; k < 3; k++)

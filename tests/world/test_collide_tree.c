@@ -47,7 +47,7 @@ static int32_t check_below(const perp__tree *tree, int32_t node)
 static void check_walk(const perp__tree *tree, const perp__bounds *boxes, const int32_t *leaves,
                        const perp__bounds *at)
 {
-    perp__tree_walk walk;
+    perp__tree_query walk;
     int found[MOST] = {0};
     int32_t item;
     perp__tree_start(tree, &walk);
@@ -115,7 +115,7 @@ static void many_in_a_row(void **context)
         assert_true(tree.nodes[tree.root].height <= 21); /* 1.44 log2(20000) */
         for (int i = 0; i < MANY; i++) {
             perp__bounds box = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
-            perp__tree_walk walk;
+            perp__tree_query walk;
             box.low[axis] += i;
             box.high[axis] += i;
             perp__tree_start(&tree, &walk);

@@ -10,7 +10,8 @@
 
 #include "world/scene.h"
 
-/* Bricks of these half extents: their size in meetings, that of the spheres about two, is 0.31. */
+/* Bricks of these half extents: their size in collisions, that of the spheres about two, is 0.31.
+ */
 static const double half[3] = {0.12, 0.08, 0.06};
 #define SIZE 0.31
 

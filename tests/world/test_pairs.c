@@ -69,12 +69,12 @@ static int has_pair(const perp_world *world, int32_t a, int32_t b)
  * bodies of which one moves. */
 static int check_pairs(perp_world *world)
 {
-    int32_t a, b, i, meetings = 0;
+    int32_t a, b, i, collisions = 0;
 
     if (world->awake_changed)
         perp__list_awake(world);
     perp__place(world, world->states);
-    assert_int_equal(perp__cover_places(world, 0.0), PERP_OK);
+    assert_int_equal(perp__enclose_places(world, 0.0), PERP_OK);
     for (i = 1; i < world->pair_count; i++) {
         const perp__pair *last = perp__ordered_pair(world, i - 1),
                          *here = perp__ordered_pair(world, i);
@@ -99,10 +99,10 @@ static int check_pairs(perp_world *world)
             if (perp__collide(&world->placed[a], &world->placed[b], world->settings.planar, 0.0,
                               points) == 0)
                 continue;
-            meetings++;
+            collisions++;
             assert_int_equal(has_pair(world, a, b), 1);
         }
-    return meetings;
+    return collisions;
 }
 
 static void test_pairs_of_random_motion(void **context)
@@ -114,7 +114,7 @@ static void test_pairs_of_random_motion(void **context)
         uint64_t state = 31 + (uint64_t)planar;
         perp_body bodies[BODIES];
         perp_world_settings settings;
-        int round, i, meetings = 0;
+        int round, i, collisions = 0;
         scene s;
 
         assert_int_equal(perp_world_settings_init(&settings, sizeof settings, planar), PERP_OK);
@@ -124,7 +124,7 @@ static void test_pairs_of_random_motion(void **context)
             bodies[i] = add_random(&s, &state, planar);
         for (round = 0; round < 60; round++) {
             SCENE_OK(&s, perp_world_step(s.world, NULL, 0.02));
-            meetings += check_pairs(s.world);
+            collisions += check_pairs(s.world);
             i = (int)uniform(&state, 0.0, BODIES);
             if (round % 3 == 0) {
                 SCENE_OK(&s, perp_world_remove_body(s.world, bodies[i]));
@@ -136,9 +136,9 @@ static void test_pairs_of_random_motion(void **context)
                 at.position[1] = uniform(&state, -2.0, 2.0);
                 SCENE_OK(&s, perp_world_set_body(s.world, &at, bodies[i]));
             }
-            meetings += check_pairs(s.world);
+            collisions += check_pairs(s.world);
         }
-        assert_true(meetings > 50); /* else nothing was looked at */
+        assert_true(collisions > 50); /* else nothing was looked at */
         scene_close(&s);
     }
 }

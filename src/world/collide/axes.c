@@ -1,5 +1,5 @@
 /* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first. */
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 #include "world/collide/polytope.h"
 #include "linalg/spatial.h"
 

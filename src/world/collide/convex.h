@@ -3,7 +3,7 @@
 #ifndef PERP_WORLD_COLLIDE_CONVEX_H
 #define PERP_WORLD_COLLIDE_CONVEX_H
 
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 #include "world/collide/polytope.h"
 #include "world/collide/segment.h"
 

@@ -172,22 +172,22 @@ void perp__tree_remove(perp__tree *tree, int32_t leaf)
     mend(tree, above);
 }
 
-void perp__tree_start(const perp__tree *tree, perp__tree_walk *walk)
+void perp__tree_start(const perp__tree *tree, perp__tree_query *query)
 {
-    walk->depth = tree->root != NONE;
-    walk->stack[0] = tree->root;
+    query->depth = tree->root != NONE;
+    query->stack[0] = tree->root;
 }
 
-int32_t perp__tree_next(const perp__tree *tree, perp__tree_walk *walk, const perp__bounds *bounds)
+int32_t perp__tree_next(const perp__tree *tree, perp__tree_query *query, const perp__bounds *bounds)
 {
-    while (walk->depth > 0) {
-        const perp__tree_node *at = &tree->nodes[walk->stack[--walk->depth]];
+    while (query->depth > 0) {
+        const perp__tree_node *at = &tree->nodes[query->stack[--query->depth]];
         if (!perp__bounds_overlap(&at->bounds, bounds))
             continue;
         if (at->height == 0)
             return at->item;
-        walk->stack[walk->depth++] = at->child[0];
-        walk->stack[walk->depth++] = at->child[1];
+        query->stack[query->depth++] = at->child[0];
+        query->stack[query->depth++] = at->child[1];
     }
     return NONE;
 }

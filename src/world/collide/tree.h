@@ -39,14 +39,15 @@ void perp__tree_init(perp__tree *tree);
 int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t item);
 void perp__tree_remove(perp__tree *tree, int32_t leaf);
 
-/* A walk over the leaves that overlap `bounds`. */
-typedef struct perp__tree_walk {
+/* A query for the leaves that overlap `bounds`. */
+typedef struct perp__tree_query {
     int32_t stack[64]; /* the tree is balanced as an AVL tree: 45 levels at 2^31 nodes */
     int32_t depth;
-} perp__tree_walk;
+} perp__tree_query;
 
-void perp__tree_start(const perp__tree *tree, perp__tree_walk *walk);
+void perp__tree_start(const perp__tree *tree, perp__tree_query *query);
 /* The item of the next leaf, -1 at the end. */
-int32_t perp__tree_next(const perp__tree *tree, perp__tree_walk *walk, const perp__bounds *bounds);
+int32_t perp__tree_next(const perp__tree *tree, perp__tree_query *query,
+                        const perp__bounds *bounds);
 
 #endif

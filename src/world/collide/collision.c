@@ -1,7 +1,7 @@
 /* The pose in which two shapes meet on their way.
  *
  * Shapes are apart as long as one axis separates them; the last axis to close is the normal of the
- * meeting. Boxes: along a fixed direction the separation of bodies that go straight is linear in
+ * collision. Boxes: along a fixed direction the separation of bodies that go straight is linear in
  * time, so that each axis gives the interval in which it does not separate, and the shapes meet at
  * the first time that lies in all of them. Bodies that turn do so in steps of STRIDE, and each time
  * found is looked at again in the pose there. Balls: the distance of a point that goes straight
@@ -11,7 +11,7 @@
  * Axes along which shapes touch at the start are gates: they close only where the motion presses by
  * more than grazing. A box that slides over flush tiles is kept from the next one by its bottom,
  * which nothing presses, also while its front passes the tile's side. */
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 
 #include <float.h>
 #include <string.h>
@@ -46,7 +46,7 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
     double offset[3];
     placed->geometry = start->geometry;
     if (perp__is_zero3(shape->turn)) {
-        perp__along3(placed->position, start->position, t, shape->way);
+        perp__along3(placed->position, start->position, t, shape->displacement);
         memcpy(placed->rotation, start->rotation, sizeof placed->rotation);
         return;
     }
@@ -57,7 +57,7 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
     perp__subtract3(offset, start->position, shape->centre);
     perp__apply3(placed->position, R, offset);
     for (int k = 0; k < 3; k++)
-        placed->position[k] += shape->centre[k] + t * shape->way[k];
+        placed->position[k] += shape->centre[k] + t * shape->displacement[k];
 }
 
 /* No less than the length, and cheap. */
@@ -66,19 +66,19 @@ static double sum(const double *x)
     return fabs(x[0]) + fabs(x[1]) + fabs(x[2]);
 }
 
-double perp__relative_way(const perp__moving *a, const perp__moving *b)
+double perp__relative_displacement(const perp__moving *a, const perp__moving *b)
 {
-    double way[3];
-    perp__subtract3(way, b->way, a->way);
-    return sum(way) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
+    double displacement[3];
+    perp__subtract3(displacement, b->displacement, a->displacement);
+    return sum(displacement) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
 static int32_t stay_apart(const perp__moving *a, const perp__moving *b,
-                          const perp__meeting *meeting)
+                          const perp__collision *collision)
 {
-    double way[3];
-    perp__subtract3(way, b->way, a->way);
-    return perp__stay_apart(meeting->apart, meeting->lead, way,
+    double displacement[3];
+    perp__subtract3(displacement, b->displacement, a->displacement);
+    return perp__stay_apart(collision->apart, collision->lead, displacement,
                             sum(a->turn) * a->reach + sum(b->turn) * b->reach);
 }
 
@@ -203,12 +203,12 @@ static int32_t are_rounded(const perp__placed *a, const perp__placed *b)
 }
 
 int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
-                            int32_t planar, const perp__nearness *near, perp__meeting *meeting)
+                            int32_t planar, const perp__nearness *near, perp__collision *collision)
 {
     const perp__placed *a = moving_a->start, *b = moving_b->start;
     int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
-    meeting->time = 0.0;
-    meeting->axis = meeting->doubtful = 0;
+    collision->time = 0.0;
+    collision->axis = collision->doubtful = 0;
     if (kind_a == PERP__SPHERE && kind_b == PERP__SPHERE) {
         double between[3];
         perp__subtract3(between, b->position, a->position);
@@ -222,11 +222,12 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
         const perp__axis *axis = &axes.axis[best];
         if (axis->separation > near->touching)
             return 0;
-        meeting->axis = axis->number;
+        collision->axis = axis->number;
         if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
             return axis->separation < -near->touching || are_rounded(a, b);
         double aside = separation_aside(a, b, planar, &axes, best);
-        meeting->doubtful = -aside < perp__relative_way(moving_a, moving_b) + near->touching;
+        collision->doubtful =
+            -aside < perp__relative_displacement(moving_a, moving_b) + near->touching;
         return axis->separation < -near->touching ||
                (axis->separation <= near->touching && aside < -near->touching);
     }
@@ -298,9 +299,9 @@ static double entry_of(const course *on, const double *gate, double t, double en
     const perp__axes *axes = &on->axes;
     const int32_t first = on->last < axes->count ? on->last : 0;
     perp__placed a, b;
-    double enter = 0.0, leave = 1.0, world[3], way[3];
-    perp__subtract3(world, on->b->way, on->a->way);
-    perp__apply_transposed3(way, on->a->start->rotation, world);
+    double enter = 0.0, leave = 1.0, world[3], displacement[3];
+    perp__subtract3(world, on->b->displacement, on->a->displacement);
+    perp__apply_transposed3(displacement, on->a->start->rotation, world);
     if (on->turning) {
         perp__moved(on->a, end, &a);
         perp__moved(on->b, end, &b);
@@ -310,7 +311,7 @@ static double entry_of(const course *on, const double *gate, double t, double en
         const perp__axis *axis = &axes->axis[k];
         if (axis->separation == -INFINITY)
             continue;
-        double along = axis->separation + (end - t) * perp__dot3(axis->normal, way);
+        double along = axis->separation + (end - t) * perp__dot3(axis->normal, displacement);
         double against = -along - 2.0 * axis->width;
         if (on->turning)
             along = separation_at(on, axis, &a, &b, &against);
@@ -380,16 +381,17 @@ static double halve(course *on, double open, double closed, double rounding)
 }
 
 /* Whether one of the axes of the start keeps the shapes apart all the way. */
-static int32_t one_axis_keeps(const course *on, const perp__nearness *near, perp__meeting *meeting)
+static int32_t one_axis_keeps(const course *on, const perp__nearness *near,
+                              perp__collision *collision)
 {
     int32_t kept = 0;
     for (int32_t k = 0; k < on->axes.count && !kept; k++) {
         const perp__axis *axis = &on->axes.axis[k];
         if (!(axis->separation > near->touching))
             continue;
-        meeting->lead = axis->separation - near->touching;
-        perp__apply3(meeting->apart, on->frame, axis->normal);
-        kept = stay_apart(on->a, on->b, meeting);
+        collision->lead = axis->separation - near->touching;
+        perp__apply3(collision->apart, on->frame, axis->normal);
+        kept = stay_apart(on->a, on->b, collision);
     }
     return kept;
 }
@@ -416,26 +418,27 @@ static void set_gates(course *on, const perp__nearness *near, double *bare)
     on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
 }
 
-static void set_meeting(course *on, double t, const double *bare, const perp__nearness *near,
-                        perp__meeting *meeting)
+static void set_collision(course *on, double t, const double *bare, const perp__nearness *near,
+                          perp__collision *collision)
 {
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
-    meeting->axis = on->axes.axis[on->last].number;
-    meeting->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
-                        perp__relative_way(on->a, on->b) + near->touching;
-    meeting->time = time_without_gates(on, bare, t);
+    collision->axis = on->axes.axis[on->last].number;
+    collision->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
+                          perp__relative_displacement(on->a, on->b) + near->touching;
+    collision->time = time_without_gates(on, bare, t);
 }
 
 /* Half of what the rate of a separation may change by in the step, along an axis that turns. */
 static double bend_of(const perp__moving *a, const perp__moving *b, double angle)
 {
-    const double way = perp__relative_way(a, b);
+    const double displacement = perp__relative_displacement(a, b);
     double between[3];
 
     perp__subtract3(between, b->start->position, a->start->position);
-    return angle * (way + 0.5 * angle * (sum(between) + a->reach + b->reach + way));
+    return angle *
+           (displacement + 0.5 * angle * (sum(between) + a->reach + b->reach + displacement));
 }
 
 /* No less than `lacks`, closed at a rate that grows no faster than by 2 bend, is open so long. */
@@ -447,8 +450,8 @@ static double free_time(double lacks, double rate, double bend)
 /* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
  * last one to close goes by its rate, the next look is when that closes it; and as long as it can't
  * have closed nothing meets, for one axis that separates is enough. */
-static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
-                               const perp__nearness *near, perp__meeting *meeting)
+static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
+                                  const perp__nearness *near, perp__collision *collision)
 {
     course on;
     double bare[PERP__MAX_AXES], t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
@@ -461,7 +464,7 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
     on.planar = planar;
     on.turning = angle > 0.0;
     axes_at(&on, 0.0);
-    if (one_axis_keeps(&on, near, meeting))
+    if (one_axis_keeps(&on, near, collision))
         return 0;
     set_gates(&on, near, bare);
     for (int look = 0; look < MAX_LOOKS && t < 1.0; look++) {
@@ -482,13 +485,13 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
         if (still || lacks <= near->rounding) {
             if (angle > 0.0 && lacks < -near->rounding)
                 t = find_closing(&on, last, t, near->rounding);
-            set_meeting(&on, t, bare, near, meeting);
+            set_collision(&on, t, bare, near, collision);
             return 1;
         }
         if (look % MANY_LOOKS == MANY_LOOKS - 1) {
             if (look_at(&on, end) < -near->rounding) {
                 t = halve(&on, t, end, near->rounding);
-                set_meeting(&on, t, bare, near, meeting);
+                set_collision(&on, t, bare, near, collision);
                 return 1;
             }
             look_at(&on, t);
@@ -509,20 +512,20 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
 /* Newton's method for the first time in [t, end] at which a point on its way from `from` by `way`
  * comes within `radius` of the box with the half extents `half`; faces are gates. */
 static double ball_entry(const double *half, int dimension, double radius, const double *from,
-                         const double *way, const double *gates, double rounding)
+                         const double *displacement, const double *gates, double rounding)
 {
     double t = 0.0, leave = 1.0;
     for (int j = 0; j < dimension; j++)
         for (int side = 0; side < 2; side++) {
             double sign = side ? 1.0 : -1.0, gate = gates[2 * j + side];
             double first = sign * from[j] - half[j] - radius + gate;
-            narrow(first, first + sign * way[j], &t, &leave);
+            narrow(first, first + sign * displacement[j], &t, &leave);
         }
     for (int look = 0; look < MAX_LOOKS && t <= leave; look++) {
         double at[3], gradient[3], aside;
-        perp__along3(at, from, t, way);
+        perp__along3(at, from, t, displacement);
         double gap = box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
-        double rate = -perp__dot3(gradient, way);
+        double rate = -perp__dot3(gradient, displacement);
         if (!(rate > 0.0))
             return INFINITY;
         if (gap <= rounding)
@@ -533,18 +536,18 @@ static double ball_entry(const double *half, int dimension, double radius, const
 }
 
 /* The share of the step in which the ball's way in the frame of the box leaves its chord by little:
- * c = R' (d + t way) bends by (2 |turn| |way| + |turn|^2 |d|) / 8. */
+ * c = R' (d + t x) bends by (2 |turn| |x| + |turn|^2 |d|) / 8. */
 static double ball_stride(const perp__moving *a, const perp__moving *b, const double *from)
 {
-    double turn = sum(a->turn) + sum(b->turn), way = perp__relative_way(a, b);
-    double bend = 0.125 * turn * (2.0 * way + turn * (sum(from) + way));
+    double turn = sum(a->turn) + sum(b->turn), displacement = perp__relative_displacement(a, b);
+    double bend = 0.125 * turn * (2.0 * displacement + turn * (sum(from) + displacement));
     double least = BEND * fmin(a->reach, b->reach);
     return fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / MAX_LOOKS);
 }
 
 /* Ball `b` and box or ball `a`; a ball is a box without extent, but round. */
-static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
-                         const perp__nearness *near, perp__meeting *meeting)
+static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
+                            const perp__nearness *near, perp__collision *collision)
 {
     static const double none[3] = {0.0, 0.0, 0.0};
     int boxed = a->start->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
@@ -556,12 +559,12 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
     centre_in_box(a->start, b->start, from);
     double distance = box_distance(half, dimension, from, gradient, &aside) - radius;
     if (distance > near->touching) {
-        meeting->lead = distance - near->touching;
+        collision->lead = distance - near->touching;
         if (boxed)
-            perp__apply3(meeting->apart, a->start->rotation, gradient);
+            perp__apply3(collision->apart, a->start->rotation, gradient);
         else
-            perp__copy3(meeting->apart, gradient);
-        if (stay_apart(a, b, meeting))
+            perp__copy3(collision->apart, gradient);
+        if (stay_apart(a, b, collision))
             return 0;
     }
     for (int k = 0; k < 7; k++) {
@@ -577,29 +580,31 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
     while (t < 1.0) {
         double end = fmin(1.0, t + stride);
         perp__placed later_a, later_b;
-        double to[3], way[3];
+        double to[3], displacement[3];
         perp__moved(a, end, &later_a);
         perp__moved(b, end, &later_b);
         centre_in_box(&later_a, &later_b, to);
-        perp__subtract3(way, to, from);
+        perp__subtract3(displacement, to, from);
         if (angle == 0.0) {
             double world[3];
-            perp__subtract3(world, b->way, a->way);
+            perp__subtract3(world, b->displacement, a->displacement);
             if (boxed)
-                perp__apply_transposed3(way, a->start->rotation, world);
+                perp__apply_transposed3(displacement, a->start->rotation, world);
             else
-                perp__copy3(way, world);
+                perp__copy3(displacement, world);
         }
-        double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);
+        double entry =
+            ball_entry(half, dimension, radius, from, displacement, gates, near->rounding);
         if (entry <= 1.0) {
             double at[3];
-            entry =
-                fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
-            perp__along3(at, from, entry, way);
+            entry = fmin(entry, ball_entry(half, dimension, radius, from, displacement, bare,
+                                           near->rounding));
+            perp__along3(at, from, entry, displacement);
             box_distance(half, dimension, at, gradient, &aside);
-            meeting->time = t + entry * (end - t);
-            meeting->axis = 0;
-            meeting->doubtful = boxed && aside < perp__relative_way(a, b) + near->touching;
+            collision->time = t + entry * (end - t);
+            collision->axis = 0;
+            collision->doubtful =
+                boxed && aside < perp__relative_displacement(a, b) + near->touching;
             return 1;
         }
         t = end;
@@ -608,15 +613,15 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
     return 0;
 }
 
-int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
-                   const perp__nearness *near, perp__meeting *meeting)
+int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
+                             const perp__nearness *near, perp__collision *collision)
 {
     if (!is_ball_pair(a->start, b->start))
-        return meet_along_axes(a, b, planar, near, meeting);
+        return collide_along_axes(a, b, planar, near, collision);
     if (b->start->geometry->kind == PERP__SPHERE)
-        return meet_ball(a, b, planar, near, meeting);
-    int met = meet_ball(b, a, planar, near, meeting);
+        return collide_ball(a, b, planar, near, collision);
+    int met = collide_ball(b, a, planar, near, collision);
     for (int k = 0; k < 3; k++) /* from A to B */
-        meeting->apart[k] = -meeting->apart[k];
+        collision->apart[k] = -collision->apart[k];
     return met;
 }

@@ -1,6 +1,6 @@
 /* When and how two moving shapes meet. */
-#ifndef PERP_WORLD_COLLIDE_MEETING_H
-#define PERP_WORLD_COLLIDE_MEETING_H
+#ifndef PERP_WORLD_COLLIDE_COLLISION_H
+#define PERP_WORLD_COLLIDE_COLLISION_H
 
 #include <perp/world.h>
 
@@ -9,10 +9,10 @@
 /* A shape on its way: the mass centre of its body goes straight, the body turns evenly about it. */
 typedef struct perp__moving {
     const perp__placed *start;
-    double centre[3]; /* of mass, at the start */
-    double way[3];    /* of the mass centre in the whole step */
-    double turn[3];   /* rotation vector of the whole step, world frame */
-    double reach;     /* largest distance of the shape's points from the mass centre */
+    double centre[3];       /* of mass, at the start */
+    double displacement[3]; /* of the mass centre in the whole step */
+    double turn[3];         /* rotation vector of the whole step, world frame */
+    double reach;           /* largest distance of the shape's points from the mass centre */
 } perp__moving;
 
 /* Lengths that tell touching from apart. */
@@ -22,7 +22,7 @@ typedef struct perp__nearness {
     double rounding; /* of separations */
 } perp__nearness;
 
-typedef struct perp__meeting {
+typedef struct perp__collision {
     double time;      /* share of the step, 0 .. 1 */
     int32_t axis;     /* its number */
     int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
@@ -30,20 +30,21 @@ typedef struct perp__meeting {
     double apart[3];  /* where they don't meet: from A to B, a direction along which no point of */
     double lead;      /* either is nearer to the other at the start than this and what counts as
                          touching; 0: not known */
-} perp__meeting;
+} perp__collision;
 
 /* Where the shape is after the share t of the step. */
 void perp__moved(const perp__moving *shape, double t, perp__placed *placed);
 
 /* Length of the relative way of the two, an upper bound. */
-double perp__relative_way(const perp__moving *a, const perp__moving *b);
+double perp__relative_displacement(const perp__moving *a, const perp__moving *b);
 
 /* Whether the motion leaves a plane between the shapes, across `apart` with such a lead: with the
  * way of B beside A and what turning adds to it at most. */
-static inline int32_t perp__stay_apart(const double *apart, double lead, const double *way,
+static inline int32_t perp__stay_apart(const double *apart, double lead, const double *displacement,
                                        double turning)
 {
-    const double along = apart[0] * way[0] + apart[1] * way[1] + apart[2] * way[2];
+    const double along =
+        apart[0] * displacement[0] + apart[1] * displacement[1] + apart[2] * displacement[2];
 
     return lead + (along < 0.0 ? along : 0.0) - turning > 0.0;
 }
@@ -51,14 +52,14 @@ static inline int32_t perp__stay_apart(const double *apart, double lead, const d
 /* Whether the shapes, none a half-space, touch or overlap at the start in a way that leaves no
  * doubt about the normal: one axis alone keeps them apart. */
 int32_t perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_t planar,
-                            const perp__nearness *near, perp__meeting *meeting);
+                            const perp__nearness *near, perp__collision *collision);
 
 /* Whether the motion makes shapes meet that do not touch plainly. */
-int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
-                   const perp__nearness *near, perp__meeting *meeting);
+int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
+                             const perp__nearness *near, perp__collision *collision);
 
-/* The points of shapes that meet along an axis of the meeting: as perp__collide, without a margin,
- * whatever separates them more or overlaps less. */
+/* The points of shapes that meet along an axis of the collision: as perp__collide, without a
+ * margin, whatever separates them more or overlaps less. */
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points);
 

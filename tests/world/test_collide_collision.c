@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "collide_scene.h"
-#include "world/collide/meeting.h"
+#include "world/collide/collision.h"
 
 enum { SAMPLES = 40 };
 
@@ -39,7 +39,7 @@ static void random_encounter(uint64_t *state, int planar, int spheres, double tu
         for (int k = 0; k < 3; k++) {
             int flat = planar && k == 2;
             at->position[k] = flat ? 0.0 : scene_uniform(state, -2.0, 2.0);
-            m->way[k] = flat ? 0.0 : scene_uniform(state, -3.0, 3.0);
+            m->displacement[k] = flat ? 0.0 : scene_uniform(state, -3.0, 3.0);
             m->turn[k] = planar && k != 2 ? 0.0 : scene_uniform(state, -turn, turn);
             m->centre[k] = at->position[k];
             m->reach += shape->half_extents[k] + shape->radius;
@@ -47,8 +47,8 @@ static void random_encounter(uint64_t *state, int planar, int spheres, double tu
         m->start = at;
     }
     for (int k = 0; k < 3; k++) /* about towards each other */
-        e->moving[1].way[k] =
-            e->moving[0].way[k] +
+        e->moving[1].displacement[k] =
+            e->moving[0].displacement[k] +
             scene_uniform(state, 0.5, 1.5) * (e->placed[0].position[k] - e->placed[1].position[k]);
 }
 
@@ -114,14 +114,14 @@ static void check(uint64_t *state, int planar, int spheres, double turn, int *me
 {
     const perp__nearness near = {1e-9, 1e-12, 1e-13};
     const double unseen = turn > 0.0 ? 2.0 * 1.8 / 512.0 : 1e-12;
-    perp__meeting meeting;
+    perp__collision collision;
     encounter e;
     do
         random_encounter(state, planar, spheres, turn, &e);
     while (!(distance(&e, planar, 0.0) > 0.05));
     double until = 1.0;
-    if (perp__meet(&e.moving[0], &e.moving[1], planar, &near, &meeting)) {
-        until = meeting.time;
+    if (perp__find_collision(&e.moving[0], &e.moving[1], planar, &near, &collision)) {
+        until = collision.time;
         ++*met;
         assert_true(until >= 0.0 && until <= 1.0);
         /* a chord of a ball's way in the frame of a box that turns is off its arc by 1e-3 of the
@@ -129,7 +129,7 @@ static void check(uint64_t *state, int planar, int spheres, double turn, int *me
         double close = spheres == 1 && turn > 0.0 ? 3e-3 : 1e-9;
         double at = distance(&e, planar, until);
         if (!(fabs(at) <= close) || !(depth(&e, planar, until) <= close))
-            fail_msg("planar %d spheres %d: %g apart, %g deep at the meeting, t = %g", planar,
+            fail_msg("planar %d spheres %d: %g apart, %g deep at the collision, t = %g", planar,
                      spheres, at, depth(&e, planar, until), until);
     }
     for (int i = 0; i < SAMPLES; i++) {
@@ -159,8 +159,8 @@ static void meetings_are_the_first_contacts(void **context)
 static double height(const encounter *e, double x, double t)
 {
     const double angle = 1e-3 + t * e->moving[1].turn[2];
-    return e->placed[1].position[1] + t * e->moving[1].way[1] + x * sin(angle) - 0.1 * cos(angle) -
-           0.1;
+    return e->placed[1].position[1] + t * e->moving[1].displacement[1] + x * sin(angle) -
+           0.1 * cos(angle) - 0.1;
 }
 
 /* A box turns about its left corner, just above a face, until its right one comes down on that:
@@ -171,7 +171,7 @@ static void one_corner_stays(void **context)
     const perp__nearness near = {1e-9, 1e-12, 1e-13};
     const double gap = 1e-7, tilt = 1e-3, turn = -1.2e-3;
     for (int planar = 0; planar < 2; planar++) {
-        perp__meeting meeting;
+        perp__collision collision;
         encounter e;
         double open = 0.0, closed = 1.0;
         memset(&e, 0, sizeof e);
@@ -187,20 +187,21 @@ static void one_corner_stays(void **context)
             memcpy(e.moving[side].centre, e.placed[side].position, 3 * sizeof(double));
         }
         e.moving[1].turn[2] = turn;
-        e.moving[1].way[1] = 0.1 * (sin(tilt + turn) + cos(tilt + turn) - sin(tilt) - cos(tilt));
+        e.moving[1].displacement[1] =
+            0.1 * (sin(tilt + turn) + cos(tilt + turn) - sin(tilt) - cos(tilt));
         assert_true(fabs(height(&e, -0.1, 1.0) - gap) <= 1e-15); /* the left corner is back */
         assert_true(height(&e, 0.1, 0.0) > 0.0 && height(&e, 0.1, 1.0) < 0.0);
         for (int k = 0; k < 60; k++) {
             const double t = 0.5 * (open + closed);
             *(height(&e, 0.1, t) > 0.0 ? &open : &closed) = t;
         }
-        assert_true(perp__meet(&e.moving[0], &e.moving[1], planar, &near, &meeting));
+        assert_true(perp__find_collision(&e.moving[0], &e.moving[1], planar, &near, &collision));
         /* near.rounding, and 20 halvings of the way at worst */
-        assert_true(fabs(meeting.time - closed) <= 1e-6);
+        assert_true(fabs(collision.time - closed) <= 1e-6);
     }
 }
 
-/* Points of a meeting along its axis: on both surfaces, with the normal from A to B. */
+/* Points of a collision along its axis: on both surfaces, with the normal from A to B. */
 static void points_of_meetings(void **context)
 {
     (void)context;
@@ -209,18 +210,18 @@ static void points_of_meetings(void **context)
     int met = 0;
     for (int round = 0; round < 1500; round++) {
         int planar = round % 2;
-        perp__meeting meeting;
+        perp__collision collision;
         perp__point points[PERP__MAX_POINTS];
         perp__placed at[2];
         encounter e;
         random_encounter(&state, planar, 0, round % 3 ? 0.5 : 0.0, &e);
         if (!(scene_box_distance(&e.placed[0], &e.placed[1], planar) > 0.05) ||
-            !perp__meet(&e.moving[0], &e.moving[1], planar, &near, &meeting))
+            !perp__find_collision(&e.moving[0], &e.moving[1], planar, &near, &collision))
             continue;
         met++;
         for (int side = 0; side < 2; side++)
-            perp__moved(&e.moving[side], meeting.time, &at[side]);
-        int32_t count = perp__collide_along(&at[0], &at[1], planar, meeting.axis, points);
+            perp__moved(&e.moving[side], collision.time, &at[side]);
+        int32_t count = perp__collide_along(&at[0], &at[1], planar, collision.axis, points);
         double least = INFINITY;
         assert_true(count > 0);
         for (int32_t q = 0; q < count; q++) {

@@ -65,13 +65,14 @@ static double touching_of(const perp_world *world, const perp__pair *pair, doubl
     return RELATIVE_SLACK * size_of(world, pair) + rounding;
 }
 
-static perp__nearness nearness_of(const perp_world *world, const perp__pair *pair, double way)
+static perp__nearness nearness_of(const perp_world *world, const perp__pair *pair,
+                                  double displacement)
 {
     double rounding = perp__pair_rounding(world, pair);
     perp__nearness near;
 
     near.touching = touching_of(world, pair, rounding);
-    near.grazing = rounding + RELATIVE_GRAZING * way;
+    near.grazing = rounding + RELATIVE_GRAZING * displacement;
     near.rounding = rounding;
     return near;
 }
@@ -112,7 +113,7 @@ static double turning_of(const perp_world *world, const perp__shape *shape, doub
 }
 
 /* How far the motion at hand takes points of two shapes beside each other, at most. */
-static double way_between(const perp_world *world, const perp__pair *pair, double h)
+static double displacement_between(const perp_world *world, const perp__pair *pair, double h)
 {
     const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
     const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
@@ -133,7 +134,7 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
     moving.start = &world->placed[shape];
     perp__copy3(moving.centre, world->states[at->body].position);
     for (int32_t k = 0; k < 3; k++) {
-        moving.way[k] = h * motion->moving[k];
+        moving.displacement[k] = h * motion->moving[k];
         moving.turn[k] = turning ? h * motion->moving[3 + k] : 0.0;
     }
     moving.reach = at->reach;
@@ -144,8 +145,8 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
 static int32_t reaches_plane(const perp_world *world, const perp__moving *a, const perp__moving *b)
 {
     perp__point points[PERP__MAX_POINTS];
-    int32_t made =
-        perp__collide(a->start, b->start, world->settings.planar, perp__relative_way(a, b), points);
+    int32_t made = perp__collide(a->start, b->start, world->settings.planar,
+                                 perp__relative_displacement(a, b), points);
 
     for (int32_t i = 0; i < made; i++) {
         double arm[2][3], turned[2][3], gap = points[i].gap;
@@ -157,7 +158,8 @@ static int32_t reaches_plane(const perp_world *world, const perp__moving *a, con
         perp__cross(turned[0], a->turn, arm[0]);
         perp__cross(turned[1], b->turn, arm[1]);
         for (int32_t k = 0; k < 3; k++)
-            gap += points[i].normal[k] * ((b->way[k] + turned[1][k]) - (a->way[k] + turned[0][k]));
+            gap += points[i].normal[k] *
+                   ((b->displacement[k] + turned[1][k]) - (a->displacement[k] + turned[0][k]));
         if (gap < 0.0)
             return 1;
     }
@@ -201,13 +203,13 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
     return 0;
 }
 
-/* A pair in its motion, and where the points of its meeting go. */
+/* A pair in its motion, and where the points of its collision go. */
 typedef struct encounter {
     const perp_world *world;
     const perp__pair *pair;
     double h;
     perp__moving a, b;
-    double way; /* of the two beside each other */
+    double displacement; /* of the two beside each other */
     perp__nearness near;
     perp__point *points;
 } encounter;
@@ -219,8 +221,8 @@ static encounter encounter_of(const perp_world *world, const perp__pair *pair, d
 
     e.a = perp__moving_shape(world, pair->first, h);
     e.b = perp__moving_shape(world, pair->second, h);
-    e.way = perp__relative_way(&e.a, &e.b);
-    e.near = nearness_of(world, pair, e.way);
+    e.displacement = perp__relative_displacement(&e.a, &e.b);
+    e.near = nearness_of(world, pair, e.displacement);
     return e;
 }
 
@@ -231,8 +233,8 @@ typedef struct spot {
 } spot;
 
 /* Whether one of the faces of `owner`, within the spot's rim, that make its normal there is covered
- * there by another shape near `shape`. One face alone is open unless the meeting is doubtful. Lists
- * of what never moves may be long: they are read for bodies of many shapes only. */
+ * there by another shape near `shape`. One face alone is open unless the collision is doubtful.
+ * Lists of what never moves may be long: they are read for bodies of many shapes only. */
 static int32_t is_covered(const encounter *e, const spot *at, int32_t owner, int32_t shape,
                           const perp__placed *placed, const double *normal)
 {
@@ -254,12 +256,12 @@ static int32_t is_covered(const encounter *e, const spot *at, int32_t owner, int
 
 /* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
  * them all. */
-static int32_t are_covered(const encounter *e, const perp__meeting *meeting, int32_t whole,
+static int32_t are_covered(const encounter *e, const perp__collision *collision, int32_t whole,
                            const perp__placed *a, const perp__placed *b, int32_t count)
 {
     const perp__point *points = e->points;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
-    spot at = {.t = meeting->time, .doubtful = meeting->doubtful || whole};
+    spot at = {.t = collision->time, .doubtful = collision->doubtful || whole};
     double least = INFINITY, share = 0.0;
 
     for (int32_t i = 0; i < count; i++)
@@ -293,24 +295,24 @@ static int32_t next_face(perp__axes *axes, const double *covered, double least)
     return best;
 }
 
-/* The points of a meeting; -1 where they do not lie open. */
-static int32_t points_along(const encounter *e, const perp__meeting *meeting, int32_t whole)
+/* The points of a collision; -1 where they do not lie open. */
+static int32_t points_along(const encounter *e, const perp__collision *collision, int32_t whole)
 {
     perp__placed a, b;
     int32_t made;
 
-    perp__moved(&e->a, meeting->time, &a);
-    perp__moved(&e->b, meeting->time, &b);
-    made = perp__collide_along(&a, &b, e->world->settings.planar, meeting->axis, e->points);
-    return made > 0 && are_covered(e, meeting, whole, &a, &b, made) ? -1 : made;
+    perp__moved(&e->a, collision->time, &a);
+    perp__moved(&e->b, collision->time, &b);
+    made = perp__collide_along(&a, &b, e->world->settings.planar, collision->axis, e->points);
+    return made > 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
 }
 
-/* The points over the next face that lies open, in the poses at `later`, to which the meeting is
+/* The points over the next face that lies open, in the poses at `later`, to which the collision is
  * moved. Returns how many, 0 if all is covered. */
-static int32_t points_of_faces(const encounter *e, perp__meeting *meeting, double later,
+static int32_t points_of_faces(const encounter *e, perp__collision *collision, double later,
                                const double *covered, double least, int32_t whole)
 {
-    perp__meeting next = *meeting;
+    perp__collision next = *collision;
     perp__placed a, b;
     perp__axes axes;
     double own[3];
@@ -326,31 +328,31 @@ static int32_t points_of_faces(const encounter *e, perp__meeting *meeting, doubl
         made = points_along(e, &next, whole);
     if (made <= 0)
         return 0;
-    meeting->axis = next.axis;
-    meeting->time = later;
+    collision->axis = next.axis;
+    collision->time = later;
     return made;
 }
 
-/* The points along the axis of `meeting`, if they lie open; else over the next face that does. Of
+/* The points along the axis of `collision`, if they lie open; else over the next face that does. Of
  * bricks that sink a little into what they stand on the rims of all faces are covered: those by
  * which the shapes hardly overlap are met before any other one all the same, if their middle lies
  * open. Returns how many, 0 if all is covered. */
-static int32_t open_points(const encounter *e, perp__meeting *meeting, double later)
+static int32_t open_points(const encounter *e, perp__collision *collision, double later)
 {
     const double least = -SHALLOW * size_of(e->world, e->pair);
     double covered[3];
-    int32_t made = points_along(e, meeting, 0);
+    int32_t made = points_along(e, collision, 0);
 
     if (made >= 0)
         return made;
     perp__copy3(covered, e->points[0].normal);
-    made = points_of_faces(e, meeting, later, covered, least, 0);
+    made = points_of_faces(e, collision, later, covered, least, 0);
     if (made == 0)
-        made = points_along(e, meeting, 1);
+        made = points_along(e, collision, 1);
     if (made <= 0)
-        made = points_of_faces(e, meeting, later, covered, least, 1);
+        made = points_of_faces(e, collision, later, covered, least, 1);
     if (made == 0)
-        made = points_of_faces(e, meeting, later, covered, -INFINITY, 0);
+        made = points_of_faces(e, collision, later, covered, -INFINITY, 0);
     return made;
 }
 
@@ -381,14 +383,14 @@ static int32_t touch_plainly(const encounter *e, perp__pair *pair, double far)
         e->a.start->geometry->radius + e->b.start->geometry->radius; /* of balls' centres */
     perp__nearness wide = e->near;
 
-    if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, &pair->meeting))
+    if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, &pair->collision))
         return 1;
     pair->plain = 0;
     wide.touching = far;
     return far > e->near.touching &&
-           ((round && e->way * e->way <= 0.5 * far * apart) ||
-            ((round || e->way <= far) && pressed_along(e->world, pair))) &&
-           perp__touch_plainly(&e->a, &e->b, planar, &wide, &pair->meeting);
+           ((round && e->displacement * e->displacement <= 0.5 * far * apart) ||
+            ((round || e->displacement <= far) && pressed_along(e->world, pair))) &&
+           perp__touch_plainly(&e->a, &e->b, planar, &wide, &pair->collision);
 }
 
 static int32_t is_still(const perp_world *world, int32_t shape)
@@ -414,9 +416,9 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, double far)
     for (int32_t k = 0; k < axes.count; k++)
         if (fabs(axes.axis[k].separation) <= far &&
             fabs(perp__dot3(axes.axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT) {
-            pair->meeting.axis = axes.axis[k].number;
-            pair->meeting.time = 0.0;
-            pair->meeting.doubtful = 1;
+            pair->collision.axis = axes.axis[k].number;
+            pair->collision.time = 0.0;
+            pair->collision.doubtful = 1;
             return 1;
         }
     return 0;
@@ -426,11 +428,11 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, double far)
 static void note_lead(const perp_world *world, perp__pair *pair, double touching)
 {
     const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    double *apart = pair->meeting.apart;
+    double *apart = pair->collision.apart;
 
     perp__subtract3(apart, world->placed[pair->second].position,
                     world->placed[pair->first].position);
-    pair->meeting.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
+    pair->collision.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
 }
 
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
@@ -440,11 +442,11 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     const double near = PERP__NEAR * perp__pair_size(world, pair);
     encounter e;
 
-    pair->meeting.lead = 0.0;
+    pair->collision.lead = 0.0;
     pair->plain = 1;
     if (perp__has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
         const double due =
-            perp__greater(perp__lesser(near, 2.0 * way_between(world, pair, h)), touching);
+            perp__greater(perp__lesser(near, 2.0 * displacement_between(world, pair, h)), touching);
         const int32_t made =
             perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                           world->settings.planar, perp__greater(far, due), points);
@@ -461,23 +463,23 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     e = encounter_of(world, pair, h, points);
     if (!touch_plainly(&e, pair, near) && !presses_on(&e, pair, near))
         return 0;
-    return open_points(&e, &pair->meeting, 0.0);
+    return open_points(&e, &pair->collision, 0.0);
 }
 
-int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
+int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
 {
     encounter e = encounter_of(world, pair, h, NULL);
 
-    if (!perp__are_near(world, pair, e.way + e.near.touching)) {
+    if (!perp__are_near(world, pair, e.displacement + e.near.touching)) {
         note_lead(world, pair, e.near.touching);
         return 0;
     }
     if (perp__has_plane(world, pair)) {
-        pair->meeting.time = 0.0;
-        pair->meeting.doubtful = 0;
+        pair->collision.time = 0.0;
+        pair->collision.doubtful = 0;
         return reaches_plane(world, &e.a, &e.b);
     }
-    return perp__meet(&e.a, &e.b, world->settings.planar, &e.near, &pair->meeting);
+    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &pair->collision);
 }
 
 /* The separation along the axis by which shapes overlap least, if they do: else 0. */
@@ -513,16 +515,16 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     e = encounter_of(world, pair, h, NULL);
     perp__moved(&e.a, 1.0, &a);
     perp__moved(&e.b, 1.0, &b);
-    end = overlap_of(&e, &a, &b, &pair->meeting.axis);
-    pair->meeting.time = 1.0;
-    pair->meeting.doubtful = 1;
+    end = overlap_of(&e, &a, &b, &pair->collision.axis);
+    pair->collision.time = 1.0;
+    pair->collision.doubtful = 1;
     return end < -deep && end < overlap_of(&e, e.a.start, e.b.start, &axis) - deep;
 }
 
-int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,
-                             perp__point *points)
+int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
+                               perp__point *points)
 {
     const encounter e = encounter_of(world, pair, h, points);
 
-    return open_points(&e, &pair->meeting, 1.0);
+    return open_points(&e, &pair->collision, 1.0);
 }
