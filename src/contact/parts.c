@@ -112,12 +112,24 @@ static void visit_coordinate(const perp_contact_solver *solver, look *l, int32_t
         visit(l, first, b->block_constraints[at], most * shares[b->block_constraints[at]]);
 }
 
+static int32_t is_in_one_part(const perp__bodies *b, look *l, int32_t block)
+{
+    const int64_t begin = b->block_starts[block], end = b->block_starts[block + 1];
+    int64_t at = begin + 1;
+
+    while (at < end && perp__root_of(l->part, b->block_constraints[at]) ==
+                           perp__root_of(l->part, b->block_constraints[begin]))
+        at++;
+    return at >= end;
+}
+
 /* A pile hangs together by the first coordinates: the others are not looked at. */
 static void visit_coordinates(const perp_contact_solver *solver, look *l)
 {
     for (int32_t i = 0; i < solver->bodies.width && l->parts > 1; i++)
         for (int32_t block = 0; block < solver->bodies.blocks; block++)
-            visit_coordinate(solver, l, block, i);
+            if (!is_in_one_part(&solver->bodies, l, block))
+                visit_coordinate(solver, l, block, i);
 }
 
 static look begin(const perp_contact_solver *solver, int32_t *part, double least)
