@@ -16,9 +16,6 @@
 #define SHRINKING 0.1
 #define SHORTEST 0x1p-30 /* of dt */
 
-/* Parts of a step in which joints turn far, at most. */
-#define MOST_PARTS 64
-
 typedef struct attempt {
     double error;
     int32_t advances; /* the step as a whole and its halves do */
@@ -185,7 +182,7 @@ static perp_status follow_parts(perp_world *world, perp_step_result *result, dou
     while (status == PERP_OK && done < parts && result->advanced) {
         const int32_t spent = perp__is_budget_spent(world), more = spent ? parts - done : 1;
 
-        world->divides = parts < MOST_PARTS && !spent;
+        world->divides = spent ? 0 : parts;
         status = take_rest(world, &trial, dt * more / parts);
         if (status == PERP_OK && world->rough) {
             parts *= 2;

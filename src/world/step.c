@@ -12,6 +12,11 @@
 #define FEW_AWAKE 16
 #define TIMED 16
 
+/* Parts of a step in which joints turn far, at most; and of one that has no answer, which shorter
+ * ones mostly lack as well. */
+#define MOST_PARTS 64
+#define FEW_PARTS 8
+
 static void lay_out_bodies(perp__arena *arena, void *object)
 {
     perp_world *world = object;
@@ -219,7 +224,8 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     PERP__THEN(status, solve_velocities(world, h, &summary, stats, clock));
     if (status != PERP_OK || world->awake_changed)
         return status;
-    world->rough = world->divides && summary.rough;
+    world->rough = summary.rough && world->divides > 0 &&
+                   world->divides < (perp__is_good(summary.outcome) ? MOST_PARTS : FEW_PARTS);
     result->advanced = 0;
     if (!world->rough)
         status = count_rows(world, stats);
