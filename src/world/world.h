@@ -320,10 +320,10 @@ struct perp_world {
     int32_t joint_capacity;
     int32_t free_joint;
     int32_t joint_count;
-    int32_t divides;        /* parts of a step, of which one that is rough is given up; 0: none is */
-    int32_t rough;          /* the last one was */
-    uint64_t edition;       /* counts bodies and joints added and removed */
-    int32_t weighed;        /* since shapes came, the mass centres have been looked at */
+    int32_t divides;  /* parts of a step, of which one that is rough is given up; 0: none is */
+    int32_t rough;    /* the last one was */
+    uint64_t edition; /* counts bodies and joints added and removed */
+    int32_t weighed;  /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
     perp__arena body_arena;
