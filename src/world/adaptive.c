@@ -218,15 +218,18 @@ static perp_status choose_steps(perp_world *world, perp_step_result *result, dou
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
 {
     attempt whole;
-    perp_status status = PERP_OK;
+    perp_status status;
 
     perp__open_budget(world);
     world->divides = world->settings.error == 0.0;
-    if (world->divides)
-        status = take_rest(world, &whole, dt);
-    if (status == PERP_OK && (world->rough || !world->divides))
+    if (!world->divides)
+        return choose_steps(world, result, dt);
+    status = take_rest(world, &whole, dt);
+    if (status != PERP_OK)
+        return status;
+    if (world->rough)
         return choose_steps(world, result, dt);
     add(result, &whole);
     result->iterations = world->budget.spent;
-    return status;
+    return PERP_OK;
 }

@@ -252,13 +252,13 @@ static void offer_vertices(perp__lcp_all *all)
     }
 }
 
-/* Whether a point, scaled as the tableau is, solves the problem; it may be all->z. */
-static int32_t solves(perp__lcp_all *all, const double *z, double *residual)
+/* Whether the point all->z solves the problem. */
+static int32_t solves(perp__lcp_all *all, double *residual)
 {
-    const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, z);
+    const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, all->z);
 
     *residual = worth.tested;
-    return perp__lcp_all_is_solution(all, &worth, perp__largest(z, all->n));
+    return perp__lcp_all_is_solution(all, &worth, perp__largest(all->z, all->n));
 }
 
 /* Leaves the vertices that solve the problem, and the rays that lead from the first one to points
@@ -278,7 +278,7 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
 
         for (size_t i = 0; i < n; i++)
             all->z[i] = k < vertices ? z[i] : answer->points[i] + reach * (z[i] / size);
-        if ((k >= vertices && answer->vertices == 0) || !solves(all, all->z, &residual))
+        if ((k >= vertices && answer->vertices == 0) || !solves(all, &residual))
             continue;
         if (k < vertices)
             answer->residual = fmax(answer->residual, residual);
