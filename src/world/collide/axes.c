@@ -1,4 +1,6 @@
-/* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first. */
+/* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first; and
+ * which one of two shapes' axes closes last. */
+#include "world/collide/box.h"
 #include "world/collide/collision.h"
 #include "world/collide/polytope.h"
 #include "linalg/spatial.h"
@@ -10,6 +12,9 @@
 /* Boxes whose axes are parallel to 1e-6 have no edge products of their own: what they separate more
  * than the faces is no more than that of an edge's length. */
 #define ALIGNED (1.0 - 1e-12)
+
+/* An axis takes over from one preferred only where it is better by this share of the size. */
+#define BIAS 1e-6
 
 static double half_width(const perp__placed *box, const double *normal)
 {
@@ -126,4 +131,34 @@ void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar
         edge_axis(&v, (k - 6) / 3, (k - 6) % 3, &axis[k]);
     for (int k = 0; k < axes->count; k++)
         axis[k].number = k;
+}
+
+static double size_of(const perp__placed *shape)
+{
+    return perp__largest3(shape->geometry->half_extents) + shape->geometry->radius;
+}
+
+int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
+                            const double *gate)
+{
+    const double bias = BIAS * fmin(size_of(a), size_of(b));
+    const int32_t smaller = perp__box_is_smaller(a, b);
+    const int32_t first = smaller ? axes->faces[0] : 0, faces = axes->faces[smaller];
+    double most = -INFINITY;
+    int32_t best = 0;
+    for (int32_t k = first; k < first + faces; k++) {
+        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
+        if (lacks > most) {
+            best = k;
+            most = lacks;
+        }
+    }
+    for (int32_t k = 0; k < axes->count; k++) {
+        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
+        if ((k < first || k >= first + faces) && lacks > most + bias) {
+            best = k;
+            most = lacks;
+        }
+    }
+    return best;
 }

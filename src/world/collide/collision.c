@@ -37,9 +37,6 @@
 /* Cosine of the angle from which on two axes count as different directions. */
 #define ASIDE 0.9
 
-/* An axis takes over from one preferred only where it is better by this share of the size. */
-#define BIAS 1e-6
-
 void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
 {
     const perp__placed *start = shape->start;
@@ -80,11 +77,6 @@ static int32_t stay_apart(const perp__moving *a, const perp__moving *b,
     perp__subtract3(displacement, b->displacement, a->displacement);
     return perp__stay_apart(collision->apart, collision->lead, displacement,
                             sum(a->turn) * a->reach + sum(b->turn) * b->reach);
-}
-
-static double size_of(const perp__placed *shape)
-{
-    return perp__largest3(shape->geometry->half_extents) + shape->geometry->radius;
 }
 
 static int32_t are_boxes(const perp__placed *a, const perp__placed *b)
@@ -129,31 +121,6 @@ static double separation_aside(const perp__placed *a, const perp__placed *b, int
             fabs(perp__dot3(axes->axis[k].normal, axes->axis[best].normal)) < ASIDE)
             largest = axes->axis[k].separation;
     return largest;
-}
-
-int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
-                            const double *gate)
-{
-    const double bias = BIAS * fmin(size_of(a), size_of(b));
-    const int32_t smaller = perp__box_is_smaller(a, b);
-    const int32_t first = smaller ? axes->faces[0] : 0, faces = axes->faces[smaller];
-    double most = -INFINITY;
-    int32_t best = 0;
-    for (int32_t k = first; k < first + faces; k++) {
-        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
-        if (lacks > most) {
-            best = k;
-            most = lacks;
-        }
-    }
-    for (int32_t k = 0; k < axes->count; k++) {
-        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
-        if ((k < first || k >= first + faces) && lacks > most + bias) {
-            best = k;
-            most = lacks;
-        }
-    }
-    return best;
 }
 
 /* The centre of a ball in the frame of a box, and its way out: the closest point's direction. */
