@@ -1,5 +1,5 @@
 /* Bodies: adding, removing, reading and replacing what changes in time. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <math.h>
 #include <string.h>

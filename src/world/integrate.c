@@ -5,7 +5,7 @@
  * constant force; it turns by the exponential map of h (w + w+)/2 in the body frame, w+ by the
  * implicit midpoint rule for Euler's equations, and is then aligned so that the angular momentum in
  * space is what it was, plus the torque's. */
-#include "world/lanes.h"
+#include "world/islands/lanes.h"
 
 #include <string.h>
 

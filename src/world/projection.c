@@ -7,14 +7,14 @@
  * body would rather slide far away than lift a heavy one off it, all bodies count as equally heavy
  * instead; and where no short way exists (a body wedged between walls that overlap) the island
  * stays as it is. Contacts that rest with a gap of rounding are left alone, to the last bit. */
-#include "world/joints.h"
-#include "world/contact_rows.h"
+#include "world/joints/joints.h"
+#include "world/islands/contact_rows.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "linalg/spatial.h"
-#include "world/lanes.h"
+#include "world/islands/lanes.h"
 
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12

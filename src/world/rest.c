@@ -7,7 +7,7 @@
  * lie with the records of their contacts meanwhile, are what they were.
  *
  * Budgets of iterations are shared by a whole step, so that nothing is alone: none sleeps then. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <string.h>
 

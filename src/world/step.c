@@ -1,5 +1,5 @@
 /* One step, phase by phase; see world.h. Nothing that a caller can see changes before commit(). */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <string.h>
 

@@ -7,7 +7,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/settings.h"
-#include "world/lanes.h"
+#include "world/islands/lanes.h"
 
 #define STANDARD_GRAVITY 9.81
 

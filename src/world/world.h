@@ -13,7 +13,7 @@
 #include "contact/contact.h"
 #include "world/collide/collision.h"
 #include "world/collide/tree.h"
-#include "world/joint.h"
+#include "world/joints/joint.h"
 
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
@@ -187,8 +187,9 @@ typedef struct perp__motion {
     double free[6];   /* twist that forces alone would give */
     double after[6];  /* twist after the step */
     double rotation[9];
-    double trial[6]; /* joint_trial.c: the moving twist, and that after the interval, that joints */
-    double last[6];  /* are placed by */
+    double
+        trial[6];   /* joints/trial.c: the moving twist, and that after the interval, that joints */
+    double last[6]; /* are placed by */
     double shift[6]; /* of the projection */
 } perp__motion;
 

@@ -1,8 +1,8 @@
 /* What comes to a step's contacts once the motion is known, round by round: points that it closes,
  * pairs that it makes meet, those that it turns deeper into each other, and what lies farther along
  * a half-space. Only bodies whose motion the last round changed are looked at. */
-#include "world/contact_rows.h"
-#include "world/lanes.h"
+#include "world/islands/contact_rows.h"
+#include "world/islands/lanes.h"
 
 #include <string.h>
 

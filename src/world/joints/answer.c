@@ -5,7 +5,7 @@
 
 #include "base/groups.h"
 #include "linalg/spatial.h"
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 /* Places farther off than this may have no difference, and impulses no moment. */
 #define FAR 1e300

@@ -1,6 +1,6 @@
 /* The problem of an island solved to tol by the methods of the contact layer, or as far as the
  * budget goes. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <math.h>
 #include <string.h>

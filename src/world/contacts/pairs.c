@@ -6,7 +6,7 @@
  * its two shapes. Half-spaces have no box: they make pairs with the boxes that reach into them.
  * Everything that depends on pairs goes through them in the order of their shapes' slots, which
  * does not depend on how they came about. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <stddef.h>
 #include <string.h>

@@ -6,14 +6,14 @@
  *
  * (Stewart & Trinkle 1996, Anitescu & Potra 1997). An island without impacts is one such interval.
  * One with impacts is cut there (impacts.c). */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "linalg/spatial.h"
-#include "world/contact_rows.h"
-#include "world/lanes.h"
+#include "world/islands/contact_rows.h"
+#include "world/islands/lanes.h"
 
 /* The share of an island's contacts that is little; that which is not worth another sweep of all;
  * unless bodies come so deep into others, beside their size; and how often an island is swept as a

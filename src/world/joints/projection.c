@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 /* Errors, in sizes and radians, that are worth removing. */
 #define TOLERANCE 1e-12

@@ -1,7 +1,7 @@
 /* Islands: dynamic bodies that contacts join, directly or through other dynamic bodies. Static and
  * kinematic bodies join nothing: no impulse passes through them. Islands are numbered by their
  * lowest body slot, bodies and contacts within an island keep their order. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <string.h>
 

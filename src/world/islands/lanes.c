@@ -2,7 +2,7 @@
  * workspace and the budget, which are its lane's; what it leaves does not depend on what was there
  * before. So the bits are those of one thread, whichever lane an island goes to. One that dwarfs
  * the others is the caller's thread's, whose sweeps all take part in (contact/coloured). */
-#include "world/lanes.h"
+#include "world/islands/lanes.h"
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
  * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */

@@ -1,8 +1,8 @@
 /* The contact problem of an island: its memory, its bodies, the rows of the contacts that take
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
-#include "world/joints.h"
-#include "world/contact_rows.h"
+#include "world/joints/joints.h"
+#include "world/islands/contact_rows.h"
 
 #include <string.h>
 

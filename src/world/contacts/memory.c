@@ -2,7 +2,7 @@
  * order of the pairs. Those of pairs that sleep are kept with them (rest.c). And the points
  * themselves, to the last bit, where two bodies ended the step as they began it, and so did what is
  * near them and might cover what they meet with. */
-#include "world/contact_rows.h"
+#include "world/islands/contact_rows.h"
 
 #include <string.h>
 

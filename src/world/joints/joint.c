@@ -6,7 +6,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 PERP__INIT(perp_joint_state)
 

@@ -1,7 +1,7 @@
-/* Joints in a step: their rows in the problem of an interval, in the poses of joint_trial.c, and
+/* Joints in a step: their rows in the problem of an interval, in the poses of trial.c, and
  * what comes out. Motor and friction are rows with two bounds, as contact has them
  * (contact/bounded.h). */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <float.h>
 #include <math.h>

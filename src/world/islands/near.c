@@ -4,7 +4,7 @@
  *
  * With v the velocity at the end of the step, m that which moves positions, and both changed by the
  * same d: a gap ends as gap + h J (m + d), so that b_n = gap / h + J m - J v as v + d sees it. */
-#include "world/contact_rows.h"
+#include "world/islands/contact_rows.h"
 
 #include <math.h>
 #include <string.h>

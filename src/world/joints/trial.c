@@ -15,7 +15,7 @@
  * order; what is at rest has nothing to repeat. Where that does not settle (more than a radian) the
  * step is rough, and is taken in parts (adaptive.c); where these cannot be J(q0) serves for all,
  * which is first order and gives no energy. Between impacts the same holds of each interval. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <float.h>
 #include <math.h>

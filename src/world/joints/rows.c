@@ -9,7 +9,7 @@
  *
  * and one of a screw, n . d = pitch (angle). Impulses act on both bodies in one point, so that they
  * keep angular momentum wherever that is. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <math.h>
 #include <string.h>

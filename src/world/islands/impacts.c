@@ -16,7 +16,7 @@
  * with at most n impacts a step, is resting contact: bounces die out, and end at rest. Within a
  * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
  * what they make of either body there; where it falls nothing ends a bounce but rounding. */
-#include "world/joints.h"
+#include "world/joints/joints.h"
 
 #include <math.h>
 #include <string.h>

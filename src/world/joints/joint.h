@@ -1,7 +1,7 @@
 /* What a joint is, inside of the world: included by world.h alone.
  *
  * Its equations C(q) = 0, their rates J v and the rate of its coordinate come from the poses of its
- * bodies (joint_rows.c). A step puts them among the rows of its island's problem (joint_step.c);
+ * bodies (rows.c). A step puts them among the rows of its island's problem (joint_step.c);
  * the slots below number what impulses a joint has. */
 #ifndef PERP_WORLD_JOINT_H
 #define PERP_WORLD_JOINT_H

@@ -1,5 +1,5 @@
 /* The tangents of contacts. */
-#include "world/contact_rows.h"
+#include "world/islands/contact_rows.h"
 
 #include <string.h>
 

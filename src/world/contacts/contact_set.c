@@ -8,8 +8,8 @@
  * left out: a problem without some contacts has a solution of the whole problem if its velocities
  * keep these open too.
  */
-#include "world/lanes.h"
-#include "world/contact_rows.h"
+#include "world/islands/lanes.h"
+#include "world/islands/contact_rows.h"
 
 #include <stddef.h>
 #include <string.h>

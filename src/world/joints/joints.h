@@ -26,14 +26,14 @@ static inline perp__joint_state *perp__state_of(const perp_world *world, const p
     return &world->joint_states[joint - world->joints];
 }
 
-/* joint_rows.c: before: the coordinate of a moment before, from which turns are counted. */
+/* rows.c: before: the coordinate of a moment before, from which turns are counted. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
                       const perp__placement poses[2], perp__joint_view *view);
 int32_t perp__joint_has_coordinate(int32_t kind);
 /* Whether error i is a length, else an angle. */
 int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
 
-/* joint_trial.c */
+/* trial.c */
 /* Before an island with joints goes through a step of length h: the motion at hand is one of it,
  * with these contacts or fewer, where `known`. */
 void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
@@ -57,7 +57,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
  * settle, or rows do work. */
 int32_t perp__is_rough(const perp__rounds *rounds, int32_t works);
 
-/* joint_step.c */
+/* step.c */
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
 void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
 /* The joints' units after those of the contacts; and the bounds of an interval of length t. */
@@ -83,7 +83,7 @@ void perp__upset_joints(perp_world *world);
 /* A distance of 0 has no direction. */
 int32_t perp__has_direction(const perp__joint_view *view);
 
-/* joint_projection.c, of the next states */
+/* projection.c, of the next states */
 /* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */
 double perp__joint_errors(const perp_world *world);
 int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);

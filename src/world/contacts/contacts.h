@@ -1,0 +1,147 @@
+/* Contacts of a step: pairs of shapes that may meet, their points, and what is remembered of them.
+ */
+#ifndef PERP_WORLD_CONTACTS_H
+#define PERP_WORLD_CONTACTS_H
+
+#include <string.h>
+
+#include "linalg/lanes/multiversion.h"
+#include "world/world.h"
+
+/* pairs.c */
+/* Starts the motions of all that is awake. Pairs for all shapes that are near each other where
+ * `placed`, or where `moving` takes them within h; the same after motions of islands changed; for
+ * all that are nearer than twice the margin. */
+perp_status perp__enclose_motions(perp_world *world, double h);
+perp_status perp__enclose_changes(perp_world *world, double h);
+perp_status perp__enclose_places(perp_world *world, double margin);
+/* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
+int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
+/* For what is not covered where it is placed: what the motions at hand did not bring there. */
+perp_status perp__enclose_strays(perp_world *world);
+/* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
+PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
+{
+#ifdef __GNUC__
+    for (size_t at = 0; at < bytes; at += 64)
+        __builtin_prefetch((const char *)from + at, 1);
+#else
+    (void)from;
+    (void)bytes;
+#endif
+}
+/* Pair i of what is gone through in order, and which is asked of memory meanwhile. */
+#define PERP__PAIRS_AHEAD 8
+PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
+{
+    if (i + PERP__PAIRS_AHEAD < world->pair_count)
+        perp__fetch(&world->pairs[world->pair_order[i + PERP__PAIRS_AHEAD].value],
+                    sizeof *world->pairs);
+    return &world->pairs[world->pair_order[i].value];
+}
+/* Whether the body's next state is the one at hand. */
+static inline int32_t perp__stays(const perp_world *world, int32_t body)
+{
+    return memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
+}
+/* The body, or what is near it, is not what it was in the last step. */
+static inline void perp__unsettle(perp_world *world, int32_t body)
+{
+    if (body >= world->fitted_bodies)
+        return;
+    world->motions[body].repeats = 0;
+    world->motions[body].placed = 0;
+}
+/* A shape that is about to be removed. */
+void perp__forget_shape(perp_world *world, int32_t shape);
+
+/* A gap below this share of the bodies' size is near: such points take part from the start. */
+#define PERP__NEAR 1e-3
+
+/* collisions.c */
+double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
+/* The size of the two bodies. */
+double perp__pair_size(const perp_world *world, const perp__pair *pair);
+/* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
+int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
+/* How far a shape has points that turning may move, from its body's mass centre; and what turning
+ * adds to the way of those of a body that have them so far, at most. */
+double perp__turning_reach(const perp__shape *shape);
+static inline double perp__turning(const perp_world *world, int32_t body, double reach, double h)
+{
+    const double *spin = world->motions[body].moving + 3;
+
+    return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
+}
+/* A shape on the way of its body's motion. */
+perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
+/* Points of shapes that touch plainly at the start; 0: they don't. Those of half-spaces may be left
+ * out from a gap of `far` on. */
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
+                              perp__point *points);
+int32_t perp__has_plane(const perp_world *world, const perp__pair *pair);
+/* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
+ * pair->collision. */
+int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
+/* Whether it takes a pair that touches deep into each other: what turns comes down on another
+ * corner or edge. */
+int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
+int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
+                               perp__point *points);
+
+/* contact_set.c */
+/* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
+perp_status perp__find_contacts(perp_world *world, double h);
+/* Room for so many contacts of a set; a point of a pair, of which there is room; its velocity as if
+ * nothing touched; and all of a pair's points that are farther apart than `least` at the start. */
+perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
+perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
+                                          const perp__pair *pair, const perp__point *point);
+void perp__prepare_contact(const perp_world *world, perp__world_contact *contact);
+perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
+                                int32_t count, double least);
+/* How far the motion at hand takes any point of a body. */
+double perp__longest_displacement(const perp_world *world, int32_t body, double h);
+/* What sweeps move they take out of overlaps as well. */
+static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
+{
+    return world->motions[world->shapes[pair->first].body].verdict.swept ||
+           world->motions[world->shapes[pair->second].body].verdict.swept;
+}
+/* Points with gaps up to `margin` in the next states, of what is not swept. */
+perp_status perp__find_overlaps(perp_world *world, double margin);
+
+/* rounds.c */
+/* Includes what the bodies' `moving` twists close or make meet: points come to the set, and points
+ * of the set become `included` and `fresh`; *came tells how many. Call it until none comes, after
+ * each change of `moving`. Contacts keep their numbers, not their places in memory. */
+perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
+
+/* memory.c */
+/* Room for so many memories. */
+perp_status perp__reserve_memories(perp_world *world, int32_t count);
+/* contact->warm := what the last step left to the pair's point of that feature, if it did. */
+void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact);
+/* Gives memories that came with a snapshot back to their pairs. */
+void perp__find_memories(perp_world *world);
+/* Which bodies are, with all that is near them, what they were when the last step began. */
+void perp__note_settled(perp_world *world);
+/* Whether the points of a pair are, to the last bit, those that it had then: pair->made; point k of
+ * them, and its contact as it comes to the set. */
+int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
+void perp__repeat_point(const perp_world *world, const perp__pair *pair, int32_t k,
+                        perp__point *point);
+void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k,
+                          perp__world_contact *contact);
+/* Keeps the impulses of the step's contacts for the next step's `warm`. */
+void perp__remember(perp_world *world);
+void perp__write_memory(const perp__world_contact *contact, perp__memory *memory);
+
+/* records.c */
+void perp__write_record(const perp__world_contact *contact, perp_world_contact *record);
+/* Contacts of a step come by this number, those of a pair and round one after the other. */
+uint64_t perp__contact_order(const perp__world_contact *contact);
+/* Makes the records of the last step, unless they are there. */
+perp_status perp__write_records(perp_world *world);
+
+#endif
