@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "contact/contact.h"
-#include "contact/delassus.h"
+#include "contact/dynamics/delassus.h"
 
 enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
 

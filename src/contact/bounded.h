@@ -19,7 +19,7 @@
 #include <perp/contact.h>
 
 #include "base/arena.h"
-#include "contact/dynamics.h"
+#include "contact/dynamics/dynamics.h"
 
 /* Compressed columns of our own. */
 typedef struct perp__contact_lines {

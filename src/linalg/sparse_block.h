@@ -6,7 +6,7 @@
 #define PERP_LINALG_SPARSE_BLOCK_H
 
 #include "linalg/factor/factor.h"
-#include "linalg/multigrid.h"
+#include "linalg/multigrid/multigrid.h"
 #include "linalg/sparse_cholesky.h"
 #include "linalg/tridiagonal.h"
 

@@ -12,7 +12,7 @@
 
 #include <perp/perp.h>
 
-#include "contact/half.h"
+#include "contact/dynamics/half.h"
 
 enum { N = 20, CONTACTS = 5, LIMITS = 8, ROWS = 3 * CONTACTS + LIMITS, SIZE = ROWS + 1 };
 

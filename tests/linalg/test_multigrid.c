@@ -7,7 +7,7 @@
 #include <cmocka.h>
 
 #include "grids.h"
-#include "linalg/multigrid.h"
+#include "linalg/multigrid/multigrid.h"
 #include "linalg/squares.h"
 
 typedef struct scene {

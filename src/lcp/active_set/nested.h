@@ -3,7 +3,7 @@
 #define PERP_LCP_NESTED_H
 
 #include "lcp/method.h"
-#include "linalg/multigrid.h"
+#include "linalg/multigrid/multigrid.h"
 
 /* The problem on one level. */
 typedef struct perp__nested_level {

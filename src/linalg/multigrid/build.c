@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "base/context.h"
-#include "linalg/multigrid.h"
+#include "linalg/multigrid/multigrid.h"
 
 /* ---- which rows form a coarse variable: rows that are strongly coupled (Vanek, Mandel & Brezina
  * 1996, section 5) ---- */

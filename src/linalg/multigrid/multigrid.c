@@ -1,5 +1,5 @@
 /* Coarse matrices of blocks, the cycle, and conjugate gradients with it. */
-#include "linalg/multigrid.h"
+#include "linalg/multigrid/multigrid.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "contact/half.h"
+#include "contact/dynamics/half.h"
 
 #include <string.h>
 

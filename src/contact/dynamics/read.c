@@ -4,7 +4,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "contact/dynamics.h"
+#include "contact/dynamics/dynamics.h"
 
 /* Of sqrt(M_ii M_jj): mass matrices from the field are symmetric to rounding. */
 #define SYMMETRIC 1e-8

@@ -1,11 +1,11 @@
-#include "contact/dynamics.h"
+#include "contact/dynamics/dynamics.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "base/context.h"
-#include "contact/delassus.h"
-#include "contact/half.h"
+#include "contact/dynamics/delassus.h"
+#include "contact/dynamics/half.h"
 #include "linalg/blas.h"
 
 /* Columns of W that are solved for at a time, and velocities up to which M's factor is inverted. */

@@ -1,4 +1,4 @@
-#include "contact/delassus.h"
+#include "contact/dynamics/delassus.h"
 
 #include <math.h>
 
