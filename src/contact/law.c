@@ -396,12 +396,10 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
     for (int32_t k = 0; k < parts; k++)
         drive[k] = 0.0;
     for (int32_t k = 0; k < constraints; k++) {
-        const int32_t row = problem->rows + k - problem->contacts;
-        const int32_t begin = k < problem->contacts ? perp__contact_first_row(problem, k) : row;
-        const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
+        const double own = share(problem->q, perp__contact_first_row(problem, k),
+                                 perp__contact_end_row(problem, k), problem->trace[k]);
 
-        perp__raise_to(&drive[part ? part[k] : 0],
-                       share(problem->q, begin, end, problem->trace[k]));
+        perp__raise_to(&drive[part ? part[k] : 0], own);
     }
     for (int32_t k = 0; k < constraints; k++) {
         const double own = drive[part ? part[k] : 0];

@@ -31,17 +31,6 @@ static double relative_change(double change, double scale)
     return change == 0.0 ? 0.0 : scale > 0.0 && scale < INFINITY ? change / scale : INFINITY;
 }
 
-static int32_t end_of(const perp_contact_solver *solver, int32_t k)
-{
-    return k < solver->contacts ? solver->starts[k + 1] : solver->rows + k - solver->contacts + 1;
-}
-
-static int32_t begin_of(const perp_contact_solver *solver, int32_t k)
-{
-    return k < solver->contacts ? perp__contact_first_row(&solver->problem, k)
-                                : solver->rows + k - solver->contacts;
-}
-
 /* out := |W| |x| + |add| */
 static void absolute(perp_contact_solver *solver, const double *x, const double *add, double *out)
 {
@@ -77,7 +66,7 @@ static void judge_contact(perp_contact_solver *solver, int32_t k, int32_t heeds,
 static void judge_bilateral(perp_contact_solver *solver, int32_t k, perp__contact_worth *worth)
 {
     perp__evidence *part = &solver->evidence[solver->part[k]];
-    const double speed = fabs(solver->u[begin_of(solver, k)]);
+    const double speed = fabs(solver->u[perp__contact_first_row(&solver->problem, k)]);
 
     solver->lack[k] = speed;
     perp__raise_to(&worth->natural, speed / solver->trace[k]);
@@ -107,7 +96,8 @@ static void find_terms(perp_contact_solver *solver)
 {
     for (int32_t k = 0; k < solver->constraints; k++)
         solver->terms[k] =
-            perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
+            perp__contact_length(solver->scale, perp__contact_first_row(&solver->problem, k),
+                                 perp__contact_end_row(&solver->problem, k));
 }
 
 /* scale := S of each row. Beside bounds that are far off, W shift would excuse what all rows lack:
@@ -178,7 +168,7 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
 static double closing_speed(const perp_contact_solver *solver, int32_t k)
 {
     return k < solver->contacts && solver->modes[k] == PERP_CONTACT_SEPARATE &&
-                   begin_of(solver, k) == solver->starts[k]
+                   perp__contact_first_row(&solver->problem, k) == solver->starts[k]
                ? 0.0 - solver->u[solver->starts[k]]
                : 0.0;
 }
@@ -228,7 +218,7 @@ static int32_t is_open(const perp_contact_solver *solver)
 static double answerable(const perp_contact_solver *solver, int32_t k, double *push)
 {
     const perp__contact_problem *p = &solver->problem;
-    const int32_t row = begin_of(solver, k);
+    const int32_t row = perp__contact_first_row(&solver->problem, k);
     const int32_t first = solver->starts[k] + perp__contact_normals(p, k);
     const double t = solver->trace[k], normal = perp__contact_length(solver->scale, row, first);
     const double most =
@@ -285,13 +275,14 @@ static void widen(perp_contact_solver *solver, double *wide)
                                                     : solver->terms[k];
 
         if (k >= solver->contacts)
-            push[begin_of(solver, k)] = terms / solver->trace[k];
+            push[perp__contact_first_row(&solver->problem, k)] = terms / solver->trace[k];
         perp__raise_to(&solver->most_speed[solver->near[k]], terms);
         perp__raise_to(&solver->most_energy[solver->near[k]], terms / solver->root[k]);
     }
     absolute(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->constraints; k++) {
-        wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
+        wide[k] = perp__contact_length(moves, perp__contact_first_row(&solver->problem, k),
+                                       perp__contact_end_row(&solver->problem, k)) +
                   share * fmin(solver->most_speed[solver->near[k]],
                                solver->root[k] * solver->most_energy[solver->near[k]]);
         /* then the contact's own terms are all that is known */

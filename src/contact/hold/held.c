@@ -96,8 +96,8 @@ static int8_t unyielding(const perp_contact_solver *solver, int32_t k, int32_t b
 
     if (!solver->complies || solver->entrance == PERP__ENTRANCE_RIGID)
         return (int8_t)count;
-    i = k < solver->contacts ? perp__contact_first_row(&solver->problem, k) - begin : 0;
-    for (; i < count && solver->compliance[begin + i] == 0.0; i++)
+    for (i = perp__contact_first_row(&solver->problem, k) - begin;
+         i < count && solver->compliance[begin + i] == 0.0; i++)
         continue;
     return (int8_t)i;
 }

@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "contact/law.h"
 
 /* Stiffness of the sweeps that Newton's method starts from, and of its first centre. */
 #define SOFT_RHO 3.0
@@ -118,6 +119,35 @@ static perp_status run_splits(perp__proximal *s, const perp__proximal_part *part
     return status;
 }
 
+/* x from r and r from x. */
+static void load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
+                 double *x)
+{
+    const perp__contact_problem *problem = s->common.problem;
+
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        const double *from = r + perp__contact_first_row(problem, s->constraint[k]);
+
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            x[i] = from[i - s->starts[k]] / omega / s->scale[i];
+    }
+}
+
+static void store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                  double *r)
+{
+    const perp__contact_problem *problem = s->common.problem;
+
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        double *to = r + perp__contact_first_row(problem, s->constraint[k]);
+
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            to[i - s->starts[k]] = x[i] * omega * s->scale[i];
+    }
+}
+
 static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
                             perp__contact_iterate *iterate)
 {
@@ -125,7 +155,7 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
 
     s->best_residual = INFINITY;
     s->outcome = -1;
-    perp__proximal_load(s, part, iterate->r, s->x);
+    load(s, part, iterate->r, s->x);
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
     if (s->splits)
         status = run_splits(s, part);
@@ -135,7 +165,7 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
         status = run_warm(s, part);
     if (!s->splits && iterate->attempt == 0 && perp__proximal_goes_on(s, status, s->tol))
         status = run_cold(s, part);
-    perp__proximal_store(s, part, s->best, iterate->r);
+    store(s, part, s->best, iterate->r);
     if (s->best_residual > iterate->residual)
         iterate->residual = s->best_residual;
     return status;

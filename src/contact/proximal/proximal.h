@@ -86,12 +86,6 @@ int64_t perp__proximal_couplings(const perp__contact_problem *problem);
 void perp__proximal_layout(perp__arena *arena, void *work);
 perp_status perp__proximal_read(perp__proximal *s);
 
-/* x from r and r from x. */
-void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
-                         double *x);
-void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
-                          double *r);
-
 /* K of constraint k. */
 static inline double *perp__proximal_slope(const perp__proximal *s, int32_t k)
 {

@@ -8,17 +8,11 @@
 #include "base/sort.h"
 #include "contact/law.h"
 
-static int32_t first_row(const perp__contact_problem *problem, int32_t constraint)
-{
-    return constraint < problem->contacts ? perp__contact_first_row(problem, constraint)
-                                          : problem->rows + constraint - problem->contacts;
-}
-
 /* Whether r of its one row is of any sign: bilateral ones, and those with two bounds. */
 static int32_t is_row(const perp__contact_problem *problem, int32_t constraint)
 {
     return constraint >= problem->contacts ||
-           first_row(problem, constraint) > problem->starts[constraint];
+           perp__contact_first_row(problem, constraint) > problem->starts[constraint];
 }
 
 static int32_t own_rows(const perp__contact_problem *problem, int32_t constraint)
@@ -42,7 +36,7 @@ static int32_t own_blocks(const perp__contact_problem *problem, int32_t constrai
     const int32_t rows = own_rows(problem, constraint);
 
     for (int32_t i = 0; i < rows; i++)
-        if (b->compliance[first_row(problem, constraint) + i] > 0.0)
+        if (b->compliance[perp__contact_first_row(problem, constraint) + i] > 0.0)
             return (rows + b->width - 1) / b->width;
     return 0;
 }
@@ -51,8 +45,8 @@ static int32_t is_coupled(const perp__contact_problem *problem, int32_t constrai
 {
     for (int32_t j = 0; j < own_rows(problem, constraint); j++)
         for (int32_t i = 0; i < own_rows(problem, other); i++)
-            if (perp__entry(problem->W, first_row(problem, other) + i,
-                            first_row(problem, constraint) + j) != 0.0)
+            if (perp__entry(problem->W, perp__contact_first_row(problem, other) + i,
+                            perp__contact_first_row(problem, constraint) + j) != 0.0)
                 return 1;
     return 0;
 }
@@ -64,8 +58,9 @@ static int32_t next_constraint(const perp__contact_problem *problem, int32_t con
 {
     const perp__matrix *W = problem->W;
     const int32_t constraints = problem->contacts + problem->size - problem->rows;
-    const int32_t *ends =
-        W->column_starts ? W->column_starts + first_row(problem, constraint) + 1 : NULL;
+    const int32_t *ends = W->column_starts
+                              ? W->column_starts + perp__contact_first_row(problem, constraint) + 1
+                              : NULL;
     int32_t least = INT32_MAX;
 
     while (!ends && at[0] < constraints)
@@ -86,7 +81,7 @@ static void begin_constraint(const perp__contact_problem *problem, int32_t const
 
     for (int32_t j = 0; j < PERP__ROWS_MOST; j++)
         at[j] = starts && j < own_rows(problem, constraint)
-                    ? starts[first_row(problem, constraint) + j]
+                    ? starts[perp__contact_first_row(problem, constraint) + j]
                     : 0;
 }
 
@@ -242,7 +237,8 @@ static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
     const perp__bodies *b = s->common.problem->bodies;
     const int32_t constraint = s->constraint[k], d = s->starts[k + 1] - s->starts[k],
                   width = b->width;
-    const int32_t skipped = first_row(s->common.problem, constraint) - b->rows[constraint];
+    const int32_t skipped =
+        perp__contact_first_row(s->common.problem, constraint) - b->rows[constraint];
     int64_t own = s->piece_starts[k];
 
     s->value_starts[k] = at;
@@ -262,7 +258,8 @@ static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
 static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const double *c = problem->bodies->compliance + first_row(problem, s->constraint[k]);
+    const double *c =
+        problem->bodies->compliance + perp__contact_first_row(problem, s->constraint[k]);
     const int32_t d = s->starts[k + 1] - s->starts[k], width = s->width;
 
     for (int32_t e = 0; e < own_blocks(problem, s->constraint[k]); e++) {
@@ -280,7 +277,7 @@ static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
 static void scale_rows(perp__proximal *s, int32_t k, int32_t first, int32_t count)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const double *diagonal = problem->diagonal + first_row(problem, s->constraint[k]);
+    const double *diagonal = problem->diagonal + perp__contact_first_row(problem, s->constraint[k]);
     double trace = 0.0;
 
     for (int32_t i = first; i < first + count; i++)
@@ -432,12 +429,13 @@ static void read_couplings(perp__proximal *s)
 
     list_couplings(s);
     for (int32_t k = 0; k < s->constraints; k++) {
-        const int32_t row = first_row(problem, s->constraint[k]),
+        const int32_t row = perp__contact_first_row(problem, s->constraint[k]),
                       d = s->starts[k + 1] - s->starts[k];
 
         s->value_starts[k] = at;
         for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++) {
-            const int32_t j = s->piece_blocks[p], column = first_row(problem, s->constraint[j]);
+            const int32_t j = s->piece_blocks[p],
+                          column = perp__contact_first_row(problem, s->constraint[j]);
 
             for (int32_t i = 0; i < d; i++)
                 for (int32_t c = 0; c < s->width; c++)
@@ -458,7 +456,7 @@ static void copy_row(const perp__proximal *s, const perp__proximal_part *part, i
 
     memset(to, 0, (size_t)s->width * sizeof *to);
     for (int32_t j = part->constraint; j < part->last_constraint; j++) {
-        const int32_t column = first_row(problem, s->constraint[j]) - s->starts[j];
+        const int32_t column = perp__contact_first_row(problem, s->constraint[j]) - s->starts[j];
 
         for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
             to[c - part->row] =
@@ -476,7 +474,8 @@ static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64
         s->piece_starts[k + 1] = k + 1;
         s->value_starts[k] = at;
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++, at += s->width) {
-            const int32_t row = first_row(problem, s->constraint[k]) + i - s->starts[k];
+            const int32_t row =
+                perp__contact_first_row(problem, s->constraint[k]) + i - s->starts[k];
 
             if (s->by_rows)
                 copy_row(s, part, i, row, s->values + at);
@@ -550,7 +549,8 @@ static void read_speeds(perp__proximal *s)
 
     for (int32_t k = 0; k < s->constraints; k++) {
         const double omega = problem->omega[s->constraint[k]];
-        const double *q = problem->q + first_row(problem, s->constraint[k]) - s->starts[k];
+        const double *q =
+            problem->q + perp__contact_first_row(problem, s->constraint[k]) - s->starts[k];
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             s->q[i] = q[i] / omega * s->scale[i];
@@ -575,32 +575,4 @@ perp_status perp__proximal_read(perp__proximal *s)
     if (status == PERP_OK)
         find_slots(s);
     return status;
-}
-
-void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
-                         double *x)
-{
-    const perp__contact_problem *problem = s->common.problem;
-
-    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        const double omega = problem->omega[s->constraint[k]];
-        const double *from = r + first_row(problem, s->constraint[k]);
-
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            x[i] = from[i - s->starts[k]] / omega / s->scale[i];
-    }
-}
-
-void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
-                          double *r)
-{
-    const perp__contact_problem *problem = s->common.problem;
-
-    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        const double omega = problem->omega[s->constraint[k]];
-        double *to = r + first_row(problem, s->constraint[k]);
-
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            to[i - s->starts[k]] = x[i] * omega * s->scale[i];
-    }
 }

@@ -91,17 +91,22 @@ PERP__KERNEL static void add_columns(const double *values, int32_t n, const doub
     PERP__LANES_AT(sum + 4) = high + high_odd;
 }
 
+/* Beside PERP__HAS_...: the last row comes first. */
+enum { BACKWARD = 16 };
+
 /* The slice's rows one after the other. Row i waits for the z next to it, `near`: that chain is
  * what a sweep costs, so it is no longer than a fused multiply-add and a maximum, and the upper
  * bound, met more rarely, is a branch. Returns the last z. */
-PERP__KERNEL static double recur(const perp__slice *slice, const double *core, const double *upper,
+PERP__KERNEL static double recur(const perp__rows *rows, const perp__slice *slice,
                                  const double *sum, double *moved, double *z, double near,
-                                 int32_t what, int32_t backward)
+                                 int32_t what)
 {
-    const double *chain = backward ? slice->after : slice->before;
+    const double *core = rows->values + slice->core;
+    const double *upper = rows->upper + (slice - rows->slices) * PERP__SLICE;
+    const double *chain = what & BACKWARD ? slice->after : slice->before;
 
     for (int32_t step = 0; step < PERP__SLICE; step++) {
-        const int32_t k = backward ? PERP__SLICE - 1 - step : step;
+        const int32_t k = what & BACKWARD ? PERP__SLICE - 1 - step : step;
         double x = sum[k];
 
         if (what & PERP__HAS_CORE) { /* what is nearest comes last */
@@ -124,14 +129,15 @@ PERP__KERNEL static double recur(const perp__slice *slice, const double *core, c
 }
 
 /* sum := (1 - omega) z - load - the neighbours and contiguous slots. `own` is z at the slice. */
-PERP__KERNEL static void add_contiguous(const perp__slice *slice, const double *values,
-                                        const int32_t *columns, double keep, const double *z,
+PERP__KERNEL static void add_contiguous(const perp__sweeper *sweeper, const perp__slice *slice,
                                         const double *own, double *old, double *sum,
                                         int32_t backward)
 {
+    const double *restrict values = sweeper->rows.values + slice->values;
+    const int32_t *restrict columns = sweeper->rows.columns + slice->columns;
     const double *settled = backward ? slice->before : slice->after;
     const double *aside = backward ? own - 1 : own + 1;
-    const perp__lanes kept = PERP__SAME_LANES(keep);
+    const perp__lanes kept = PERP__SAME_LANES(sweeper->keep);
     const perp__lanes z_low = PERP__CONST_LANES_AT(own), z_high = PERP__CONST_LANES_AT(own + 4);
     perp__lanes low = kept * z_low - PERP__CONST_LANES_AT(slice->load) -
                       PERP__CONST_LANES_AT(settled) * PERP__CONST_LANES_AT(aside);
@@ -139,7 +145,7 @@ PERP__KERNEL static void add_contiguous(const perp__slice *slice, const double *
                        PERP__CONST_LANES_AT(settled + 4) * PERP__CONST_LANES_AT(aside + 4);
 
     for (int32_t k = 0; k < slice->contiguous; k++, values += PERP__SLICE) {
-        const double *y = z + columns[k];
+        const double *y = sweeper->z + columns[k];
 
         low -= PERP__CONST_LANES_AT(values) * PERP__CONST_LANES_AT(y);
         high -= PERP__CONST_LANES_AT(values + 4) * PERP__CONST_LANES_AT(y + 4);
@@ -206,6 +212,7 @@ PERP__KERNEL static void pass(const perp__sweeper *sweeper, perp__passage *passa
     const perp__rows *rows = &sweeper->rows;
     const int32_t first = block * PERP__BLOCK, count = slices_of(rows, block);
     double *z = sweeper->z + (ptrdiff_t)first * PERP__SLICE;
+    const int32_t order = backward ? BACKWARD : 0;
     double near = backward ? z[count * PERP__SLICE] : z[-1];
 
     for (int32_t step = 0; step < count; step++) {
@@ -213,12 +220,10 @@ PERP__KERNEL static void pass(const perp__sweeper *sweeper, perp__passage *passa
         const perp__slice *restrict slice = &rows->slices[first + s];
         const double *restrict values = rows->values + slice->values;
         const int32_t *restrict columns = rows->columns + slice->columns;
-        const double *upper = rows->upper + (ptrdiff_t)first * PERP__SLICE + i;
         double *restrict moved = passage->moved[block % 2] + i;
         double sum[PERP__SLICE];
 
-        add_contiguous(slice, values, columns, sweeper->keep, sweeper->z, z + i,
-                       passage->old[block % 2] + i, sum, backward);
+        add_contiguous(sweeper, slice, z + i, passage->old[block % 2] + i, sum, backward);
         if (what & slice->what & PERP__HAS_OTHERS) {
             values += (size_t)slice->contiguous * PERP__SLICE;
             if (rows->dense)
@@ -228,15 +233,14 @@ PERP__KERNEL static void pass(const perp__sweeper *sweeper, perp__passage *passa
         }
         /* a bound that is not there is not compared with */
         if (what & slice->what & PERP__HAS_CORE)
-            near = recur(slice, rows->values + slice->core, upper, sum, moved, z + i, near, what,
-                         backward);
+            near = recur(rows, slice, sum, moved, z + i, near, what | order);
         else if (what & slice->what & PERP__HAS_UPPER)
-            near = recur(slice, NULL, upper, sum, moved, z + i, near,
-                         PERP__HAS_UPPER | PERP__HAS_LOWER, backward);
+            near = recur(rows, slice, sum, moved, z + i, near,
+                         PERP__HAS_UPPER | PERP__HAS_LOWER | order);
         else if (slice->what & PERP__HAS_LOWER)
-            near = recur(slice, NULL, upper, sum, moved, z + i, near, PERP__HAS_LOWER, backward);
+            near = recur(rows, slice, sum, moved, z + i, near, PERP__HAS_LOWER | order);
         else
-            near = recur(slice, NULL, upper, sum, moved, z + i, near, 0, backward);
+            near = recur(rows, slice, sum, moved, z + i, near, order);
     }
 }
 
