@@ -324,7 +324,7 @@ static perp_status sweep_roughly(perp_contact_solver *solver)
 static int32_t tries_sets(const perp_contact_solver *solver)
 {
     return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
-           solver->settings.max_iterations == 0;
+           (solver->settings.max_iterations == 0 || solver->condensed_already);
 }
 
 /* Small problems: straight to the active set that the start, or a few sweeps, show. Where contacts
@@ -426,6 +426,7 @@ static perp_status search(perp_contact_solver *solver)
     const int32_t late = solver->constraints > EARLY_RAY;
     /* auto goes on with every part by itself as soon as what needs no more is solved */
     const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 1 : count - 1;
+    int32_t condensed = 0;
     perp_status status;
 
     if (solver->brief && count > BRIEF)
@@ -433,6 +434,10 @@ static perp_status search(perp_contact_solver *solver)
     forget(solver);
     status = perp__contact_load(solver);
     PERP__THEN(status, try_start(solver));
+    if (status == PERP_OK && !ends_the_search(solver) && perp__contact_condenses(solver))
+        status = perp__contact_solve_condensed(solver, &condensed);
+    if (condensed && solver->brief) /* what is missing is not much, and joints hold */
+        count = 0;
     for (k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
         /* where sets were followed in vain from a start and from a few sweeps, more sweeps than
            those seldom come to an end, and take longer than what is next */

@@ -108,6 +108,7 @@ typedef struct perp__rigid_answer {
     int32_t method; /* that gave the answer; PERP_CONTACT_METHOD_POLISH: the start */
     int32_t held;   /* velocities are those of hold */
     int64_t iterations;
+    double joints;                /* largest tested residual of a joint's rows */
     double tested, own, backward; /* what the outcome rests on; backward is 1 where it was not
                                      asked for, and own, in plain doubles, may be too large */
     int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */

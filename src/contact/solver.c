@@ -17,6 +17,9 @@ static void release(void *object)
     perp__arena_release(&solver->polish.arena);
     perp__contact_destroy(solver->apart.solver);
     perp__arena_release(&solver->apart.arena);
+    perp__contact_destroy(solver->condensed.solver);
+    perp__sparse_cholesky_release(&solver->condensed.cholesky);
+    perp__arena_release(&solver->condensed.arena);
     perp__contact_destroy(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
     perp__hold_release(&solver->hold);

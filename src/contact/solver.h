@@ -15,6 +15,7 @@
 #include "contact/method.h"
 #include "contact/polish.h"
 #include "lcp/lcp.h"
+#include "linalg/sparse_cholesky.h"
 
 #define PERP__CONTACT_METHODS 4
 
@@ -79,6 +80,20 @@ typedef struct perp__contact_apart {
     double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
 } perp__contact_apart;
 
+/* What is left where joints are taken out: condensed.c. */
+typedef struct perp__contact_condensed {
+    perp_contact_solver *solver; /* of the contacts; NULL until it is first needed */
+    perp__arena arena;
+    size_t sizes[3], fitted[3]; /* rows of contacts, of joints, entries of W */
+    perp__sparse_cholesky cholesky;
+    perp__matrix block;              /* W_bb */
+    int32_t *rows, *all, *position;  /* joints; of the whole */
+    int32_t *starts, *indices;       /* of the block */
+    double *values, *scale, *driven; /* of it; joints; W_bb^-1 q_b */
+    double *response;                /* W_bb^-1 W_bc, column by column */
+    double *W, *q;                   /* of the contacts */
+} perp__contact_condensed;
+
 /* What takes overlaps away: open.c. */
 typedef struct perp__contact_opening {
     perp_contact_solver *solver; /* NULL until it is first needed */
@@ -104,6 +119,7 @@ struct perp_contact_solver {
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* no last resorts */
+    int32_t condensed_already;               /* of contacts whose joints are taken out */
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t is_lean;                         /* no more is measured than the outcome needs */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
@@ -165,6 +181,7 @@ struct perp_contact_solver {
     perp__contact_ray feasibility;
     perp__contact_apart apart;
     perp__contact_opening opening;
+    perp__contact_condensed condensed;
     perp__contact_polish polish;
     perp__hold hold;
 };
@@ -222,6 +239,11 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 /* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
  * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
 perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
+
+/* Whether joints are taken out first; and that: *found where it comes to a candidate. condensed.c.
+ * PERP_OK or a negative status. */
+int32_t perp__contact_condenses(const perp_contact_solver *solver);
+perp_status perp__contact_solve_condensed(perp_contact_solver *solver, int32_t *found);
 
 /* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);

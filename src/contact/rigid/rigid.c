@@ -2,6 +2,7 @@
  * but P = J C, and asked for no proofs unless the caller wants them. */
 #include "contact/rigid/rigid.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -134,6 +135,17 @@ static perp_status hold(perp_contact_solver *s, double *r, double *u, const int8
     return PERP_OK;
 }
 
+/* Largest of what joints have beside their part's speeds. */
+static double judge_joints(const perp_contact_solver *s)
+{
+    double most = 0.0;
+
+    for (int32_t k = s->contacts; k < s->constraints; k++)
+        perp__raise_to(&most, fabs(s->best.u[s->rows + k - s->contacts]) / s->root[k] /
+                                  (s->omega[k] > 0.0 ? s->omega[k] : 1.0));
+    return most;
+}
+
 static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
                          const perp__rigid_problem *problem)
 {
@@ -150,6 +162,7 @@ static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
     answer->outcome = best->outcome;
     answer->method = best->method;
     answer->iterations = s->iterations;
+    answer->joints = judge_joints(s);
     answer->tested = best->worth.tested;
     answer->own = best->worth.own;
     answer->backward = best->worth.backward;

@@ -14,11 +14,12 @@
 #define SHARPER 1e-2
 
 /* Iterations of each method within which it comes to an answer or hardly ever does: all that is
- * spent, but at accuracy `exact`. Piles in motion get fewer at first. At `exact` few contacts get
- * all, last resorts as well; more of them only if they have come as near as this: others that are
- * hit hard have an answer out of reach. */
+ * spent, but at accuracy `exact`. Piles in motion get fewer at first, with joints or without. At
+ * `exact` few contacts get all, last resorts as well; more of them only if they have come as near
+ * as this: others that are hit hard have an answer out of reach. */
 #define QUICK 100
 #define HURRIED 25
+#define HURRIED_JOINTS 40
 #define FEW 64
 #define FEW_PLANAR 200
 #define PROMISING 1e-4
@@ -78,19 +79,27 @@ static int32_t most_thorough(const perp_world *world)
     return world->settings.planar ? FEW_PLANAR : FEW;
 }
 
+/* Piles in motion, and what hangs together by joints: these hold at any effort
+ * (contact/condensed.c), what is missing then is the contacts'. */
 static int32_t is_hurried(const perp_world *world, const perp__island *island)
 {
-    const int32_t most =
-        world->settings.accuracy == PERP_ACCURACY_EXACT ? most_thorough(world) : SMALL;
+    const int32_t joints = island->joints > 0, accuracy = world->settings.accuracy;
+    const int32_t thorough =
+        accuracy == PERP_ACCURACY_EXACT || (joints && accuracy == PERP_ACCURACY_ACCURATE);
 
-    return island->joints == 0 && world->work.count > most && !perp__comes_from_rest(world, island);
+    if (world->work.count <= (thorough ? most_thorough(world) : SMALL))
+        return 0;
+    return joints ? accuracy != PERP_ACCURACY_EXACT && world->settings.tol == 0.0
+                  : !perp__comes_from_rest(world, island);
 }
 
 static perp_status solve_by(perp_world *world, const perp__island *island,
                             perp__rigid_answer *answer, perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
-    const int32_t most = is_hurried(world, island) ? HURRIED : QUICK;
+    const int32_t most = !is_hurried(world, island) ? QUICK
+                         : island->joints > 0       ? HURRIED_JOINTS
+                                                    : HURRIED;
     perp_status status;
 
     problem->tol = SHARPER * perp__exact_tol(world);
@@ -107,11 +116,11 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
 
 /* What will do where methods come to no better: at `exact` nothing else. Joints are not to give way
  * visibly. */
-static double rough_tol(const perp_world *world, const perp__island *island)
+static double rough_tol(const perp_world *world, const perp__rigid_answer *answer)
 {
     const double tol = perp__swept_tol(world);
 
-    return island->joints > 0 ? fmin(tol, JOINT_TOL) : tol;
+    return answer->joints <= JOINT_TOL ? tol : fmin(tol, JOINT_TOL);
 }
 
 /* Whether what begins at rest stays so to rounding with the impulses at hand: velocities of 0.0
@@ -198,7 +207,8 @@ static perp_status keep_equilibrium(perp_world *world, const perp__island *islan
     return status;
 }
 
-/* Joints couple their bodies too tightly for sweeps: proximal solves equations at once. */
+/* Joints couple their bodies too tightly for sweeps: they are taken out, or, where they can't be,
+ * proximal solves their equations at once. */
 static perp_status solve_quickly(perp_world *world, const perp__island *island,
                                  perp__rigid_answer *answer, perp__rigid_problem *problem,
                                  double *tol)
@@ -207,14 +217,14 @@ static perp_status solve_quickly(perp_world *world, const perp__island *island,
     perp_status status = PERP_OK;
 
     problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL &&
-                     island->joints == 0;
+                     (island->joints == 0 || is_hurried(world, island));
     if (island->joints + island->contacts * (island->joints > 0) > FEW_JOINTS &&
         method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
         problem->method = PERP_CONTACT_METHOD_PROXIMAL;
         status = solve_by(world, island, answer, problem);
         problem->method = method;
         if (status == PERP_OK && !perp__is_good(answer->outcome))
-            say_outcome(answer, *tol = rough_tol(world, island));
+            say_outcome(answer, *tol = rough_tol(world, answer));
         if (status != PERP_OK || perp__is_good(answer->outcome))
             return status;
         *tol = perp__exact_tol(world);
@@ -229,7 +239,7 @@ static int32_t is_worth_more(const perp_world *world, const perp__island *island
     if (perp__is_good(answer->outcome))
         return 0;
     if (world->settings.accuracy != PERP_ACCURACY_EXACT)
-        return island->joints > 0;
+        return island->joints > 0 && !(answer->joints <= JOINT_TOL && is_hurried(world, island));
     return !is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING;
 }
 
@@ -306,7 +316,7 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
         return status;
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
-        say_outcome(answer, tol = rough_tol(world, island));
+        say_outcome(answer, tol = rough_tol(world, answer));
     if (status == PERP_OK && is_worth_more(world, island, answer))
         status = solve_thoroughly(world, island, answer, problem);
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&

@@ -1,0 +1,132 @@
+/* Joints taken out of a problem of rigid bodies: what is found in what is left obeys the laws of
+ * the whole. */
+#include "rigid_fixture.h"
+
+/* A chain of boxes with ball joints, turned and pushed at random, corners on the ground: contacts
+ * come first. `twice`: every joint is there twice. Returns how many are contacts. */
+static int32_t make_chain(rigid_scene *s, uint64_t seed, int32_t links, int32_t twice)
+{
+    static const double half[3] = {0.5, 0.3, 0.2};
+    gen_random random;
+    int32_t contacts, k, i;
+
+    gen_seed(&random, seed);
+    for (k = 0; k < links; k++) {
+        const double place[3] = {1.2 * k, 0.1 * (k % 2), 0.3};
+        double velocity[6];
+
+        for (i = 0; i < 6; i++)
+            velocity[i] = gen_uniform(&random, -1.0, 1.0);
+        rigid_add(s, place, half, gen_uniform(&random, 0.5, 2.0), velocity);
+    }
+    for (k = 0; k < links; k += 2)
+        for (i = 0; i < 2; i++) {
+            const double point[3] = {1.2 * k + (i ? 0.5 : -0.5), 0.3, 0.0};
+            const double up[3] = {0.0, 0.0, 1.0};
+
+            rigid_touch(s, RIGID_GROUND, k, point, up, 3, gen_uniform(&random, 0.1, 0.8));
+        }
+    contacts = s->contacts;
+    for (k = 1; k < links; k++)
+        for (i = 0; i <= twice; i++) {
+            const double point[3] = {1.2 * k - 0.6, 0.0, 0.3}, along[3] = {1.0, 0.0, 0.0};
+
+            rigid_touch(s, k - 1, k, point, along, 3, 0.0);
+        }
+    return contacts;
+}
+
+/* Joints taken out: no method but those of what is left may run (brief), and all laws hold on the
+ * whole. */
+static void test_condensed(void **state)
+{
+    int32_t seed, contacts;
+
+    (void)state;
+    for (seed = 0; seed < 40; seed++) {
+        const int32_t links = 2 + seed % 17;
+        fixture f;
+        perp__rigid_problem p;
+        perp__rigid_answer a;
+        double worst;
+
+        open_fixture(&f, 0, NULL);
+        contacts = make_chain(&f.s, (uint64_t)seed, links, 0);
+        p = rigid_problem(&f.s);
+        p.contacts = contacts;
+        p.joints = f.s.contacts - p.contacts;
+        p.method = PERP_CONTACT_METHOD_PROXIMAL;
+        p.max_iterations = 100;
+        p.tol = 1e-10;
+        p.brief = 1;
+        a = solve(&f, &p);
+        assert_true(a.outcome == PERP_OUTCOME_SOLVED || a.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
+        assert_true(a.joints <= 1e-12); /* some tens of roundings of unit speeds */
+        check_momentum(&f.s);
+        f.s.contacts = p.contacts;
+        worst = worst_violation(&f.s, &a);
+        assert_true(worst <= 4.0 * p.tol); /* speeds are a few units */
+        close_fixture(&f);
+    }
+}
+
+/* Joints alone are equations: no method runs. A chain that hangs from the ceiling and falls by one
+ * step obeys them to rounding. */
+static void test_joints_alone(void **state)
+{
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    make_chain(&f.s, 3, 30, 0);
+    f.s.contacts -= 30; /* the first rows are corners: joints move to their place */
+    memmove(f.s.rows, f.s.rows + 30, (size_t)f.s.contacts * sizeof *f.s.rows);
+    p = rigid_problem(&f.s);
+    p.joints = p.contacts;
+    p.contacts = 0;
+    p.method = PERP_CONTACT_METHOD_PROXIMAL;
+    p.tol = 1e-10;
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_equal(a.iterations, 0);
+    assert_true(a.joints <= 1e-13); /* rounding of unit speeds */
+    check_momentum(&f.s);
+    close_fixture(&f);
+}
+
+/* Joints that say the same have no factors: other methods solve them. */
+static void test_redundant_joints(void **state)
+{
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+    int32_t contacts;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    contacts = make_chain(&f.s, 5, 8, 1);
+    p = rigid_problem(&f.s);
+    p.contacts = contacts;
+    p.joints = f.s.contacts - contacts;
+    p.method = PERP_CONTACT_METHOD_PROXIMAL;
+    p.tol = 1e-10;
+    a = solve(&f, &p);
+    assert_true(a.outcome == PERP_OUTCOME_SOLVED || a.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
+    check_momentum(&f.s);
+    f.s.contacts = contacts;
+    assert_true(worst_violation(&f.s, &a) <= 4.0 * p.tol);
+    close_fixture(&f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_condensed),
+        cmocka_unit_test(test_joints_alone),
+        cmocka_unit_test(test_redundant_joints),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
