@@ -37,20 +37,45 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
     return take(arena, bytes_of(count, size));
 }
 
+/* Room for several arrays in one piece. Returns the first; NULL if there is none. */
+static char *take_all(perp__arena *arena, size_t count, size_t size, size_t many, size_t *bytes)
+{
+    *bytes = bytes_of(count, size);
+    return take(arena, *bytes > LARGEST / many ? SIZE_MAX : *bytes * many);
+}
+
 void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
 {
-    const size_t bytes = bytes_of(count, sizeof **arrays[0]);
+    size_t bytes;
+    char *first = take_all(arena, count, sizeof **arrays[0], many, &bytes);
 
     for (size_t k = 0; k < many; k++)
-        *arrays[k] = take(arena, bytes);
+        *arrays[k] = first ? (double *)(void *)(first + k * bytes) : NULL;
 }
 
 void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many)
 {
-    const size_t bytes = bytes_of(count, sizeof **arrays[0]);
+    size_t bytes;
+    char *first = take_all(arena, count, sizeof **arrays[0], many, &bytes);
 
     for (size_t k = 0; k < many; k++)
-        *arrays[k] = take(arena, bytes);
+        *arrays[k] = first ? (int32_t *)(void *)(first + k * bytes) : NULL;
+}
+
+void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, size_t bytes)
+{
+    arena->context = context;
+    arena->block = block;
+    arena->is_lent = 1;
+    arena->capacity = bytes - PERP__ALIGNMENT;
+}
+
+/* The block goes back where it came from. */
+static void let_go(perp__arena *arena)
+{
+    if (!arena->is_lent)
+        perp__release(arena->context, arena->block);
+    arena->is_lent = 0;
 }
 
 /* What outgrew its block grows on, as a pile does that comes to lie: room for a quarter more spares
@@ -61,11 +86,11 @@ static perp_status grow(perp__arena *arena, size_t needed)
 
     if (needed > SIZE_MAX / 2)
         return perp__fail_memory(arena->context, "the workspace");
-    needed += arena->block ? needed / 4 : 0;
+    needed += arena->block && !arena->is_lent ? needed / 4 : 0;
     block = perp__allocate(arena->context, 1, needed + PERP__ALIGNMENT);
     if (!block)
         return perp__fail_memory(arena->context, "the workspace");
-    perp__release(arena->context, arena->block);
+    let_go(arena);
     arena->block = block;
     arena->capacity = needed;
     return PERP_OK;
@@ -122,7 +147,9 @@ perp_status perp__arena_fit_sizes(perp__arena *arena, perp_context *context, per
 
 void perp__arena_release(perp__arena *arena)
 {
-    perp__release(arena->context, arena->block);
+    if (!arena->block)
+        return;
+    let_go(arena);
     memset(arena, 0, sizeof *arena);
 }
 
@@ -148,7 +175,9 @@ perp_status perp__workspace_fit(perp__workspace *space, perp_context *context, s
 
 void perp__workspace_release(perp__workspace *space, void (*release)(void *work))
 {
-    if (space->work && release)
+    if (!space->work)
+        return;
+    if (release)
         release(space->work);
     perp__release(space->arena.context, space->work);
     perp__arena_release(&space->arena);

@@ -8,8 +8,9 @@
 
 typedef struct perp__arena {
     perp_context *context;
-    void *block; /* as allocated */
-    char *base;  /* aligned; NULL while measuring */
+    void *block; /* as allocated, or lent */
+    int32_t is_lent;
+    char *base; /* aligned; NULL while measuring */
     size_t capacity;
     size_t used;
 } perp__arena;
@@ -29,6 +30,9 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
                        sizeof((T **const[]){__VA_ARGS__}) / sizeof(T **))
 void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many);
 void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many);
+
+/* Gives an arena that is all 0 its first block, which is the caller's and outlives the arena. */
+void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, size_t bytes);
 
 /* Makes room for what `layout` takes and runs it on `object`. Grows, never shrinks; what the block
  * held is lost when it grows. On failure the block is as it was, but the pointers that `layout`

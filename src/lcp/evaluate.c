@@ -20,8 +20,11 @@
 /* A finite bound stays finite, however far the scaling pushes it. */
 static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound)
 {
-    double scaled = perp__z_scaled(solver, i, bound);
+    double scaled;
 
+    if (bound == 0.0 || isinf(bound)) /* most bounds */
+        return bound;
+    scaled = perp__z_scaled(solver, i, bound);
     if (isfinite(bound) && !isfinite(scaled))
         return bound < 0.0 ? -DBL_MAX : DBL_MAX;
     return scaled;

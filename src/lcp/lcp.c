@@ -406,17 +406,34 @@ static perp_status play(perp_lcp_solver *solver)
     return status;
 }
 
+static int32_t try_small(perp_lcp_solver *solver)
+{
+    perp__evaluation worth;
+    perp_outcome outcome;
+
+    if (!perp__small_solve(solver, &worth))
+        return 0;
+    outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+    if (outcome != PERP_OUTCOME_SOLVED)
+        return 0;
+    keep(solver, &worth, outcome, PERP_LCP_LEMKE);
+    return 1;
+}
+
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
     perp__plan_step steps[PERP__PLAN_MOST];
     int32_t count;
-    perp_status status = read_block(solver);
+    perp_status status;
 
     solver->best.method = -1;
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
     solver->ended = -1;
+    if (!z0 && try_small(solver))
+        return PERP_OK;
     solver->spent = 0;
+    status = read_block(solver);
     if (status == PERP_OK && solver->settings.polish)
         status = perp__polish_fit(solver);
     if (status == PERP_OK && z0 && solver->settings.polish &&

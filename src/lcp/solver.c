@@ -65,6 +65,14 @@ static void release(void *object)
 
 static const perp__kind kind = {"a solver", sizeof(perp_lcp_solver), release};
 
+static perp_status begin(perp_lcp_solver *made, const perp_lcp_settings *settings)
+{
+    made->block.context = made->context;
+    for (int32_t k = 0; k < PERP__METHODS; k++)
+        made->slots[k].method = methods[k];
+    return perp__lcp_settings_read(made->context, &made->settings, settings);
+}
+
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings)
 {
@@ -73,10 +81,7 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
 
     if (!made)
         return status == PERP_OK ? PERP_ERROR_MEMORY : status;
-    made->block.context = context;
-    for (int32_t k = 0; k < PERP__METHODS; k++)
-        made->slots[k].method = methods[k];
-    status = perp__lcp_settings_read(context, &made->settings, settings);
+    status = begin(made, settings);
     PERP__HAND_OUT(status, made, solver);
     return status;
 }
@@ -89,7 +94,7 @@ void perp__lcp_destroy(perp_lcp_solver *solver)
 static void layout(perp__arena *arena, void *object)
 {
     perp_lcp_solver *s = object;
-    size_t n = (size_t)s->n;
+    size_t n = (size_t)s->n, entries = n <= PERP__SMALL_LENGTH ? n * PERP__SMALL_LENGTH : 0;
 
     PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->factors, &s->row_norms, &s->z_down, &s->z_up,
                   &s->w_down, &s->q_scaled, &s->lower_scaled, &s->upper_scaled, &s->iterate,
@@ -99,6 +104,7 @@ static void layout(perp__arena *arena, void *object)
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
+    PERP__DOUBLES(arena, entries, &s->columns, &s->scaled);
     PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray,
                   &s->game_start);
 }
@@ -124,6 +130,8 @@ static void equilibrate(perp_lcp_solver *solver)
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
     for (int32_t i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
+    if (perp__small_suits(solver))
+        perp__small_scale(solver);
 }
 
 /* Room for problems of n rows; without it that for the last one's stays. */
@@ -158,10 +166,14 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     if (status != PERP_OK)
         return status;
     solver->M = own;
+    solver->is_small = perp__small_suits(solver);
+    if (solver->is_small)
+        perp__small_read(solver);
     solver->free_variables = 0;
     for (int32_t i = 0; i < solver->n; i++) {
         solver->lower[i] = lower ? lower[i] : 0.0;
         solver->upper[i] = upper ? upper[i] : INFINITY;
+        solver->is_small &= solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
         solver->free_variables += solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY;
     }
     solver->setups++;
@@ -182,6 +194,9 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
     }
     return status;
 }
+
+/* Doubles of room for the solver's arena at n = PERP__SMALL_LENGTH. */
+enum { SMALL_ROOM = 1216 };
 
 static perp_status enter(perp_lcp_solver *solver)
 {
@@ -222,14 +237,16 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
                            const perp_matrix *M, const double *q, const double *lower,
                            const double *upper, const double *z0)
 {
-    perp_lcp_solver *solver = NULL;
+    double room[SMALL_ROOM]; /* small problems, so the solver and what it needs, take no memory */
+    perp_lcp_solver solver = {.kind = &kind, .context = context};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    status = perp__lcp_create(context, &solver, settings);
-    PERP__THEN(status, perp__lcp_setup(solver, M, lower, upper));
-    PERP__THEN(status, perp__lcp_solve(solver, z, w, ray, result, q, z0));
-    perp__lcp_destroy(solver);
+    perp__arena_lend(&solver.arena, context, room, sizeof room);
+    status = begin(&solver, settings);
+    PERP__THEN(status, perp__lcp_setup(&solver, M, lower, upper));
+    PERP__THEN(status, perp__lcp_solve(&solver, z, w, ray, result, q, z0));
+    release(&solver);
     return perp__leave(context, status);
 }

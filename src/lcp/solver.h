@@ -12,6 +12,9 @@
 
 #define PERP__METHODS 5
 
+/* Dense problems up to this size are kept by columns, each of this length. */
+#define PERP__SMALL_LENGTH 16
+
 /* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;
@@ -57,13 +60,16 @@ struct perp_lcp_solver {
     int32_t free_variables;
     int32_t n;
     perp__matrix M;
-    double *lower, *upper; /* caller's units */
-    double *factors;       /* D */
-    int32_t *exponents;    /* log2 of D, see linalg/scale.h */
-    int32_t *work;         /* 2 n */
-    double *row_norms;     /* 1-norms of the rows of D M D */
-    int32_t balanced;      /* perp__equilibrate looked for noise */
-    const double *q;       /* the caller's, during a solve */
+    double *columns, *scaled; /* small dense problems: M, which is a view of them then, and -D M D;
+                                 16 entries a column, 0 beyond n */
+    int32_t is_small;         /* they are in use, and the bounds are 0 and +inf */
+    double *lower, *upper;    /* caller's units */
+    double *factors;          /* D */
+    int32_t *exponents;       /* log2 of D, see linalg/scale.h */
+    int32_t *work;            /* 2 n */
+    double *row_norms;        /* 1-norms of the rows of D M D */
+    int32_t balanced;         /* perp__equilibrate looked for noise */
+    const double *q;          /* the caller's, during a solve */
     int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
     int32_t *omega; /* 2 n: a row's, then a column's: log2 of the power of two near max |D q| in
                        its part */
@@ -184,6 +190,14 @@ typedef struct perp__plan_step {
  * how many there are. */
 #define PERP__PLAN_MOST (PERP__METHODS + 2)
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
+
+/* small.c: whether M is dense and small; makes it a view of its columns; scales them. */
+int32_t perp__small_suits(const perp_lcp_solver *solver);
+void perp__small_read(perp_lcp_solver *solver);
+void perp__small_scale(perp_lcp_solver *solver);
+/* The shortest way for a small dense problem. False where that does not solve it to the last
+ * digits: nothing but the point and solver->spent has changed then. */
+int32_t perp__small_solve(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* games.c: whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP;
  * game_start := the point that strategy j gives, false if none. */

@@ -100,15 +100,14 @@ static void by_columns(const perp__matrix *M, const double *x, const double *fro
     if (rows < kernels[set]->least && set > PERP__VECTOR_AVX2)
         set--; /* rows that fill no vector at all are added one by one */
     for (int32_t j = 0; j < M->columns; j++) {
-        if (x[j] == 0.0)
-            continue;
         if (pass.count == TOGETHER) {
             kernels[set]->add_columns(&pass, rows);
             pass.from = NULL;
             pass.count = 0;
         }
         pass.columns[pass.count] = M->values + (size_t)j * M->column_stride;
-        pass.factors[pass.count++] = x[j];
+        pass.factors[pass.count] = x[j];
+        pass.count += x[j] != 0.0; /* no branch, which nobody foresees */
     }
     pass.last = 1;
     kernels[set]->add_columns(&pass, rows);

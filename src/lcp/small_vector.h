@@ -1,0 +1,136 @@
+/* The kernels of small.c, a template (linalg/lanes/vectors.h). It defines NAME(kernels). `rows`: n,
+ * in whole vectors; where that is a constant, columns stay in registers. */
+
+/* Exchanges the basic variable of row r with the one of column c. */
+TARGET static inline void NAME(exchange)(tableau *t, size_t rows, size_t r, size_t c)
+{
+    double *column = t->T + c * LENGTH, *other = t->T;
+    const double inverse = 1.0 / column[r];
+
+    for (size_t j = 0; j <= t->b; j++, other += LENGTH) {
+        const double factor = other[r] * inverse;
+
+        if (j == c)
+            continue;
+        for (size_t i = 0; i < rows; i += LANES)
+            store(other + i, minus_product(load(other + i), spread(factor), load(column + i)));
+        other[r] = factor;
+    }
+    for (size_t i = 0; i < rows; i += LANES)
+        store(column + i, multiply(load(column + i), spread(-inverse)));
+    column[r] = inverse;
+}
+
+/* The row of the least value of b; NONE: none is below 0. Of equals the last, as the lexicographic
+ * order of the unit matrix has it. */
+static inline size_t NAME(worst_row)(const tableau *t)
+{
+    const double *b = t->T + t->b * LENGTH;
+    size_t found = NONE;
+    double least = 0.0;
+
+    for (size_t r = 0; r < t->n; r++)
+        if (b[r] < 0.0 && b[r] <= least) {
+            least = b[r];
+            found = r;
+        }
+    return found;
+}
+
+/* Harris' two passes (lemke/path.c): the row of the largest entry of column c among those that
+ * block within the slack, t's first; NONE: nothing blocks. */
+TARGET static inline size_t NAME(blocking_row)(const tableau *t, size_t rows, size_t c)
+{
+    const double *column = t->T + c * LENGTH, *b = t->T + t->b * LENGTH;
+    const double own = column[t->row];
+    const lanes zero = spread(0.0), infinity = spread(INFINITY), slack = spread(t->slack);
+    lanes largest = zero, reach = infinity, least, best = zero;
+
+    for (size_t i = 0; i < rows; i += LANES)
+        largest = larger(absolute(load(column + i)), largest);
+    least = spread(SMALLEST_PIVOT * largest_of(largest));
+    for (size_t i = 0; i < rows; i += LANES) {
+        const lanes speed = load(column + i), far = add(larger(load(b + i), zero), slack);
+
+        reach = smaller(pick(less(least, speed), divide(far, speed), infinity), reach);
+    }
+    if (own > 0.0)
+        reach = smaller(spread((b[t->row] + t->slack) / own), reach);
+    reach = spread(smallest_of(reach));
+    if (own > 0.0 && b[t->row] <= smallest_of(reach) * own)
+        return t->row;
+    for (size_t i = 0; i < rows; i += LANES) {
+        const lanes speed = load(column + i), far = larger(load(b + i), zero);
+        const truth blocks = both(less(least, speed), at_most(far, multiply(reach, speed)));
+
+        best = larger(pick(blocks, speed, zero), best);
+    }
+    best = spread(largest_of(best));
+    for (size_t i = 0; i < rows && any_of(less(zero, best)); i += LANES) {
+        const lanes speed = load(column + i), far = larger(load(b + i), zero);
+        const truth found = both(at_most(best, speed), at_most(far, multiply(reach, speed)));
+
+        if (any_of(found))
+            return i + (size_t)first_of(found);
+    }
+    return NONE;
+}
+
+/* From the basis of all w to one that solves the problem. Returns the number of pivots; -1: it ends
+ * elsewhere. */
+TARGET static inline int32_t NAME(path)(tableau *t, size_t rows)
+{
+    const size_t n = t->n;
+    double *b = t->T + t->b * LENGTH;
+    size_t r = NAME(worst_row)(t), c = n;
+    int32_t count = 0;
+
+    t->row = r;
+    while (r != NONE && count++ < MOST_PIVOTS * (int32_t)n) {
+        const size_t leaving = (size_t)t->basic[r];
+
+        t->basic[r] = t->nonbasic[c];
+        t->nonbasic[c] = (int32_t)leaving;
+        t->column_of[leaving] = (int32_t)c;
+        NAME(exchange)(t, rows, r, c);
+        if (leaving == 2 * n)
+            return count;
+        c = (size_t)t->column_of[leaving < n ? leaving + n : leaving - n];
+        r = NAME(blocking_row)(t, rows, c);
+        if (r != NONE && b[r] < 0.0)
+            b[r] = 0.0;
+    }
+    return count == 0 ? 0 : -1;
+}
+
+TARGET static int32_t NAME(follow)(tableau *t)
+{
+    const size_t vectors = (t->n + LANES - 1) / LANES;
+
+    return vectors == 1   ? NAME(path)(t, LANES)
+           : vectors == 2 ? NAME(path)(t, 2 * LANES)
+           : vectors == 3 ? NAME(path)(t, 3 * LANES)
+                          : NAME(path)(t, vectors * LANES);
+}
+
+/* b := b + T w, w by columns. */
+TARGET static void NAME(correct)(tableau *t, const double *w)
+{
+    double *b = t->T + t->b * LENGTH;
+
+    for (size_t c = 0; c <= t->n; c++)
+        for (size_t i = 0; i < t->n && w[c] != 0.0; i += LANES)
+            store(b + i, minus_product(load(b + i), spread(-w[c]), load(t->T + c * LENGTH + i)));
+}
+
+/* scaled := -D columns D; d has LENGTH entries. */
+TARGET static void NAME(scale)(size_t n, const double *columns, const double *d, double *scaled)
+{
+    for (size_t j = 0; j < n; j++, columns += LENGTH, scaled += LENGTH)
+        for (size_t i = 0; i < LENGTH; i += LANES)
+            store(scaled + i, multiply(load(columns + i), multiply(load(d + i), spread(-d[j]))));
+}
+
+static const kernels NAME(kernels) = {NAME(follow), NAME(correct), NAME(scale)};
+
+#undef NAME
