@@ -406,17 +406,17 @@ static perp_status play(perp_lcp_solver *solver)
     return status;
 }
 
-static int32_t try_small(perp_lcp_solver *solver)
+static int32_t try_small(perp_lcp_solver *solver, const double *z0)
 {
     perp__evaluation worth;
     perp_outcome outcome;
 
-    if (!perp__small_solve(solver, &worth))
+    if (!perp__small_solve(solver, z0, &worth))
         return 0;
     outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
     if (outcome != PERP_OUTCOME_SOLVED)
         return 0;
-    keep(solver, &worth, outcome, PERP_LCP_LEMKE);
+    keep(solver, &worth, outcome, z0 && solver->spent == 0 ? PERP_LCP_POLISH : PERP_LCP_LEMKE);
     return 1;
 }
 
@@ -430,7 +430,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
     solver->ended = -1;
-    if (!z0 && try_small(solver))
+    if (try_small(solver, z0))
         return PERP_OK;
     solver->spent = 0;
     status = read_block(solver);

@@ -20,6 +20,8 @@ enum {
  * are rounding; and how far rows may be passed, beside the largest |q|, for a larger pivot. */
 #define SMALLEST_PIVOT 1e-11
 #define SLACK 1e-12
+/* A pivot of this size beside its column makes a basis to start from. */
+#define SMALLEST_START 1e-8
 /* A q this small beside the largest hides from common units: perp__polish_hidden looks for such
  * rows. */
 #define HIDDEN 0x1p-70
@@ -36,7 +38,7 @@ typedef struct tableau {
 #define NONE SIZE_MAX
 
 typedef struct kernels {
-    int32_t (*follow)(tableau *t);
+    int32_t (*follow)(tableau *t, const double *z);
     void (*correct)(tableau *t, const double *w);
     void (*scale)(size_t n, const double *columns, const double *d, double *scaled);
 } kernels;
@@ -149,23 +151,32 @@ static int32_t is_hidden(const perp_lcp_solver *solver)
     return 0;
 }
 
-int32_t perp__small_solve(perp_lcp_solver *solver, perp__evaluation *worth)
+/* The start in scaled units. */
+static void read_start(const perp_lcp_solver *solver, const double *z0, double *z)
+{
+    memset(z, 0, LENGTH * sizeof *z);
+    for (int32_t i = 0; i < solver->n; i++)
+        z[i] = z0[i] > 0.0 ? z0[i] * solver->z_down[i] : 0.0;
+}
+
+int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)
 {
     const kernels *fast = fastest();
+    double start[LENGTH];
     tableau t;
 
     if (!is_plain(solver))
         return 0;
     fill(solver, &t);
-    solver->spent = fast->follow(&t);
+    if (z0)
+        read_start(solver, z0, start);
+    solver->spent = fast->follow(&t, z0 ? start : NULL);
     if (solver->spent < 0)
         return 0;
     write_point(solver, &t);
-    if (solver->spent > 0) {
-        perp__find_product(solver);
-        correct(solver, fast, &t);
-        write_point(solver, &t);
-    }
+    perp__find_product(solver);
+    correct(solver, fast, &t);
+    write_point(solver, &t);
     *worth = perp__evaluate(solver);
     return perp__is_exact(solver, worth) && (worth->small || !is_hidden(solver));
 }

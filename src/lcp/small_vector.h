@@ -1,11 +1,12 @@
 /* The kernels of small.c, a template (linalg/lanes/vectors.h). It defines NAME(kernels). `rows`: n,
  * in whole vectors; where that is a constant, columns stay in registers. */
 
-/* Exchanges the basic variable of row r with the one of column c. */
-TARGET static inline void NAME(exchange)(tableau *t, size_t rows, size_t r, size_t c)
+/* Exchanges the basic variable of row r with the one of column c. Returns what has left. */
+TARGET static inline size_t NAME(exchange)(tableau *t, size_t rows, size_t r, size_t c)
 {
     double *column = t->T + c * LENGTH, *other = t->T;
     const double inverse = 1.0 / column[r];
+    const int32_t leaving = t->basic[r];
 
     for (size_t j = 0; j <= t->b; j++, other += LENGTH) {
         const double factor = other[r] * inverse;
@@ -19,18 +20,70 @@ TARGET static inline void NAME(exchange)(tableau *t, size_t rows, size_t r, size
     for (size_t i = 0; i < rows; i += LANES)
         store(column + i, multiply(load(column + i), spread(-inverse)));
     column[r] = inverse;
+    t->basic[r] = t->nonbasic[c];
+    t->nonbasic[c] = leaving;
+    t->column_of[leaving] = (int32_t)c;
+    return (size_t)leaving;
 }
 
-/* The row of the least value of b; NONE: none is below 0. Of equals the last, as the lexicographic
- * order of the unit matrix has it. */
+/* Of the rows whose w is marked in w[] the one with the largest entry of column c; NONE: that is
+ * rounding. */
+static inline size_t NAME(largest_row)(const tableau *t, const double *w, size_t c)
+{
+    const double *column = t->T + c * LENGTH;
+    double largest = 0.0, most = 0.0;
+    size_t found = NONE;
+
+    for (size_t r = 0; r < t->n; r++) {
+        const double size = fabs(column[r]);
+        const size_t k = (size_t)t->basic[r];
+
+        most = size > most ? size : most;
+        if (k >= t->n && w[k - t->n] < 0.0 && size > largest) {
+            largest = size;
+            found = r;
+        }
+    }
+    return largest > SMALLEST_START * most ? found : NONE;
+}
+
+/* To the basis that the start z, scaled, names: z_k where it is above w_k. t covers the rows that
+ * are wrong there. False where that is no basis. */
+TARGET static inline int32_t NAME(begin_at)(tableau *t, size_t rows, const double *z)
+{
+    double w[LENGTH], *cover = t->T + t->n * LENGTH;
+    const double *b = t->T + t->b * LENGTH;
+
+    for (size_t i = 0; i < rows; i += LANES) {
+        lanes sum = subtract(load(b + i), load(z + i));
+
+        for (size_t j = 0; j < t->n; j++)
+            sum = minus_product(sum, load(t->T + j * LENGTH + i), spread(z[j]));
+        store(w + i, sum);
+    }
+    for (size_t k = 0; k < t->n; k++) {
+        const size_t r = w[k] < 0.0 ? NAME(largest_row)(t, w, k) : t->n;
+
+        if (r == NONE)
+            return 0;
+        if (r < t->n)
+            NAME(exchange)(t, rows, r, k);
+    }
+    for (size_t r = 0; r < t->n; r++)
+        cover[r] = b[r] < -t->slack ? -1.0 : 0.0;
+    return 1;
+}
+
+/* The row of the least value of b that t covers; NONE: none is below 0. Of equals the last, as the
+ * lexicographic order of the unit matrix has it. */
 static inline size_t NAME(worst_row)(const tableau *t)
 {
-    const double *b = t->T + t->b * LENGTH;
+    const double *b = t->T + t->b * LENGTH, *cover = t->T + t->n * LENGTH;
     size_t found = NONE;
     double least = 0.0;
 
     for (size_t r = 0; r < t->n; r++)
-        if (b[r] < 0.0 && b[r] <= least) {
+        if (cover[r] < 0.0 && b[r] < 0.0 && b[r] <= least) {
             least = b[r];
             found = r;
         }
@@ -76,23 +129,21 @@ TARGET static inline size_t NAME(blocking_row)(const tableau *t, size_t rows, si
     return NONE;
 }
 
-/* From the basis of all w to one that solves the problem. Returns the number of pivots; -1: it ends
- * elsewhere. */
-TARGET static inline int32_t NAME(path)(tableau *t, size_t rows)
+/* From the basis of all w, or the one that z names, to one that solves the problem. Returns the
+ * number of pivots; -1: it ends elsewhere. */
+TARGET static inline int32_t NAME(path)(tableau *t, size_t rows, const double *z)
 {
     const size_t n = t->n;
     double *b = t->T + t->b * LENGTH;
-    size_t r = NAME(worst_row)(t), c = n;
     int32_t count = 0;
+    size_t r, c = n;
 
-    t->row = r;
+    if (z && !NAME(begin_at)(t, rows, z))
+        return -1;
+    r = t->row = NAME(worst_row)(t);
     while (r != NONE && count++ < MOST_PIVOTS * (int32_t)n) {
-        const size_t leaving = (size_t)t->basic[r];
+        const size_t leaving = NAME(exchange)(t, rows, r, c);
 
-        t->basic[r] = t->nonbasic[c];
-        t->nonbasic[c] = (int32_t)leaving;
-        t->column_of[leaving] = (int32_t)c;
-        NAME(exchange)(t, rows, r, c);
         if (leaving == 2 * n)
             return count;
         c = (size_t)t->column_of[leaving < n ? leaving + n : leaving - n];
@@ -103,14 +154,14 @@ TARGET static inline int32_t NAME(path)(tableau *t, size_t rows)
     return count == 0 ? 0 : -1;
 }
 
-TARGET static int32_t NAME(follow)(tableau *t)
+TARGET static int32_t NAME(follow)(tableau *t, const double *z)
 {
     const size_t vectors = (t->n + LANES - 1) / LANES;
 
-    return vectors == 1   ? NAME(path)(t, LANES)
-           : vectors == 2 ? NAME(path)(t, 2 * LANES)
-           : vectors == 3 ? NAME(path)(t, 3 * LANES)
-                          : NAME(path)(t, vectors * LANES);
+    return vectors == 1   ? NAME(path)(t, LANES, z)
+           : vectors == 2 ? NAME(path)(t, 2 * LANES, z)
+           : vectors == 3 ? NAME(path)(t, 3 * LANES, z)
+                          : NAME(path)(t, vectors * LANES, z);
 }
 
 /* b := b + T w, w by columns. */

@@ -197,7 +197,7 @@ void perp__small_read(perp_lcp_solver *solver);
 void perp__small_scale(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last
  * digits: nothing but the point and solver->spent has changed then. */
-int32_t perp__small_solve(perp_lcp_solver *solver, perp__evaluation *worth);
+int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);
 
 /* games.c: whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP;
  * game_start := the point that strategy j gives, false if none. */

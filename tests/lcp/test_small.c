@@ -37,7 +37,7 @@ static int32_t is_taken(const gen_lcp *problem, const perp_lcp_settings *setting
     assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, result, problem->q, NULL),
                      PERP_OK);
     perp__scale_problem(solver, problem->q);
-    taken = perp__small_solve(solver, &worth);
+    taken = perp__small_solve(solver, NULL, &worth);
     if (taken)
         assert_memory_equal(solver->z, z, (size_t)problem->n * sizeof *z);
     perp_lcp_solver_destroy(solver);
@@ -118,6 +118,62 @@ static void test_what_it_leaves_alone(void **state)
     gen_destroy(&problem);
 }
 
+/* w = (z_1 + 2 z_2 - 1, 2 z_1 + z_2 - 1) has three solutions: the start names one. */
+static void test_start_decides(void **state)
+{
+    static const double M[] = {1.0, 2.0, 2.0, 1.0}, q[] = {-1.0, -1.0};
+    static const double starts[][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0 / 3, 1.0 / 3}};
+    perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+    perp_lcp_result result;
+    perp_matrix view;
+    double z[2];
+
+    (void)state;
+    perp_matrix_init(&view, sizeof view);
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
+    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+    for (int k = 0; k < 3; k++) {
+        assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &view, q, NULL,
+                                        NULL, starts[k]),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        assert_int_equal(result.method, PERP_LCP_POLISH);
+        assert_int_equal(result.iterations, 0);
+        for (int i = 0; i < 2; i++) /* a rounding of 1/3 */
+            assert_true(fabs(z[i] - starts[k][i]) <= 1e-16);
+    }
+}
+
+/* Starts of every kind, far off and at the solution, lead to the solution where it is unique. */
+static void test_any_start_leads_to_it(void **state)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+    int32_t at_once = 0;
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 33);
+    for (int32_t k = 0; k < 200; k++) {
+        const int32_t n = 2 + k % 12;
+        double start[16];
+        perp_lcp_result result;
+        gen_lcp problem;
+        run r;
+
+        gen_problem(&problem, &random, n, k % 2 ? GEN_PD_SYMMETRIC : GEN_PD_UNSYMMETRIC, GEN_PLAIN);
+        for (int32_t i = 0; i < n; i++)
+            start[i] = k % 3 == 0 ? problem.z[i] : gen_uniform(&random, -2.0, 2.0);
+        run_view(&r, context, &problem.view, problem.q, NULL, NULL, &settings, start, "start");
+        result = r.result;
+        assert_true(run_ok(&r));
+        assert_true(run_distance(r.z, problem.z, n) <= 1e-11);
+        at_once += k % 3 == 0 && result.method == PERP_LCP_POLISH && result.iterations == 0;
+        run_release(&r);
+        gen_destroy(&problem);
+    }
+    assert_int_equal(at_once, 67);
+}
+
 /* w = -z - 1 < 0 whatever z is: the way ends in a ray, which it does not judge. */
 static void test_rays_are_left_to_lemke(void **state)
 {
@@ -141,8 +197,8 @@ static void test_rays_are_left_to_lemke(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answers_of_lemke),
-        cmocka_unit_test(test_what_it_leaves_alone),
+        cmocka_unit_test(test_answers_of_lemke),       cmocka_unit_test(test_what_it_leaves_alone),
+        cmocka_unit_test(test_start_decides),          cmocka_unit_test(test_any_start_leads_to_it),
         cmocka_unit_test(test_rays_are_left_to_lemke),
     };
 
