@@ -406,18 +406,30 @@ static perp_status play(perp_lcp_solver *solver)
     return status;
 }
 
-static int32_t try_small(perp_lcp_solver *solver, const double *z0)
+/* A point that a shorter way than the methods' has found, if the gate says that it solves. */
+static int32_t keep_solved(perp_lcp_solver *solver, const perp__evaluation *worth, int32_t method)
+{
+    const perp_outcome outcome = perp__lcp_judge(solver, worth, PERP_OUTCOME_STALLED);
+
+    if (outcome == PERP_OUTCOME_SOLVED)
+        keep(solver, worth, outcome, method);
+    return outcome == PERP_OUTCOME_SOLVED;
+}
+
+/* What needs no method, for `auto`: small problems and triangles. */
+static int32_t try_shortest(perp_lcp_solver *solver, const double *z0)
 {
     perp__evaluation worth;
-    perp_outcome outcome;
 
-    if (!perp__small_solve(solver, z0, &worth))
-        return 0;
-    outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
-    if (outcome != PERP_OUTCOME_SOLVED)
-        return 0;
-    keep(solver, &worth, outcome, z0 && solver->spent == 0 ? PERP_LCP_POLISH : PERP_LCP_LEMKE);
-    return 1;
+    solver->control.method = PERP_LCP_LEMKE;
+    if (solver->settings.method != PERP_LCP_AUTO || perp__is_late(solver) ||
+        perp__lcp_tick(&solver->control, 1, INFINITY) >= 0)
+        return 0; /* which the methods will find, too */
+    if (perp__small_solve(solver, z0, &worth) &&
+        keep_solved(solver, &worth, z0 && solver->spent == 0 ? PERP_LCP_POLISH : PERP_LCP_LEMKE))
+        return 1;
+    solver->spent = 1;
+    return perp__triangle_solve(solver, &worth) && keep_solved(solver, &worth, PERP_LCP_PGS);
 }
 
 static perp_status search(perp_lcp_solver *solver, const double *z0)
@@ -430,7 +442,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
     solver->ended = -1;
-    if (try_small(solver, z0))
+    if (try_shortest(solver, z0))
         return PERP_OK;
     solver->spent = 0;
     status = read_block(solver);

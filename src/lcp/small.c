@@ -31,6 +31,7 @@ enum {
 typedef struct tableau {
     size_t n, b, row; /* t's row, once it is basic */
     double slack;
+    int32_t most; /* pivots */
     int32_t basic[LENGTH], nonbasic[LENGTH + 1], column_of[2 * LENGTH + 1];
     double T[(LENGTH + 2) * LENGTH];
 } tableau;
@@ -89,8 +90,7 @@ static int32_t is_plain(const perp_lcp_solver *solver)
     const perp_lcp_settings *s = &solver->settings;
 
     return solver->is_small && solver->parts == 1 && solver->powers_normal && s->polish &&
-           s->method == PERP_LCP_AUTO && s->pivot_rule == PERP_PIVOT_HARRIS &&
-           s->max_iterations <= 0 && s->time_limit <= 0.0 && !s->monitor;
+           s->pivot_rule == PERP_PIVOT_HARRIS;
 }
 
 static void fill(const perp_lcp_solver *solver, tableau *t)
@@ -111,6 +111,9 @@ static void fill(const perp_lcp_solver *solver, tableau *t)
     }
     t->nonbasic[n] = (int32_t)(2 * n);
     t->slack = SLACK * largest;
+    t->most = MOST_PIVOTS * (int32_t)n;
+    if (solver->settings.max_iterations > 0 && solver->settings.max_iterations < t->most)
+        t->most = solver->settings.max_iterations;
 }
 
 static void write_point(perp_lcp_solver *solver, tableau *t)

@@ -141,7 +141,7 @@ TARGET static inline int32_t NAME(path)(tableau *t, size_t rows, const double *z
     if (z && !NAME(begin_at)(t, rows, z))
         return -1;
     r = t->row = NAME(worst_row)(t);
-    while (r != NONE && count++ < MOST_PIVOTS * (int32_t)n) {
+    while (r != NONE && count++ < t->most) {
         const size_t leaving = NAME(exchange)(t, rows, r, c);
 
         if (leaving == 2 * n)

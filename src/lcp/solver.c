@@ -99,7 +99,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->factors, &s->row_norms, &s->z_down, &s->z_up,
                   &s->w_down, &s->q_scaled, &s->lower_scaled, &s->upper_scaled, &s->iterate,
                   &s->ray, &s->covering);
-    PERP__INTEGERS(arena, n, &s->exponents, &s->row_size);
+    PERP__INTEGERS(arena, n, &s->exponents, &s->row_size, &s->order);
     PERP__INTEGERS(arena, 2 * n, &s->work, &s->part, &s->omega, &s->part_omega);
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);

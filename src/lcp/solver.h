@@ -67,6 +67,8 @@ struct perp_lcp_solver {
     double *factors;          /* D */
     int32_t *exponents;       /* log2 of D, see linalg/scale.h */
     int32_t *work;            /* 2 n */
+    int32_t *order;           /* n: of rows to solve one by one; see triangle.c */
+    int64_t ordered;          /* the set-up that it is of; negative: that has none */
     double *row_norms;        /* 1-norms of the rows of D M D */
     int32_t balanced;         /* perp__equilibrate looked for noise */
     const double *q;          /* the caller's, during a solve */
@@ -198,6 +200,9 @@ void perp__small_scale(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last
  * digits: nothing but the point and solver->spent has changed then. */
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);
+
+/* triangle.c: the same for matrices whose rows can be solved one after the other. */
+int32_t perp__triangle_solve(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* games.c: whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP;
  * game_start := the point that strategy j gives, false if none. */

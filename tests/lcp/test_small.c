@@ -25,23 +25,25 @@ static perp_lcp_solver *set_up(const gen_lcp *problem, const perp_lcp_settings *
     return solver;
 }
 
-/* Whether the way alone solves it, and what `auto` says. */
-static int32_t is_taken(const gen_lcp *problem, const perp_lcp_settings *settings, double *z,
-                        perp_lcp_result *result)
+/* Whether the way alone solves it. */
+static int32_t is_taken(const gen_lcp *problem, const perp_lcp_settings *settings, const double *z)
 {
     perp_lcp_solver *solver = set_up(problem, settings);
     perp__evaluation worth;
     int32_t taken;
 
-    assert_int_equal(perp_lcp_result_init(result, sizeof *result), PERP_OK);
-    assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, result, problem->q, NULL),
-                     PERP_OK);
     perp__scale_problem(solver, problem->q);
     taken = perp__small_solve(solver, NULL, &worth);
     if (taken)
         assert_memory_equal(solver->z, z, (size_t)problem->n * sizeof *z);
     perp_lcp_solver_destroy(solver);
     return taken;
+}
+
+static void solve(run *r, const gen_lcp *problem, const perp_lcp_settings *settings)
+{
+    run_view(r, context, &problem->view, problem->q, problem->lower, problem->upper, settings, NULL,
+             "small");
 }
 
 /* Unique solutions, condition numbers below 1e4 and refined: equal to 1e-11 of numbers up to 12. */
@@ -57,24 +59,26 @@ static void test_answers_of_lemke(void **state)
     gen_seed(&random, 31);
     for (int32_t n = 1; n <= PERP__SMALL_LENGTH + 1; n++)
         for (int32_t k = 0; k < 40; k++) {
-            double z[PERP__SMALL_LENGTH + 1], expected[PERP__SMALL_LENGTH + 1];
-            perp_lcp_result result, other;
             gen_lcp problem;
             int32_t is_small;
+            run own, other;
 
             gen_problem(&problem, &random, n, classes[k % 4], GEN_PLAIN);
-            is_small = is_taken(&problem, &automatic, z, &result);
-            assert_false(is_taken(&problem, &lemke, expected, &other));
-            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
-            assert_int_equal(other.outcome, PERP_OUTCOME_SOLVED);
+            solve(&own, &problem, &automatic);
+            solve(&other, &problem, &lemke);
+            is_small = is_taken(&problem, &automatic, own.z);
+            assert_int_equal(own.result.outcome, PERP_OUTCOME_SOLVED);
+            assert_int_equal(other.result.outcome, PERP_OUTCOME_SOLVED);
             for (int32_t i = 0; i < n; i++) {
-                assert_true(fabs(z[i] - expected[i]) <= 1e-11);
+                assert_true(fabs(own.z[i] - other.z[i]) <= 1e-11);
                 if (problem.z[i] + problem.w[i] > 0.0) /* else either is right */
-                    assert_true((z[i] == 0.0) == (expected[i] == 0.0));
+                    assert_true((own.z[i] == 0.0) == (other.z[i] == 0.0));
             }
             assert_true(!is_small || n <= PERP__SMALL_LENGTH);
             taken += is_small;
             count += n <= PERP__SMALL_LENGTH;
+            run_release(&own);
+            run_release(&other);
             gen_destroy(&problem);
         }
     /* matrices that fall into parts are not taken, and a step of refinement may be too few for one
@@ -82,40 +86,69 @@ static void test_answers_of_lemke(void **state)
     assert_true(taken > count / 2);
 }
 
-/* Bounds, limits, a monitor, another rule: each alone keeps it from being taken. */
-static int32_t never(const perp_lcp_progress *progress, void *user)
-{
-    (void)progress;
-    (void)user;
-    return 0;
-}
-
+/* A bound, another rule, a budget that is too small, no polish: each alone is for the methods. */
 static void test_what_it_leaves_alone(void **state)
 {
     gen_random random;
-    perp_lcp_result result;
     gen_lcp problem;
-    double z[8], upper[8];
+    double upper[8];
 
     (void)state;
     gen_seed(&random, 32);
     gen_problem(&problem, &random, 8, GEN_PD_SYMMETRIC, GEN_PLAIN);
-    for (int32_t k = 0; k < 7; k++) {
+    for (int32_t k = 0; k < 6; k++) {
         perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+        run r;
 
-        settings.max_iterations = k == 1 ? 1000 : 0;
-        settings.time_limit = k == 2 ? 1000.0 : 0.0;
-        settings.polish = k != 3;
-        settings.pivot_rule = k == 4 ? PERP_PIVOT_LEXICOGRAPHIC : PERP_PIVOT_HARRIS;
-        settings.monitor = k == 5 ? never : NULL;
+        settings.max_iterations = k == 1 ? 2 : 0;
+        settings.polish = k != 2;
+        settings.pivot_rule = k == 3 ? PERP_PIVOT_LEXICOGRAPHIC : PERP_PIVOT_HARRIS;
+        settings.time_limit = k == 5 ? 1000.0 : 0.0;
         for (int32_t i = 0; i < 8; i++)
             upper[i] = i == 3 ? 1e6 : INFINITY;
-        problem.upper = k == 6 ? upper : NULL;
-        assert_int_equal(is_taken(&problem, &settings, z, &result), k == 0);
-        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        problem.upper = k == 4 ? upper : NULL;
+        solve(&r, &problem, &settings);
+        assert_int_equal(is_taken(&problem, &settings, r.z), k == 0 || k == 5);
+        assert_true(k == 1 || r.result.outcome == PERP_OUTCOME_SOLVED);
+        run_release(&r);
     }
     problem.upper = NULL;
     gen_destroy(&problem);
+}
+
+static int32_t answer(const perp_lcp_progress *progress, void *user)
+{
+    assert_int_equal(progress->method, PERP_LCP_LEMKE);
+    return *(int32_t *)user;
+}
+
+/* It is asked before the first pivot, as by lemke. */
+static void test_monitor_is_obeyed(void **state)
+{
+    static const double M[] = {2.0, 1.0, 1.0, 2.0}, q[] = {-1.0, -1.0};
+    perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+    perp_lcp_result result;
+    perp_matrix view;
+    double z[2] = {7.0, 7.0};
+
+    (void)state;
+    perp_matrix_init(&view, sizeof view);
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
+    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+    settings.monitor = answer;
+    for (int32_t say = -1; say <= 1; say++) {
+        const perp_status expected = say < 0 ? PERP_ERROR_CALLBACK : PERP_OK;
+
+        settings.monitor_user = &say;
+        assert_int_equal(
+            perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &view, q, NULL, NULL, NULL),
+            expected);
+        if (say < 0)
+            assert_true(z[0] == 7.0);
+        else
+            assert_true(result.outcome == PERP_OUTCOME_SOLVED || /* the polish may mend it */
+                        (say > 0 && result.outcome == PERP_OUTCOME_STOPPED));
+    }
 }
 
 /* w = (z_1 + 2 z_2 - 1, 2 z_1 + z_2 - 1) has three solutions: the start names one. */
@@ -197,9 +230,9 @@ static void test_rays_are_left_to_lemke(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answers_of_lemke),       cmocka_unit_test(test_what_it_leaves_alone),
-        cmocka_unit_test(test_start_decides),          cmocka_unit_test(test_any_start_leads_to_it),
-        cmocka_unit_test(test_rays_are_left_to_lemke),
+        cmocka_unit_test(test_answers_of_lemke),      cmocka_unit_test(test_what_it_leaves_alone),
+        cmocka_unit_test(test_monitor_is_obeyed),     cmocka_unit_test(test_start_decides),
+        cmocka_unit_test(test_any_start_leads_to_it), cmocka_unit_test(test_rays_are_left_to_lemke),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
