@@ -389,6 +389,13 @@ static perp_status read_block(perp_lcp_solver *solver)
     return status;
 }
 
+/* Whether Lemke's method has ended in a ray that proves nothing, as it always does on games. */
+static int32_t may_play(const perp_lcp_solver *solver)
+{
+    return solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
+           solver->settings.pivot_rule == PERP_PIVOT_HARRIS && perp__is_game(solver);
+}
+
 /* Lemke's method from each of Lemke and Howson's starts; any may be the one that does not end in a
  * ray. */
 static perp_status play(perp_lcp_solver *solver)
@@ -456,13 +463,11 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     count = perp__make_plan(solver, steps);
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, &steps[k], z0);
+        if (status == PERP_OK && steps[k].method == PERP_LCP_LEMKE && may_play(solver))
+            status = play(solver);
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
-    if (status == PERP_OK && solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
-        solver->settings.pivot_rule == PERP_PIVOT_HARRIS &&
-        perp__is_game(solver)) /* only Lemke's method, or auto, ends in rays */
-        status = play(solver);
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
     if (status == PERP_OK && solver->settings.method == PERP_LCP_AUTO && !ends_the_search(solver))

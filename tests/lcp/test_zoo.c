@@ -349,6 +349,7 @@ static void test_games_are_solved(void **state)
     for (s = 0; s < 5; s++)
         for (k = 0; k < 20; k++) {
             const int32_t n = sizes[s], first = n / 2;
+            int64_t iterations[2];
             gen_lcp problem;
 
             for (int32_t i = 0; i < n; i++) {
@@ -365,8 +366,10 @@ static void test_games_are_solved(void **state)
                 if (!run_ok(&r))
                     fail_msg("game %d of %d: %s by %s", k, (int)n,
                              perp_outcome_text(r.result.outcome), perp_lcp_method_text(methods[m]));
+                iterations[m] = r.result.iterations;
                 run_release(&r);
             }
+            assert_true(iterations[0] <= iterations[1]); /* auto tries nothing before the starts */
             gen_destroy(&problem);
         }
 }
