@@ -58,6 +58,10 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
     const perp__parts parts = {solver->n, solver->parts, solver->part};
 
     solver->q = q;
+    if (solver->length > solver->n) {
+        memcpy(solver->q_own, q, (size_t)solver->n * sizeof *q);
+        solver->q = solver->q_own;
+    }
     if (perp__find_omegas(&parts, q, solver->exponents, solver->part_omega, solver->omega,
                           solver->powers_known))
         find_powers(solver);
@@ -162,7 +166,7 @@ static const kernels *kernels_for(const perp_lcp_solver *solver)
 
     if (!solver->powers_normal || solver->parts != 1)
         return NULL;
-    while (solver->n < sets[k]->least && k > 0)
+    while (solver->length < sets[k]->least && k > 0)
         k--;
     return sets[k];
 }
@@ -235,7 +239,7 @@ static void project_any(perp_lcp_solver *solver)
 void perp__find_product(perp_lcp_solver *solver)
 {
     project_any(solver);
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
 }
 
 static perp__evaluation measure_point(perp_lcp_solver *solver)

@@ -17,7 +17,7 @@ TARGET static lanes NAME(middle)(lanes above, lanes below, lanes w)
 
 TARGET static int32_t NAME(project)(perp_lcp_solver *solver, double *z_largest)
 {
-    const size_t n = (size_t)solver->n;
+    const size_t n = (size_t)solver->length;
     const lanes infinity = spread(INFINITY), zero = spread(0.0);
     lanes largest = zero;
     truth good = less(zero, infinity);
@@ -40,7 +40,7 @@ TARGET static int32_t NAME(project)(perp_lcp_solver *solver, double *z_largest)
 TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_largest,
                                     perp__evaluation *worth)
 {
-    const size_t n = (size_t)solver->n;
+    const size_t n = (size_t)solver->length;
     const lanes infinity = spread(INFINITY), zero = spread(0.0), size_of_z = spread(z_largest);
     const lanes most = spread(DBL_MAX), tol = spread(solver->settings.tol);
     lanes natural = zero, tested = zero, backward = zero;

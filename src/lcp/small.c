@@ -73,6 +73,8 @@ void perp__small_read(perp_lcp_solver *solver)
     solver->M.values = solver->columns;
     solver->M.row_stride = 1;
     solver->M.column_stride = LENGTH;
+    solver->wide = solver->M;
+    solver->wide.rows = solver->length;
 }
 
 void perp__small_scale(perp_lcp_solver *solver)
@@ -118,30 +120,24 @@ static void fill(const perp_lcp_solver *solver, tableau *t)
 
 static void write_point(perp_lcp_solver *solver, tableau *t)
 {
-    double *b = t->T + t->b * LENGTH;
+    double values[2 * LENGTH + 1] = {0.0}, *b = t->T + t->b * LENGTH;
 
-    memset(solver->z, 0, t->n * sizeof *solver->z);
     for (size_t r = 0; r < t->n; r++) {
-        const int32_t k = t->basic[r];
-
-        if (k >= solver->n)
-            continue;
         b[r] = b[r] > 0.0 ? b[r] : 0.0;
-        solver->z[k] = b[r] * solver->z_up[k];
+        values[t->basic[r]] = b[r];
     }
+    for (size_t k = 0; k < t->n; k++)
+        solver->z[k] = values[k] * solver->z_up[k];
 }
 
-/* With z_A basic and w_A nonbasic z_A = b - T w_A: where M z + q leaves a w_A, z_A is off by T w_A.
- */
-static void correct(const perp_lcp_solver *solver, const kernels *fast, tableau *t)
+/* One step of refinement. */
+static void correct(perp_lcp_solver *solver, const kernels *fast, tableau *t)
 {
-    double w[LENGTH + 1];
+    double w[LENGTH];
 
-    for (size_t c = 0; c <= t->n; c++) {
-        const int32_t k = t->nonbasic[c] - solver->n;
-
-        w[c] = k >= 0 && k < solver->n ? solver->w_high[k] * solver->w_down[k] : 0.0;
-    }
+    perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
+    for (size_t i = 0; i < t->n; i++)
+        w[i] = solver->w_high[i] * solver->w_down[i];
     fast->correct(t, w);
 }
 
@@ -177,7 +173,6 @@ int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evalu
     if (solver->spent < 0)
         return 0;
     write_point(solver, &t);
-    perp__find_product(solver);
     correct(solver, fast, &t);
     write_point(solver, &t);
     *worth = perp__evaluate(solver);

@@ -7,18 +7,19 @@ TARGET static inline size_t NAME(exchange)(tableau *t, size_t rows, size_t r, si
     double *column = t->T + c * LENGTH, *other = t->T;
     const double inverse = 1.0 / column[r];
     const int32_t leaving = t->basic[r];
+    lanes kept[LENGTH / LANES];
 
-    for (size_t j = 0; j <= t->b; j++, other += LENGTH) {
+    for (size_t i = 0; i < rows; i += LANES)
+        kept[i / LANES] = load(column + i);
+    for (size_t j = 0; j <= t->b; j++, other += LENGTH) { /* c too: a branch costs more */
         const double factor = other[r] * inverse;
 
-        if (j == c)
-            continue;
         for (size_t i = 0; i < rows; i += LANES)
-            store(other + i, minus_product(load(other + i), spread(factor), load(column + i)));
+            store(other + i, minus_product(load(other + i), spread(factor), kept[i / LANES]));
         other[r] = factor;
     }
     for (size_t i = 0; i < rows; i += LANES)
-        store(column + i, multiply(load(column + i), spread(-inverse)));
+        store(column + i, multiply(kept[i / LANES], spread(-inverse)));
     column[r] = inverse;
     t->basic[r] = t->nonbasic[c];
     t->nonbasic[c] = leaving;
@@ -51,7 +52,7 @@ static inline size_t NAME(largest_row)(const tableau *t, const double *w, size_t
  * are wrong there. False where that is no basis. */
 TARGET static inline int32_t NAME(begin_at)(tableau *t, size_t rows, const double *z)
 {
-    double w[LENGTH], *cover = t->T + t->n * LENGTH;
+    double w[LENGTH] = {0.0}, *cover = t->T + t->n * LENGTH;
     const double *b = t->T + t->b * LENGTH;
 
     for (size_t i = 0; i < rows; i += LANES) {
@@ -80,13 +81,14 @@ static inline size_t NAME(worst_row)(const tableau *t)
 {
     const double *b = t->T + t->b * LENGTH, *cover = t->T + t->n * LENGTH;
     size_t found = NONE;
-    double least = 0.0;
+    double least = -0x1p-1074;
 
-    for (size_t r = 0; r < t->n; r++)
-        if (cover[r] < 0.0 && b[r] < 0.0 && b[r] <= least) {
-            least = b[r];
-            found = r;
-        }
+    for (size_t r = 0; r < t->n; r++) {
+        const double value = -cover[r] * b[r];
+
+        found = value <= least ? r : found;
+        least = value <= least ? value : least;
+    }
     return found;
 }
 
@@ -156,22 +158,29 @@ TARGET static inline int32_t NAME(path)(tableau *t, size_t rows, const double *z
 
 TARGET static int32_t NAME(follow)(tableau *t, const double *z)
 {
-    const size_t vectors = (t->n + LANES - 1) / LANES;
+    const size_t rows = (t->n + LANES - 1) / LANES * LANES;
 
-    return vectors == 1   ? NAME(path)(t, LANES, z)
-           : vectors == 2 ? NAME(path)(t, 2 * LANES, z)
-           : vectors == 3 ? NAME(path)(t, 3 * LANES, z)
-                          : NAME(path)(t, vectors * LANES, z);
+    return rows == LANES       ? NAME(path)(t, LANES, z)
+           : rows == 2 * LANES ? NAME(path)(t, 2 * LANES, z)
+           : rows == 3 * LANES && 3 * LANES < LENGTH
+               ? NAME(path)(t, 3 * LANES, z)
+               : NAME(path)(t, rows < LENGTH ? rows : LENGTH, z);
 }
 
-/* b := b + T w, w by columns. */
+/* With z_A basic and w_A nonbasic z_A = b - T w_A: where M z + q leaves a w_A, z_A is off by
+ * T w_A. `w`: n, scaled. */
 TARGET static void NAME(correct)(tableau *t, const double *w)
 {
-    double *b = t->T + t->b * LENGTH;
+    double left[2 * LENGTH + 1] = {0.0}, *b = t->T + t->b * LENGTH;
 
-    for (size_t c = 0; c <= t->n; c++)
-        for (size_t i = 0; i < t->n && w[c] != 0.0; i += LANES)
-            store(b + i, minus_product(load(b + i), spread(-w[c]), load(t->T + c * LENGTH + i)));
+    for (size_t i = 0; i < t->n; i++)
+        left[t->n + i] = w[i];
+    for (size_t c = 0; c <= t->n; c++) {
+        const lanes factor = spread(-left[t->nonbasic[c]]); /* 0 for z and t */
+
+        for (size_t i = 0; i < t->n; i += LANES)
+            store(b + i, minus_product(load(b + i), factor, load(t->T + c * LENGTH + i)));
+    }
 }
 
 /* scaled := -D columns D; d has LENGTH entries. */

@@ -2,10 +2,12 @@
 #include "lcp/solver.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/check.h"
 #include "base/context.h"
 #include "lcp/all/all.h"
+#include "linalg/lanes/vectors.h"
 #include "linalg/scale.h"
 
 /* ---- settings ---- */
@@ -96,17 +98,17 @@ static void layout(perp__arena *arena, void *object)
     perp_lcp_solver *s = object;
     size_t n = (size_t)s->n, entries = n <= PERP__SMALL_LENGTH ? n * PERP__SMALL_LENGTH : 0;
 
-    PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->factors, &s->row_norms, &s->z_down, &s->z_up,
-                  &s->w_down, &s->q_scaled, &s->lower_scaled, &s->upper_scaled, &s->iterate,
-                  &s->ray, &s->covering);
+    /* those that are read to s->length come first */
+    PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->row_norms, &s->z_down, &s->z_up, &s->w_down,
+                  &s->q_scaled, &s->q_own, &s->z, &s->w_high, &s->w_low, &s->factors,
+                  &s->lower_scaled, &s->upper_scaled, &s->iterate, &s->ray, &s->covering);
     PERP__INTEGERS(arena, n, &s->exponents, &s->row_size, &s->order);
     PERP__INTEGERS(arena, 2 * n, &s->work, &s->part, &s->omega, &s->part_omega);
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     PERP__DOUBLES(arena, entries, &s->columns, &s->scaled);
-    PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray,
-                  &s->game_start);
+    PERP__DOUBLES(arena, n, &s->best.z, &s->best.w, &s->best_ray, &s->game_start);
 }
 
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
@@ -134,6 +136,17 @@ static void equilibrate(perp_lcp_solver *solver)
         perp__small_scale(solver);
 }
 
+/* Zeros beyond n, so that vectors may reach there. */
+static void pad(perp_lcp_solver *solver)
+{
+    solver->length = solver->n;
+    if (solver->n == 0 || solver->n > PERP__SMALL_LENGTH)
+        return;
+    solver->length = perp__widest_vectors() == PERP__VECTOR_AVX512 ? (solver->n + 7) / 8 * 8
+                                                                   : (solver->n + 3) / 4 * 4;
+    memset(solver->lower, 0, (size_t)((char *)solver->factors - (char *)solver->lower));
+}
+
 /* Room for problems of n rows; without it that for the last one's stays. */
 static perp_status fit(perp_lcp_solver *solver, int32_t n)
 {
@@ -142,8 +155,10 @@ static perp_status fit(perp_lcp_solver *solver, int32_t n)
 
     solver->n = n;
     status = perp__arena_fit(&solver->arena, solver->context, layout, solver);
-    if (status == PERP_OK)
-        return status;
+    if (status == PERP_OK) {
+        pad(solver);
+        return PERP_OK;
+    }
     solver->n = before;
     if (solver->setups > 0) /* the block is there */
         perp__arena_fit(&solver->arena, solver->context, layout, solver);
@@ -166,6 +181,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     if (status != PERP_OK)
         return status;
     solver->M = own;
+    solver->wide = own;
     solver->is_small = perp__small_suits(solver);
     if (solver->is_small)
         perp__small_read(solver);
@@ -196,7 +212,7 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 }
 
 /* Doubles of room for the solver's arena at n = PERP__SMALL_LENGTH. */
-enum { SMALL_ROOM = 1216 };
+enum { SMALL_ROOM = 1280 };
 
 static perp_status enter(perp_lcp_solver *solver)
 {

@@ -59,7 +59,9 @@ struct perp_lcp_solver {
     int64_t shape;  /* the set-up since which arrays have needed no other sizes */
     int32_t free_variables;
     int32_t n;
+    int32_t length; /* n; up to PERP__SMALL_LENGTH whole vectors: arrays are 0 from n to there */
     perp__matrix M;
+    perp__matrix wide;        /* for products: M, with zeros to that length where M has them */
     double *columns, *scaled; /* small dense problems: M, which is a view of them then, and -D M D;
                                  16 entries a column, 0 beyond n */
     int32_t is_small;         /* they are in use, and the bounds are 0 and +inf */
@@ -71,7 +73,8 @@ struct perp_lcp_solver {
     int64_t ordered;          /* the set-up that it is of; negative: that has none */
     double *row_norms;        /* 1-norms of the rows of D M D */
     int32_t balanced;         /* perp__equilibrate looked for noise */
-    const double *q;          /* the caller's, during a solve */
+    const double *q;          /* the caller's, during a solve, or q_own */
+    double *q_own;            /* 0 beyond n */
     int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
     int32_t *omega; /* 2 n: a row's, then a column's: log2 of the power of two near max |D q| in
                        its part */

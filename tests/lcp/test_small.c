@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "lcp/solver.h"
+#include "memory.h"
 #include "run.h"
 
 #include "context.h"
@@ -151,6 +152,35 @@ static void test_monitor_is_obeyed(void **state)
     }
 }
 
+/* perp_lcp_solve takes no memory for such problems, and some for the next size. */
+static void test_one_call_takes_no_memory(void **state)
+{
+    memory m = {0};
+    const perp_context_settings own = memory_settings(&m);
+    const perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+    perp_context *counting = NULL;
+    gen_random random;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&counting, &own), PERP_OK);
+    gen_seed(&random, 34);
+    for (int32_t n = 1; n <= PERP__SMALL_LENGTH + 1; n++) {
+        double z[PERP__SMALL_LENGTH + 1];
+        perp_lcp_result result;
+        gen_lcp problem;
+
+        gen_problem(&problem, &random, n, GEN_PD_SYMMETRIC, GEN_PLAIN);
+        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+        m.calls = 0;
+        assert_int_equal(perp_lcp_solve(counting, z, NULL, NULL, &result, &settings, &problem.view,
+                                        problem.q, NULL, NULL, NULL),
+                         PERP_OK);
+        assert_true(is_taken(&problem, &settings, z) == (m.calls == 0));
+        gen_destroy(&problem);
+    }
+    perp_context_destroy(counting);
+}
+
 /* w = (z_1 + 2 z_2 - 1, 2 z_1 + z_2 - 1) has three solutions: the start names one. */
 static void test_start_decides(void **state)
 {
@@ -230,9 +260,13 @@ static void test_rays_are_left_to_lemke(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answers_of_lemke),      cmocka_unit_test(test_what_it_leaves_alone),
-        cmocka_unit_test(test_monitor_is_obeyed),     cmocka_unit_test(test_start_decides),
-        cmocka_unit_test(test_any_start_leads_to_it), cmocka_unit_test(test_rays_are_left_to_lemke),
+        cmocka_unit_test(test_answers_of_lemke),
+        cmocka_unit_test(test_what_it_leaves_alone),
+        cmocka_unit_test(test_monitor_is_obeyed),
+        cmocka_unit_test(test_start_decides),
+        cmocka_unit_test(test_any_start_leads_to_it),
+        cmocka_unit_test(test_one_call_takes_no_memory),
+        cmocka_unit_test(test_rays_are_left_to_lemke),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
