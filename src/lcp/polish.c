@@ -23,10 +23,6 @@
 /* Below this size a sparse block is factored as a dense one. */
 #define PERP__DENSE_BLOCK 64
 
-/* A step of relative size s leaves an error of about s^2, as the inverse is about as inaccurate as
- * the point that came with it. */
-#define PERP__LAST_STEP 1e-8
-
 /* A q this small beside the largest of its part, in common units, is hidden; most rows, one after
  * the other, that are brought to their own terms. */
 #define HIDDEN 0x1p-70

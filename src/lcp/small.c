@@ -130,15 +130,27 @@ static void write_point(perp_lcp_solver *solver, tableau *t)
         solver->z[k] = values[k] * solver->z_up[k];
 }
 
-/* One step of refinement. */
-static void correct(perp_lcp_solver *solver, const kernels *fast, tableau *t)
+/* One step of refinement. Whether it is short enough to be the last: its square is what it leaves.
+ */
+static int32_t correct(perp_lcp_solver *solver, const kernels *fast, tableau *t)
 {
-    double w[LENGTH];
+    double w[LENGTH], before[LENGTH], step = 0.0, largest = 0.0;
+    const double *b = t->T + t->b * LENGTH;
 
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
-    for (size_t i = 0; i < t->n; i++)
+    for (size_t i = 0; i < t->n; i++) {
         w[i] = solver->w_high[i] * solver->w_down[i];
+        before[i] = b[i];
+    }
     fast->correct(t, w);
+    for (size_t r = 0; r < t->n; r++) {
+        const double is_z = t->basic[r] < solver->n ? 1.0 : 0.0;
+        const double change = is_z * fabs(b[r] - before[r]), size = is_z * fabs(b[r]);
+
+        step = change > step ? change : step;
+        largest = size > largest ? size : largest;
+    }
+    return step <= PERP__LAST_STEP * largest;
 }
 
 /* Nothing that the point's residuals would not show. */
@@ -173,7 +185,8 @@ int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evalu
     if (solver->spent < 0)
         return 0;
     write_point(solver, &t);
-    correct(solver, fast, &t);
+    if (!correct(solver, fast, &t))
+        return 0;
     write_point(solver, &t);
     *worth = perp__evaluate(solver);
     return perp__is_exact(solver, worth) && (worth->small || !is_hidden(solver));

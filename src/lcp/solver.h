@@ -238,6 +238,10 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
 perp_status perp__polish_fit(perp_lcp_solver *solver);
 
+/* A step of relative size s leaves an error of about s^2, as the inverse is about as inaccurate as
+ * the point that came with it. */
+#define PERP__LAST_STEP 1e-8
+
 /* Where the method that found the point of the last perp__find_product holds the inverse of its
  * active block: one step of refinement with it, instead of a factorisation, if that is all it
  * takes. True if that gave a point as good as a double gets, with its worth; else nothing has
