@@ -153,7 +153,7 @@ static int32_t correct(perp_lcp_solver *solver, const kernels *fast, tableau *t)
     return step <= PERP__LAST_STEP * largest;
 }
 
-/* Nothing that the point's residuals would not show. */
+/* Whether a row is so small beside others that perp__polish_hidden is to look at it. */
 static int32_t is_hidden(const perp_lcp_solver *solver)
 {
     for (int32_t i = 0; i < solver->n; i++)
