@@ -14,10 +14,6 @@
  * the quotient of two such. */
 #define SMALL 1e-150
 
-/* Friction from which a contact is judged normal and tangents apart, as those with discs are: the
- * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */
-#define STEEP 1e3
-
 /* Of the radius: r nearer to the edge of its disc than this is on it. */
 #define EDGE (8.0 * DBL_EPSILON)
 
@@ -332,7 +328,7 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     law->cone = law->dissipation = law->bilateral = 0.0;
     law->change = s.r_n > 0.0 ? fabs(s.u_n) : fmax(0.0, 0.0 - s.u_n);
     judge_parts(problem, parts, count, &s, law);
-    if (count != 1 || problem->cone > 0 || given || problem->mu[k] > STEEP)
+    if (count != 1 || problem->cone > 0 || given || problem->mu[k] > PERP__STEEP)
         return;
     for (int32_t i = 0; i < parts[0].size; i++)
         d[i] = u[parts[0].row + i] / s.t;
@@ -341,25 +337,34 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                  r + parts[0].row, d, &law->mode);
 }
 
+double perp__contact_natural_of(double mu, int32_t tangents, double t, const double *r,
+                                const double *u, int32_t *mode)
+{
+    const perp__contact_part part = {1, tangents, mu};
+    double d[2] = {0.0, 0.0};
+
+    if (tangents == 0) {
+        *mode = r[0] <= u[0] / t ? PERP_CONTACT_SEPARATE : PERP_CONTACT_STICK;
+        return fabs(fmin(r[0], u[0] / t));
+    }
+    for (int32_t i = 0; i < tangents; i++)
+        d[i] = u[1 + i] / t;
+    return cone_map(&part, r[0], u[0] / t + mu * norm(d, tangents), r + 1, d, mode);
+}
+
 double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
                              const double *u, int32_t *mode)
 {
     const int32_t row = problem->starts[k], tangents = problem->dims[k] - 1;
-    const perp__contact_part part = {row + 1, tangents, problem->mu[k]};
-    const double t = problem->trace[k], *r_t = r + row + 1, *u_t = u + row + 1;
-    double d[2] = {0.0, 0.0};
+    perp__contact_law law;
 
-    if (problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
-        tangents == 0 || problem->mu[k] > STEEP) {
-        perp__contact_law law;
-
-        perp__contact_judge(problem, k, r, u, &law);
-        *mode = law.mode;
-        return law.natural;
-    }
-    for (int32_t i = 0; i < tangents; i++)
-        d[i] = u_t[i] / t;
-    return cone_map(&part, r[row], u[row] / t + part.coefficient * norm(d, tangents), r_t, d, mode);
+    if (!(problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
+          problem->mu[k] > PERP__STEEP))
+        return perp__contact_natural_of(problem->mu[k], tangents, problem->trace[k], r + row,
+                                        u + row, mode);
+    perp__contact_judge(problem, k, r, u, &law);
+    *mode = law.mode;
+    return law.natural;
 }
 
 double perp__contact_length(const double *x, int32_t begin, int32_t end)

@@ -73,7 +73,14 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
-/* law->natural alone; *mode: law->mode. */
+/* Friction from which a contact is judged normal and tangents apart, as those with discs are: the
+ * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */
+#define PERP__STEEP 1e3
+
+/* law->natural alone; *mode: law->mode. And of a contact with no more friction than that, its own
+ * r and u, normal first. */
+double perp__contact_natural_of(double mu, int32_t tangents, double t, const double *r,
+                                const double *u, int32_t *mode);
 double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
                              const double *u, int32_t *mode);
 

@@ -207,14 +207,15 @@ static void take_verdict(perp__rigid_answer *answer, perp__verdict *verdict)
     verdict->residual = answer->tested;
 }
 
-/* The answer of the impulses work.warm, as they are. */
+/* The answer of the impulses work.warm, as they are: all of it where they are one to `tol`. */
 static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rigid_problem *problem,
-                        perp__verdict *verdict)
+                        double tol, perp__verdict *verdict)
 {
-    perp_status status;
+    perp_status status = PERP_OK;
 
     problem->max_iterations = -1;
-    status = perp__rigid_solve(world->solver, answer, problem);
+    if (!perp__rigid_refute(answer, problem, tol))
+        status = perp__rigid_solve(world->solver, answer, problem);
     if (status == PERP_OK)
         take_verdict(answer, verdict);
     return status;
@@ -241,7 +242,7 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
         close_gaps(world, island, h);
     memcpy(work->warm, work->impulse, size);
     problem->tol = perp__swept_tol(world);
-    return look(world, answer, problem, verdict);
+    return look(world, answer, problem, problem->tol, verdict);
 }
 
 int32_t perp__comes_from_rest(const perp_world *world, const perp__island *island)
@@ -278,13 +279,15 @@ static perp_status sweep_anew(perp_world *world, perp__rigid_answer *answer,
 static perp_status settle(perp_world *world, perp__rigid_answer *answer,
                           perp__rigid_problem *problem, perp__verdict *verdict)
 {
+    perp_status status = look(world, answer, problem, INFINITY, verdict);
     const double own = answer->own;
-    perp_status status = sweep_anew(world, answer, problem);
 
+    if (status == PERP_OK)
+        status = sweep_anew(world, answer, problem);
     if (status != PERP_OK)
         return status;
     if (!(answer->own < own))
-        return look(world, answer, problem, verdict);
+        return look(world, answer, problem, INFINITY, verdict);
     take_verdict(answer, verdict);
     return PERP_OK;
 }
@@ -329,7 +332,7 @@ static perp_status remember(perp_world *world, const perp__island *island,
 {
     for (int32_t i = 0; i < world->work.count; i++)
         perp__copy3(world->work.warm + 3 * i, perp__step_contact(world, island, i)->remembered);
-    return look(world, answer, problem, verdict);
+    return look(world, answer, problem, fmax(NEARLY, problem->tol), verdict);
 }
 
 /* Impulses that balance: near those of the last step, or near the layers' guess where many contacts
