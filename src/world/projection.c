@@ -22,7 +22,7 @@
 /* Iterations of a method for the ways, and contacts beyond which sweeps alone are made: what is
  * left of an overlap comes again. */
 #define ITERATIONS 50
-#define MANY 100
+#define MANY 16
 
 /* Passes for joints, while one leaves more than this of what they lack: in bodies that turn far in
  * a step a pass alone is a rough one. */
