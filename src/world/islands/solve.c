@@ -20,7 +20,7 @@
  * whole. */
 #define LITTLE 0.25
 #define HARDLY_ANY 0.01
-#define DEEP 2e-3
+#define DEEP 1e-3
 #define MOST_SWEEPS 3
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
