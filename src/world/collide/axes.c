@@ -3,6 +3,8 @@
 #include "world/collide/box.h"
 #include "world/collide/collision.h"
 #include "world/collide/polytope.h"
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
 
 /* Sine of the angle between two edges below which their product is no axis of its own: its
@@ -39,96 +41,138 @@ double perp__separation(const perp__placed *a, const perp__placed *b, const doub
     return (perp__dot3(normal, between) - reach) - perp__reach_of(b->geometry, back);
 }
 
-/* Two boxes in the frame of the first. */
+/* Two boxes in the frame of the first; in vectors, what is of the axes of B, the last one twice:
+ * beside them, what is of those after them, and of those before. */
 typedef struct view {
     const double *half_a;
-    const double *half_b;
-    double centre[3]; /* of B */
-    double C[9];      /* columns: B's axes */
-    double size[9];   /* their entries' sizes */
+    double centre[3];                          /* of B */
+    perp__lanes half, half_after, half_before; /* of B */
+    perp__lanes C[3];                          /* components of B's axes along those of A */
+    perp__lanes size[3], size_after[3], size_before[3];
 } view;
 
-static void set_view(view *v, const perp__placed *a, const perp__placed *b)
+#define TURNED(x, i, j, k) ((perp__lanes){(x)[i], (x)[j], (x)[k], (x)[k]})
+
+PERP__KERNEL static void set_view(view *v, const perp__placed *a, const perp__placed *b)
 {
+    const double *A = a->rotation, *B = b->rotation, *half = b->geometry->half_extents;
+    const perp__lanes rows[3] = {TURNED(B, 0, 1, 2), TURNED(B, 3, 4, 5), TURNED(B, 6, 7, 8)};
+    const perp__lanes after[3] = {TURNED(B, 1, 2, 0), TURNED(B, 4, 5, 3), TURNED(B, 7, 8, 6)};
+    const perp__lanes before[3] = {TURNED(B, 2, 0, 1), TURNED(B, 5, 3, 4), TURNED(B, 8, 6, 7)};
     double between[3];
+
     perp__subtract3(between, b->position, a->position);
     perp__apply_transposed3(v->centre, a->rotation, between);
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            const double *A = a->rotation, *B = b->rotation;
-            v->C[3 * i + j] = A[i] * B[j] + A[3 + i] * B[3 + j] + A[6 + i] * B[6 + j];
-            v->size[3 * i + j] = fabs(v->C[3 * i + j]);
-        }
+    for (int i = 0; i < 3; i++) {
+        const perp__lanes x = PERP__SAME_LANES(A[i]), y = PERP__SAME_LANES(A[3 + i]);
+        const perp__lanes z = PERP__SAME_LANES(A[6 + i]);
+        const perp__lanes next = x * after[0] + y * after[1] + z * after[2];
+        const perp__lanes last = x * before[0] + y * before[1] + z * before[2];
+
+        v->C[i] = x * rows[0] + y * rows[1] + z * rows[2];
+        v->size[i] = PERP__ABSOLUTE_LANES(v->C[i]);
+        v->size_after[i] = PERP__ABSOLUTE_LANES(next);
+        v->size_before[i] = PERP__ABSOLUTE_LANES(last);
+    }
     v->half_a = a->geometry->half_extents;
-    v->half_b = b->geometry->half_extents;
+    v->half = TURNED(half, 0, 1, 2);
+    v->half_after = TURNED(half, 1, 2, 0);
+    v->half_before = TURNED(half, 2, 0, 1);
 }
 
-static void face_of_a(const view *v, int i, perp__axis *axis)
+PERP__KERNEL static void face_of_a(const view *v, int i, perp__axis *axis)
 {
-    const double *row = v->size + 3 * i, *h = v->half_b;
+    const perp__lanes share = v->size[i] * v->half;
+    const double width = share[0] + share[1] + share[2];
+
     for (int k = 0; k < 3; k++)
         axis->normal[k] = k != i ? 0.0 : v->centre[i] < 0.0 ? -1.0 : 1.0;
-    double width = row[0] * h[0] + row[1] * h[1] + row[2] * h[2];
     axis->separation = (fabs(v->centre[i]) - v->half_a[i]) - width;
     axis->width = v->half_a[i] + width;
 }
 
-static void face_of_b(const view *v, int j, perp__axis *axis)
+#define SIGN_LANES(x) PERP__SELECT_LANES((x) < zero, PERP__SAME_LANES(-1.0), PERP__SAME_LANES(1.0))
+
+PERP__KERNEL static void faces_of_b(const view *v, int count, perp__axis *axis)
 {
-    const double *h = v->half_a;
-    double along = v->C[j] * v->centre[0] + v->C[3 + j] * v->centre[1] + v->C[6 + j] * v->centre[2];
-    double sign = along < 0.0 ? -1.0 : 1.0;
-    for (int k = 0; k < 3; k++)
-        axis->normal[k] = sign * v->C[3 * k + j];
-    double width = v->size[j] * h[0] + v->size[3 + j] * h[1] + v->size[6 + j] * h[2];
-    axis->separation = (fabs(along) - v->half_b[j]) - width;
-    axis->width = v->half_b[j] + width;
+    const double *c = v->centre, *h = v->half_a;
+    const perp__lanes zero = {0.0};
+    const perp__lanes along = v->C[0] * PERP__SAME_LANES(c[0]) + v->C[1] * PERP__SAME_LANES(c[1]) +
+                              v->C[2] * PERP__SAME_LANES(c[2]);
+    const perp__lanes width = v->size[0] * PERP__SAME_LANES(h[0]) +
+                              v->size[1] * PERP__SAME_LANES(h[1]) +
+                              v->size[2] * PERP__SAME_LANES(h[2]);
+    const perp__lanes apart = (PERP__ABSOLUTE_LANES(along) - v->half) - width;
+    const perp__lanes sign = SIGN_LANES(along), all = v->half + width;
+
+    for (int j = 0; j < count; j++) {
+        for (int k = 0; k < 3; k++)
+            axis[j].normal[k] = sign[j] * v->C[k][j];
+        axis[j].separation = apart[j];
+        axis[j].width = all[j];
+    }
 }
 
 /* The product of edge i of A and j of B is (0, -C_lj, C_kj) on the axes i, k, l of A, and has the
  * components C_in and -C_im on the axes m, n of B that follow j. */
-static void edge_axis(const view *v, int i, int j, perp__axis *axis)
+PERP__KERNEL static void edges_of_a(const view *v, int i, perp__axis *axis)
 {
-    int k = (i + 1) % 3, l = (i + 2) % 3, m = (j + 1) % 3, n = (j + 2) % 3;
-    double x = v->C[3 * l + j], y = v->C[3 * k + j], length = sqrt(x * x + y * y);
-    axis->separation = -INFINITY;
-    axis->normal[i] = axis->normal[k] = axis->normal[l] = 0.0;
-    if (length < PARALLEL)
-        return;
-    double along = y * v->centre[l] - x * v->centre[k];
-    double scale = (along < 0.0 ? -1.0 : 1.0) / length;
-    double reach = v->half_a[k] * v->size[3 * l + j] + v->half_a[l] * v->size[3 * k + j] +
-                   v->half_b[m] * v->size[3 * i + n] + v->half_b[n] * v->size[3 * i + m];
-    axis->normal[k] = -x * scale;
-    axis->normal[l] = y * scale;
-    axis->separation = (fabs(along) - reach) / length;
-    axis->width = reach / length;
+    const int k = (i + 1) % 3, l = (i + 2) % 3;
+    const double *h = v->half_a;
+    const perp__lanes zero = {0.0};
+    const perp__lanes x = v->C[l], y = v->C[k], square = x * x + y * y;
+    const perp__lanes length = PERP__ROOT_LANES(square);
+    const perp__lanes along =
+        y * PERP__SAME_LANES(v->centre[l]) - x * PERP__SAME_LANES(v->centre[k]);
+    const perp__lanes scale = SIGN_LANES(along) / length;
+    const perp__lanes reach = PERP__SAME_LANES(h[k]) * v->size[l] +
+                              PERP__SAME_LANES(h[l]) * v->size[k] +
+                              v->half_after * v->size_before[i] + v->half_before * v->size_after[i];
+    const perp__lanes apart = (PERP__ABSOLUTE_LANES(along) - reach) / length;
+    const perp__lanes width = reach / length, back = -x * scale, on = y * scale;
+
+    for (int j = 0; j < 3; j++) {
+        const int parallel = length[j] < PARALLEL;
+
+        axis[j].normal[i] = 0.0;
+        axis[j].normal[k] = parallel ? 0.0 : back[j];
+        axis[j].normal[l] = parallel ? 0.0 : on[j];
+        axis[j].separation = parallel ? -INFINITY : apart[j];
+        axis[j].width = width[j];
+    }
 }
 
-static int are_aligned(const view *v)
+PERP__KERNEL static int are_aligned(const view *v)
 {
     for (int i = 0; i < 3; i++) {
-        const double *row = v->size + 3 * i;
-        if (fmax(fmax(row[0], row[1]), row[2]) < ALIGNED)
+        const perp__lanes s = v->size[i];
+
+        if (s[0] < ALIGNED && s[1] < ALIGNED && s[2] < ALIGNED)
             return 0;
     }
     return 1;
 }
 
-void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes)
+PERP__MULTIVERSION_SHARED(perp__box_axes,
+                          (const perp__placed *a, const perp__placed *b, int32_t planar,
+                           perp__axes *axes),
+                          (a, b, planar, axes))
 {
-    int dimension = planar ? 2 : 3;
+    const int dimension = planar ? 2 : 3;
     perp__axis *axis = axes->axis;
     view v;
+
     set_view(&v, a, b);
-    for (int j = 0; j < dimension; j++) {
-        face_of_a(&v, j, &axis[j]);
-        face_of_b(&v, j, &axis[dimension + j]);
-    }
+    for (int i = 0; i < dimension; i++)
+        face_of_a(&v, i, &axis[i]);
+    faces_of_b(&v, dimension, axis + dimension);
     axes->faces[0] = axes->faces[1] = dimension;
     axes->count = planar ? 4 : are_aligned(&v) ? 6 : PERP__BOX_AXES;
-    for (int k = 6; k < axes->count; k++)
-        edge_axis(&v, (k - 6) / 3, (k - 6) % 3, &axis[k]);
+    if (axes->count > 6) {
+        edges_of_a(&v, 0, axis + 6);
+        edges_of_a(&v, 1, axis + 9);
+        edges_of_a(&v, 2, axis + 12);
+    }
     for (int k = 0; k < axes->count; k++)
         axis[k].number = k;
 }
