@@ -133,8 +133,9 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
 
 /* Whether the impulses problem->warm are none to `tol`, no less than 1e-6, of contacts that do not
  * give way and of bodies whose masses are within 1e6 of each other. Then the answer is written as
- * perp__rigid_solve does with max_iterations -1, at a seventh of its cost and without a set-up, but
- * `own` is INFINITY; else 0 is returned, which says nothing, and the answer is not to be read. */
+ * perp__rigid_solve does with max_iterations -1, at two fifths of its cost and without a set-up,
+ * but `own` is INFINITY; else 0 is returned, which says nothing, and the answer is not to be read.
+ */
 int32_t perp__rigid_refute(perp__rigid_answer *answer, const perp__rigid_problem *problem,
                            double tol);
 
