@@ -88,12 +88,13 @@ static void fill(hostile *m, gen_random *random)
     m->h = gen_uniform(random, 0.0, 1.0) < 0.7 ? 0.01 : positive(random);
 }
 
-/* Whether the mechanism was taken. */
-static int32_t start(hostile *m, gen_random *random, int32_t k)
+/* Whether the mechanism was taken. memory: NULL, or where it comes from. */
+static int32_t start_in(hostile *m, gen_random *random, int32_t k,
+                        const perp_context_settings *memory)
 {
     memset(m, 0, sizeof *m);
     fill(m, random);
-    assert_int_equal(perp_context_create(&m->context, NULL), PERP_OK);
+    assert_int_equal(perp_context_create(&m->context, memory), PERP_OK);
     assert_int_equal(perp_mechanism_model_init(&m->model, sizeof m->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&m->settings, sizeof m->settings), PERP_OK);
     m->model.velocities = N;
@@ -116,6 +117,11 @@ static int32_t start(hostile *m, gen_random *random, int32_t k)
     assert_true(strlen(perp_context_message(m->context)) > 0);
     perp_context_destroy(m->context);
     return 0;
+}
+
+static int32_t start(hostile *m, gen_random *random, int32_t k)
+{
+    return start_in(m, random, k, NULL);
 }
 
 static void is_finite(const double *x, int32_t count, const char *what, int32_t k)
@@ -219,6 +225,66 @@ static void test_palette(void **state)
         try_run(&m, k);
         perp_mechanism_destroy(m.mechanism);
         perp_context_destroy(m.context);
+    }
+}
+
+/* Memory that is full of these bytes. */
+static void *allocate_filled(size_t size, void *user)
+{
+    void *block = malloc(size);
+
+    if (block)
+        memset(block, *(const int *)user, size);
+    return block;
+}
+
+static void release_filled(void *pointer, void *user)
+{
+    (void)user;
+    free(pointer);
+}
+
+/* What was in memory before has no say in a run in chosen steps, even where its steps are taken
+ * though their problems are not solved. */
+static void test_memory_has_no_say(void **state)
+{
+    static const int bytes[] = {0, 2, 0x55};
+
+    (void)state;
+    for (int32_t k = 0; k < MODELS; k++) {
+        double q[3][N], v[3][N];
+        perp_mechanism_run_result result[3];
+        perp_status status[3] = {PERP_ERROR_ARGUMENT, PERP_ERROR_ARGUMENT, PERP_ERROR_ARGUMENT};
+
+        memset(q, 0, sizeof q);
+        memset(v, 0, sizeof v);
+        for (int32_t i = 0; i < 3; i++) {
+            int byte = bytes[i];
+            perp_context_settings memory;
+            gen_random random;
+            hostile m;
+
+            assert_int_equal(perp_context_settings_init(&memory, sizeof memory), PERP_OK);
+            memory.allocate = allocate_filled;
+            memory.release = release_filled;
+            memory.allocator_user = &byte;
+            gen_seed(&random, (uint64_t)k);
+            if (!start_in(&m, &random, k, &memory))
+                break;
+            m.settings.error = 1e-3;
+            assert_int_equal(perp_mechanism_set(m.mechanism, &m.settings), PERP_OK);
+            assert_int_equal(perp_mechanism_run_result_init(&result[i], sizeof *result), PERP_OK);
+            status[i] = perp_mechanism_run(m.mechanism, q[i], v[i], &result[i], 0.0, 3.0 * m.h, m.h,
+                                           m.q, m.v, NULL, NULL);
+            result[i].seconds = 0.0;
+            perp_mechanism_destroy(m.mechanism);
+            perp_context_destroy(m.context);
+            assert_int_equal(status[i], status[0]);
+            assert_memory_equal(q[i], q[0], sizeof *q);
+            assert_memory_equal(v[i], v[0], sizeof *v);
+            if (status[0] == PERP_OK)
+                assert_memory_equal(&result[i], &result[0], sizeof *result);
+        }
     }
 }
 
@@ -350,9 +416,8 @@ static void test_bristles(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_palette),
-        cmocka_unit_test(test_vanishing_inertia),
-        cmocka_unit_test(test_compliant),
+        cmocka_unit_test(test_palette),           cmocka_unit_test(test_memory_has_no_say),
+        cmocka_unit_test(test_vanishing_inertia), cmocka_unit_test(test_compliant),
         cmocka_unit_test(test_bristles),
     };
 
