@@ -52,18 +52,19 @@ static perp_status check_cone(perp_context *context, int32_t cone)
                         MOST_DIRECTIONS);
 }
 
-PERP__SETTINGS_READER(perp__mechanism_settings_read, perp_mechanism_settings, settings_fields,
-                      check_cone(context, read.cone))
+static PERP__SETTINGS_READER(read_settings, perp_mechanism_settings, settings_fields,
+                             check_cone(context, read.cone))
 
-/* ---- the model ----------------------------------------------------------------------------- */
+    /* ---- the model -----------------------------------------------------------------------------
+     */
 
-static const perp__field sizes[] = {
-    PERP__INTEGER(perp_mechanism_model, velocities, 1, LARGEST),
-    PERP__INTEGER(perp_mechanism_model, coordinates, 0, LARGEST),
-    PERP__INTEGER(perp_mechanism_model, contacts, 0, LARGEST),
-    PERP__INTEGER(perp_mechanism_model, bilateral, 0, LARGEST),
-    PERP__INTEGER(perp_mechanism_model, dry, 0, LARGEST),
-    PERP__INTEGER(perp_mechanism_model, dry_dim, 1, 2),
+    static const perp__field sizes[] = {
+        PERP__INTEGER(perp_mechanism_model, velocities, 1, LARGEST),
+        PERP__INTEGER(perp_mechanism_model, coordinates, 0, LARGEST),
+        PERP__INTEGER(perp_mechanism_model, contacts, 0, LARGEST),
+        PERP__INTEGER(perp_mechanism_model, bilateral, 0, LARGEST),
+        PERP__INTEGER(perp_mechanism_model, dry, 0, LARGEST),
+        PERP__INTEGER(perp_mechanism_model, dry_dim, 1, 2),
 };
 
 static int32_t dim_of(const perp_mechanism_model *model, int32_t j)
@@ -151,18 +152,6 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
     return status;
 }
 
-/* Polyhedra of friction are not for contacts that hold both ways. */
-static perp_status check_model_cone(perp_context *context, const perp_mechanism_settings *settings,
-                                    const perp_mechanism_model *model)
-{
-    for (int32_t j = 0; j < model->contacts && settings->cone != 0; j++)
-        if (both_of(model, j) > 0)
-            return perp__refuse(context,
-                                "settings.cone is %d, but contact %d holds both ways: 0 alone",
-                                (int)settings->cone, (int)j);
-    return PERP_OK;
-}
-
 /* Checks sizes, callbacks and every number. */
 static perp_status read_model(perp_context *context, perp_mechanism_model *own,
                               const perp_mechanism_model *model)
@@ -234,12 +223,6 @@ static void take_model(perp_mechanism *m, const perp_mechanism_model *model)
         m->tangent[m->contacts + j] = m->contact_rows + m->bilateral + j * model->dry_dim;
         m->tangents[m->contacts + j] = model->dry_dim;
     }
-    m->model.dims = m->dims;
-    m->model.two_sided = m->two_sided;
-    m->model.mu = m->mu;
-    m->model.mu_static = m->mu_static;
-    m->model.stribeck = m->stribeck;
-    m->model.restitution = m->restitution;
 }
 
 /* ---- life ------------------------------------------------------------------------------------ */
@@ -353,12 +336,19 @@ void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
     motion->certificate = motion->has_ray = 0;
 }
 
-/* The solvers for these settings. */
+/* The solvers for these settings. Polyhedra of friction are not for contacts that hold both ways.
+ */
 static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
     const int32_t poisson = settings->law == PERP_MECHANISM_POISSON;
-    perp_status status = perp__assembly_fit(m, &m->projection, 0, 1e-10, 0);
+    perp_status status;
 
+    for (int32_t j = 0; j < m->contacts && settings->cone != 0; j++)
+        if (m->two_sided[j] > 0)
+            return perp__refuse(m->context,
+                                "settings.cone is %d, but contact %d holds both ways: 0 alone",
+                                (int)settings->cone, (int)j);
+    status = perp__assembly_fit(m, &m->projection, 0, 1e-10, 0);
     m->assembly.holds_itself = 1;
     PERP__THEN(status, perp__assembly_fit(m, &m->assembly, poisson, settings->tol, settings->cone));
     return status;
@@ -395,7 +385,6 @@ static perp_status make(perp_context *context, perp_mechanism **made,
         take_model(m, model);
         status = fit_assemblies(m, settings);
     }
-    PERP__THEN(status, perp__implicit_create(m, &m->implicit, settings));
     PERP__HAND_OUT(status, m, made);
     return status;
 }
@@ -408,9 +397,8 @@ static perp_status create(perp_context *context, perp_mechanism **mechanism,
     perp_mechanism_model read;
     perp_status status = perp__check_pointer(context, "mechanism", mechanism);
 
-    PERP__THEN(status, perp__mechanism_settings_read(context, &own, settings));
+    PERP__THEN(status, read_settings(context, &own, settings));
     PERP__THEN(status, read_model(context, &read, model));
-    PERP__THEN(status, check_model_cone(context, &own, &read));
     return status == PERP_OK ? make(context, mechanism, &own, &read) : status;
 }
 
@@ -448,19 +436,11 @@ double perp__mechanism_time_left(const perp_mechanism *m)
 static perp_status set(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
     perp_mechanism_settings own;
-    perp__implicit *implicit = NULL;
-    perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
+    perp_status status = read_settings(m->context, &own, settings);
 
-    PERP__THEN(status, check_model_cone(m->context, &own, &m->model));
-    PERP__THEN(status, perp__implicit_create(m, &implicit, &own));
     PERP__THEN(status, fit_assemblies(m, &own));
-    if (status == PERP_OK) {
-        perp__implicit_release(m->implicit);
-        m->implicit = implicit;
+    if (status == PERP_OK)
         m->settings = own;
-    } else {
-        perp__implicit_release(implicit);
-    }
     return status;
 }
 

@@ -104,7 +104,7 @@ struct perp_mechanism {
     perp__arena arena;
     perp_mechanism_settings settings;
     double deadline;            /* of the call, for perp__now(); 0: none */
-    perp_mechanism_model model; /* its arrays: the copies below */
+    perp_mechanism_model model; /* its arrays are the caller's: copies of them are below */
     int32_t n, coordinates, contacts, contact_rows, bilateral, dry, dry_rows, rows;
     int32_t constraints;     /* bilateral rows, and normals of contacts that hold both ways */
     int32_t *dims, *starts;  /* contacts; starts: contacts + 1, first rows */
@@ -136,7 +136,7 @@ struct perp_mechanism {
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;
     int32_t keeps;            /* 1: and it still does: the next step of a run need not ask again */
-    perp__implicit *implicit; /* NULL with another scheme */
+    perp__implicit *implicit; /* these made when first needed */
     perp__acceleration *accelerations;
     perp__theta *theta;
     perp__adaptive *adaptive; /* of runs that choose their steps */
@@ -322,8 +322,6 @@ perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, d
                            const perp_mechanism_step *step);
 
 /* ---- mechanism.c ---- */
-perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
-                                          const perp_mechanism_settings *settings);
 /* A struct that begins with PERP__WORK, 0 behind it but for what `layout` (NULL: none yet) takes;
  * NULL without memory, and the message says so. And its end; NULL is accepted. */
 void *perp__work_create(perp_mechanism *m, size_t size, perp__layout layout);

@@ -328,8 +328,7 @@ static void test_memory_of_a_step(void **state)
         }
         m.fails_at = 0;
         assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
-        r.settings.scheme = PERP_MECHANISM_IMPLICIT; /* needs what was not needed before, */
-        r.settings.law = PERP_MECHANISM_POISSON;     /* and so does this */
+        r.settings.law = PERP_MECHANISM_POISSON; /* needs what was not needed before */
         m.calls = 0;
         m.fails_at = k;
         assert_int_equal(perp_mechanism_set(r.mechanism, &r.settings),
@@ -340,7 +339,7 @@ static void test_memory_of_a_step(void **state)
         tabled_close(&r);
         assert_int_equal(m.live, 0);
     }
-    assert_true(asked_to_set > 1);
+    assert_true(asked_to_set > 0);
     assert_true(asked > 1);
 }
 

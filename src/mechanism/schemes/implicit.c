@@ -356,44 +356,23 @@ static perp_status set_up(perp_mechanism *m, perp__implicit *s)
     return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "the implicit step");
 }
 
-/* The solver, with room for the largest problem. */
-static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
+/* m->implicit with room for the largest problem of these settings, and its solver. */
+static perp_status open(perp_mechanism *m)
 {
-    perp_status status = perp_ncp_settings_init(&s->settings, sizeof s->settings);
-
-    s->settings.restarts = 0;
-    s->settings.max_iterations = 2 * MOST_STEPS;
-    for (int32_t i = 0; i < s->most; i++) {
-        s->lower[i] = -INFINITY;
-        s->upper[i] = INFINITY;
-    }
-    PERP__THEN(status, perp__ncp_create(m->context, &s->solver, &s->settings));
-    if (status != PERP_OK)
-        return perp__mechanism_fail_in(m, status, "the implicit step");
-    s->size = s->most;
-    return set_up(m, s);
-}
-
-perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
-                                  const perp_mechanism_settings *settings)
-{
-    perp__implicit *s;
+    perp__implicit *s = m->implicit ? m->implicit : perp__work_create(m, sizeof *s, NULL);
     perp_status status;
 
-    *made = NULL;
-    if (settings->scheme != PERP_MECHANISM_IMPLICIT)
-        return PERP_OK;
-    s = perp__work_create(m, sizeof *s, NULL);
+    m->implicit = s;
     if (!s)
         return PERP_ERROR_MEMORY;
-    s->most = most_unknowns(m, settings->cone);
+    s->most = most_unknowns(m, m->settings.cone);
     status = perp__arena_fit(&s->arena, m->context, layout, s);
-    PERP__THEN(status, create_solver(m, s));
-    if (status == PERP_OK)
-        *made = s;
-    else
-        perp__implicit_release(s);
-    return status;
+    if (status != PERP_OK || s->solver)
+        return status;
+    perp_ncp_settings_init(&s->settings, sizeof s->settings);
+    s->settings.restarts = 0;
+    s->settings.max_iterations = 2 * MOST_STEPS;
+    return perp__ncp_create(m->context, &s->solver, &s->settings);
 }
 
 void perp__implicit_release(perp__implicit *s)
@@ -517,12 +496,13 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
 perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                                    const perp__start *from)
 {
-    perp__implicit *s = m->implicit;
     perp__velocity_problem problem;
-    perp_status status;
+    perp_status status = open(m);
     int32_t found;
 
-    s->from = *from;
+    if (status != PERP_OK)
+        return status;
+    m->implicit->from = *from;
     status = find(m, step, &found);
     if (status == PERP_OK && !found) {
         step->iterations += m->answer.iterations; /* which the frozen step counts anew */

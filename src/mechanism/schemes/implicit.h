@@ -79,9 +79,6 @@ double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *
                             const double *z);
 /* The direction of force i: of a tangent, or of an edge of the polygon. */
 void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
-/* m->implicit for these settings, in *made; NULL where their scheme is another. */
-perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
-                                  const perp_mechanism_settings *settings);
-void perp__implicit_release(perp__implicit *s);
+void perp__implicit_release(perp__implicit *s); /* NULL is accepted */
 
 #endif
