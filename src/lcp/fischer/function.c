@@ -6,7 +6,7 @@
  *   a + b - r = 2ab / (a + b + r) = min * (2 max / (a + b + r)),   r = hypot(a, b),
  * where the factor lies in [0.585, 1.415]: nothing can overflow or underflow on the way. It is
  * computed as 2 / (1 + b/a + r/a) so that it serves up to the largest numbers too. */
-double perp__fischer(double a, double b)
+static double fischer(double a, double b)
 {
     double most = a > b ? a : b;
     double least = a > b ? b : a;
@@ -26,7 +26,10 @@ static double one_minus_cosine(double x, double y, double r)
     return x > 0.0 ? (y / r) * (y / (r + x)) : 1.0 - x / r;
 }
 
-perp__slopes perp__fischer_slopes(double a, double b, double along_a, double along_b)
+/* The derivatives of phi, in the names of a perp__slopes z for a and w for b. At the kink a = b = 0
+ * they are the limits along the direction (a', b'), which makes them an element of the
+ * B-subdifferential (De Luca, Facchinei & Kanzow 1996, procedure in section 7). */
+static perp__slopes fischer_slopes(double a, double b, double along_a, double along_b)
 {
     perp__slopes slopes;
     double scale, r;
@@ -58,9 +61,9 @@ static int is_inside(double a, double b)
     return a > 0.0 && b > 0.0 && !isinf(a) && !isinf(b);
 }
 
-double perp__fischer_penalised(double a, double b, double penalty)
+static double penalised(double a, double b, double penalty)
 {
-    double phi = perp__fischer(a, b);
+    double phi = fischer(a, b);
 
     if (penalty == 0.0)
         return phi;
@@ -70,7 +73,7 @@ double perp__fischer_penalised(double a, double b, double penalty)
 static perp__slopes penalised_slopes(double a, double b, double along_a, double along_b,
                                      double penalty)
 {
-    perp__slopes slopes = perp__fischer_slopes(a, b, along_a, along_b);
+    perp__slopes slopes = fischer_slopes(a, b, along_a, along_b);
 
     if (penalty == 0.0)
         return slopes;
@@ -92,8 +95,8 @@ double perp__fischer_bounded(double z, double lower, double upper, double w, dou
         return 0.0;
     if (isinf(lower) && isinf(upper))
         return w;
-    v = isinf(upper) ? w : -perp__fischer_penalised(upper - z, -w, penalty);
-    return isinf(lower) ? v : perp__fischer_penalised(z - lower, v, penalty);
+    v = isinf(upper) ? w : -penalised(upper - z, -w, penalty);
+    return isinf(lower) ? v : penalised(z - lower, v, penalty);
 }
 
 perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, double w,
@@ -105,7 +108,7 @@ perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, 
     if (!(lower < upper))
         return fixed;
     if (!isinf(upper)) { /* v = -phi(u - z, -w): v_z = phi_a, v_w = phi_b */
-        v = -perp__fischer_penalised(upper - z, -w, penalty);
+        v = -penalised(upper - z, -w, penalty);
         inner = penalised_slopes(upper - z, -w, -along_z, -along_w, penalty);
     }
     if (isinf(lower))

@@ -10,19 +10,10 @@ typedef struct perp__slopes {
 
 /* phi(a, b) = a + b - sqrt(a^2 + b^2): zero exactly where a >= 0, b >= 0, ab = 0, and with the sign
  * of min(a, b). (Most papers have -phi.) Full relative accuracy unless the result is subnormal;
- * a or b may be +inf. */
-double perp__fischer(double a, double b);
-
-/* Its derivatives, in the names of a perp__slopes z for a and w for b. At the kink a = b = 0 they
- * are the limits along the direction (a', b'), which makes them an element of the B-subdifferential
- * (De Luca, Facchinei & Kanzow 1996, procedure in section 7). */
-perp__slopes perp__fischer_slopes(double a, double b, double along_a, double along_b);
-
-/* Chen, Chen & Kanzow (2000) add a penalty p in [0, 1) where both are positive:
- * phi_p(a, b) = (1 - p) phi(a, b) + p max(a, 0) max(b, 0). */
-double perp__fischer_penalised(double a, double b, double penalty);
-
-/* Billups (1995) for l <= z <= u: phi(z - l, w), -phi(u - z, -w), phi(z - l, -phi(u - z, -w)) or w,
+ * a or b may be +inf. Chen, Chen & Kanzow (2000) add a penalty p in [0, 1) where both are positive:
+ * phi_p(a, b) = (1 - p) phi(a, b) + p max(a, 0) max(b, 0).
+ *
+ * Billups (1995) for l <= z <= u: phi(z - l, w), -phi(u - z, -w), phi(z - l, -phi(u - z, -w)) or w,
  * whichever the finite bounds ask for, phi being phi_p; 0 where l = u. Zero exactly where
  * mid(z - l, z - u, w) is. */
 double perp__fischer_bounded(double z, double lower, double upper, double w, double penalty);
