@@ -21,6 +21,9 @@
  * stopped early) the solution's stand. */
 #define PERP__AGREEMENT 1e-8
 
+/* Sliding speed relative to its terms that counts as none: rounding of the sum. */
+#define PERP__SPEED_ROUNDING (64.0 * PERP__EPS)
+
 /* Beside the negative statuses: q is outside of what the mechanism is defined for. */
 enum { PERP__OUTSIDE = 1 };
 
@@ -193,9 +196,9 @@ double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, doub
                          const double *x);
 /* sqrt(v' M v); in m->work. */
 double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v);
-/* Sliding speed of contact j, 0.0 where it is rounding. */
-double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
-                           const double *u, const double *v);
+/* Sliding speed of a contact or dry group, 0.0 where it is no more than this share of its terms. */
+double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t place,
+                           const double *u, const double *v, double rounding);
 /* The coefficients of friction that count where a step starts with row velocities u. */
 void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, double *friction,
                              const double *u, const double *v);

@@ -6,9 +6,6 @@
 
 #include "linalg/blas.h"
 
-/* Sliding speed relative to its terms that counts as none: rounding of the sum. */
-#define ROUNDING (64.0 * PERP__EPS)
-
 double perp__row_times(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
                        const double *x)
 {
@@ -139,16 +136,17 @@ double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v)
     return sqrt(fmax(sum, 0.0));
 }
 
-double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
-                           const double *u, const double *v)
+double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t place,
+                           const double *u, const double *v, double rounding)
 {
+    const int32_t first = m->tangent[place];
     double speed = 0.0, size = 0.0;
 
-    for (int32_t i = m->tangent[j]; i < m->starts[j + 1]; i++) {
+    for (int32_t i = first; i < first + m->tangents[place]; i++) {
         speed = hypot(speed, u[i]);
         size = hypot(size, perp__row_size(m, terms, i, v));
     }
-    return speed > ROUNDING * size ? speed : 0.0;
+    return speed > rounding * size ? speed : 0.0;
 }
 
 void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, double *friction,
@@ -161,7 +159,7 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
         friction[j] = terms->mu[j];
         if (!(at_rest > terms->mu[j]) || m->dims[j] == 1)
             continue;
-        speed = perp__sliding_speed(m, terms, j, u, v);
+        speed = perp__sliding_speed(m, terms, j, u, v, PERP__SPEED_ROUNDING);
         if (m->let_go[j] < 0 || (speed == 0.0 && m->let_go[j] == 0))
             friction[j] = at_rest;
         else if (m->stribeck[j] > 0.0)

@@ -22,28 +22,16 @@
 #define FIRST_MOVE 0.3711
 #define MOST_RETREATS 60
 
-static double velocity_tolerance(const perp_mechanism *m, int32_t row, const double *v)
+/* Whether the element slides now, and along which direction. */
+static void find_slip(const perp_mechanism *m, perp__element *element, const double *v)
 {
-    return CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
-}
+    const double *u = m->start_velocity + m->tangent[element->source];
+    const double speed =
+        perp__sliding_speed(m, &m->begin, element->source, m->start_velocity, v, CLOSED_TOLERANCE);
 
-/* The direction along which `tangents` rows from `row` on slide; 0: they don't. */
-static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, const double *v,
-                      double direction[2])
-{
-    const double *u = m->start_velocity + row;
-    double length = 0.0, tolerance = 0.0;
-
-    direction[0] = direction[1] = 0.0;
-    for (int32_t i = 0; i < tangents; i++) {
-        length = hypot(length, u[i]);
-        tolerance = hypot(tolerance, velocity_tolerance(m, row + i, v));
-    }
-    if (!(length > tolerance))
-        return 0;
-    for (int32_t i = 0; i < tangents; i++)
-        direction[i] = u[i] / length;
-    return 1;
+    element->moves = speed > 0.0;
+    for (int32_t i = 0; i < element->tangents && element->moves; i++)
+        element->direction[i] = u[i] / speed;
 }
 
 perp__element *perp__element_add(perp__acceleration *a, int32_t source)
@@ -82,7 +70,7 @@ static void add_contact(perp__acceleration *a, int32_t j, const double *friction
     perp__element *element = perp__element_add(a, j);
     const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
 
-    element->moves = slides(m, m->tangent[j], element->tangents, v, element->direction);
+    find_slip(m, element, v);
     element->mu_stick = at_rest;
     /* a slip that starts is slow: Stribeck's curve is at its beginning */
     element->mu = element->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
@@ -101,7 +89,8 @@ static int32_t find_elements(perp__acceleration *a, const double *q, const doubl
     perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v);
     for (j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double speed = m->start_velocity[row], rounding = velocity_tolerance(m, row, v);
+        const double speed = m->start_velocity[row];
+        const double rounding = CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
 
         if (m->two_sided[j] == 0 &&
             (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
@@ -112,12 +101,8 @@ static int32_t find_elements(perp__acceleration *a, const double *q, const doubl
         add_contact(a, j, m->friction, v);
     }
     perp__element_add_bilateral(a);
-    for (j = 0; j < m->dry; j++) {
-        perp__element *element = perp__element_add(a, m->contacts + j);
-
-        element->moves =
-            slides(m, a->row_of[element->row], element->tangents, v, element->direction);
-    }
+    for (j = 0; j < m->dry; j++)
+        find_slip(m, perp__element_add(a, m->contacts + j), v);
     return impact;
 }
 

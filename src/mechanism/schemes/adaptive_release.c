@@ -462,12 +462,8 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
     perp__row_velocities(m, &m->begin, now->u, now->v);
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], end = first + m->tangents[j];
-        double size = 0.0;
-        int32_t rests;
+        const int32_t rests = perp__sliding_speed(m, &m->begin, j, now->u, now->v, NOTHING) == 0.0;
 
-        for (int32_t i = first; i < end; i++)
-            size = hypot(size, perp__row_size(m, &m->begin, i, now->v));
-        rests = perp__length(now->u + first, m->tangents[j]) <= NOTHING * size;
         for (int32_t i = first; i < end && rests; i++)
             now->u[i] = 0.0;
         a->does[0][j] = j >= m->contacts || m->two_sided[j] > 0 ||
