@@ -223,7 +223,9 @@ static int32_t satisfies(const perp__condition *g, const perp__linear_point *poi
     default:
         break;
     }
-    return perp__is_met(value, width, at_vertex);
+    if (value >= -width && value <= width) /* no more than the width, or less, makes it so */
+        *at_vertex = 1;
+    return value >= -width;
 }
 
 int32_t perp__linear_holds(const perp__linear *p, const void *pattern,

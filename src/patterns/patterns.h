@@ -40,16 +40,6 @@ static inline uint64_t perp__next_random(uint64_t *seed)
     return *seed;
 }
 
-/* value >= 0 up to width? Sets *at_vertex where only the width, or less than it, makes it so. */
-static inline int32_t perp__is_met(double value, double width, int32_t *at_vertex)
-{
-    if (!(value >= -width))
-        return 0;
-    if (value <= width)
-        *at_vertex = 1;
-    return 1;
-}
-
 /* ---- the store ----------------------------------------------------------------------------- */
 
 /* An isolated answer is a family with one vertex. */
