@@ -55,6 +55,9 @@ void perp__assembly_release(perp__assembly *a)
 perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t bilateral,
                                  perp__motion *answer)
 {
+    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, a->columns, a->columns, a->M);
+    const perp_matrix H = perp__view(PERP_STORAGE_ROW_MAJOR, a->rows, a->columns, a->H);
+    const perp_matrix G = perp__view(PERP_STORAGE_ROW_MAJOR, bilateral, a->columns, a->G);
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_result result;
@@ -70,18 +73,11 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
                                      NULL,
                                      a->starts ? a->start : NULL,
                                      a->holds_itself};
-    perp_matrix M, H, G;
     perp_status status = PERP_OK;
 
     perp_contact_laws_init(&laws, sizeof laws);
     perp_contact_dynamics_init(&dynamics, sizeof dynamics);
     perp_contact_result_init(&result, sizeof result);
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&G, sizeof G);
-    perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, a->columns, a->columns, a->M, a->columns);
-    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, a->rows, a->columns, a->H, a->columns);
-    perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, bilateral, a->columns, a->G, a->columns);
     laws.contacts = a->contacts;
     laws.dims = a->dims;
     laws.mu = a->mu;

@@ -303,22 +303,14 @@ static perp_status try_pattern(perp__acceleration *a, search *s)
     return perp__acceleration_keep_point(a, 0, dimension);
 }
 
-static void search_settings(perp_lcp_settings *settings)
-{
-    perp_lcp_settings_init(settings, sizeof *settings);
-    settings->method = PERP_LCP_LEMKE;
-}
-
 static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver,
                        perp_mechanism_summary *summary)
 {
+    const perp_matrix view = perp__view(PERP_STORAGE_ROW_MAJOR, s->size, s->size, s->M);
     perp_lcp_settings settings;
-    perp_matrix view;
-    perp_status status = PERP_OK;
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
-    search_settings(&settings);
-    perp_matrix_init(&view, sizeof view);
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, s->size, s->size, s->M, s->size);
+    settings.method = PERP_LCP_LEMKE;
     for (int32_t start = 0; start < a->m->settings.starts && status == PERP_OK; start++) {
         perp_lcp_result result;
 
@@ -352,7 +344,6 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
 {
     perp_context *context = a->m->context;
     const size_t active = (size_t)a->active;
-    perp_lcp_settings settings;
     perp_lcp_solver *solver = NULL;
     search s = {0};
     size_t size, doubles;
@@ -365,8 +356,7 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
     doubles = 2 * size * active + size * size + 4 * size + 2 * active;
     s.columns = perp__allocate(context, doubles, sizeof *s.columns);
     s.first = perp__allocate(context, (size_t)a->elements + 1, sizeof *s.first);
-    search_settings(&settings);
-    status = s.columns && s.first ? perp__lcp_create(context, &solver, &settings)
+    status = s.columns && s.first ? perp__lcp_create(context, &solver, NULL)
                                   : perp__fail_memory(context, "the LCP of accelerations");
     if (status == PERP_OK) {
         memset(s.columns, 0, doubles * sizeof *s.columns);

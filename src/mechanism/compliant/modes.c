@@ -17,6 +17,7 @@
 
 #include "base/outcome.h"
 #include "linalg/blas.h"
+#include "linalg/matrix.h"
 #include "mechanism/compliant/compliant.h"
 
 /* Beside |tangent| |v|: what a state is given to is at rest with less than this. */
@@ -161,25 +162,18 @@ void perp__compliant_friction(perp_compliant *c, const double *N)
 
 /* ---- who sticks ------------------------------------------------------------------------------ */
 
-static perp_status make_choice(perp_compliant *c)
-{
-    perp_lcp_settings settings;
-
-    perp_lcp_settings_init(&settings, sizeof settings);
-    settings.method = PERP_LCP_LEMKE; /* basic solutions */
-    return c->choice ? PERP_OK : perp__lcp_create(c->context, &c->choice, &settings);
-}
-
 /* Solves for the friction forces within their bounds; c->w := -t. */
 static perp_status solve_choice(perp_compliant *c, int32_t *failed)
 {
+    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, c->p, c->p, c->slip_response);
+    perp_lcp_settings settings;
     perp_lcp_result result;
-    perp_matrix W;
-    perp_status status = make_choice(c);
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&W, sizeof W);
-    perp_matrix_dense(&W, PERP_STORAGE_COLUMN_MAJOR, c->p, c->p, c->slip_response, c->p);
+    settings.method = PERP_LCP_LEMKE; /* basic solutions */
+    if (!c->choice)
+        status = perp__lcp_create(c->context, &c->choice, &settings);
     PERP__THEN(status, perp__lcp_setup(c->choice, &W, c->lower, c->upper));
     PERP__THEN(status, perp__lcp_solve(c->choice, c->friction, c->w, NULL, &result, c->q, NULL));
     if (status == PERP_OK && !perp__is_good(result.outcome))

@@ -133,16 +133,14 @@ static void fill_lcp(const perp_load_friction *f, double *M, double *q, double *
 
 static perp_status solve_lcp(perp_load_friction *f, double *M, double *q, double *lower, double *z)
 {
+    const perp_matrix view = perp__view(PERP_STORAGE_COLUMN_MAJOR, 2 * f->n, 2 * f->n, M);
     perp_lcp_settings settings;
     perp_lcp_solver *solver;
     perp_lcp_result result;
-    perp_matrix view;
     perp_status status;
 
     perp_lcp_settings_init(&settings, sizeof settings);
     perp_lcp_result_init(&result, sizeof result);
-    perp_matrix_init(&view, sizeof view);
-    perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2 * f->n, 2 * f->n, M, 2 * f->n);
     settings.method = PERP_LCP_LEMKE;
     status = perp__lcp_create(f->context, &solver, &settings);
     if (status != PERP_OK)
