@@ -46,20 +46,19 @@ static PERP__SETTINGS_READER(read_settings, perp_load_settings, settings_fields,
 
 /* ---- the system ---------------------------------------------------------------------------- */
 
-/* Y = S + C A^-1 C' and the units, with A's factor in `work`. */
+/* X, Y and the units, with A's factor in `work`. */
 static void derive(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n, square = n * n;
-    double *X = f->work + square;
     int exponent;
 
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++)
-            X[j + n * i] = f->C[i + n * j];
-    perp__cholesky_solve(f->n, f->n, f->work, f->n, X, f->n);
+            f->X[j + n * i] = f->C[i + n * j];
+    perp__cholesky_solve(f->n, f->n, f->work, f->n, f->X, f->n);
     for (size_t i = 0; i < square; i++)
         f->Y[i] = -f->S[i];
-    perp__gemm_subtract(f->n, f->n, f->n, f->C, f->n, X, f->n, f->Y, f->n);
+    perp__gemm_subtract(f->n, f->n, f->n, f->C, f->n, f->X, f->n, f->Y, f->n);
     for (size_t i = 0; i < square; i++)
         f->Y[i] = -f->Y[i];
     for (size_t i = 0; i < n; i++) {
@@ -103,7 +102,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)f->n, square = n * n;
     perp__friction_question *q = &f->question;
 
-    PERP__DOUBLES(arena, square, &f->A, &f->C, &f->S, &f->Y);
+    PERP__DOUBLES(arena, square, &f->A, &f->C, &f->S, &f->X, &f->Y);
     PERP__DOUBLES(arena, n, &f->b, &f->d, &f->mu, &f->mu_static, &f->size, &f->origin, &f->product,
                   &f->product_low, &f->normal, &f->normal_low, &f->tau, &q->stop, &q->mu_stick);
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));

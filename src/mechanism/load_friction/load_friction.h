@@ -38,7 +38,7 @@ struct perp_load_friction {
     int32_t
         monotone; /* friction never turns the sign of x'(A x + f): every question has one answer */
     double stiffness, damping;
-    double *A, *C, *S, *Y; /* S: normal inertia; Y = S + C A^-1 C' */
+    double *A, *C, *S, *X, *Y; /* S: normal inertia; X = A^-1 C', Y = S + C X */
     double *b, *d, *mu, *mu_static;
     double *tau;  /* of the question */
     double *size; /* 1 / sqrt(A_ii): the unit of x_i, up to one factor */

@@ -24,27 +24,14 @@ static size_t square_of(const perp_load_friction *f)
     return (size_t)f->n * (size_t)f->n;
 }
 
-/* A matrix to be factored: the last of those in f->work. */
-static double *factor_of(const perp_load_friction *f)
-{
-    return f->work + 5 * square_of(f);
-}
-
-/* G' = (A^-1 C')' diag(mu) to f->linear.system.K. */
+/* G = X' diag(mu) to f->linear.system.K. */
 static void find_G(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
-    double *X = f->work;
 
-    memcpy(factor_of(f), f->A, n * n * sizeof(double));
-    perp__cholesky_factor(f->n, factor_of(f), f->n);
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++)
-            X[j + n * i] = f->C[i + n * j];
-    perp__cholesky_solve(f->n, f->n, factor_of(f), f->n, X, f->n);
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++)
-            f->linear.system.K[i + n * j] = X[j + n * i] * f->mu[j];
+            f->linear.system.K[i + n * j] = f->X[j + n * i] * f->mu[j];
 }
 
 /* to := G D + unit I, D_jj = -1 where f->pattern.side says so. */
@@ -197,9 +184,9 @@ int32_t perp__friction_is_monotone(perp_load_friction *f)
             const double friction =
                 0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
 
-            factor_of(f)[i + n * j] = (i == j ? a * (1.0 - 1e-9) : -fabs(a)) - friction;
+            f->work[i + n * j] = (i == j ? a * (1.0 - 1e-9) : -fabs(a)) - friction;
         }
-    return perp__cholesky_factor(f->n, factor_of(f), f->n) == 0;
+    return perp__cholesky_factor(f->n, f->work, f->n) == 0;
 }
 
 static int32_t verdict_at_rest(perp_load_friction *f, const double *velocity, int32_t moving)
