@@ -22,20 +22,19 @@
 static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
 {
     perp_mechanism *m = run->m;
-    perp_mechanism_view view = {0};
+    const perp_mechanism_view view = {.struct_size = sizeof view,
+                                      .t = run->t,
+                                      .h = h,
+                                      .q = m->now.q,
+                                      .v = m->now.v,
+                                      .impulse = m->now.r,
+                                      .velocity = m->now.u,
+                                      .modes = m->now.modes,
+                                      .step = step};
     int32_t answer;
 
     if (!run->observer)
         return PERP_OK;
-    view.struct_size = sizeof view;
-    view.t = run->t;
-    view.h = h;
-    view.q = m->now.q;
-    view.v = m->now.v;
-    view.impulse = m->now.r;
-    view.velocity = m->now.u;
-    view.modes = m->now.modes;
-    view.step = step;
     answer = run->observer(&view, run->user);
     if (answer < 0)
         return perp__fail(m->context, PERP_ERROR_CALLBACK, "the observer returned %d", (int)answer);

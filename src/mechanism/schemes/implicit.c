@@ -140,17 +140,6 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
     return m->friction[disc->contact] * z[disc->normal];
 }
 
-double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
-                            const double *z)
-{
-    double length;
-
-    if (m->two_sided[disc->contact] == 0)
-        return 1.0;
-    length = perp__length(z + disc->normal, disc->normals);
-    return length > 0.0 ? z[disc->normal + i] / length : 0.0;
-}
-
 /* beta of the two vertices next to the direction of r, and the slip speed against the polygon. */
 static void start_polygon(const perp__implicit_disc *disc, double *z, const double *r,
                           const double *u)

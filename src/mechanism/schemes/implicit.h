@@ -72,11 +72,9 @@ double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t ro
                                 double before);
 
 /* ---- implicit.c ---- */
-/* h times the bound, or mu |r_N|; and how much |r_N| grows with normal impulse i. */
+/* h times the bound, or mu |r_N|. */
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z);
-double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
-                            const double *z);
 /* The direction of force i: of a tangent, or of an edge of the polygon. */
 void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
 void perp__implicit_release(perp__implicit *s); /* NULL is accepted */

@@ -202,6 +202,18 @@ static void fill_disc_columns(perp_mechanism *m, const perp__implicit *s,
     }
 }
 
+/* How much |r_N| grows with normal impulse i. */
+static double share_of(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
+                       const double *z)
+{
+    double length;
+
+    if (m->two_sided[disc->contact] == 0)
+        return 1.0;
+    length = perp__length(z + disc->normal, disc->normals);
+    return length > 0.0 ? z[disc->normal + i] / length : 0.0;
+}
+
 static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J, const double *z)
 {
     const size_t size = (size_t)s->size;
@@ -211,7 +223,7 @@ static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J
 
         for (int32_t l = 0; l < disc->normals; l++) {
             double *column = J + (size_t)(disc->normal + l) * size;
-            const double mu = m->friction[disc->contact] * perp__implicit_share(m, disc, l, z);
+            const double mu = m->friction[disc->contact] * share_of(m, disc, l, z);
 
             perp__add_row(m, &m->end, m->starts[disc->contact] + l, -1.0, column);
             for (int32_t i = 0; i < disc->tangents && disc->edges == 0; i++)
