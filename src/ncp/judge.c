@@ -64,7 +64,7 @@ static double own_residual(perp_ncp_solver *solver)
     point.row_norms = NULL;
     point.part = m->part;
     point.parts = 2 * m->n;
-    point.scaling = m->scaling;
+    point.scaling = solver->settings.scaling;
     point.q = q;
     point.lower = m->lower;
     point.upper = m->upper;

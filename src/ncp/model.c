@@ -189,14 +189,14 @@ perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t it
     perp__ncp_control *control = &m->control;
 
     *outcome = -1;
-    if (control->monitor) {
+    if (m->settings->monitor) {
         const perp_ncp_progress progress = {.struct_size = sizeof progress,
                                             .method = control->method,
                                             .restarts = control->restarts,
                                             .iterations = iterations,
                                             .evaluations = m->function_evaluations,
                                             .residual = residual};
-        const int32_t said = control->monitor(&progress, control->monitor_user);
+        const int32_t said = m->settings->monitor(&progress, m->settings->monitor_user);
 
         if (said < 0)
             return perp__fail(m->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");

@@ -30,8 +30,6 @@ typedef struct perp__ncp_colours {
 } perp__ncp_colours;
 
 typedef struct perp__ncp_control {
-    perp_ncp_monitor monitor;
-    void *monitor_user;
     double deadline;    /* on perp__now()'s clock; 0: none */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     int32_t method;
@@ -40,12 +38,12 @@ typedef struct perp__ncp_control {
 
 typedef struct perp__ncp_model {
     perp_context *context;
+    const perp_ncp_settings *settings;
     perp_ncp_problem problem; /* its pointers lead to copies */
     int32_t n;
     int32_t sparse;
     double *lower, *upper; /* caller's units */
     int32_t *pattern_starts, *pattern_rows;
-    int32_t scaling;         /* 0: D is 1 throughout */
     int32_t *exponents;      /* log2 of D */
     int32_t *exponents_work; /* 2 n */
     double *D, *unit;        /* unit: 2 n */

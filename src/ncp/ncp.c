@@ -506,12 +506,9 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
         return status;
     memset(&m->control, 0, sizeof m->control);
     m->control.ended = -1;
-    m->control.monitor = solver->settings.monitor;
-    m->control.monitor_user = solver->settings.monitor_user;
     if (solver->settings.time_limit > 0.0)
         m->control.deadline = started + solver->settings.time_limit;
     m->function_evaluations = m->jacobian_evaluations = 0;
-    m->scaling = solver->settings.scaling;
     solver->best_method = -1;
     solver->iterations = 0;
     solver->trapped = 0;

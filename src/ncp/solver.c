@@ -130,6 +130,7 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
     if (status != PERP_OK)
         return status;
     next.model.context = solver->context;
+    next.model.settings = &solver->settings;
     next.model.problem = own;
     next.model.n = own.n;
     next.model.sparse = own.storage == PERP_STORAGE_CSC;

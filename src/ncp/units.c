@@ -93,7 +93,7 @@ void perp__ncp_model_equilibrate(perp__ncp_model *m)
 {
     const perp__matrix J = perp__ncp_given(m);
 
-    perp__equilibrate(&J, m->scaling, m->exponents, m->most, m->exponents_work);
+    perp__equilibrate(&J, m->settings->scaling, m->exponents, m->most, m->exponents_work);
     set_powers(m);
     perp__ncp_scale_matrix(m);
 }
