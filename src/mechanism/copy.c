@@ -59,13 +59,13 @@ perp_status perp__copy_vector(perp_context *context, const char *name, int32_t n
 }
 
 perp_status perp__copy_coefficients(perp_context *context, int32_t n, double *mu, double *mu_static,
-                                    const perp__coefficients *from)
+                                    const double *from, const double *from_static)
 {
-    perp_status status = perp__check_pointer(context, "mu", from->mu);
+    perp_status status = perp__check_pointer(context, "mu", from);
 
-    PERP__THEN(status, perp__copy_vector(context, "mu", n, mu, from->mu));
+    PERP__THEN(status, perp__copy_vector(context, "mu", n, mu, from));
     PERP__THEN(status, perp__copy_vector(context, "mu_static", n, mu_static,
-                                         from->mu_static ? from->mu_static : from->mu));
+                                         from_static ? from_static : from));
     for (int32_t i = 0; i < n && status == PERP_OK; i++) {
         if (mu[i] < 0.0)
             return perp__refuse(context, "mu[%d] is %g, negative", (int)i, mu[i]);

@@ -18,12 +18,8 @@ perp_status perp__check_inertia(perp_context *context, const char *name, int32_t
                                 double *factor);
 
 /* mu >= 0, and mu_static >= mu, which NULL stands for. */
-typedef struct perp__coefficients {
-    const double *mu, *mu_static;
-} perp__coefficients;
-
 perp_status perp__copy_coefficients(perp_context *context, int32_t n, double *mu, double *mu_static,
-                                    const perp__coefficients *from);
+                                    const double *from, const double *from_static);
 
 perp_status perp__check_compliance(perp_context *context, double stiffness, double damping);
 

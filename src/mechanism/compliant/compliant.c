@@ -118,14 +118,14 @@ static perp_status take_sides(perp_compliant *c, const int32_t *one_sided)
 
 static perp_status take(perp_compliant *c, const perp_compliant_system *s)
 {
-    const perp__coefficients friction = {s->mu, s->mu_static};
     perp_context *context = c->context;
     perp_status status = perp__copy_matrix(context, "mass", c->n, c->n, c->mass, s->mass);
 
     PERP__THEN(status, perp__copy_matrix(context, "normal", c->p, c->n, c->normal, s->normal));
     PERP__THEN(status, perp__copy_matrix(context, "tangent", c->p, c->n, c->tangent, s->tangent));
     PERP__THEN(status, perp__copy_vector(context, "force", c->n, c->force, s->force));
-    PERP__THEN(status, perp__copy_coefficients(context, c->p, c->mu, c->mu_static, &friction));
+    PERP__THEN(status,
+               perp__copy_coefficients(context, c->p, c->mu, c->mu_static, s->mu, s->mu_static));
     PERP__THEN(status, take_sides(c, s->one_sided));
     PERP__THEN(status, perp__check_compliance(context, s->stiffness, s->damping));
     PERP__THEN(status, perp__check_inertia(context, "mass", c->n, c->mass, c->mass));

@@ -69,7 +69,6 @@ static void derive(perp_load_friction *f)
 
 static perp_status take(perp_load_friction *f, const perp_load_system *system)
 {
-    const perp__coefficients friction = {system->mu, system->mu_static};
     perp_context *context = f->context;
     perp_status status = perp__copy_matrix(context, "A", f->n, f->n, f->A, system->A);
 
@@ -83,7 +82,8 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
         f->S[(size_t)i * ((size_t)f->n + 1)] = 1.0;
     PERP__THEN(status, perp__copy_vector(context, "b", f->n, f->b, system->b));
     PERP__THEN(status, perp__copy_vector(context, "d", f->n, f->d, system->d));
-    PERP__THEN(status, perp__copy_coefficients(context, f->n, f->mu, f->mu_static, &friction));
+    PERP__THEN(status, perp__copy_coefficients(context, f->n, f->mu, f->mu_static, system->mu,
+                                               system->mu_static));
     PERP__THEN(status, perp__check_compliance(context, system->stiffness, system->damping));
     PERP__THEN(status, perp__check_inertia(context, "normal_inertia", f->n, f->S, f->work));
     PERP__THEN(status, perp__check_inertia(context, "A", f->n, f->A, f->work));
