@@ -40,7 +40,7 @@ static int32_t choose(void *user, int32_t i, int32_t choice)
 static perp_status try_pattern(void *user)
 {
     perp_load_friction *f = user;
-    const int32_t dimension = perp__friction_solve_pattern(f);
+    const int32_t dimension = perp__friction_solve_pattern(f, 0);
     int32_t at_vertex;
 
     if (dimension > 0)
@@ -82,7 +82,7 @@ static perp_status iterate(perp_load_friction *f, int64_t *patterns)
 
     for (int32_t round = 0; round < 3 * f->n + 10; round++) {
         ++*patterns;
-        if (perp__friction_solve_pattern(f) != 0)
+        if (perp__friction_solve_pattern(f, 1) != 0)
             return PERP_OK;
         if (perp__friction_holds(f, &at_vertex))
             return perp__friction_keep_point(f, at_vertex);
@@ -176,13 +176,10 @@ static perp_status iterate_from_lemke(perp_load_friction *f, int64_t *patterns)
 static perp_status search(perp_load_friction *f, int64_t *patterns)
 {
     uint64_t seed = 1;
-    perp_status status;
+    perp_status status = iterate_from_lemke(f, patterns);
 
-    f->insist = 1;
-    status = iterate_from_lemke(f, patterns);
     for (int32_t start = 0; start < f->settings.starts && status == PERP_OK; start++)
         status = iterate_from(f, start, &seed, patterns);
-    f->insist = 0;
     return status;
 }
 
@@ -207,9 +204,7 @@ static perp_status answer_directly(perp_load_friction *f, int64_t *patterns)
                                       : f->d[i] < 0.0                                          ? -1
                                                                                                : 1);
     }
-    f->insist = 1;
     status = iterate(f, patterns);
-    f->insist = 0;
     if (f->answers.count != 1 || f->answers.first->at_vertex || f->answers.incomplete)
         perp__answers_clear(&f->answers);
     return status;

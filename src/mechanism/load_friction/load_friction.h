@@ -47,7 +47,6 @@ struct perp_load_friction {
     perp__friction_pattern pattern;
     perp__pattern_tree tree;
     perp__answers answers; /* points are x = q''; own: normal and friction forces */
-    int32_t insist;        /* patterns are solved to the end even where they are clearly wrong */
     int8_t *regular;       /* of a step: a stable acceleration stops this coordinate within it */
     /* work */
     perp__linear linear; /* of a pattern: x, and u = (A x + b - tau, C x + d) */
@@ -59,8 +58,9 @@ struct perp_load_friction {
 };
 
 /* Solves the pattern: f->linear has the solution with its widths and 0 is returned; else the
- * dimension of the null space, or -1 where the equations contradict each other. */
-int32_t perp__friction_solve_pattern(perp_load_friction *f);
+ * dimension of the null space, or -1 where the equations contradict each other, or, unless
+ * `insist`, where the pattern is clearly wrong. */
+int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist);
 
 /* u, residual and load of f->linear.x in the pattern, in doubled precision. */
 void perp__friction_evaluate(perp_load_friction *f);

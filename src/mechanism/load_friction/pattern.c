@@ -109,7 +109,7 @@ static int32_t give_up(perp_load_friction *f)
     return -1;
 }
 
-int32_t perp__friction_solve_pattern(perp_load_friction *f)
+int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
 {
     static const double alone[3] = {1.0, 0.0, 0.0};
     perp__linear *p = &f->linear;
@@ -129,7 +129,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
     perp__pivoting_eliminate(&p->system, singular * f->settings.tol * top, f->n);
     perp__linear_evaluate(p);
     perp__linear_correct(p);
-    if (p->system.rank == p->system.n && p->system.least > regular * top && !f->insist) {
+    if (p->system.rank == p->system.n && p->system.least > regular * top && !insist) {
         perp__linear_evaluate(p);
         if (is_clearly_wrong(f))
             return -1;
