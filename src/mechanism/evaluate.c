@@ -225,6 +225,15 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
     return status == PERP_OK ? check(m, "rate", rate, (size_t)m->coordinates) : status;
 }
 
+perp_status perp__evaluate_curvature(perp_mechanism *m, double *bias, double t, const double *q,
+                                     const double *v)
+{
+    const perp_status status =
+        judge(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
+
+    return status == PERP_OK ? check(m, "bias", bias, (size_t)m->rows) : status;
+}
+
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v)
 {

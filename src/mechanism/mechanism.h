@@ -158,6 +158,9 @@ perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, 
                                const double *v);
 /* rate := N(q) v; may be neither q nor v. */
 perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q, const double *v);
+/* By the model's callback, which it has. */
+perp_status perp__evaluate_curvature(perp_mechanism *m, double *bias, double t, const double *q,
+                                     const double *v);
 /* q1 := q0 + h N(q0) v, normalised. q1 may not be q0. */
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v);

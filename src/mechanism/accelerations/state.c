@@ -222,23 +222,6 @@ static perp_status difference(perp__acceleration *a, differences *d, double s)
     return status;
 }
 
-static perp_status call_back(perp__acceleration *a, double t, const double *q, const double *v)
-{
-    perp_mechanism *m = a->m;
-    const int32_t answer = m->model.curvature(a->bias, t, q, v, m->model.user);
-
-    if (answer < 0)
-        return perp__fail(m->context, PERP_ERROR_CALLBACK, "the curvature callback returned %d",
-                          (int)answer);
-    for (int32_t i = 0; i < m->rows && answer == 0; i++) {
-        if (!isfinite(a->bias[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "bias[%d] of its callback is %g",
-                              (int)i, a->bias[i]);
-        a->size[i] = fabs(a->bias[i]);
-    }
-    return answer > 0 ? PERP__OUTSIDE : PERP_OK;
-}
-
 static perp_status find_bias(perp__acceleration *a, double t, const double *q, const double *v)
 {
     perp_mechanism *m = a->m;
@@ -251,8 +234,12 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
     memset(a->size, 0, rows * sizeof *a->size);
     if (rows == 0)
         return PERP_OK;
-    if (m->model.curvature)
-        return call_back(a, t, q, v);
+    if (m->model.curvature) {
+        status = perp__evaluate_curvature(m, a->bias, t, q, v);
+        for (size_t i = 0; i < rows; i++)
+            a->size[i] = fabs(a->bias[i]);
+        return status;
+    }
     d.t = t;
     d.q = q;
     d.v = v;
