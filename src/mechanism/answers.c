@@ -65,10 +65,7 @@ static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, cons
     set_bias(a, from);
     status = perp__acceleration_reduce(a);
     PERP__THEN(status, perp__acceleration_look(a, summary, -1));
-    if (status != PERP_OK)
-        perp__answers_clear(&a->answers);
-    else if (left_out)
-        summary->exhaustive = 0;
+    summary->exhaustive = summary->exhaustive && !left_out;
     return status;
 }
 

@@ -42,8 +42,7 @@ int64_t perp__pattern_tree_count(const perp__pattern_tree *tree, int64_t most)
     return product;
 }
 
-/* ---- memory of answers
- * -------------------------------------------------------------------------------- */
+/* ---- memory of answers --------------------------------------------------------------------- */
 
 perp__answer *perp__answer_create(perp__answers *answers, int32_t points)
 {

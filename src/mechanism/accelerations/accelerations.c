@@ -152,8 +152,10 @@ perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summar
     if (impact >= 0)
         return PERP_OK;
     status = perp__acceleration_all(a, summary);
-    if (status != PERP_OK)
+    if (status != PERP_OK) {
+        perp__answers_clear(&a->answers);
         return status;
+    }
     perp__answers_sort(&a->answers, is_before);
     summary->count = a->answers.count;
     for (answer = a->answers.first; answer; answer = answer->next) {
@@ -179,10 +181,8 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
     perp_mechanism_summary_init(&own, sizeof own);
     status = perp__acceleration_state(a, &impact, t, q, v);
     PERP__THEN(status, perp__acceleration_look(a, &own, impact));
-    if (status != PERP_OK) {
-        perp__answers_clear(&a->answers);
+    if (status != PERP_OK)
         return status;
-    }
     a->asked = 1;
     perp__struct_write(summary, &own, sizeof own);
     return PERP_OK;

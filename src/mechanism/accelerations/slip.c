@@ -150,8 +150,7 @@ static int32_t sample(perp__acceleration *a, int32_t index, double angle, double
     direction[0] = cos(angle);
     direction[1] = sin(angle);
     perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
-    *value = a->linear.system.sign * a->linear.system.product *
-             (direction[0] * a->linear.u[t + 1] - direction[1] * a->linear.u[t]);
+    *value = a->linear.system.sign * a->linear.system.product * cross(direction, a->linear.u + t);
     return a->linear.system.sign != 0;
 }
 
