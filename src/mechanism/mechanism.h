@@ -277,8 +277,8 @@ void perp__prepare_step(perp_mechanism *m, const perp__start *from);
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
 /* Includes contact j if it passes and was not included; whether so. */
 int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes);
-/* The problem of what was prepared. */
-void perp__pose(perp_mechanism *m, perp__velocity_problem *problem);
+/* The problem of what was prepared, with these rows and this M. */
+perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *terms);
 /* m->answer := its solution, with all contacts kept. */
 perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *problem);
 /* Whether a step with this outcome moves the state. */

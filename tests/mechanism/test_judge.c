@@ -56,7 +56,7 @@ static void pose(fall *f, double lever)
     assert_int_equal(perp_mechanism_create(f->context, &f->m, &settings, &model), PERP_OK);
     assert_int_equal(perp__evaluate_all(f->m, &f->m->begin, 0.0, q, v), PERP_OK);
     perp__prepare_step(f->m, &(perp__start){0.0, 0.1, q, v});
-    perp__pose(f->m, &f->problem);
+    f->problem = perp__pose(f->m, &f->m->begin);
 }
 
 static void answer(fall *f, double vx, double vy, double normal, double friction)

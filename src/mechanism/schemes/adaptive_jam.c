@@ -108,7 +108,7 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
 }
 
 /* The contacts that touch, at an instant: no forces, no gaps to close. */
-static void pose_instant(perp_mechanism *m, const perp__motion *at, perp__velocity_problem *problem)
+static perp__velocity_problem pose_instant(perp_mechanism *m, const perp__motion *at)
 {
     perp__row_velocities(m, &m->begin, m->start_velocity, at->v);
     perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, at->v);
@@ -119,7 +119,7 @@ static void pose_instant(perp_mechanism *m, const perp__motion *at, perp__veloci
         m->start_speed[j] = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
     }
     perp__multiply_mass(m, &m->begin, m->momentum, at->v);
-    perp__pose(m, problem);
+    return perp__pose(m, &m->begin);
 }
 
 /* b of contact a->jam, in this state. */
@@ -179,7 +179,7 @@ perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechan
         status = finish_sliding(m, a, to, t);
     if (status != PERP_OK)
         return status;
-    pose_instant(m, to, &problem);
+    problem = pose_instant(m, to);
     m->included[a->jam] = 1;
     pressed = m->start_speed[a->jam] / perp__row_mobility(m, row);
     perp__add_row(m, &m->begin, row, -pressed, m->momentum);

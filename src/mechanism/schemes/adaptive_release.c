@@ -191,9 +191,8 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
         if (sticks)
             m->friction[j] = fmax(m->mu_static[j], m->begin.mu[j]);
     }
-    perp__pose(m, &problem);
     terms.drift = a->drift;
-    problem.terms = &terms;
+    problem = perp__pose(m, &terms);
     problem.momentum = m->begin.k;
     problem.dry = m->begin.bound;
     a->free = free_acceleration(m, a);

@@ -50,15 +50,12 @@ void perp__include_reached(perp_mechanism *m, const perp__terms *terms)
             m->included[j] = 1;
 }
 
-void perp__pose(perp_mechanism *m, perp__velocity_problem *problem)
+perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *terms)
 {
-    memset(problem, 0, sizeof *problem);
-    problem->terms = &m->begin;
-    problem->momentum = m->momentum;
-    problem->shift = m->shift;
-    problem->friction = m->friction;
-    problem->included = m->included;
-    problem->dry = m->dry_bound;
+    const perp__velocity_problem problem = {terms, m->momentum, m->shift,    m->friction,
+                                            NULL,  m->included, m->dry_bound};
+
+    return problem;
 }
 
 int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes)
@@ -152,7 +149,7 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mecha
     if (status != PERP_OK)
         return status;
     perp__prepare_step(m, from);
-    perp__pose(m, &problem);
+    problem = perp__pose(m, &m->begin);
     status = perp__solve_frozen(m, &problem);
     if (status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY)
         status = perp__select_answer(m, step, &problem, from);

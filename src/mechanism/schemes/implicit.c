@@ -300,8 +300,7 @@ static void read_answer(perp_mechanism *m, perp__implicit *s, const double *z, c
         answer->holds[m->contact_rows + j] = 1;
     }
     prepare(m, s);
-    perp__pose(m, &problem);
-    problem.terms = &m->end;
+    problem = perp__pose(m, &m->end);
     perp__hold_velocities(m, answer, &problem);
     perp__judge_motion(m, answer, &problem);
     for (int32_t j = 0; j < m->constraints; j++) { /* u of c at q+ is G v + drift itself */
@@ -468,7 +467,7 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
     if (status != PERP_OK)
         return status;
     perp__prepare_step(m, &s->from);
-    perp__pose(m, &problem);
+    problem = perp__pose(m, &m->begin);
     status = perp__solve_frozen(m, &problem);
     if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
         return status;
@@ -501,7 +500,6 @@ perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mec
     if (status != PERP_OK)
         return status;
     step->scheme = PERP_MECHANISM_IMPLICIT;
-    perp__pose(m, &problem);
-    problem.terms = &m->end;
+    problem = perp__pose(m, &m->end);
     return perp__finish_step(m, to, step, from->t + from->h, &problem);
 }

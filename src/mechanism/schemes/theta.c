@@ -268,8 +268,7 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
     if (w->has_matrix)
         add_excess(m, w, m->momentum, w->v);
     perp__include_reached(m, &w->terms);
-    perp__pose(m, &problem);
-    problem.terms = &w->terms;
+    problem = perp__pose(m, &w->terms);
     status = perp__solve_frozen(m, &problem);
     step->iterations += m->answer.iterations;
     if (status == PERP_OK && !perp__outcome_moves(m->answer.outcome) && w->corrected) {
@@ -458,6 +457,6 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
     if (status != PERP_OK)
         return status;
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum); /* that of the forces: impacts */
-    perp__pose(m, &problem);
+    problem = perp__pose(m, &m->begin);
     return perp__finish_step(m, to, step, from->t + from->h, &problem);
 }
