@@ -347,20 +347,24 @@ static perp_status set_up(perp_mechanism *m, perp__implicit *s)
 /* m->implicit with room for the largest problem of these settings, and its solver. */
 static perp_status open(perp_mechanism *m)
 {
+    const int32_t most = most_unknowns(m, m->settings.cone);
     perp__implicit *s = m->implicit ? m->implicit : perp__work_create(m, sizeof *s, NULL);
     perp_status status;
 
     m->implicit = s;
     if (!s)
         return PERP_ERROR_MEMORY;
-    s->most = most_unknowns(m, m->settings.cone);
+    if (s->most >= most) /* 0 until all is there */
+        return PERP_OK;
+    s->most = most;
     status = perp__arena_fit(&s->arena, m->context, layout, s);
-    if (status != PERP_OK || s->solver)
-        return status;
     perp_ncp_settings_init(&s->settings, sizeof s->settings);
     s->settings.restarts = 0;
     s->settings.max_iterations = 2 * MOST_STEPS;
-    return perp__ncp_create(m->context, &s->solver, &s->settings);
+    if (!s->solver)
+        PERP__THEN(status, perp__ncp_create(m->context, &s->solver, &s->settings));
+    s->most = status == PERP_OK ? most : 0;
+    return status;
 }
 
 void perp__implicit_release(perp__implicit *s)
