@@ -241,6 +241,37 @@ static void test_collides(void **state)
     }
 }
 
+/* What does not move may come last, or first: the joint parts both all the same, from the first
+ * step on. */
+static void test_parts_static(void **state)
+{
+    int last, planar;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++)
+        for (last = 0; last < 2; last++) {
+            perp_body_settings settings = scene_settings();
+            perp_joint_settings hinge = joint_along(PERP_JOINT_REVOLUTE, 0.0, 0.0, 1.0);
+            perp_body b[2];
+            scene s;
+            int k;
+
+            scene_open(&s, planar, 0.0, planar ? -GRAVITY : 0.0, planar ? 0.0 : -GRAVITY);
+            for (k = 0; k < 2; k++) {
+                settings.kind = k == last ? PERP_BODY_STATIC : PERP_BODY_DYNAMIC;
+                settings.position[0] = 0.3 * k;
+                b[k] = scene_add(&s, &settings);
+                scene_box(&s, b[k], 0.5, 0.5, 0.5, 0.0, 0.0);
+            }
+            joint_add(&s, b[0], b[1], &hinge);
+            for (k = 0; k < 3; k++) {
+                scene_step(&s, 1e-3);
+                assert_int_equal(perp_world_contact_count(s.world), 0);
+            }
+            scene_close(&s);
+        }
+}
+
 /* ---- snapshots and rest ---- */
 
 /* A crane that swings against a stop, driven, with a box on a plank: all kinds of rows. */
@@ -367,8 +398,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_settings), cmocka_unit_test(test_planar_settings),
         cmocka_unit_test(test_bodies),   cmocka_unit_test(test_changes),
-        cmocka_unit_test(test_collides), cmocka_unit_test(test_snapshot),
-        cmocka_unit_test(test_sleep),
+        cmocka_unit_test(test_collides), cmocka_unit_test(test_parts_static),
+        cmocka_unit_test(test_snapshot), cmocka_unit_test(test_sleep),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

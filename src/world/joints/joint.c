@@ -56,12 +56,12 @@ static void take_off_list(perp_world *world, int32_t slot, int32_t side)
 
 int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
-    if (!perp__is_dynamic(world, a)) /* the ground may have many */
-        a = b;
-    for (int32_t link = world->bodies[a].first_joint; link != 0;) {
+    const int32_t sum = a + b, from = perp__is_dynamic(world, a) ? a : b; /* the ground has many */
+
+    for (int32_t link = world->bodies[from].first_joint; link != 0;) {
         const perp__joint *joint = &world->joints[(link - 1) / 2];
 
-        if (!joint->collides && joint->body[0] + joint->body[1] == a + b)
+        if (!joint->collides && joint->body[0] + joint->body[1] == sum)
             return 1;
         link = joint->next[(link - 1) % 2];
     }
