@@ -110,37 +110,33 @@ static perp_status solve_velocities(perp_world *world, double h, perp__solve_sum
     return status;
 }
 
-static int32_t is_finite(const perp__world_contact *contact)
-{
-    return perp__is_finite3(contact->position) && perp__is_finite3(contact->axes[0]) &&
-           0.0 * contact->gap == 0.0 && perp__is_finite3(contact->impulse) &&
-           perp__is_finite3(contact->velocity);
-}
-
-/* Counts islands and rows, those asleep too. Arms and turns near the largest numbers can leave
- * their range. */
-static perp_status count_rows(perp_world *world, perp_world_stats *stats)
+/* Counts islands and rows, those asleep too. */
+static void count_rows(perp_world *world, perp_world_stats *stats)
 {
     stats->islands = world->asleep.islands + world->island_count;
-    stats->contacts = world->asleep.contacts;
-    stats->rows_friction = world->asleep.tangents;
+    stats->contacts = world->asleep.contacts + world->contacts.included;
+    stats->rows_friction =
+        world->asleep.tangents + (world->settings.planar ? 1 : 2) * world->contacts.rubbing;
     for (int32_t i = 0; i < world->island_count; i++)
         perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
-    for (int32_t i = 0; i < world->contacts.count; i++) {
-        const perp__world_contact *contact = &world->contacts.contacts[i];
-
-        if (!world->contacts.ties[i].included)
-            continue;
-        if (!is_finite(contact))
-            return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                              "the step takes contact %d beyond the range of numbers",
-                              (int)stats->contacts);
-        stats->contacts++;
-        stats->rows_friction += contact->friction > 0.0 ? (world->settings.planar ? 1 : 2) : 0;
-    }
     stats->rows_normal = stats->contacts;
     stats->joints = world->joint_count;
     stats->rows_joint = perp__count_joint_rows(world);
+}
+
+/* Arms and turns near the largest numbers can leave their range. */
+static perp_status check_contacts(const perp_world *world)
+{
+    int32_t number = world->asleep.contacts;
+
+    for (int32_t i = 0; i < world->contacts.count; i++) {
+        if (!world->contacts.ties[i].included)
+            continue;
+        if (!perp__is_finite_contact(&world->contacts.contacts[i]))
+            return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                              "the step takes contact %d beyond the range of numbers", (int)number);
+        number++;
+    }
     return PERP_OK;
 }
 
@@ -176,6 +172,7 @@ static int32_t commit(perp_world *world, int32_t included)
     world->last = world->contacts;
     world->last_included = included;
     world->contacts = last;
+    world->contacts.stands = 1;
     world->recorded = 0;
     world->stats.steps++;
     return repeat;
@@ -227,10 +224,11 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     world->rough = summary.rough && world->divides > 0 &&
                    world->divides < (perp__is_good(summary.outcome) ? MOST_PARTS : FEW_PARTS);
     result->advanced = 0;
-    if (!world->rough)
-        status = count_rows(world, stats);
+    if (!world->rough && (summary.endless || summary.outcome == PERP_OUTCOME_RAY))
+        status = check_contacts(world);
     if (status != PERP_OK || world->rough)
         return status;
+    count_rows(world, stats);
     report(world, &summary, stats, result);
     if (result->advanced)
         status = advance(world, h, stats, clock);

@@ -77,7 +77,8 @@ typedef struct perp__pair {
     int32_t made;         /* points at the start of the step */
     int32_t plain;        /* which did not depend on what pressed in the step before */
     int32_t same;         /* and are those of the last one: its contacts from the first on, */
-    int32_t first_last;   /* after so many steps */
+    int32_t first_last;   /* after so many steps; */
+    int32_t first_before; /* of the one before, if they were the same as well; -1 */
     uint64_t steps;
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
@@ -161,6 +162,7 @@ typedef struct perp__verdict {
     int32_t leads;   /* of the island's first body */
     int32_t jointed; /* with its joints */
     int32_t rough;   /* which turn further in an interval than what is linear there knows of */
+    int32_t endless; /* contacts that are not finite */
     double residual;
 } perp__verdict;
 
@@ -193,49 +195,53 @@ typedef struct perp__motion {
     double shift[6]; /* of the projection */
 } perp__motion;
 
-/* What each step reads of all contacts comes first; up to the feature it is that of a pair and a
- * normal. */
+/* What a step makes of a contact; then its point; from the axes on what it has in common with those
+ * of its pair and normal. From the gap on it is that of the last step where its pair is. */
 typedef struct perp__world_contact {
+    double remembered[3]; /* impulse of the last step, along the axes; */
+    double warm[3];       /* and the one to start from */
+    double next[3];       /* for the next step to start from */
+    double impulse[3];
+    double velocity[3];
+    int32_t mode;       /* PERP_CONTACT_... */
+    int32_t later;      /* contact of the pair, of those that came after the first round; -1: none */
+    double gap;         /* what may be closed along the normal */
+    double free[3];     /* relative velocity with the free twists, */
+    double start[3];    /* and before the step */
+    double position[3]; /* at the start of the step, midway between the surfaces */
+    double arms[2][3];  /* from the mass centres, in the pose of the collision */
+    uint64_t feature;   /* tells the points of a pair apart, from step to step */
+    double axes[3][3];  /* normal, tangent 1, tangent 2 */
+    double rounding;    /* gaps below this are not told apart from 0 */
+    double size;        /* of the two bodies */
+    double friction;
+    double restitution;
     int32_t body_a;
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
     int32_t pair;
-    int32_t round;     /* of looking for contacts in which it came */
-    int32_t later;     /* contact of the pair, of those that came after the first round; -1: none */
-    int32_t mode;      /* PERP_CONTACT_... */
-    double axes[3][3]; /* normal, tangent 1, tangent 2 */
-    double rounding;   /* gaps below this are not told apart from 0 */
-    double size;       /* of the two bodies */
-    double friction;
-    double restitution;
+    int32_t round;           /* of looking for contacts in which it came */
     uint32_t generations[4]; /* of bodies and shapes */
-    uint64_t feature;        /* tells the points of a pair apart, from step to step */
-    double gap;              /* what may be closed along the normal */
-    double position[3];      /* at the start of the step, midway between the surfaces */
-    double arms[2][3];       /* from the mass centres, in the pose of the collision */
-    double start[3];         /* relative velocity before the step */
-    double free[3];          /* with the free twists */
-    double remembered[3];    /* impulse of the last step, along the axes; */
-    double warm[3];          /* and the one to start from */
-    double next[3];          /* for the next step to start from */
-    double impulse[3];
-    double velocity[3];
 } perp__world_contact;
 
 /* And what rounds read of it. */
 typedef struct perp__tie {
     int32_t body[2];
     int32_t local[2]; /* their numbers within the island; -1: of none */
-    int32_t included; /* takes part in the problems; the others were found not to matter */
-    int32_t fresh;    /* included since its island was solved last */
+    int8_t included;  /* takes part in the problems; the others were found not to matter */
+    int8_t fresh;     /* included since its island was solved last */
+    int8_t closed;    /* its gap is not told apart from 0, as it came */
+    int8_t rubs;      /* has friction */
 } perp__tie;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
     perp__tie *ties;
     int32_t included; /* of the step's: how many are, */
+    int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many came in the first round */
+    int32_t stands;   /* what lies beyond `count` is that of the step before the last */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;

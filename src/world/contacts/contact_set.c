@@ -34,6 +34,7 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
 
     if (needed <= set->capacity)
         return PERP_OK;
+    set->stands = 0;
     status = perp__reserve_memories(world, needed);
     if (status == PERP_OK && set == &world->contacts)
         status = grow(world, &world->last, needed);
@@ -63,8 +64,6 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     contact->generations[3] = b->generation;
     contact->pair = (int32_t)(pair - world->pairs);
     contact->round = world->rounds;
-    contact->later = -1;
-    contact->mode = 0;
     contact->rounding = perp__pair_rounding(world, pair);
     contact->size = perp__pair_size(world, pair);
     contact->friction = pair_friction(a->friction, b->friction);
@@ -81,13 +80,15 @@ static void write_contact(const perp_world *world, perp__world_contact *contact,
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
-        memcpy(contact, last, offsetof(perp__world_contact, feature));
+        memcpy(contact->axes, last->axes, sizeof *contact - offsetof(perp__world_contact, axes));
     } else {
         begin_contact(world, contact, pair, point->normal);
     }
     memset(contact->warm, 0, sizeof contact->warm);
     memset(contact->next, 0, sizeof contact->next);
     memset(contact->impulse, 0, sizeof contact->impulse);
+    contact->mode = 0;
+    contact->later = -1;
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
@@ -95,9 +96,12 @@ static void write_contact(const perp_world *world, perp__world_contact *contact,
 }
 
 /* A contact that is new to the set takes no part yet. */
-static void tie_bodies(const perp__contact_set *set, const perp__world_contact *contact)
+static void tie_bodies(const perp__contact_set *set, const perp__world_contact *contact,
+                       int32_t closed)
 {
-    const perp__tie tie = {.body = {contact->body_a, contact->body_b}};
+    const perp__tie tie = {.body = {contact->body_a, contact->body_b},
+                           .closed = (int8_t)closed,
+                           .rubs = contact->friction > 0.0};
 
     set->ties[contact - set->contacts] = tie;
 }
@@ -109,7 +113,7 @@ perp__world_contact *perp__append_contact(const perp_world *world, perp__contact
     perp__world_contact *contact = &set->contacts[set->count];
 
     write_contact(world, contact, set->count > 0 ? contact - 1 : NULL, pair, point);
-    tie_bodies(set, contact);
+    tie_bodies(set, contact, 0);
     set->count++;
     return contact;
 }
@@ -152,20 +156,26 @@ static perp_status add_points(perp_world *world, perp__contact_set *set, const p
     return PERP_OK;
 }
 
+/* Whether the points at hand are those that the pair had in the last step. */
+static int32_t repeats(const perp_world *world, const perp__pair *pair)
+{
+    return pair->same && world->rounds == 0;
+}
+
 /* Point k of a pair, kept where it is that of the last step; `last`: the contact before, if there
  * is one. */
 static void write_touching(const perp_world *world, perp__world_contact *contact,
                            const perp__world_contact *last, const perp__pair *pair, int32_t k,
                            const perp__point *point)
 {
-    if (pair->same && world->rounds == 0) {
+    if (repeats(world, pair)) {
         perp__repeat_contact(world, pair, k, contact);
     } else {
         write_contact(world, contact, last, pair, point);
         set_arms(world->states, contact);
         perp__prepare_contact(world, contact);
     }
-    tie_bodies(&world->contacts, contact);
+    tie_bodies(&world->contacts, contact, !(contact->gap > contact->rounding));
 }
 
 /* Appends the points of a pair that are farther apart than `least` at the start of the step. */
@@ -178,7 +188,7 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
     for (int32_t i = 0; i < made && status == PERP_OK; i++) {
         perp__world_contact *contact = &world->contacts.contacts[world->contacts.count];
 
-        if (points[i].gap <= least)
+        if (!repeats(world, pair) && points[i].gap <= least)
             continue;
         write_touching(world, contact, world->contacts.count > 0 ? contact - 1 : NULL, pair, i,
                        &points[i]);
@@ -208,14 +218,12 @@ static double spare_of(const perp_world *world, const perp__pair *pair, double h
                          perp__longest_displacement(world, plane == a ? b->body : a->body, h));
 }
 
-/* The points of a pair that touches plainly; how many there are. */
+/* The points of a pair that touches plainly, unless its contacts have them; how many there are. */
 static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__point *points)
 {
     const double far = spare_of(world, pair, h);
 
     pair->same = perp__stays_same(world, pair);
-    for (int32_t k = 0; k < pair->made && pair->same; k++)
-        perp__repeat_point(world, pair, k, &points[k]);
     if (!pair->same)
         pair->made = perp__touching_points(world, pair, h, far, points);
     pair->open = pair->made == 0;
@@ -301,22 +309,12 @@ static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
 }
 
 /* Decides how each pair takes part, and makes the points of those that touch plainly. */
-perp_status perp__find_contacts(perp_world *world, double h)
+static perp_status touch_all(perp_world *world, double h)
 {
     perp__point points[PERP__MAX_POINTS];
-    int32_t lanes;
-    perp_status status;
+    const int32_t lanes = perp__share_out(world, world->pair_count, touch_share, h);
+    perp_status status = PERP_OK;
 
-    world->contacts.count = world->contacts.included = 0;
-    world->rounds = 0;
-    status = perp__enclose_motions(world, h);
-    if (status == PERP_OK)
-        perp__find_memories(world);
-    if (status != PERP_OK)
-        return status;
-    world->watched_count = -1;
-    perp__note_settled(world);
-    lanes = perp__share_out(world, world->pair_count, touch_share, h);
     if (lanes > 0)
         status = gather_shares(world, lanes, h);
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
@@ -330,6 +328,24 @@ perp_status perp__find_contacts(perp_world *world, double h)
     world->contacts.early = world->contacts.count;
     return status;
 }
+
+perp_status perp__find_contacts(perp_world *world, double h)
+{
+    perp_status status;
+
+    world->contacts.count = world->contacts.included = world->contacts.rubbing = 0;
+    world->rounds = 0;
+    status = perp__enclose_motions(world, h);
+    if (status == PERP_OK) {
+        perp__find_memories(world);
+        world->watched_count = -1;
+        perp__note_settled(world);
+        status = touch_all(world, h);
+        world->contacts.stands = 0;
+    }
+    return status;
+}
+
 perp_status perp__find_overlaps(perp_world *world, double margin)
 {
     perp_status status = perp__enclose_places(world, 0.5 * margin);

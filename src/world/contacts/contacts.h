@@ -126,11 +126,9 @@ void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_c
 void perp__find_memories(perp_world *world);
 /* Which bodies are, with all that is near them, what they were when the last step began. */
 void perp__note_settled(perp_world *world);
-/* Whether the points of a pair are, to the last bit, those that it had then: pair->made; point k of
- * them, and its contact as it comes to the set. */
+/* Whether the points of a pair are, to the last bit, those that it had then: pair->made; contact k
+ * of them as it comes to the set, of which most may stand there already. */
 int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
-void perp__repeat_point(const perp_world *world, const perp__pair *pair, int32_t k,
-                        perp__point *point);
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k,
                           perp__world_contact *contact);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */

@@ -84,23 +84,17 @@ int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
            (pair->plain || !pair->changed) && is_settled(world, a, b) && is_settled(world, b, a);
 }
 
-void perp__repeat_point(const perp_world *world, const perp__pair *pair, int32_t k,
-                        perp__point *point)
-{
-    const perp__world_contact *last = &world->last.contacts[pair->first_last + k];
-
-    perp__copy3(point->position, last->position);
-    perp__copy3(point->normal, last->axes[0]);
-    point->gap = last->gap;
-    point->feature = (int32_t)last->feature;
-}
-
 void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k,
                           perp__world_contact *contact)
 {
-    *contact = world->last.contacts[pair->first_last + k];
+    const perp__world_contact *last = &world->last.contacts[pair->first_last + k];
+    const size_t point = offsetof(perp__world_contact, gap);
+
+    if (!world->contacts.stands || contact != &world->contacts.contacts[pair->first_before + k])
+        memcpy((char *)contact + point, (const char *)last + point, sizeof *contact - point);
     contact->mode = 0;
-    perp__copy3(contact->warm, contact->next); /* what it left to the pair's memory */
+    contact->later = -1;
+    perp__copy3(contact->warm, last->next); /* what it left to the pair's memory */
     memset(contact->next, 0, sizeof contact->next);
     memset(contact->impulse, 0, sizeof contact->impulse);
     perp__copy3(contact->velocity, contact->free);
@@ -201,6 +195,7 @@ void perp__remember(perp_world *world)
         pair->first_memory = count;
         for (; next < early && key_of(&contacts[next]) < key; next++)
             forget(world, &contacts[next]);
+        pair->first_before = pair->same ? pair->first_last : -1;
         pair->first_last = next;
         pair->steps = world->coasting;
         for (; next < early && key_of(&contacts[next]) == key; next++)

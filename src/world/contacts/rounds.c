@@ -122,10 +122,11 @@ static int32_t include_points(perp_world *world, int32_t first, double h)
     for (int32_t i = first; i < set->count && set->included < set->count; i++) {
         perp__tie *tie = &set->ties[i];
 
-        if (tie->included || !is_due(world, &set->contacts[i], h))
+        if (tie->included || !(tie->closed || is_due(world, &set->contacts[i], h)))
             continue;
         tie->included = tie->fresh = 1;
         set->included++;
+        set->rubbing += tie->rubs;
     }
     return set->included - before;
 }

@@ -2,6 +2,7 @@
 #ifndef PERP_WORLD_ISLANDS_H
 #define PERP_WORLD_ISLANDS_H
 
+#include "linalg/spatial.h"
 #include "world/world.h"
 
 /* How many bodies are in islands: the first ones of body_order. */
@@ -41,6 +42,13 @@ static inline perp__world_contact *perp__step_contact(const perp_world *world,
     return perp__island_contact(world, &world->contacts, island, i);
 }
 
+static inline int32_t perp__is_finite_contact(const perp__world_contact *contact)
+{
+    return perp__is_finite3(contact->position) && perp__is_finite3(contact->axes[0]) &&
+           0.0 * contact->gap == 0.0 && perp__is_finite3(contact->impulse) &&
+           perp__is_finite3(contact->velocity);
+}
+
 /* budget.c */
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
@@ -59,6 +67,7 @@ typedef struct perp__solve_summary {
     int32_t solved;  /* islands that needed a solve */
     int32_t impacts; /* and those with impacts */
     int32_t rough;   /* of those with joints */
+    int32_t endless; /* contacts that are not finite */
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);

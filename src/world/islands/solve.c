@@ -155,6 +155,9 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         return PERP_OK;
     for (int32_t k = 0; k < island->contacts && !finishes; k++)
         perp__step_tie(world, island, k)->fresh = 0;
+    verdict.endless = 0;
+    for (int32_t k = 0; k < island->contacts; k++)
+        verdict.endless += !perp__is_finite_contact(perp__step_contact(world, island, k));
     for (int32_t k = 0; k < island->bodies; k++)
         perp__island_motion(world, island, k)->verdict = verdict;
     return status;
@@ -217,6 +220,7 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
         summary->solved += verdict->stages > 0;
         summary->impacts += verdict->impacts > 0;
         summary->rough += verdict->rough;
+        summary->endless += verdict->endless;
     }
 }
 
