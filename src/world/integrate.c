@@ -190,7 +190,7 @@ static int32_t take_next(perp_world *world, int32_t i)
     if (perp__stays(world, i))
         return 0;
     world->motions[i].coasts = world->coasting;
-    world->motions[i].repeats = 0;
+    world->roles[i].repeats = 0;
     exchange(world, i);
     return 1;
 }
@@ -255,7 +255,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
             motion->placed += motion->placed == world->coasting;
             continue;
         }
-        if (kind == PERP_BODY_DYNAMIC && motion->island < 0)
+        if (kind == PERP_BODY_DYNAMIC && world->roles[body].island < 0)
             move_freely(world, body, h);
         else
             move_in_contact(world, body, h);

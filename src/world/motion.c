@@ -182,13 +182,15 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
 {
     const perp__state *state = &world->states[body];
     perp__motion *motion = &world->motions[body];
+    perp__role *role = &world->roles[body];
 
     perp__keep_placed(world, body);
     for (int32_t k = 0; k < 3; k++) {
         motion->start[k] = motion->free[k] = state->velocity[k];
         motion->start[3 + k] = motion->free[3 + k] = state->angular_velocity[k];
     }
-    if (perp__is_dynamic(world, body))
+    role->dynamic = (int8_t)perp__is_dynamic(world, body);
+    if (role->dynamic)
         free_velocity(world, body, h);
     for (int32_t k = 0; k < 6; k++) {
         const double free = motion->free[k];
@@ -196,10 +198,10 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
         motion->after[k] = free;
         motion->moving[k] = motion->tried[k] = 0.5 * (motion->start[k] + free);
     }
-    motion->touched = motion->jointed = 0;
     motion->enclosed = world->moved[body] = 1; /* in the first round */
     motion->earliest = motion->spare = INFINITY;
-    motion->island = -1;
+    role->island = -1;
+    role->touched = role->jointed = role->swept = 0;
     memset(&motion->verdict, 0, sizeof motion->verdict);
     return perp__is_finite3(motion->free) && perp__is_finite3(motion->free + 3);
 }

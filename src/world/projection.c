@@ -45,7 +45,7 @@ static void find_deepest(perp_world *world, perp__share *share, double h)
     (void)h;
     share->largest = 0.0;
     for (int32_t i = share->first; i < share->end; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
+        const perp__pair *pair = perp__ordered_head(world, i);
         double least;
         int32_t made = 0;
 
@@ -216,7 +216,7 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
             const int32_t body = k == 0 ? contact->body_a : contact->body_b;
 
             rows->body[k] =
-                perp__is_dynamic(world, body) ? world->motions[body].local : PERP__RIGID_AT_REST;
+                perp__is_dynamic(world, body) ? world->roles[body].local : PERP__RIGID_AT_REST;
             perp__contact_row(contact, k, 0, twist);
             perp__coordinates_of(world, twist, rows->rows[k][0]);
         }

@@ -236,7 +236,7 @@ static int32_t is_calm(const perp_world *world, int32_t body)
 {
     const perp__motion *motion = &world->motions[body];
 
-    return motion->repeats && perp__is_good(motion->verdict.outcome) &&
+    return world->roles[body].repeats && perp__is_good(motion->verdict.outcome) &&
            motion->verdict.impacts == 0;
 }
 
@@ -246,32 +246,31 @@ static void find_calm(perp_world *world)
     for (int32_t i = 0; i < world->awake_count; i++)
         world->parent[world->awake[i]] = world->awake[i];
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-        const int32_t a = world->shapes[pair->first].body, b = world->shapes[pair->second].body;
+        const perp__pair *pair = perp__ordered_head(world, i);
+        const int32_t a = pair->body[0], b = pair->body[1];
 
         if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
             perp__join(world->parent, a, b);
     }
     perp__join_calm(world);
     for (int32_t i = 0; i < world->awake_count; i++)
-        world->motions[world->awake[i]].calm = is_calm(world, world->awake[i]);
+        world->roles[world->awake[i]].calm = (int8_t)is_calm(world, world->awake[i]);
     for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
 
-        if (!world->motions[body].calm)
-            world->motions[perp__root_of(world->parent, body)].calm = 0;
+        if (!world->roles[body].calm)
+            world->roles[perp__root_of(world->parent, body)].calm = 0;
     }
     perp__upset_joints(world);
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-        const int32_t bodies[2] = {world->shapes[pair->first].body,
-                                   world->shapes[pair->second].body};
+        const perp__pair *pair = perp__ordered_head(world, i);
+        const int32_t *bodies = pair->body;
 
         for (int32_t side = 0; side < 2; side++)
             if (perp__is_dynamic(world, bodies[side]) &&
                 (pair->changed || pair->waited ||
-                 (world->bodies[bodies[1 - side]].awake && !world->motions[bodies[1 - side]].calm)))
-                world->motions[perp__root_of(world->parent, bodies[side])].calm = 0;
+                 (world->bodies[bodies[1 - side]].awake && !world->roles[bodies[1 - side]].calm)))
+                world->roles[perp__root_of(world->parent, bodies[side])].calm = 0;
     }
 }
 
@@ -318,7 +317,7 @@ static int32_t put_to_sleep(perp_world *world)
     for (i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i], root = perp__root_of(world->parent, body);
 
-        if (!world->motions[root].calm)
+        if (!world->roles[root].calm)
             continue;
         if (perp__is_dynamic(world, body))
             join_nap(world, body, root);

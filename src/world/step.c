@@ -23,6 +23,7 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     size_t count = (size_t)world->body_capacity;
 
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
+    world->roles = perp__arena_take(arena, count, sizeof *world->roles);
     world->next = perp__arena_take(arena, count, sizeof *world->next);
     world->lively = perp__arena_take(arena, count, sizeof *world->lively);
     world->parent = perp__arena_take(arena, count, sizeof *world->parent);
@@ -32,6 +33,8 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     world->fitted_bodies = world->body_capacity;
     for (size_t i = 0; world->motions && i < count; i++)
         memset(&world->motions[i], 0, sizeof *world->motions);
+    if (world->roles)
+        memset(world->roles, 0, count * sizeof *world->roles);
     if (world->moved)
         memset(world->moved, 0, count * sizeof *world->moved);
     world->coasting = 1;
@@ -157,11 +160,13 @@ static int32_t commit(perp_world *world, int32_t included)
     for (i = 0; i < world->lively_count; i++) {
         const int32_t body = world->lively[i];
 
-        world->motions[body].repeats = perp__stays(world, body);
-        if (!world->motions[body].repeats)
+        perp__role *role = &world->roles[body];
+
+        role->repeats = (int8_t)perp__stays(world, body);
+        if (!role->repeats)
             world->states[body] = world->next[body];
-        repeat += world->motions[body].repeats;
-        world->settled += world->motions[body].repeats && perp__is_dynamic(world, body);
+        repeat += role->repeats;
+        world->settled += role->repeats && role->dynamic;
     }
     world->coasting++; /* they stay where they are */
     perp__drop_kept(world, world->first_orphan);

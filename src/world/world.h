@@ -61,31 +61,32 @@ typedef struct perp__body {
     double shape_inertia[9];
 } perp__body;
 
-/* Two shapes whose fat boxes overlap. */
+/* Two shapes whose fat boxes overlap. What each pass reads comes first. */
 typedef struct perp__pair {
     int32_t first; /* slots, first < second; -1: the pair is free */
     int32_t second;
-    int32_t next[2]; /* links in the lists of the two shapes */
-    int32_t previous[2];
-    int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
-    int32_t open;         /* the shapes do not touch plainly at the start of the step */
-    int32_t joined;       /* how often their points have come */
-    int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
-    double spare;         /* gap beyond which points of a half-space are left out: no motion so far
-                             goes so far; INFINITY: none */
-    int32_t waited;       /* a collision of theirs has */
-    int32_t made;         /* points at the start of the step */
-    int32_t plain;        /* which did not depend on what pressed in the step before */
-    int32_t same;         /* and are those of the last one: its contacts from the first on, */
-    int32_t first_last;   /* after so many steps; */
+    int32_t body[2]; /* of the shapes */
+    double spare;    /* gap beyond which points of a half-space are left out: no motion so far
+                        goes so far; INFINITY: none */
+    int32_t open;    /* the shapes do not touch plainly at the start of the step */
+    int32_t joined;  /* how often their points have come */
+    int32_t waited;  /* a collision of theirs has */
+    int32_t listed;  /* among the ordered pairs, unless those are to be found anew */
+    int32_t made;    /* points at the start of the step */
+    int32_t plain;   /* which did not depend on what pressed in the step before */
+    int32_t changed; /* memories are others than those of the step before */
+    int32_t same;    /* points are those of the last step: its contacts from the first on, */
+    uint64_t steps;  /* after so many steps; */
+    int32_t first_last;
     int32_t first_before; /* of the one before, if they were the same as well; -1 */
-    uint64_t steps;
+    int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
     int32_t had_first; /* those of the step before */
     int32_t had;
-    int32_t changed;    /* which are others */
     int32_t first_kept; /* those that it fell asleep with; -1: none */
+    int32_t next[2];    /* links in the lists of the two shapes */
+    int32_t previous[2];
     perp__collision collision;
 } perp__pair;
 
@@ -166,19 +167,25 @@ typedef struct perp__verdict {
     double residual;
 } perp__verdict;
 
+/* Of a body, what passes through all pairs and contacts ask for. */
+typedef struct perp__role {
+    int32_t island; /* -1: none */
+    int32_t local;  /* number within the island */
+    int8_t dynamic;
+    int8_t touched; /* has contact points in this step */
+    int8_t jointed; /* has joints */
+    int8_t swept;   /* verdict.swept */
+    int8_t repeats; /* ends the step as it began, and no one changed it since */
+    int8_t calm;    /* so does all that is joined to it; at the root. When a step begins: so did all
+                       that is near it */
+} perp__role;
+
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
     uint64_t coasts;  /* world->coasting: is in its next state, as nothing is near it */
     uint64_t placed;  /* world->coasting of the step whose states its shapes are placed by */
     int32_t enclosed; /* the fat boxes hold what it does to the shapes */
-    int32_t touched;  /* has contact points in this step */
-    int32_t jointed;  /* has joints */
-    int32_t island;   /* -1: none */
-    int32_t local;    /* number within the island */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    int32_t repeats;  /* ends the step as it began, and no one changed it since */
-    int32_t calm;     /* so does all that is joined to it; at the root. When a step begins: so did
-                         all that is near it */
     double earliest;  /* when it meets something first, in shares of the step */
     double spare;     /* of its pairs with half-spaces */
     perp__verdict verdict;
@@ -336,6 +343,7 @@ struct perp_world {
     perp__arena body_arena;
     perp__state *next; /* of what coasts: the state before the step */
     perp__motion *motions;
+    perp__role *roles;
     int32_t *lively; /* awake bodies that do not coast */
     int32_t lively_count;
     uint64_t coasting; /* the number of the step, to know those that do */

@@ -237,8 +237,7 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
 static void note_spare(perp_world *world, const perp__pair *pair)
 {
     for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
-        const int32_t shape = side == 0 ? pair->first : pair->second;
-        double *spare = &world->motions[world->shapes[shape].body].spare;
+        double *spare = &world->motions[pair->body[side]].spare;
 
         *spare = pair->spare < *spare ? pair->spare : *spare;
     }

@@ -3,6 +3,7 @@
 #ifndef PERP_WORLD_CONTACTS_H
 #define PERP_WORLD_CONTACTS_H
 
+#include <stddef.h>
 #include <string.h>
 
 #include "linalg/lanes/multiversion.h"
@@ -30,14 +31,22 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
     (void)bytes;
 #endif
 }
-/* Pair i of what is gone through in order, and which is asked of memory meanwhile. */
+/* Pair i of what is gone through in order, and which is asked of memory meanwhile: all of it, or
+ * as far as the steps. */
 #define PERP__PAIRS_AHEAD 8
-PERP__KERNEL static perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
+PERP__KERNEL static perp__pair *perp__pair_and(const perp_world *world, int32_t i, size_t bytes)
 {
     if (i + PERP__PAIRS_AHEAD < world->pair_count)
-        perp__fetch(&world->pairs[world->pair_order[i + PERP__PAIRS_AHEAD].value],
-                    sizeof *world->pairs);
+        perp__fetch(&world->pairs[world->pair_order[i + PERP__PAIRS_AHEAD].value], bytes);
     return &world->pairs[world->pair_order[i].value];
+}
+static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
+{
+    return perp__pair_and(world, i, sizeof *world->pairs);
+}
+static inline perp__pair *perp__ordered_head(const perp_world *world, int32_t i)
+{
+    return perp__pair_and(world, i, offsetof(perp__pair, steps));
 }
 /* Whether the body's next state is the one at hand. */
 static inline int32_t perp__stays(const perp_world *world, int32_t body)
@@ -49,7 +58,7 @@ static inline void perp__unsettle(perp_world *world, int32_t body)
 {
     if (body >= world->fitted_bodies)
         return;
-    world->motions[body].repeats = 0;
+    world->roles[body].repeats = 0;
     world->motions[body].placed = 0;
 }
 /* A shape that is about to be removed. */
@@ -105,8 +114,7 @@ double perp__longest_displacement(const perp_world *world, int32_t body, double 
 /* What sweeps move they take out of overlaps as well. */
 static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
-    return world->motions[world->shapes[pair->first].body].verdict.swept ||
-           world->motions[world->shapes[pair->second].body].verdict.swept;
+    return world->roles[pair->body[0]].swept || world->roles[pair->body[1]].swept;
 }
 /* Points with gaps up to `margin` in the next states, of what is not swept. */
 perp_status perp__find_overlaps(perp_world *world, double margin);

@@ -55,11 +55,10 @@ void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_c
 void perp__note_settled(perp_world *world)
 {
     for (int32_t i = 0; i < world->awake_count && world->settled > 0; i++)
-        world->motions[world->awake[i]].calm = world->motions[world->awake[i]].repeats;
+        world->roles[world->awake[i]].calm = world->roles[world->awake[i]].repeats;
     for (int32_t i = 0; i < world->pair_count && world->settled > 0; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
-        perp__motion *a = &world->motions[world->shapes[pair->first].body];
-        perp__motion *b = &world->motions[world->shapes[pair->second].body];
+        const perp__pair *pair = perp__ordered_head(world, i);
+        perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
 
         a->calm = a->calm && b->repeats;
         b->calm = b->calm && a->repeats;
@@ -70,15 +69,14 @@ void perp__note_settled(perp_world *world)
  * is asked for bodies of many shapes only. */
 static int32_t is_settled(const perp_world *world, int32_t body, int32_t other)
 {
-    const perp__motion *motion = &world->motions[body];
+    const perp__role *role = &world->roles[body];
 
-    return motion->repeats &&
-           (perp__is_dynamic(world, body) ? motion->calm : world->bodies[other].shapes < 2);
+    return role->repeats && (role->dynamic ? role->calm : world->bodies[other].shapes < 2);
 }
 
 int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
 {
-    const int32_t a = world->shapes[pair->first].body, b = world->shapes[pair->second].body;
+    const int32_t a = pair->body[0], b = pair->body[1];
 
     return world->settled > 0 && pair->steps == world->coasting &&
            (pair->plain || !pair->changed) && is_settled(world, a, b) && is_settled(world, b, a);
@@ -171,7 +169,7 @@ static uint64_t key_of(const perp__world_contact *contact)
 /* A contact whose pair ended within the step: it is not to be remembered. */
 static void forget(perp_world *world, const perp__world_contact *contact)
 {
-    world->motions[contact->body_a].repeats = world->motions[contact->body_b].repeats = 0;
+    world->roles[contact->body_a].repeats = world->roles[contact->body_b].repeats = 0;
 }
 
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */

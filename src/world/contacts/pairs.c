@@ -81,8 +81,8 @@ static void orphan_kept(perp_world *world, perp__pair *pair)
 static void drop_pair(perp_world *world, int32_t number)
 {
     orphan_kept(world, &world->pairs[number]);
-    perp__unsettle(world, world->shapes[world->pairs[number].first].body);
-    perp__unsettle(world, world->shapes[world->pairs[number].second].body);
+    perp__unsettle(world, world->pairs[number].body[0]);
+    perp__unsettle(world, world->pairs[number].body[1]);
     take_off_list(world, 2 * number);
     take_off_list(world, 2 * number + 1);
     world->pairs[number].first = NONE;
@@ -145,6 +145,7 @@ static void note_added(perp_world *world, int32_t number)
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
     perp_status status = reserve_pair(world);
+    perp__pair *pair;
     int32_t number;
 
     if (status != PERP_OK)
@@ -154,20 +155,21 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
         world->free_pair = world->pairs[number].next[0];
     else
         number = world->pair_slots++;
-    memset(&world->pairs[number], 0, sizeof world->pairs[number]);
-    world->pairs[number].first = a < b ? a : b;
-    world->pairs[number].second = a < b ? b : a;
-    world->pairs[number].open = 1;
-    world->pairs[number].first_kept = world->pairs[number].late = NONE;
-    world->pairs[number].spare = INFINITY;
+    pair = &world->pairs[number];
+    memset(pair, 0, sizeof *pair);
+    pair->first = a < b ? a : b;
+    pair->second = a < b ? b : a;
+    pair->open = 1;
+    pair->first_kept = pair->late = NONE;
+    pair->spare = INFINITY;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
-    perp__unsettle(world, world->shapes[a].body);
-    perp__unsettle(world, world->shapes[b].body);
-    perp__stop_coasting(world, world->shapes[a].body);
-    perp__stop_coasting(world, world->shapes[b].body);
-    rouse_sleeper(world, world->shapes[a].body);
-    rouse_sleeper(world, world->shapes[b].body);
+    for (int32_t side = 0; side < 2; side++) {
+        pair->body[side] = world->shapes[shape_on(pair, side)].body;
+        perp__unsettle(world, pair->body[side]);
+        perp__stop_coasting(world, pair->body[side]);
+        rouse_sleeper(world, pair->body[side]);
+    }
     note_added(world, number);
     return PERP_OK;
 }

@@ -210,7 +210,7 @@ static void list_watched(perp_world *world)
         for (int32_t side = 0; side < 2; side++) {
             const perp__shape *shape = &world->shapes[side == 0 ? pair->first : pair->second];
 
-            open->body[side] = shape->body;
+            open->body[side] = pair->body[side];
             open->reach[side] = perp__turning_reach(shape);
         }
         keep_apart(pair, 0, open);

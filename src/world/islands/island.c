@@ -13,17 +13,16 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
         const int32_t body = world->awake[i];
 
         world->parent[body] = body;
-        world->motions[body].touched = 0;
-        world->motions[body].jointed = 0;
-        world->motions[body].island = -1;
+        world->roles[body].touched = world->roles[body].jointed = 0;
+        world->roles[body].island = -1;
     }
     for (int32_t i = 0; i < set->count; i++) {
         const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
 
         if (!set->ties[i].included)
             continue;
-        world->motions[a].touched = world->motions[b].touched = 1;
-        if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
+        world->roles[a].touched = world->roles[b].touched = 1;
+        if (world->roles[a].dynamic && world->roles[b].dynamic)
             perp__join(world->parent, a, b);
     }
 }
@@ -38,7 +37,7 @@ static void join_joints(perp_world *world)
         for (int32_t side = 0; side < 2; side++) {
             perp__motion *motion = &world->motions[body[side]];
 
-            motion->jointed = 1;
+            world->roles[body[side]].jointed = 1;
             if (perp__is_dynamic(world, body[side]))
                 continue;
             memcpy(motion->trial, motion->start, sizeof motion->trial); /* as it is told */
@@ -58,17 +57,17 @@ static void order_bodies(perp_world *world)
     for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const int32_t root = perp__root_of(world->parent, body);
-        perp__motion *motion = &world->motions[body];
+        perp__role *role = &world->roles[body];
 
-        if (!perp__is_dynamic(world, body) || !(motion->touched || motion->jointed))
+        if (!role->dynamic || !(role->touched || role->jointed))
             continue;
         if (root == body) {
             memset(&world->islands[count], 0, sizeof world->islands[count]);
-            motion->island = count++;
+            role->island = count++;
         } else {
-            motion->island = world->motions[root].island;
+            role->island = world->roles[root].island;
         }
-        motion->local = world->islands[motion->island].bodies++;
+        role->local = world->islands[role->island].bodies++;
     }
     world->island_count = count;
     for (int32_t i = 0; i < count; i++) {
@@ -76,19 +75,19 @@ static void order_bodies(perp_world *world)
         offset += world->islands[i].bodies;
     }
     for (int32_t i = 0; i < world->awake_count; i++) {
-        const perp__motion *motion = &world->motions[world->awake[i]];
+        const perp__role *role = &world->roles[world->awake[i]];
 
-        if (motion->island >= 0)
-            world->body_order[world->islands[motion->island].first_body + motion->local] =
+        if (role->island >= 0)
+            world->body_order[world->islands[role->island].first_body + role->local] =
                 world->awake[i];
     }
 }
 
 static int32_t island_of(const perp_world *world, const perp__tie *tie)
 {
-    const int32_t a = world->motions[tie->body[0]].island;
+    const int32_t a = world->roles[tie->body[0]].island;
 
-    return a >= 0 ? a : world->motions[tie->body[1]].island;
+    return a >= 0 ? a : world->roles[tie->body[1]].island;
 }
 
 /* Lists the contacts of each island. */
@@ -111,10 +110,9 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
             continue;
         island = &world->islands[island_of(world, &set->ties[i])];
         for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = set->ties[i].body[side];
+            const perp__role *role = &world->roles[set->ties[i].body[side]];
 
-            set->ties[i].local[side] =
-                perp__is_dynamic(world, body) ? world->motions[body].local : -1;
+            set->ties[i].local[side] = role->dynamic ? role->local : -1;
         }
         world->contact_order[island->first_contact + island->contacts++] = i;
     }
@@ -125,7 +123,7 @@ static perp__island *island_of_joint(const perp_world *world, int32_t i)
     const int32_t *body = world->joints[i].body;
     const int32_t side = perp__is_dynamic(world, body[0]) ? 0 : 1;
 
-    return &world->islands[world->motions[body[side]].island];
+    return &world->islands[world->roles[body[side]].island];
 }
 
 static void order_joints(perp_world *world)

@@ -59,7 +59,7 @@ static void press(const perp_world *world, const perp__world_contact *contact, d
     size = perp__length3(force);
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        double *sum = sums + NUMBERS * world->motions[body].local;
+        double *sum = sums + NUMBERS * world->roles[body].local;
 
         if (world->bodies[body].kind != PERP_BODY_DYNAMIC)
             continue;

@@ -55,7 +55,7 @@ static perp__island cut_out(perp_world *world, const perp__island *island)
             work->part[part.contacts++] = world->contact_order[island->first_contact + i];
     for (int32_t i = 0; i < island->bodies; i++)
         if (work->near[i] > NEIGHBOURS) {
-            perp__island_motion(world, island, i)->local = part.bodies;
+            world->roles[world->body_order[island->first_body + i]].local = part.bodies;
             work->members[part.bodies++] = world->body_order[island->first_body + i];
         }
     return part;
@@ -133,6 +133,6 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
     world->contact_order = contacts;
     for (int32_t i = 0; i < island->bodies; i++)
         if (world->work.near[i] > NEIGHBOURS)
-            perp__island_motion(world, island, i)->local = i;
+            world->roles[bodies[island->first_body + i]].local = i;
     return status;
 }

@@ -113,7 +113,7 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     perp__island_work *work = &world->work;
 
     if (perp__is_dynamic(world, body))
-        return motion->local;
+        return world->roles[body].local;
     if (world->bodies[body].kind == PERP_BODY_STATIC ||
         (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3)))
         return PERP__RIGID_AT_REST;

@@ -158,8 +158,10 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts; k++)
         verdict.endless += !perp__is_finite_contact(perp__step_contact(world, island, k));
-    for (int32_t k = 0; k < island->bodies; k++)
+    for (int32_t k = 0; k < island->bodies; k++) {
         perp__island_motion(world, island, k)->verdict = verdict;
+        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)verdict.swept;
+    }
     return status;
 }
 

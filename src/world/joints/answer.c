@@ -115,7 +115,7 @@ void perp__upset_joints(perp_world *world)
         for (int32_t side = 0; side < 2 && perp__joint_works(world, i); side++)
             if (perp__is_dynamic(world, body[side]) &&
                 (world->joints[i].changed ||
-                 (world->bodies[body[1 - side]].awake && !world->motions[body[1 - side]].calm)))
-                world->motions[perp__root_of(world->parent, body[side])].calm = 0;
+                 (world->bodies[body[1 - side]].awake && !world->roles[body[1 - side]].calm)))
+                world->roles[perp__root_of(world->parent, body[side])].calm = 0;
     }
 }

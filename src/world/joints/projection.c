@@ -77,7 +77,7 @@ static void add_row(perp_world *world, const perp__joint *joint, double row[2][6
         const int32_t body = joint->body[side];
 
         rows->body[side] =
-            perp__is_dynamic(world, body) ? world->motions[body].local : PERP__RIGID_AT_REST;
+            perp__is_dynamic(world, body) ? world->roles[body].local : PERP__RIGID_AT_REST;
         perp__coordinates_of(world, row[side], rows->rows[side][0]);
         for (int32_t j = 0; j < world->dof; j++)
             rows->rows[side][0][j] *= sign;

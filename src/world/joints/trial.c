@@ -48,7 +48,7 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
     double displacement[6] = {0.0};
 
     if (moves)
-        perp__twist_of(world, world->work.drift + world->dof * motion->local, displacement);
+        perp__twist_of(world, world->work.drift + world->dof * world->roles[body].local, displacement);
     for (int32_t k = 0; k < 6; k++)
         displacement[k] += (moves ? t : world->work.gone + t) * motion->trial[k];
     perp__add3(state.position, 1.0, displacement);
@@ -65,7 +65,7 @@ static void twist_now(const perp_world *world, int32_t body, double *twist)
     const perp__motion *motion = &world->motions[body];
 
     if (perp__is_dynamic(world, body))
-        perp__twist_of(world, world->work.now + world->dof * motion->local, twist);
+        perp__twist_of(world, world->work.now + world->dof * world->roles[body].local, twist);
     else
         memcpy(twist, motion->start, sizeof motion->start);
 }
@@ -75,7 +75,7 @@ static void twist_now(const perp_world *world, int32_t body, double *twist)
 static void turn_mass(perp_world *world, int32_t body, double t)
 {
     const perp__body *of = &world->bodies[body];
-    const int32_t n = world->dof, i = world->motions[body].local;
+    const int32_t n = world->dof, i = world->roles[body].local;
     perp__island_work *work = &world->work;
     double now[6], gain[6], w[3], momentum[3], turned[3];
     perp__placement start, end;
