@@ -210,21 +210,22 @@ static perp__kept *take_kept(perp_world *world, perp__pair *pair)
     return &world->kept[slot];
 }
 
-/* Keeps a contact of the last step, whose pair's memories were written. */
-static void keep_contact(perp_world *world, perp__world_contact *contact, perp__nap *nap)
+/* Keeps contact i of the last step, whose pair's memories were written. */
+static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
 {
+    const perp__world_contact *contact = &world->last.contacts[i];
     perp__pair *pair = &world->pairs[contact->pair];
     perp__kept *kept = take_kept(world, pair);
-    perp__tie *tie = &world->last.ties[contact - world->last.contacts];
+    perp__tie *tie = &world->last.ties[i];
 
-    perp__write_memory(contact, &kept->memory);
+    perp__write_memory(&world->last, i, &kept->memory);
     kept->order = perp__contact_order(contact);
     kept->included = tie->included;
     world->kept_included += tie->included;
     nap->contacts += tie->included;
-    if (tie->included && contact->friction > 0.0)
+    if (tie->included && tie->rubs)
         nap->tangents += world->settings.planar ? 1 : 2;
-    perp__write_record(contact, &kept->record);
+    perp__write_record(&world->last, i, &kept->record);
     world->last_included -= tie->included;
     tie->included = 0;
     pair->memories = 0;
@@ -331,12 +332,12 @@ static int32_t put_to_sleep(perp_world *world)
 static void keep_contacts(perp_world *world)
 {
     for (int32_t i = 0; i < world->last.count; i++) {
-        perp__world_contact *contact = &world->last.contacts[i];
-        const int32_t a = world->bodies[contact->body_a].nap;
-        const int32_t nap = a != NONE ? a : world->bodies[contact->body_b].nap;
+        const int32_t *body = world->last.ties[i].body;
+        const int32_t a = world->bodies[body[0]].nap;
+        const int32_t nap = a != NONE ? a : world->bodies[body[1]].nap;
 
         if (nap != NONE)
-            keep_contact(world, contact, &world->naps[nap]);
+            keep_contact(world, i, &world->naps[nap]);
     }
 }
 

@@ -135,7 +135,7 @@ static perp_status check_contacts(const perp_world *world)
     for (int32_t i = 0; i < world->contacts.count; i++) {
         if (!world->contacts.ties[i].included)
             continue;
-        if (!perp__is_finite_contact(&world->contacts.contacts[i]))
+        if (!perp__is_finite_contact(&world->contacts, i))
             return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
                               "the step takes contact %d beyond the range of numbers", (int)number);
         number++;

@@ -140,8 +140,10 @@ static void release(void *object)
     perp__release(context, world->watched_pairs);
     perp__release(context, world->memories);
     perp__release(context, world->contacts.contacts);
+    perp__release(context, world->contacts.responses);
     perp__release(context, world->contacts.ties);
     perp__release(context, world->overlaps.contacts);
+    perp__release(context, world->overlaps.responses);
     perp__release(context, world->overlaps.ties);
     perp__release(context, world->begun.bytes);
     perp__release(context, world->tried.bytes);
@@ -149,6 +151,7 @@ static void release(void *object)
     perp__release(context, world->records);
     perp__release(context, world->next_memories);
     perp__release(context, world->last.contacts);
+    perp__release(context, world->last.responses);
     perp__release(context, world->last.ties);
     perp__release(context, world->awake);
     perp__release(context, world->naps);

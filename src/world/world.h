@@ -77,7 +77,8 @@ typedef struct perp__pair {
     int32_t changed; /* memories are others than those of the step before */
     int32_t same;    /* points are those of the last step: its contacts from the first on, */
     uint64_t steps;  /* after so many steps; */
-    int32_t first_last;
+    int32_t first_now;    /* its first one of this step, */
+    int32_t first_last;   /* of the last, */
     int32_t first_before; /* of the one before, if they were the same as well; -1 */
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
@@ -202,16 +203,8 @@ typedef struct perp__motion {
     double shift[6]; /* of the projection */
 } perp__motion;
 
-/* What a step makes of a contact; then its point; from the axes on what it has in common with those
- * of its pair and normal. From the gap on it is that of the last step where its pair is. */
+/* Where bodies touch. From the axes on it is what points of a pair and normal have in common. */
 typedef struct perp__world_contact {
-    double remembered[3]; /* impulse of the last step, along the axes; */
-    double warm[3];       /* and the one to start from */
-    double next[3];       /* for the next step to start from */
-    double impulse[3];
-    double velocity[3];
-    int32_t mode;       /* PERP_CONTACT_... */
-    int32_t later;      /* contact of the pair, of those that came after the first round; -1: none */
     double gap;         /* what may be closed along the normal */
     double free[3];     /* relative velocity with the free twists, */
     double start[3];    /* and before the step */
@@ -232,6 +225,17 @@ typedef struct perp__world_contact {
     uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
 
+/* What a step makes of it. */
+typedef struct perp__response {
+    double remembered[3]; /* impulse of the last step, along the axes; */
+    double warm[3];       /* and the one to start from */
+    double next[3];       /* for the next step to start from */
+    double impulse[3];
+    double velocity[3];
+    int32_t mode;  /* PERP_CONTACT_... */
+    int32_t later; /* contact of the pair, of those that came after the first round; -1: none */
+} perp__response;
+
 /* And what rounds read of it. */
 typedef struct perp__tie {
     int32_t body[2];
@@ -244,11 +248,12 @@ typedef struct perp__tie {
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
+    perp__response *responses;
     perp__tie *ties;
     int32_t included; /* of the step's: how many are, */
     int32_t rubbing;  /* of them, with friction, */
     int32_t early;    /* and how many came in the first round */
-    int32_t stands;   /* what lies beyond `count` is that of the step before the last */
+    int32_t stands;   /* contacts beyond `count` are those of the step before the last */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;

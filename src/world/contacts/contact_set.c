@@ -21,9 +21,10 @@
 static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {
     const perp__growing arrays[] = {PERP__GROWING(set->contacts, set->count, 1),
+                                    PERP__GROWING(set->responses, set->count, 1),
                                     PERP__GROWING(set->ties, set->count, 1)};
 
-    return perp__grow(world->context, "the contacts", &set->capacity, needed, arrays, 2);
+    return perp__grow(world->context, "the contacts", &set->capacity, needed, arrays, 3);
 }
 
 /* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's.
@@ -72,11 +73,15 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     perp__contact_frame(world, contact);
 }
 
-/* Writes a point of a pair; the contact before, if there is one, may be the same pair's. */
-static void write_contact(const perp_world *world, perp__world_contact *contact,
+/* Writes point number i of a set; the contact `last` before, if there is one, may be the same
+ * pair's. */
+static void write_contact(const perp_world *world, const perp__contact_set *set, int32_t i,
                           const perp__world_contact *last, const perp__pair *pair,
                           const perp__point *point)
 {
+    perp__world_contact *contact = &set->contacts[i];
+    perp__response *response = &set->responses[i];
+
     if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
@@ -84,38 +89,34 @@ static void write_contact(const perp_world *world, perp__world_contact *contact,
     } else {
         begin_contact(world, contact, pair, point->normal);
     }
-    memset(contact->warm, 0, sizeof contact->warm);
-    memset(contact->next, 0, sizeof contact->next);
-    memset(contact->impulse, 0, sizeof contact->impulse);
-    contact->mode = 0;
-    contact->later = -1;
+    memset(response, 0, sizeof *response);
+    response->later = -1;
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
-    perp__recall(world, pair, contact);
+    perp__recall(world, pair, contact, response->warm);
 }
 
 /* A contact that is new to the set takes no part yet. */
-static void tie_bodies(const perp__contact_set *set, const perp__world_contact *contact,
-                       int32_t closed)
+static void tie_bodies(const perp__contact_set *set, int32_t i, int32_t closed)
 {
+    const perp__world_contact *contact = &set->contacts[i];
     const perp__tie tie = {.body = {contact->body_a, contact->body_b},
                            .closed = (int8_t)closed,
                            .rubs = contact->friction > 0.0};
 
-    set->ties[contact - set->contacts] = tie;
+    set->ties[i] = tie;
 }
 
 /* Appends a point, of which there is room. */
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
                                           const perp__pair *pair, const perp__point *point)
 {
-    perp__world_contact *contact = &set->contacts[set->count];
+    const int32_t i = set->count++;
 
-    write_contact(world, contact, set->count > 0 ? contact - 1 : NULL, pair, point);
-    tie_bodies(set, contact, 0);
-    set->count++;
-    return contact;
+    write_contact(world, set, i, i > 0 ? &set->contacts[i - 1] : NULL, pair, point);
+    tie_bodies(set, i, 0);
+    return &set->contacts[i];
 }
 
 /* Arms from the mass centres of bodies in the given states. */
@@ -128,12 +129,15 @@ static void set_arms(const perp__state *states, perp__world_contact *contact)
 }
 
 /* Velocities as if nothing touched. */
-void perp__prepare_contact(const perp_world *world, perp__world_contact *contact)
+void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i)
 {
+    perp__world_contact *contact = &set->contacts[i];
+    perp__response *response = &set->responses[i];
+
     perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
     perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
-    perp__copy3(contact->velocity, contact->free);
-    perp__copy3(contact->remembered, contact->warm);
+    perp__copy3(response->velocity, contact->free);
+    perp__copy3(response->remembered, response->warm);
 }
 
 /* Appends the points of a pair in the given states, with gaps up to `margin`. */
@@ -162,20 +166,21 @@ static int32_t repeats(const perp_world *world, const perp__pair *pair)
     return pair->same && world->rounds == 0;
 }
 
-/* Point k of a pair, kept where it is that of the last step; `last`: the contact before, if there
- * is one. */
-static void write_touching(const perp_world *world, perp__world_contact *contact,
-                           const perp__world_contact *last, const perp__pair *pair, int32_t k,
-                           const perp__point *point)
+/* Contact i of the step := point k of a pair, as it was where it is that of the last step; `last`:
+ * the contact before, if there is one. */
+static void write_touching(const perp_world *world, int32_t i, const perp__world_contact *last,
+                           const perp__pair *pair, int32_t k, const perp__point *point)
 {
+    const perp__contact_set *set = &world->contacts;
+
     if (repeats(world, pair)) {
-        perp__repeat_contact(world, pair, k, contact);
-    } else {
-        write_contact(world, contact, last, pair, point);
-        set_arms(world->states, contact);
-        perp__prepare_contact(world, contact);
+        perp__repeat_contact(world, pair, k, i);
+        return;
     }
-    tie_bodies(&world->contacts, contact, !(contact->gap > contact->rounding));
+    write_contact(world, set, i, last, pair, point);
+    set_arms(world->states, &set->contacts[i]);
+    perp__prepare_contact(world, set, i);
+    tie_bodies(set, i, !(set->contacts[i].gap > set->contacts[i].rounding));
 }
 
 /* Appends the points of a pair that are farther apart than `least` at the start of the step. */
@@ -185,13 +190,13 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
     perp_status status =
         perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
-    for (int32_t i = 0; i < made && status == PERP_OK; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[world->contacts.count];
+    for (int32_t k = 0; k < made && status == PERP_OK; k++) {
+        const int32_t i = world->contacts.count;
 
-        if (!repeats(world, pair) && points[i].gap <= least)
+        if (!repeats(world, pair) && points[k].gap <= least)
             continue;
-        write_touching(world, contact, world->contacts.count > 0 ? contact - 1 : NULL, pair, i,
-                       &points[i]);
+        write_touching(world, i, i > 0 ? &world->contacts.contacts[i - 1] : NULL, pair, k,
+                       &points[k]);
         world->contacts.count++;
     }
     return status;
@@ -269,15 +274,17 @@ static void touch_share(perp_world *world, perp__share *share, double h)
 static void write_share(perp_world *world, perp__share *share, double h)
 {
     const perp__point *point = share->points;
-    perp__world_contact *contact = world->contacts.contacts + share->contact;
     const perp__world_contact *last = NULL;
+    int32_t number = share->contact;
 
     (void)h;
     for (int32_t i = share->first; i < share->end; i++) {
-        const perp__pair *pair = perp__ordered_pair(world, i);
+        perp__pair *pair = perp__ordered_pair(world, i);
 
-        for (int32_t k = 0; k < pair->made; k++, last = contact++) {
-            write_touching(world, contact, last, pair, k, point++);
+        pair->first_now = number;
+        for (int32_t k = 0; k < pair->made; k++) {
+            write_touching(world, number, last, pair, k, point++);
+            last = &world->contacts.contacts[number++];
         }
     }
 }
@@ -319,9 +326,11 @@ static perp_status touch_all(perp_world *world, double h)
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
 
-        if (lanes == 0)
+        if (lanes == 0) {
+            pair->first_now = world->contacts.count;
             status =
                 perp__append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);
+        }
         note_spare(world, pair);
     }
     world->contacts.early = world->contacts.count;

@@ -106,7 +106,7 @@ perp_status perp__find_contacts(perp_world *world, double h);
 perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed);
 perp__world_contact *perp__append_contact(const perp_world *world, perp__contact_set *set,
                                           const perp__pair *pair, const perp__point *point);
-void perp__prepare_contact(const perp_world *world, perp__world_contact *contact);
+void perp__prepare_contact(const perp_world *world, const perp__contact_set *set, int32_t i);
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t count, double least);
 /* How far the motion at hand takes any point of a body. */
@@ -128,23 +128,23 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* memory.c */
 /* Room for so many memories. */
 perp_status perp__reserve_memories(perp_world *world, int32_t count);
-/* contact->warm := what the last step left to the pair's point of that feature, if it did. */
-void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact);
+/* warm := what the last step left to the pair's point of that feature, if it did. */
+void perp__recall(const perp_world *world, const perp__pair *pair,
+                  const perp__world_contact *contact, double *warm);
 /* Gives memories that came with a snapshot back to their pairs. */
 void perp__find_memories(perp_world *world);
 /* Which bodies are, with all that is near them, what they were when the last step began. */
 void perp__note_settled(perp_world *world);
-/* Whether the points of a pair are, to the last bit, those that it had then: pair->made; contact k
- * of them as it comes to the set, of which most may stand there already. */
+/* Whether the points of a pair are, to the last bit, those that it had then: pair->made; and contact
+ * i of the step := point k of them, most of which may stand there already. */
 int32_t perp__stays_same(const perp_world *world, const perp__pair *pair);
-void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k,
-                          perp__world_contact *contact);
+void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
-void perp__write_memory(const perp__world_contact *contact, perp__memory *memory);
+void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *memory);
 
 /* records.c */
-void perp__write_record(const perp__world_contact *contact, perp_world_contact *record);
+void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record);
 /* Contacts of a step come by this number, those of a pair and round one after the other. */
 uint64_t perp__contact_order(const perp__world_contact *contact);
 /* Makes the records of the last step, unless they are there. */

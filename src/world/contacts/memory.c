@@ -11,7 +11,7 @@
 
 perp_status perp__reserve_memories(perp_world *world, int32_t count)
 {
-    const perp__growing arrays[] = {PERP__GROWING(world->next_memories, 0, 1),
+    const perp__growing arrays[] = {PERP__GROWING(world->next_memories, world->memory_capacity, 1),
                                     PERP__GROWING(world->memories, world->memory_count, 1)};
 
     return perp__grow(world->context, "the contacts", &world->memory_capacity, count, arrays, 2);
@@ -19,13 +19,13 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
 
 /* What the last step gave to the point, along its axes now; the same bits where these are. */
 static void take_memory(const perp_world *world, const perp__memory *memory,
-                        perp__world_contact *contact)
+                        const perp__world_contact *contact, double *warm)
 {
     perp__world_contact then;
     double impulse[3] = {0.0, 0.0, 0.0};
 
     if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
-        perp__copy3(contact->warm, memory->impulse);
+        perp__copy3(warm, memory->impulse);
         return;
     }
     perp__copy3(then.axes[0], memory->normal);
@@ -33,19 +33,20 @@ static void take_memory(const perp_world *world, const perp__memory *memory,
     for (int32_t k = 0; k < 3; k++)
         perp__add3(impulse, memory->impulse[k], then.axes[k]);
     for (int32_t k = 0; k < 3; k++)
-        contact->warm[k] = perp__dot3(contact->axes[k], impulse);
+        warm[k] = perp__dot3(contact->axes[k], impulse);
 }
 
-void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact)
+void perp__recall(const perp_world *world, const perp__pair *pair,
+                  const perp__world_contact *contact, double *warm)
 {
     for (int32_t i = pair->first_kept; i >= 0; i = world->kept[i].next)
         if (world->kept[i].memory.feature == contact->feature) {
-            take_memory(world, &world->kept[i].memory, contact);
+            take_memory(world, &world->kept[i].memory, contact, warm);
             return;
         }
     for (int32_t i = 0; i < pair->memories; i++)
         if (world->memories[pair->first_memory + i].feature == contact->feature) {
-            take_memory(world, &world->memories[pair->first_memory + i], contact);
+            take_memory(world, &world->memories[pair->first_memory + i], contact, warm);
             return;
         }
 }
@@ -82,21 +83,20 @@ int32_t perp__stays_same(const perp_world *world, const perp__pair *pair)
            (pair->plain || !pair->changed) && is_settled(world, a, b) && is_settled(world, b, a);
 }
 
-void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k,
-                          perp__world_contact *contact)
+void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32_t k, int32_t i)
 {
-    const perp__world_contact *last = &world->last.contacts[pair->first_last + k];
-    const size_t point = offsetof(perp__world_contact, gap);
+    const perp__contact_set *set = &world->contacts, *last = &world->last;
+    const int32_t from = pair->first_last + k;
+    perp__response *response = &set->responses[i];
 
-    if (!world->contacts.stands || contact != &world->contacts.contacts[pair->first_before + k])
-        memcpy((char *)contact + point, (const char *)last + point, sizeof *contact - point);
-    contact->mode = 0;
-    contact->later = -1;
-    perp__copy3(contact->warm, last->next); /* what it left to the pair's memory */
-    memset(contact->next, 0, sizeof contact->next);
-    memset(contact->impulse, 0, sizeof contact->impulse);
-    perp__copy3(contact->velocity, contact->free);
-    perp__copy3(contact->remembered, contact->warm);
+    if (!set->stands || i != pair->first_before + k)
+        set->contacts[i] = last->contacts[from];
+    memset(response, 0, sizeof *response);
+    response->later = -1;
+    perp__copy3(response->warm, last->responses[from].next); /* what it left to its memory */
+    perp__copy3(response->remembered, response->warm);
+    set->ties[i] = last->ties[from];
+    set->ties[i].included = set->ties[i].fresh = 0;
 }
 
 /* ---- memories ---- */
@@ -151,62 +151,79 @@ static int32_t is_news(const perp_world *world, const perp__pair *pair)
                    (size_t)pair->had * sizeof *world->memories) != 0);
 }
 
-void perp__write_memory(const perp__world_contact *contact, perp__memory *memory)
+void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *memory)
 {
+    const perp__world_contact *contact = &set->contacts[i];
+
     memory->first = contact->shape_a;
     memory->second = contact->shape_b;
     memory->feature = contact->feature;
     perp__copy3(memory->normal, contact->axes[0]);
-    perp__copy3(memory->impulse, contact->next);
+    perp__copy3(memory->impulse, set->responses[i].next);
 }
 
-/* Where a contact's pair stands among the ordered. */
-static uint64_t key_of(const perp__world_contact *contact)
+/* A contact whose pair ended within the step is not to be remembered. */
+static void forget_ended(perp_world *world, int32_t from)
 {
-    return (uint64_t)contact->shape_a << 32 | (uint64_t)contact->shape_b;
+    for (int32_t i = from; i < world->contacts.count; i++) {
+        const perp__world_contact *contact = &world->contacts.contacts[i];
+        const perp__pair *pair = &world->pairs[contact->pair];
+
+        if (pair->first != contact->shape_a || pair->second != contact->shape_b)
+            world->roles[contact->body_a].repeats = world->roles[contact->body_b].repeats = 0;
+    }
 }
 
-/* A contact whose pair ended within the step: it is not to be remembered. */
-static void forget(perp_world *world, const perp__world_contact *contact)
+/* Whether memory number i, which is that of the step before the last, is what the pair leaves. */
+static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, int32_t i)
 {
-    world->roles[contact->body_a].repeats = world->roles[contact->body_b].repeats = 0;
+    const perp__response *responses = &world->contacts.responses[pair->first_now];
+    int32_t same = pair->same && pair->first_before >= 0 && !pair->changed && pair->late < 0 &&
+                   pair->had_first == i && pair->had == pair->made;
+
+    for (int32_t k = 0; k < pair->made && same; k++)
+        same = memcmp(responses[k].next, responses[k].remembered, sizeof responses[k].next) == 0;
+    return same;
+}
+
+/* Writes the pair's memories from number i on, and returns how many. */
+static int32_t write_memories(perp_world *world, perp__pair *pair, int32_t i)
+{
+    const perp__contact_set *set = &world->contacts;
+    perp__memory *memories = world->next_memories + i;
+    int32_t count = 0;
+
+    for (; count < pair->made; count++)
+        perp__write_memory(set, pair->first_now + count, &memories[count]);
+    for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
+        perp__write_memory(set, k, &memories[count++]);
+    return count;
 }
 
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */
 void perp__remember(perp_world *world)
 {
-    const perp__world_contact *contacts = world->contacts.contacts;
-    const int32_t early = world->contacts.early;
     perp__memory *const memories = world->next_memories;
-    int32_t next = 0, count = 0;
+    int32_t early = 0, count = 0;
 
-    for (int32_t i = early; i < world->contacts.count; i++)
-        if (world->pairs[contacts[i].pair].first != contacts[i].shape_a ||
-            world->pairs[contacts[i].pair].second != contacts[i].shape_b)
-            forget(world, &contacts[i]);
     for (int32_t i = 0; i < world->pair_count; i++) {
-        const uint64_t key = world->pair_order[i].key;
         perp__pair *pair = perp__ordered_pair(world, i);
+        const int32_t same = leaves_the_same(world, pair, count);
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
         pair->first_memory = count;
-        for (; next < early && key_of(&contacts[next]) < key; next++)
-            forget(world, &contacts[next]);
         pair->first_before = pair->same ? pair->first_last : -1;
-        pair->first_last = next;
+        pair->first_last = pair->first_now;
         pair->steps = world->coasting;
-        for (; next < early && key_of(&contacts[next]) == key; next++)
-            perp__write_memory(&contacts[next], &memories[count++]);
-        for (int32_t k = pair->late; k >= 0; k = contacts[k].later)
-            perp__write_memory(&contacts[k], &memories[count++]);
-        pair->memories = count - pair->first_memory;
-        pair->changed = pair->first_kept >= 0 || is_news(world, pair);
+        pair->memories = same ? pair->made : write_memories(world, pair, count);
+        pair->changed = pair->first_kept >= 0 || (!same && is_news(world, pair));
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
+        count += pair->memories;
+        early += pair->made;
     }
-    for (; next < early; next++)
-        forget(world, &contacts[next]);
+    forget_ended(world, early == world->contacts.early ? early : 0);
     world->next_memories = world->memories;
     world->memories = memories;
     world->memory_count = count;

@@ -16,19 +16,22 @@ static perp_status reserve(perp_world *world, int32_t count)
 
 /* What pressed in the step was closed, whatever it does in the end. What sticks stands still along
  * the normal too, unless it bounced. */
-static int32_t mode_of(const perp__world_contact *contact)
+static int32_t mode_of(const perp__response *response, double restitution)
 {
-    const double *v = contact->velocity;
+    const double *v = response->velocity;
 
-    if (contact->mode == PERP_CONTACT_SEPARATE && !(contact->impulse[0] > 0.0))
+    if (response->mode == PERP_CONTACT_SEPARATE && !(response->impulse[0] > 0.0))
         return PERP_CONTACT_SEPARATE;
-    return v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || contact->restitution > 0.0)
+    return v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || restitution > 0.0)
                ? PERP_CONTACT_STICK
                : PERP_CONTACT_SLIP;
 }
 
-void perp__write_record(const perp__world_contact *contact, perp_world_contact *record)
+void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record)
 {
+    const perp__world_contact *contact = &set->contacts[i];
+    const perp__response *response = &set->responses[i];
+
     memset(record, 0, sizeof *record);
     record->struct_size = sizeof *record;
     record->body_a = perp__id(contact->body_a, contact->generations[0]);
@@ -40,11 +43,11 @@ void perp__write_record(const perp__world_contact *contact, perp_world_contact *
     perp__copy3(record->tangent_1, contact->axes[1]);
     perp__copy3(record->tangent_2, contact->axes[2]);
     record->gap = contact->gap;
-    perp__copy3(record->impulse, contact->impulse);
-    perp__copy3(record->velocity, contact->velocity);
+    perp__copy3(record->impulse, response->impulse);
+    perp__copy3(record->velocity, response->velocity);
     record->friction = contact->friction;
     record->restitution = contact->restitution;
-    record->mode = mode_of(contact);
+    record->mode = mode_of(response, contact->restitution);
 }
 
 uint64_t perp__contact_order(const perp__world_contact *contact)
@@ -87,7 +90,7 @@ static perp_status merge_records(perp_world *world)
         if (order[i].value < 0)
             world->records[i] = world->kept[-1 - order[i].value].record;
         else
-            perp__write_record(&world->last.contacts[order[i].value], &world->records[i]);
+            perp__write_record(&world->last, order[i].value, &world->records[i]);
     perp__release(world->context, order);
     world->record_count = count;
     return PERP_OK;
@@ -106,7 +109,7 @@ perp_status perp__write_records(perp_world *world)
     } else if (status == PERP_OK) {
         for (i = 0; i < world->last.count; i++)
             if (world->last.ties[i].included)
-                perp__write_record(&world->last.contacts[i], &world->records[count++]);
+                perp__write_record(&world->last, i, &world->records[count++]);
         world->record_count = count;
     }
     world->recorded = status == PERP_OK;

@@ -28,8 +28,8 @@ static void centre_arm(perp__world_contact *contact, int32_t side)
 
 /* The point as seen from the start: arms are those of the collision, the gap is what the motion has
  * closed till then. */
-static void set_back(const perp_world *world, perp__world_contact *contact, double t,
-                     const perp__moving *a, const perp__moving *b)
+static void set_back(perp__world_contact *contact, double t, const perp__moving *a,
+                     const perp__moving *b)
 {
     const perp__moving *sides[2] = {a, b};
     double closed = 0.0;
@@ -50,15 +50,14 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
             contact->position[k] -= 0.5 * t * at[k];
     }
     contact->gap += closed;
-    perp__prepare_contact(world, contact);
 }
 
 /* Contact i of the set came after the first round. */
 static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
 {
-    set->contacts[i].later = -1;
+    set->responses[i].later = -1;
     if (pair->late >= 0)
-        set->contacts[pair->latest].later = i;
+        set->responses[pair->latest].later = i;
     else
         pair->late = i;
     pair->latest = i;
@@ -81,13 +80,15 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
         perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
     for (i = 0; i < made && status == PERP_OK; i++) {
-        perp__world_contact *contact =
-            perp__append_contact(world, &world->contacts, pair, &points[i]);
+        perp__contact_set *set = &world->contacts;
+        perp__world_contact *contact = perp__append_contact(world, set, pair, &points[i]);
+        const int32_t number = set->count - 1;
 
         if (has_points(pair)) /* what a feature remembers is the first point's */
-            memset(contact->warm, 0, sizeof contact->warm);
-        set_back(world, contact, pair->collision.time, &a, &b);
-        list_late(&world->contacts, pair, world->contacts.count - 1);
+            memset(set->responses[number].warm, 0, sizeof set->responses[number].warm);
+        set_back(contact, pair->collision.time, &a, &b);
+        perp__prepare_contact(world, set, number);
+        list_late(set, pair, number);
     }
     pair->joined += made > 0;
     return status;

@@ -450,7 +450,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
             return status;
         mean = lasts(world, island);
         for (i = 0; i < work->count; i++)
-            memcpy(perp__step_contact(world, island, work->chosen[i])->next, work->impulse + 3 * i,
+            memcpy(perp__step_response(world, island, work->chosen[i])->next, work->impulse + 3 * i,
                    3 * sizeof(double));
         passed = work->count;
         perp__choose_rows(world, island, NULL);
@@ -462,7 +462,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     perp__add_joint_impulses(world, work->impulse + 3 * passed, t / whole);
     for (i = 0; i < island->contacts; i++)
         if (!work->hit[i])
-            perp__add_impulse(world, island, i, perp__step_contact(world, island, i)->next,
+            perp__add_impulse(world, island, i, perp__step_response(world, island, i)->next,
                               t / whole);
     go(world, island, t, mean || mean_is_better(world, island, t, whole), whole);
     if (*done)
@@ -516,9 +516,10 @@ static void begin(perp_world *world, const perp__island *island)
     perp__gather_bodies(world, island);
     work->gone = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        double *impulse = perp__step_response(world, island, i)->impulse;
 
-        memset(contact->impulse, 0, sizeof contact->impulse);
+        impulse[0] = impulse[1] = impulse[2] = 0.0;
         work->gap[i] = fmax(perp__open_gap(contact, contact->gap), 0.0);
     }
 }
@@ -531,7 +532,7 @@ static void finish(perp_world *world, const perp__island *island, double left, d
     perp__take_answer(world, island);
     go(world, island, left, lasts(world, island), left);
     for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over the whole step */
-        double *next = perp__step_contact(world, island, work->chosen[i])->next;
+        double *next = perp__step_response(world, island, work->chosen[i])->next;
 
         for (int32_t k = 0; k < 3; k++)
             next[k] = h / left * work->impulse[3 * i + k];

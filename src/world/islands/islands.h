@@ -42,11 +42,20 @@ static inline perp__world_contact *perp__step_contact(const perp_world *world,
     return perp__island_contact(world, &world->contacts, island, i);
 }
 
-static inline int32_t perp__is_finite_contact(const perp__world_contact *contact)
+static inline perp__response *perp__step_response(const perp_world *world,
+                                                  const perp__island *island, int32_t i)
 {
+    return &world->contacts.responses[world->contact_order[island->first_contact + i]];
+}
+
+static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int32_t i)
+{
+    const perp__world_contact *contact = &set->contacts[i];
+    const perp__response *response = &set->responses[i];
+
     return perp__is_finite3(contact->position) && perp__is_finite3(contact->axes[0]) &&
-           0.0 * contact->gap == 0.0 && perp__is_finite3(contact->impulse) &&
-           perp__is_finite3(contact->velocity);
+           0.0 * contact->gap == 0.0 && perp__is_finite3(response->impulse) &&
+           perp__is_finite3(response->velocity);
 }
 
 /* budget.c */

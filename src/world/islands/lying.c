@@ -36,9 +36,10 @@ static int32_t begins_at_rest(const perp_world *world, const perp__island *islan
 }
 
 /* Whether the contact may press as it did while nothing moves. Sweeps take out what is deep. */
-static int32_t obeys(const perp_world *world, const perp__world_contact *contact, int32_t swept)
+static int32_t obeys(const perp_world *world, const perp__world_contact *contact, const double *r,
+                     int32_t swept)
 {
-    const double *r = contact->remembered, most = contact->friction * r[0];
+    const double most = contact->friction * r[0];
 
     return r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most &&
            (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) &&
@@ -46,9 +47,9 @@ static int32_t obeys(const perp_world *world, const perp__world_contact *contact
            !moves(world, contact->body_b);
 }
 
-static void press(const perp_world *world, const perp__world_contact *contact, double *sums)
+static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
+                  double *sums)
 {
-    const double *r = contact->remembered;
     double force[3], moment[3], size;
 
     if (r[0] == 0.0)
@@ -103,12 +104,12 @@ static void lie(perp_world *world, const perp__island *island)
         memset(motion->after, 0, sizeof motion->after);
     }
     for (int32_t i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
 
-        perp__copy3(contact->impulse, contact->remembered);
-        perp__copy3(contact->next, contact->remembered);
-        memset(contact->velocity, 0, sizeof contact->velocity);
-        contact->mode = contact->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+        perp__copy3(response->impulse, response->remembered);
+        perp__copy3(response->next, response->remembered);
+        memset(response->velocity, 0, sizeof response->velocity);
+        response->mode = response->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
     }
 }
 
@@ -121,13 +122,15 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
         return 0;
     swept = !perp__is_worth_exact(world, island);
     for (int32_t i = 0; i < island->contacts; i++)
-        if (!obeys(world, perp__step_contact(world, island, i), swept))
+        if (!obeys(world, perp__step_contact(world, island, i),
+                   perp__step_response(world, island, i)->remembered, swept))
             return 0;
     tol = perp__mass_ratio(world, island) >= LARGE_RATIO ? ROUNDING
                                                          : fmin(BALANCED, perp__exact_tol(world));
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++)
-        press(world, perp__step_contact(world, island, i), sums);
+        press(world, perp__step_contact(world, island, i),
+              perp__step_response(world, island, i)->remembered, sums);
     for (int32_t i = 0; i < island->bodies && left <= tol; i++)
         perp__raise_to(
             &left, unbalance(world, world->body_order[island->first_body + i], sums + NUMBERS * i));

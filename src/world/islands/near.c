@@ -80,7 +80,7 @@ static void load(perp_world *world, const perp__island *island, double h)
         perp__relative_velocity(world, contact, PERP__TWIST_MOVING, m);
         perp__relative_velocity(world, contact, PERP__TWIST_AFTER, v);
         work->rows[i].bias[0] = fmax(contact->gap, 0.0) / h + m[0] - v[0];
-        memcpy(work->warm + 3 * i, contact->impulse, sizeof contact->impulse);
+        perp__copy3(work->warm + 3 * i, perp__step_response(world, island, i)->impulse);
     }
 }
 
@@ -109,11 +109,11 @@ static perp_status sweep(perp_world *world, const perp__island *part, double h)
         work->now[i] = work->v[i];
     }
     for (int32_t i = 0; i < part->contacts; i++) {
-        perp__world_contact *contact = perp__step_contact(world, part, i);
+        perp__response *response = perp__step_response(world, part, i);
 
-        memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);
-        memcpy(contact->next, contact->impulse, sizeof contact->next);
-        memcpy(contact->warm, contact->impulse, sizeof contact->warm);
+        perp__copy3(response->impulse, work->impulse + 3 * i);
+        perp__copy3(response->next, response->impulse);
+        perp__copy3(response->warm, response->impulse);
     }
     perp__spend(world, PASSES);
     perp__write_twists(world, part);

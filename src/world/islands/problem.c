@@ -221,7 +221,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         for (int32_t side = 0; side < 2; side++)
             for (int32_t k = 0; k < rows->dim && rows->body[side] >= 0; k++)
                 write_row(world, contact, side, k, rows->rows[side][k]);
-        memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
+        perp__copy3(work->warm + 3 * work->count, perp__step_response(world, island, i)->warm);
         work->chosen[work->count++] = i;
     }
     perp__add_joint_rows(world, island);
@@ -270,10 +270,7 @@ void perp__receive(perp_world *world, perp__rigid_answer *answer)
 void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
                        const double *impulse, double share)
 {
-    perp__world_contact *contact = perp__step_contact(world, island, i);
-
-    for (int32_t k = 0; k < 3; k++)
-        contact->impulse[k] += share * impulse[k];
+    perp__add3(perp__step_response(world, island, i)->impulse, share, impulse);
 }
 
 void perp__take_answer(perp_world *world, const perp__island *island)
@@ -281,11 +278,11 @@ void perp__take_answer(perp_world *world, const perp__island *island)
     const perp__island_work *work = &world->work;
 
     for (int32_t i = 0; i < work->count; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+        perp__response *response = perp__step_response(world, island, work->chosen[i]);
 
         perp__add_impulse(world, island, work->chosen[i], work->impulse + 3 * i, 1.0);
-        memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
-        contact->mode = work->modes[i];
+        perp__copy3(response->next, work->impulse + 3 * i);
+        response->mode = work->modes[i];
     }
     perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
 }
@@ -304,14 +301,15 @@ void perp__write_velocities(perp_world *world, const perp__island *island)
     const perp__island_work *work = &world->work;
 
     for (int32_t i = 0; i < work->count; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         const perp__rigid_rows *rows = &work->rows[i];
+        double *velocity = perp__step_response(world, island, work->chosen[i])->velocity;
 
         if (rows->dim < 3 || !perp__is_zero3(work->velocity + 3 * i))
-            perp__relative_velocity(world, contact, PERP__TWIST_AFTER, contact->velocity);
+            perp__relative_velocity(world, perp__step_contact(world, island, work->chosen[i]),
+                                    PERP__TWIST_AFTER, velocity);
         for (int32_t k = 0; k < rows->dim; k++)
             if (work->velocity[3 * i + k] == 0.0)
-                contact->velocity[k] = 0.0 - rows->bias[k];
+                velocity[k] = 0.0 - rows->bias[k];
     }
 }
 

@@ -47,12 +47,12 @@ static void leave_alone(perp_world *world, const perp__island *island)
         memcpy(motion->after, motion->free, sizeof motion->after);
     }
     for (int32_t i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
 
-        memset(contact->impulse, 0, sizeof contact->impulse);
-        memset(contact->next, 0, sizeof contact->next);
-        perp__copy3(contact->velocity, contact->free);
-        contact->mode = PERP_CONTACT_SEPARATE;
+        memset(response->impulse, 0, sizeof response->impulse);
+        memset(response->next, 0, sizeof response->next);
+        perp__copy3(response->velocity, perp__step_contact(world, island, i)->free);
+        response->mode = PERP_CONTACT_SEPARATE;
     }
 }
 
@@ -157,7 +157,8 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         perp__step_tie(world, island, k)->fresh = 0;
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts; k++)
-        verdict.endless += !perp__is_finite_contact(perp__step_contact(world, island, k));
+        verdict.endless += !perp__is_finite_contact(
+            &world->contacts, world->contact_order[island->first_contact + k]);
     for (int32_t k = 0; k < island->bodies; k++) {
         perp__island_motion(world, island, k)->verdict = verdict;
         world->roles[world->body_order[island->first_body + k]].swept = (int8_t)verdict.swept;

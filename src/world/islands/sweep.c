@@ -331,7 +331,7 @@ static perp_status remember(perp_world *world, const perp__island *island,
                             perp__verdict *verdict)
 {
     for (int32_t i = 0; i < world->work.count; i++)
-        perp__copy3(world->work.warm + 3 * i, perp__step_contact(world, island, i)->remembered);
+        perp__copy3(world->work.warm + 3 * i, perp__step_response(world, island, i)->remembered);
     return look(world, answer, problem, fmax(NEARLY, problem->tol), verdict);
 }
 
@@ -396,10 +396,10 @@ static void keep(perp_world *world, const perp__island *island)
     perp__island_work *work = &world->work;
 
     for (int32_t i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
 
-        memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);
-        memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
+        perp__copy3(response->impulse, work->impulse + 3 * i);
+        perp__copy3(response->next, work->impulse + 3 * i);
     }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__write_twists(world, island);
@@ -410,7 +410,7 @@ static void finish(perp_world *world, const perp__island *island, perp__verdict 
     keep(world, island);
     perp__write_velocities(world, island);
     for (int32_t i = 0; i < island->contacts; i++)
-        perp__step_contact(world, island, i)->mode = world->work.modes[i];
+        perp__step_response(world, island, i)->mode = world->work.modes[i];
     verdict->stages = verdict->swept = 1;
 }
 
@@ -440,7 +440,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     verdict->sweeps++;
     problem.again = 0;
     for (int32_t i = 0; i < island->contacts; i++)
-        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->warm);
+        perp__copy3(work->warm + 3 * i, perp__step_response(world, island, i)->warm);
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
     if (status != PERP_OK)
@@ -448,9 +448,9 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__spend(world, answer.iterations);
     keep(world, island);
     for (int32_t i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
 
-        memcpy(contact->warm, contact->next, sizeof contact->warm);
+        perp__copy3(response->warm, response->next);
     }
     return PERP_OK;
 }
@@ -461,11 +461,8 @@ static void recall(perp_world *world, const perp__island *island)
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
 
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        memcpy(work->impulse + 3 * i, contact->impulse, sizeof contact->impulse);
-    }
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->impulse + 3 * i, perp__step_response(world, island, i)->impulse);
     for (int32_t i = 0; i < island->bodies; i++) {
         const perp__motion *motion = perp__island_motion(world, island, i);
 
