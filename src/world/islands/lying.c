@@ -15,6 +15,9 @@
 #define ROUNDING (64.0 * PERP__EPSILON)
 #define LARGE_RATIO 1e3
 
+/* Contacts between one that is asked of memory and that at hand. */
+#define AHEAD 64
+
 /* Forces on a body: their sum, in the frame of the world, and the size of its terms, in the metric
  * of its mass. */
 enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
@@ -45,6 +48,19 @@ static int32_t obeys(const perp_world *world, const perp__world_contact *contact
            (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) &&
            !(swept && perp__is_deep(contact)) && !moves(world, contact->body_a) &&
            !moves(world, contact->body_b);
+}
+
+/* Asks memory for a contact that comes soon, of this island or a later one. */
+PERP__KERNEL static void fetch_ahead(const perp_world *world, const perp__island *island, int32_t i)
+{
+    const int32_t at = island->first_contact + i + AHEAD;
+
+    if (at < world->contacts.included) {
+        const int32_t number = world->contact_order[at];
+
+        perp__fetch_far(&world->contacts.contacts[number], sizeof *world->contacts.contacts);
+        perp__fetch_far(&world->contacts.responses[number], sizeof *world->contacts.responses);
+    }
 }
 
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
@@ -121,10 +137,12 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
     if ((world->settings.cone != 0 && !world->settings.planar) || !begins_at_rest(world, island))
         return 0;
     swept = !perp__is_worth_exact(world, island);
-    for (int32_t i = 0; i < island->contacts; i++)
+    for (int32_t i = 0; i < island->contacts; i++) {
+        fetch_ahead(world, island, i);
         if (!obeys(world, perp__step_contact(world, island, i),
                    perp__step_response(world, island, i)->remembered, swept))
             return 0;
+    }
     tol = perp__mass_ratio(world, island) >= LARGE_RATIO ? ROUNDING
                                                          : fmin(BALANCED, perp__exact_tol(world));
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
