@@ -88,6 +88,8 @@ typedef struct perp__pair {
     int32_t first_kept; /* those that it fell asleep with; -1: none */
     int32_t next[2];    /* links in the lists of the two shapes */
     int32_t previous[2];
+    int32_t plane;   /* one is a half-space */
+    double reach[2]; /* perp__turning_reach of the shapes */
     perp__collision collision;
 } perp__pair;
 
@@ -97,7 +99,7 @@ typedef struct perp__watched_pair {
     int32_t pair, body[2];
     double apart[3]; /* of the pair's collision; */
     double lead;     /* 0 also where points came */
-    double reach[2]; /* perp__turning_reach of the shapes */
+    double reach[2];
 } perp__watched_pair;
 
 /* What a contact point was given in the last step, along the axes that come with its normal. */

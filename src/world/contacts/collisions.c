@@ -77,12 +77,6 @@ static perp__nearness nearness_of(const perp_world *world, const perp__pair *pai
     return near;
 }
 
-int32_t perp__has_plane(const perp_world *world, const perp__pair *pair)
-{
-    return world->shapes[pair->first].geometry.kind == PERP__PLANE ||
-           world->shapes[pair->second].geometry.kind == PERP__PLANE;
-}
-
 /* Whether the spheres about two shapes are within `margin` of each other. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
 {
@@ -92,7 +86,7 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
     const double reach =
         world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
 
-    return perp__has_plane(world, pair) || perp__dot3(between, between) <= reach * reach ||
+    return pair->plane || perp__dot3(between, between) <= reach * reach ||
            !isfinite(reach * reach);
 }
 
@@ -444,7 +438,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 
     pair->collision.lead = 0.0;
     pair->plain = 1;
-    if (perp__has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
+    if (pair->plane) { /* one normal at any distance: near ones come at once */
         const double due =
             perp__greater(perp__lesser(near, 2.0 * displacement_between(world, pair, h)), touching);
         const int32_t made =
@@ -474,7 +468,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
         note_lead(world, pair, e.near.touching);
         return 0;
     }
-    if (perp__has_plane(world, pair)) {
+    if (pair->plane) {
         pair->collision.time = 0.0;
         pair->collision.doubtful = 0;
         return reaches_plane(world, &e.a, &e.b);
@@ -509,7 +503,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     double end;
     int32_t axis;
 
-    if (perp__has_plane(world, pair) ||
+    if (pair->plane ||
         turning_of(world, first, h) + turning_of(world, second, h) <= deep)
         return 0;
     e = encounter_of(world, pair, h, NULL);

@@ -214,13 +214,15 @@ double perp__longest_displacement(const perp_world *world, int32_t body, double 
  * before, until a motion might take them there. */
 static double spare_of(const perp_world *world, const perp__pair *pair, double h)
 {
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    const perp__shape *plane = a->geometry.kind == PERP__PLANE ? a : b;
+    int32_t plane;
 
-    if (plane->geometry.kind != PERP__PLANE || world->bodies[plane->body].kind != PERP_BODY_STATIC)
+    if (!pair->plane)
+        return INFINITY;
+    plane = world->shapes[pair->first].geometry.kind == PERP__PLANE ? 0 : 1;
+    if (world->bodies[pair->body[plane]].kind != PERP_BODY_STATIC)
         return INFINITY;
     return perp__greater(PERP__NEAR * perp__pair_size(world, pair),
-                         perp__longest_displacement(world, plane == a ? b->body : a->body, h));
+                         perp__longest_displacement(world, pair->body[1 - plane], h));
 }
 
 /* The points of a pair that touches plainly, unless its contacts have them; how many there are. */

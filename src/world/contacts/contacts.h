@@ -99,7 +99,6 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
  * out from a gap of `far` on. */
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points);
-int32_t perp__has_plane(const perp_world *world, const perp__pair *pair);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);

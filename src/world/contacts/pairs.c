@@ -33,6 +33,11 @@ enum { NONE = -1 };
 /* Bodies between one that is asked of memory and that at hand. */
 #define FETCHED 6
 
+static int32_t is_plane(const perp_world *world, int32_t shape)
+{
+    return world->shapes[shape].geometry.kind == PERP__PLANE;
+}
+
 /* ---- lists: a link is twice the pair's number, plus the side on which the shape is ---- */
 
 static int32_t shape_on(const perp__pair *pair, int32_t side)
@@ -166,6 +171,8 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     put_on_list(world, 2 * number + 1);
     for (int32_t side = 0; side < 2; side++) {
         pair->body[side] = world->shapes[shape_on(pair, side)].body;
+        pair->reach[side] = perp__turning_reach(&world->shapes[shape_on(pair, side)]);
+        pair->plane |= is_plane(world, shape_on(pair, side));
         perp__unsettle(world, pair->body[side]);
         perp__stop_coasting(world, pair->body[side]);
         rouse_sleeper(world, pair->body[side]);
@@ -254,11 +261,6 @@ static void order_pairs(perp_world *world)
 }
 
 /* ---- fat boxes ---- */
-
-static int32_t is_plane(const perp_world *world, int32_t shape)
-{
-    return world->shapes[shape].geometry.kind == PERP__PLANE;
-}
 
 /* Whether a box reaches into a half-space; one that moves may come anywhere. */
 static int32_t reaches_plane(const perp_world *world, const perp__bounds *box, int32_t plane)

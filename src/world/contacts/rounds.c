@@ -209,14 +209,12 @@ static void list_watched(perp_world *world)
 
         open->pair = world->pair_order[i].value;
         for (int32_t side = 0; side < 2; side++) {
-            const perp__shape *shape = &world->shapes[side == 0 ? pair->first : pair->second];
-
             open->body[side] = pair->body[side];
-            open->reach[side] = perp__turning_reach(shape);
+            open->reach[side] = pair->reach[side];
         }
         keep_apart(pair, 0, open);
-        world->watched_count += pair->open || (!perp__has_plane(world, pair) &&
-                                               (open->reach[0] > 0.0 || open->reach[1] > 0.0));
+        world->watched_count +=
+            pair->open || (!pair->plane && (pair->reach[0] > 0.0 || pair->reach[1] > 0.0));
     }
 }
 

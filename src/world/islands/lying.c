@@ -17,6 +17,7 @@
 
 /* Contacts between one that is asked of memory and that at hand. */
 #define AHEAD 64
+#define BODIES_AHEAD 10
 
 /* Forces on a body: their sum, in the frame of the world, and the size of its terms, in the metric
  * of its mass. */
@@ -30,11 +31,26 @@ static int32_t moves(const perp_world *world, int32_t body)
            !(perp__is_zero3(start) && perp__is_zero3(start + 3));
 }
 
+/* Asks memory for a body of those in order. */
+PERP__KERNEL static void fetch_body(const perp_world *world, int32_t i)
+{
+    const perp__island *last = world->islands + world->island_count - 1;
+
+    if (i < last->first_body + last->bodies) {
+        const int32_t body = world->body_order[i];
+
+        perp__fetch_far(&world->motions[body], offsetof(perp__motion, trial));
+        perp__fetch_far(&world->bodies[body], offsetof(perp__body, given_mass));
+    }
+}
+
 static int32_t begins_at_rest(const perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < island->bodies; i++)
+    for (int32_t i = 0; i < island->bodies; i++) {
+        fetch_body(world, island->first_body + i + BODIES_AHEAD);
         if (moves(world, world->body_order[island->first_body + i]))
             return 0;
+    }
     return 1;
 }
 
