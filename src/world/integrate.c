@@ -11,6 +11,9 @@
 
 #include "linalg/spatial.h"
 
+/* Bodies between one that is asked of memory and that at hand. */
+#define FETCHED 6
+
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 {
@@ -241,6 +244,20 @@ void perp__stop_all_coasting(perp_world *world)
         perp__stop_coasting(world, world->awake[i]);
 }
 
+/* Asks memory for a body that comes soon. */
+PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
+{
+    if (i + FETCHED < world->lively_count) {
+        const int32_t body = world->lively[i + FETCHED];
+
+        perp__fetch(&world->states[body], sizeof *world->states);
+        perp__fetch(&world->next[body], sizeof *world->next);
+        perp__fetch(&world->motions[body], offsetof(perp__motion, verdict));
+        perp__fetch(world->motions[body].moving, sizeof world->motions->moving);
+        perp__fetch(world->motions[body].after, sizeof world->motions->after);
+    }
+}
+
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -250,6 +267,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
         const int32_t kind = world->bodies[body].kind;
         perp__motion *motion = &world->motions[body];
 
+        fetch_ahead(world, i);
         world->next[body] = world->states[body];
         if (kind == PERP_BODY_STATIC) {
             motion->placed += motion->placed == world->coasting;

@@ -31,7 +31,7 @@ enum { NONE = -1 };
 #define ROUNDING (8.0 * PERP__EPSILON)
 
 /* Bodies between one that is asked of memory and that at hand. */
-#define FETCHED 6
+#define FETCHED 12
 
 static int32_t is_plane(const perp_world *world, int32_t shape)
 {
