@@ -188,8 +188,11 @@ static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, 
     int32_t same = pair->same && pair->first_before >= 0 && !pair->changed && pair->late < 0 &&
                    pair->had_first == i && pair->had == pair->made;
 
-    for (int32_t k = 0; k < pair->made && same; k++)
+    for (int32_t k = 0; k < pair->made && same; k++) {
+        if (pair->first_now + k + AHEAD < world->contacts.count)
+            perp__fetch(&responses[k + AHEAD], offsetof(perp__response, impulse));
         same = memcmp(responses[k].next, responses[k].remembered, sizeof responses[k].next) == 0;
+    }
     return same;
 }
 

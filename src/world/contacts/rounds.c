@@ -231,6 +231,26 @@ static int32_t stays_apart(const perp_world *world, const perp__watched_pair *op
                                 perp__turning(world, open->body[1], open->reach[1], h));
 }
 
+/* Whether the motion turns a shape that turning moves. */
+static int32_t turns(const perp_world *world, const perp__watched_pair *open, double h)
+{
+    return perp__turning(world, open->body[0], open->reach[0], h) +
+               perp__turning(world, open->body[1], open->reach[1], h) !=
+           0.0;
+}
+
+/* Asks memory for a watched pair that comes soon. */
+PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
+{
+    const perp__watched_pair *open = &world->watched_pairs[i + PERP__PAIRS_AHEAD];
+
+    if (i + PERP__PAIRS_AHEAD >= world->watched_count)
+        return;
+    perp__fetch(&world->pairs[open->pair], offsetof(perp__pair, steps));
+    for (int32_t side = 0; side < 2; side++)
+        perp__fetch(world->motions[open->body[side]].moving, sizeof world->motions->moving);
+}
+
 /* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
  * looked at last: listed behind all, as far behind as the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
@@ -243,10 +263,15 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         perp__pair *pair = &world->pairs[open->pair];
         int32_t met;
 
+        fetch_ahead(world, i);
         if ((world->moved[open->body[0]] != world->rounds &&
              world->moved[open->body[1]] != world->rounds) ||
             (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)
             continue;
+        if (has_points(pair) && !turns(world, open, h)) {
+            open->lead = 0.0;
+            continue;
+        }
         met = has_points(pair) ? perp__pair_sinks(world, pair, h)
                                : perp__pair_collides(world, pair, h);
         keep_apart(pair, met, open);
