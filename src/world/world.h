@@ -65,18 +65,18 @@ typedef struct perp__body {
 typedef struct perp__pair {
     int32_t first; /* slots, first < second; -1: the pair is free */
     int32_t second;
-    int32_t body[2]; /* of the shapes */
-    double spare;    /* gap beyond which points of a half-space are left out: no motion so far
-                        goes so far; INFINITY: none */
-    int32_t open;    /* the shapes do not touch plainly at the start of the step */
-    int32_t joined;  /* how often their points have come */
-    int32_t waited;  /* a collision of theirs has */
-    int32_t listed;  /* among the ordered pairs, unless those are to be found anew */
-    int32_t made;    /* points at the start of the step */
-    int32_t plain;   /* which did not depend on what pressed in the step before */
-    int32_t changed; /* memories are others than those of the step before */
-    int32_t same;    /* points are those of the last step: its contacts from the first on, */
-    uint64_t steps;  /* after so many steps; */
+    int32_t body[2];      /* of the shapes */
+    double spare;         /* gap beyond which points of a half-space are left out: no motion so far
+                             goes so far; INFINITY: none */
+    int32_t open;         /* the shapes do not touch plainly at the start of the step */
+    int32_t joined;       /* how often their points have come */
+    int32_t waited;       /* a collision of theirs has */
+    int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
+    int32_t made;         /* points at the start of the step */
+    int32_t plain;        /* which did not depend on what pressed in the step before */
+    int32_t changed;      /* memories are others than those of the step before */
+    int32_t same;         /* points are those of the last step: its contacts from the first on, */
+    uint64_t steps;       /* after so many steps; */
     int32_t first_now;    /* its first one of this step, */
     int32_t first_last;   /* of the last, */
     int32_t first_before; /* of the one before, if they were the same as well; -1 */

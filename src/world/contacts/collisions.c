@@ -86,8 +86,7 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
     const double reach =
         world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
 
-    return pair->plane || perp__dot3(between, between) <= reach * reach ||
-           !isfinite(reach * reach);
+    return pair->plane || perp__dot3(between, between) <= reach * reach || !isfinite(reach * reach);
 }
 
 /* A ball in its body's centre does not. */
@@ -503,8 +502,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     double end;
     int32_t axis;
 
-    if (pair->plane ||
-        turning_of(world, first, h) + turning_of(world, second, h) <= deep)
+    if (pair->plane || turning_of(world, first, h) + turning_of(world, second, h) <= deep)
         return 0;
     e = encounter_of(world, pair, h, NULL);
     perp__moved(&e.a, 1.0, &a);

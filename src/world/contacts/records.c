@@ -22,9 +22,8 @@ static int32_t mode_of(const perp__response *response, double restitution)
 
     if (response->mode == PERP_CONTACT_SEPARATE && !(response->impulse[0] > 0.0))
         return PERP_CONTACT_SEPARATE;
-    return v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || restitution > 0.0)
-               ? PERP_CONTACT_STICK
-               : PERP_CONTACT_SLIP;
+    return v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || restitution > 0.0) ? PERP_CONTACT_STICK
+                                                                            : PERP_CONTACT_SLIP;
 }
 
 void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record)

@@ -156,7 +156,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     for (int32_t k = 0; k < island->contacts && !finishes; k++)
         perp__step_tie(world, island, k)->fresh = 0;
     verdict.endless = 0;
-    for (int32_t k = 0; k < island->contacts; k++)
+    for (int32_t k = 0; k < island->contacts && (ends || verdict.sweeps == 0); k++)
         verdict.endless += !perp__is_plainly_finite(
             &world->contacts, world->contact_order[island->first_contact + k]);
     for (int32_t k = 0; k < island->bodies; k++) {

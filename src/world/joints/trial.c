@@ -48,7 +48,8 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
     double displacement[6] = {0.0};
 
     if (moves)
-        perp__twist_of(world, world->work.drift + world->dof * world->roles[body].local, displacement);
+        perp__twist_of(world, world->work.drift + world->dof * world->roles[body].local,
+                       displacement);
     for (int32_t k = 0; k < 6; k++)
         displacement[k] += (moves ? t : world->work.gone + t) * motion->trial[k];
     perp__add3(state.position, 1.0, displacement);
