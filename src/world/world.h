@@ -166,7 +166,7 @@ typedef struct perp__verdict {
     int32_t leads;   /* of the island's first body */
     int32_t jointed; /* with its joints */
     int32_t rough;   /* which turn further in an interval than what is linear there knows of */
-    int32_t endless; /* contacts that may not be finite */
+    int32_t endless; /* contacts that are not finite */
     double residual;
 } perp__verdict;
 

@@ -240,20 +240,6 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
     return pair->made;
 }
 
-/* Asks memory for what moves before a half-space, of a pair that comes soon. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
-{
-    const perp__pair *pair;
-
-    if (i + PERP__PAIRS_AHEAD / 2 >= world->pair_count)
-        return;
-    pair = &world->pairs[world->pair_order[i + PERP__PAIRS_AHEAD / 2].value];
-    for (int32_t side = 0; side < 2 && pair->plane; side++) {
-        perp__fetch(world->motions[pair->body[side]].moving, sizeof world->motions->moving);
-        perp__fetch(&world->bodies[pair->body[side]], offsetof(perp__body, mass));
-    }
-}
-
 /* Of its bodies too, which are other pairs' as well. */
 static void note_spare(perp_world *world, const perp__pair *pair)
 {
@@ -343,7 +329,6 @@ static perp_status touch_all(perp_world *world, double h)
         perp__pair *pair = perp__ordered_pair(world, i);
 
         if (lanes == 0) {
-            fetch_ahead(world, i);
             pair->first_now = world->contacts.count;
             status =
                 perp__append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);

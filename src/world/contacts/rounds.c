@@ -239,18 +239,6 @@ static int32_t turns(const perp_world *world, const perp__watched_pair *open, do
            0.0;
 }
 
-/* Asks memory for a watched pair that comes soon. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
-{
-    const perp__watched_pair *open = &world->watched_pairs[i + PERP__PAIRS_AHEAD];
-
-    if (i + PERP__PAIRS_AHEAD >= world->watched_count)
-        return;
-    perp__fetch(&world->pairs[open->pair], offsetof(perp__pair, steps));
-    for (int32_t side = 0; side < 2; side++)
-        perp__fetch(world->motions[open->body[side]].moving, sizeof world->motions->moving);
-}
-
 /* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
  * looked at last: listed behind all, as far behind as the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
@@ -263,7 +251,6 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         perp__pair *pair = &world->pairs[open->pair];
         int32_t met;
 
-        fetch_ahead(world, i);
         if ((world->moved[open->body[0]] != world->rounds &&
              world->moved[open->body[1]] != world->rounds) ||
             (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)

@@ -58,19 +58,6 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
            perp__is_finite3(response->velocity);
 }
 
-/* The same for less: a sum of what is finite may not be. */
-static inline int32_t perp__is_plainly_finite(const perp__contact_set *set, int32_t i)
-{
-    const perp__world_contact *contact = &set->contacts[i];
-    const perp__response *response = &set->responses[i];
-    double sum = contact->gap;
-
-    for (int32_t k = 0; k < 3; k++)
-        sum += (contact->position[k] + contact->axes[0][k]) +
-               (response->impulse[k] + response->velocity[k]);
-    return 0.0 * sum == 0.0;
-}
-
 /* budget.c */
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
@@ -89,7 +76,7 @@ typedef struct perp__solve_summary {
     int32_t solved;  /* islands that needed a solve */
     int32_t impacts; /* and those with impacts */
     int32_t rough;   /* of those with joints */
-    int32_t endless; /* contacts that may not be finite */
+    int32_t endless; /* contacts that are not finite */
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);

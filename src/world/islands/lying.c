@@ -34,13 +34,9 @@ static int32_t moves(const perp_world *world, int32_t body)
 /* Asks memory for a body of those in order. */
 PERP__KERNEL static void fetch_body(const perp_world *world, int32_t i)
 {
-    const perp__island *last = world->islands + world->island_count - 1;
-
-    if (i < last->first_body + last->bodies) {
-        const int32_t body = world->body_order[i];
-
-        perp__fetch_far(&world->motions[body], offsetof(perp__motion, trial));
-        perp__fetch_far(&world->bodies[body], offsetof(perp__body, given_mass));
+    if (i < perp__count_members(world)) {
+        perp__fetch_far(&world->motions[world->body_order[i]], offsetof(perp__motion, trial));
+        perp__fetch_far(&world->bodies[world->body_order[i]], offsetof(perp__body, given_mass));
     }
 }
 

@@ -157,7 +157,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         perp__step_tie(world, island, k)->fresh = 0;
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts && (ends || verdict.sweeps == 0); k++)
-        verdict.endless += !perp__is_plainly_finite(
+        verdict.endless += !perp__is_finite_contact(
             &world->contacts, world->contact_order[island->first_contact + k]);
     for (int32_t k = 0; k < island->bodies; k++) {
         perp__island_motion(world, island, k)->verdict = verdict;
