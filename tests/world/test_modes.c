@@ -439,13 +439,14 @@ static void test_what_sticks_stands_still(void **state)
 
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        perp__world_contact contact = {.restitution = cases[k].restitution,
-                                       .mode = PERP_CONTACT_SEPARATE};
+        perp__world_contact contact = {.restitution = cases[k].restitution};
+        perp__response response = {.mode = PERP_CONTACT_SEPARATE};
+        const perp__contact_set set = {.contacts = &contact, .responses = &response};
         perp_world_contact record;
 
-        memcpy(contact.velocity, cases[k].velocity, sizeof contact.velocity);
-        contact.impulse[0] = cases[k].impulse;
-        perp__write_record(&contact, &record);
+        memcpy(response.velocity, cases[k].velocity, sizeof response.velocity);
+        response.impulse[0] = cases[k].impulse;
+        perp__write_record(&set, 0, &record);
         assert_int_equal(record.mode, cases[k].mode);
     }
 }

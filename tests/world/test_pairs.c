@@ -172,21 +172,23 @@ static void test_pairs_are_few(void **context)
 }
 
 /* Every contact that the step starts with knows what the last step gave it. */
-static void check_warm(perp_world *world, const perp__world_contact *last, int32_t count)
+static void check_warm(perp_world *world, const perp__contact_set *last)
 {
     int32_t i, j, k, known = 0;
 
     assert_int_equal(perp__find_contacts(world, 0.01), PERP_OK);
     for (i = 0; i < world->contacts.count; i++)
-        for (j = 0; j < count; j++) {
-            const perp__world_contact *now = &world->contacts.contacts[i], *before = &last[j];
+        for (j = 0; j < last->count; j++) {
+            const perp__world_contact *now = &world->contacts.contacts[i];
+            const perp__world_contact *before = &last->contacts[j];
 
             if (now->shape_a != before->shape_a || now->shape_b != before->shape_b ||
                 now->feature != before->feature)
                 continue;
             known++;
             for (k = 0; k < 3; k++) /* the frames are the same but for rounding */
-                scene_near(now->warm[k], before->impulse[k], 1e-9, "impulse of the last step");
+                scene_near(world->contacts.responses[i].warm[k], last->responses[j].impulse[k],
+                           1e-9, "impulse of the last step");
         }
     assert_int_equal(known, world->contacts.count);
 }
@@ -195,10 +197,12 @@ static void check_warm(perp_world *world, const perp__world_contact *last, int32
  * the bodies went elsewhere. */
 static void test_impulses_are_remembered(void **context)
 {
-    static perp__world_contact last[64];
+    static perp__world_contact contacts[64];
+    static perp__response responses[64];
+    perp__contact_set last = {.contacts = contacts, .responses = responses};
     perp_body_settings settings = scene_defaults();
     perp_body boxes[3];
-    int32_t count, i;
+    int32_t i;
     char blob[8192];
     size_t size;
     scene s;
@@ -215,14 +219,15 @@ static void test_impulses_are_remembered(void **context)
     }
     scene_step(&s, 0.01);
     scene_step(&s, 0.01);
-    count = s.world->last.count;
-    assert_int_equal(count, 12); /* the upper corners of the lowest box are none */
-    memcpy(last, s.world->last.contacts, (size_t)count * sizeof *last);
-    assert_true(last[0].impulse[0] > 0.0 || last[1].impulse[0] > 0.0);
+    last.count = s.world->last.count;
+    assert_int_equal(last.count, 12); /* the upper corners of the lowest box are none */
+    memcpy(contacts, s.world->last.contacts, (size_t)last.count * sizeof *contacts);
+    memcpy(responses, s.world->last.responses, (size_t)last.count * sizeof *responses);
+    assert_true(responses[0].impulse[0] > 0.0 || responses[1].impulse[0] > 0.0);
     SCENE_OK(&s, perp_world_snapshot_size(s.world, &size));
     assert_true(size <= sizeof blob);
     SCENE_OK(&s, perp_world_snapshot_save(s.world, blob, size));
-    check_warm(s.world, last, count);
+    check_warm(s.world, &last);
     for (i = 0; i < 3; i++) {
         perp_body_state state = scene_state(&s, boxes[i]);
 
@@ -232,7 +237,7 @@ static void test_impulses_are_remembered(void **context)
     scene_step(&s, 0.01);
     SCENE_OK(&s, perp_world_snapshot_restore(s.world, blob, size));
     perp__place(s.world, s.world->states);
-    check_warm(s.world, last, count);
+    check_warm(s.world, &last);
     scene_close(&s);
 }
 
