@@ -312,6 +312,34 @@ static void test_kept_points(void **state)
     assert_true(kept > 8 * 6 * STEPS); /* half of the pairs of those that stand, at least */
 }
 
+/* A step that came to nothing after it had looked for contacts, of which some were gone, leaves
+ * nothing behind: contacts that repeat themselves do not stand where they stood before. */
+static void test_vain_step(void **state)
+{
+    perp_body_state before, away;
+    scene *s;
+    twins t;
+
+    (void)state;
+    open_twins(&t, 0, PERP_ACCURACY_STANDARD, 1, 1);
+    add_stacks(&t, 0, 4, 2);
+    s = &t.worlds[0];
+    for (int i = 0; i < 10; i++)
+        step_twins(&t, 0.01);
+    before = away = scene_state(s, t.bodies[0][1]); /* the upper one of a stack */
+    assert_true(s->world->contacts.stands && t.kept > 0);
+    away.position[2] += 0.05; /* not so far that they are no pair */
+    SCENE_OK(s, perp_world_set_body(s->world, &away, t.bodies[0][1]));
+    SCENE_OK(s, perp__find_contacts(s->world, 0.01));
+    perp__stop_all_coasting(s->world);
+    assert_true(s->world->contacts.count < s->world->last.count);
+    SCENE_OK(s, perp_world_set_body(s->world, &before, t.bodies[0][1]));
+    SCENE_OK(&t.worlds[1], perp_world_set_body(t.worlds[1].world, &before, t.bodies[1][1]));
+    for (int i = 0; i < 5; i++)
+        step_twins(&t, 0.01);
+    close_twins(&t);
+}
+
 /* A box on another on a tile: all sleep, and wake when the lower one goes or is pushed, when a ball
  * comes, or when the tile goes. */
 static void test_what_wakes(void **state)
@@ -365,6 +393,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random_lives),
         cmocka_unit_test(test_kept_points),
+        cmocka_unit_test(test_vain_step),
         cmocka_unit_test(test_what_wakes),
     };
 
