@@ -184,12 +184,12 @@ static void forget_ended(perp_world *world, int32_t from)
 /* Whether memory number i, which is that of the step before the last, is what the pair leaves. */
 static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, int32_t i)
 {
-    const perp__response *responses = &world->contacts.responses[pair->first_now];
+    const perp__response *responses = world->contacts.responses;
     int32_t same = pair->same && pair->first_before >= 0 && !pair->changed && pair->late < 0 &&
                    pair->had_first == i && pair->had == pair->made;
 
-    for (int32_t k = 0; k < pair->made && same; k++) {
-        if (pair->first_now + k + AHEAD < world->contacts.count)
+    for (int32_t k = pair->first_now; k < pair->first_now + pair->made && same; k++) {
+        if (k + AHEAD < world->contacts.count)
             perp__fetch(&responses[k + AHEAD], offsetof(perp__response, impulse));
         same = memcmp(responses[k].next, responses[k].remembered, sizeof responses[k].next) == 0;
     }
@@ -200,14 +200,14 @@ static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, 
 static int32_t write_memories(perp_world *world, perp__pair *pair, int32_t i)
 {
     const perp__contact_set *set = &world->contacts;
-    perp__memory *memories = world->next_memories + i;
-    int32_t count = 0;
+    perp__memory *memories = world->next_memories;
+    const int32_t first = i;
 
-    for (; count < pair->made; count++)
-        perp__write_memory(set, pair->first_now + count, &memories[count]);
+    for (int32_t k = 0; k < pair->made; k++)
+        perp__write_memory(set, pair->first_now + k, &memories[i++]);
     for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
-        perp__write_memory(set, k, &memories[count++]);
-    return count;
+        perp__write_memory(set, k, &memories[i++]);
+    return i - first;
 }
 
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */
