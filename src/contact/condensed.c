@@ -210,7 +210,7 @@ int32_t perp__contact_condenses(const perp_contact_solver *solver)
 perp_status perp__contact_solve_condensed(perp_contact_solver *solver, int32_t *found)
 {
     perp__contact_condensed *own = &solver->condensed;
-    perp__contact_call call = {.q = own->q};
+    perp__contact_call call = {0};
     int32_t made = 1;
     perp_status status = perp__contact_delassus(solver, &made);
 
@@ -224,15 +224,16 @@ perp_status perp__contact_solve_condensed(perp_contact_solver *solver, int32_t *
     PERP__THEN(status, factor_joints(solver, own, &made));
     if (status != PERP_OK || !made || !condense(solver, own))
         return status;
-    if (solver->rows > 0) {
+    if (solver->rows > 0)
         status = set_up(solver, own);
-        if (status == PERP_ERROR_ARGUMENT || status == PERP_ERROR_NOT_FINITE)
-            return PERP_OK; /* numbers too far apart */
+    if (status == PERP_ERROR_ARGUMENT || status == PERP_ERROR_NOT_FINITE)
+        return PERP_OK; /* numbers too far apart */
+    if (solver->rows > 0 && status == PERP_OK) {
         call.q = own->q;
         call.r0 = solver->call->r0;
-        PERP__THEN(status, perp__contact_find(own->solver, &call, solver->deadline));
-        own->solver->call = NULL;
+        status = perp__contact_find(own->solver, &call, solver->deadline);
         solver->iterations += status == PERP_OK ? own->solver->iterations : 0;
+        own->solver->call = NULL;
     }
     *found = status == PERP_OK;
     return status == PERP_OK ? hand_back(solver, own) : status;

@@ -1,5 +1,6 @@
 /* Joints taken out of a problem of rigid bodies: what is found in what is left obeys the laws of
  * the whole. */
+#include "memory.h"
 #include "rigid_fixture.h"
 
 /* A chain of boxes with ball joints, turned and pushed at random, corners on the ground: contacts
@@ -120,12 +121,49 @@ static void test_redundant_joints(void **state)
     close_fixture(&f);
 }
 
+/* Every allocation of a first solve fails once, after which the same solver solves it; none is made
+ * once it has. */
+static void test_memory(void **state)
+{
+    memory m = {0, 0, 0};
+    perp_context_settings settings = memory_settings(&m);
+    int32_t fails, failed = 1, contacts;
+
+    (void)state;
+    for (fails = 1; failed; fails++) {
+        fixture f;
+        perp__rigid_problem p;
+        perp__rigid_answer a;
+
+        m.calls = m.fails_at = 0;
+        open_fixture(&f, 0, &settings);
+        contacts = make_chain(&f.s, 11, 9, 0);
+        p = rigid_problem(&f.s);
+        p.contacts = contacts;
+        p.joints = f.s.contacts - contacts;
+        p.method = PERP_CONTACT_METHOD_PROXIMAL;
+        p.tol = 1e-10;
+        a = rigid_answer(&f.s);
+        m.fails_at = m.calls + fails;
+        failed = perp__rigid_solve(f.solver, &a, &p) == PERP_ERROR_MEMORY;
+        m.fails_at = 0;
+        assert_int_equal(solve(&f, &p).outcome, PERP_OUTCOME_SOLVED);
+        m.calls = 0;
+        solve(&f, &p);
+        assert_int_equal(m.calls, 0);
+        close_fixture(&f);
+        assert_int_equal(m.live, 0);
+    }
+    assert_true(fails > 10); /* arrays, a solver of its own with its methods */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_condensed),
         cmocka_unit_test(test_joints_alone),
         cmocka_unit_test(test_redundant_joints),
+        cmocka_unit_test(test_memory),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
