@@ -15,7 +15,7 @@ where the exact step is not solved in time. Phases, in ms: collide, solve, integ
 'solved' counts steps whose outcome is good. Engines read the scenes as text and are run as their
 manuals say; x4 stands for four times the default iterations, of MuJoCo for four substeps. 'goal' is
 what the project wants to reach; it and the picture know only runs that came to the end of their
-scene. Where no exact step is known the picture has the overlap.
+scene. Where perp's own is not known the picture has the overlap.
 """
 
 from __future__ import annotations
@@ -208,7 +208,7 @@ def write_linear(seconds: float, file: Any) -> None:
 
 
 def draw(axes: Any, scene: Scene, runs: list[Run]) -> None:
-    if all(run.error(scene) is None for run in runs):
+    if all(run.error(scene) is None for run in runs if run.engine == "perp"):
         scene = scene._replace(error="deep", goal=None)
     for engine in ("perp", *PEERS):
         own = [run for run in runs if run.engine == engine and run.error(scene) is not None]
