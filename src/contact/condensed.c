@@ -159,7 +159,7 @@ static perp_status set_up(const perp_contact_solver *solver, perp__contact_conde
     inner->contacts = inner->constraints = solver->contacts;
     inner->rows = inner->size = solver->rows;
     inner->proves = 0;
-    inner->brief = inner->condensed_already = 1;
+    inner->brief = inner->is_condensed = 1;
     inner->sizes[0] = inner->sizes[2] = (size_t)solver->contacts;
     inner->sizes[1] = (size_t)solver->rows;
     inner->setups++;

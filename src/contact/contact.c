@@ -324,7 +324,7 @@ static perp_status sweep_roughly(perp_contact_solver *solver)
 static int32_t tries_sets(const perp_contact_solver *solver)
 {
     return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
-           (solver->settings.max_iterations == 0 || solver->condensed_already);
+           (solver->settings.max_iterations == 0 || solver->is_condensed);
 }
 
 /* Small problems: straight to the active set that the start, or a few sweeps, show. Where contacts

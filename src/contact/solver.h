@@ -119,7 +119,7 @@ struct perp_contact_solver {
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* no last resorts */
-    int32_t condensed_already;               /* of contacts whose joints are taken out */
+    int32_t is_condensed;                    /* the contacts of another, joints taken out */
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t is_lean;                         /* no more is measured than the outcome needs */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */

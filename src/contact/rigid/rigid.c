@@ -141,8 +141,8 @@ static double judge_joints(const perp_contact_solver *s)
     double most = 0.0;
 
     for (int32_t k = s->contacts; k < s->constraints; k++)
-        perp__raise_to(&most, fabs(s->best.u[s->rows + k - s->contacts]) / s->root[k] /
-                                  (s->omega[k] > 0.0 ? s->omega[k] : 1.0));
+        perp__raise_to(&most,
+                       fabs(s->best.u[s->rows + k - s->contacts]) / s->root[k] / s->omega[k]);
     return most;
 }
 
