@@ -200,6 +200,7 @@ static perp_status hand_back(perp_contact_solver *solver, perp__contact_condense
         solver, rows > 0 ? inner->best.method : PERP_CONTACT_METHOD_POLISH, solver->modes, &worth);
 }
 
+/* Once for the same rows: what goes on from there is what this did not solve. */
 int32_t perp__contact_condenses(const perp_contact_solver *solver)
 {
     return solver->entrance == PERP__ENTRANCE_RIGID && solver->size > solver->rows &&
