@@ -11,7 +11,8 @@ that ended early, whose numbers are of what they did. 'deep' is the deepest over
 an independent test of all pairs. 'rise' is energy from nowhere, beside that of the beginning.
 'step' is the error of one step's velocities beside the exact ones from the same state (perp at
 exact with tol 1e-10), in the kinetic metric and over what contacts change, the median of five; '?'
-where the exact step is not solved in time. Phases, in ms: collide, solve, integrate, project.
+where neither the exact step is solved in time, nor two of them, from states next to each other,
+agree to a third of the error. Phases, in ms: collide, solve, integrate, project.
 'solved' counts steps whose outcome is good. Engines read the scenes as text and are run as their
 manuals say; x4 stands for four times the default iterations, of MuJoCo for four substeps. 'goal' is
 what the project wants to reach; it and the picture know only runs that came to the end of their
