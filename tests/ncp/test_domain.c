@@ -286,6 +286,51 @@ static void test_scales_that_run_away(void **state)
     }
 }
 
+/* z_0 >= 1/2, defined up to 1, and -1 - z_1 >= 0 with z_1 >= 0, which has no solution. */
+static int32_t walled(double *F, const double *z, void *user)
+{
+    (void)user;
+    F[0] = z[0] - 0.5;
+    F[1] = -1 - z[1];
+    return z[0] > 1;
+}
+
+static int32_t walled_jacobian(double *J, const double *z, void *user)
+{
+    (void)user;
+    (void)z;
+    J[0] = 1;
+    J[1] = J[2] = 0;
+    J[3] = -1;
+    return 0;
+}
+
+/* From far outside the start is sought 1e17 away in all coordinates: that is no size of z_1, beside
+ * which a row that is violated by all that it has would be nothing. */
+static void test_sizes_of_the_start(void **state)
+{
+    const double z0[] = {1e17, 0};
+
+    (void)state;
+    for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
+        behaviour b = {0};
+        perp_ncp_problem problem = problem_of(&b);
+        perp_ncp_settings settings;
+        perp_ncp_result result = new_result();
+        double z[2];
+
+        problem.lower = NULL;
+        problem.function = walled;
+        problem.jacobian = walled_jacobian;
+        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+        settings.method = method;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        assert_true(result.outcome != PERP_OUTCOME_SOLVED &&
+                    result.outcome != PERP_OUTCOME_ROUNDING_LIMIT);
+    }
+}
+
 /* A callback that calls back. */
 static int32_t intrude(double *F, const double *z, void *user)
 {
@@ -324,6 +369,7 @@ int main(void)
         cmocka_unit_test(test_abort),
         cmocka_unit_test(test_monitor),
         cmocka_unit_test(test_scales_that_run_away),
+        cmocka_unit_test(test_sizes_of_the_start),
         cmocka_unit_test(test_busy),
     };
 
