@@ -78,7 +78,8 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
     for (int32_t i = 0; i < m->n; i++) {
         solver->start[i] = perp__clamp(z0 ? z0[i] : 0.0, m->lower[i], m->upper[i]);
         unit = fmax(unit, fabs(solver->start[i]));
-        m->largest[i] = m->z_start[i] = fabs(solver->start[i]); /* a move away says nothing of them */
+        m->largest[i] = m->z_start[i] =
+            fabs(solver->start[i]); /* a move away says nothing of them */
     }
     unit = unit > 0.0 ? unit : 1.0;
     m->control.deadline = 0.0; /* one call of F, come what may */

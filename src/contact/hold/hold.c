@@ -4,9 +4,6 @@
 #include "base/groups.h"
 #include "contact/hold/hold.h"
 
-/* Of `source`: no row yet; rows that lead to different motions. */
-enum { UNSET = -3, SEVERAL = -4 };
-
 /* What is left of a row of length 1 beside others, for it to be independent of them. */
 #define INDEPENDENT 1e-7
 
@@ -177,7 +174,8 @@ static int32_t count_open(const perp__hold *h, int32_t constraint, int64_t *piec
     return count;
 }
 
-/* What the constraint's other blocks, all held, move with: SEVERAL, where it is not one thing. */
+/* What the constraint's other blocks, all held, move with: SEVERAL, where it is not one thing, or
+ * one of them is stopped in part. */
 static int32_t root_beside(const perp__hold *h, int32_t constraint, int32_t block)
 {
     const perp__bodies *b = h->bodies;
@@ -188,8 +186,9 @@ static int32_t root_beside(const perp__hold *h, int32_t constraint, int32_t bloc
 
         if (other == block)
             continue;
-        if (count++ > 0 && !is_same(h, root, h->root[other]))
-            return SEVERAL;
+        if (h->root[other] == PERP__RIGID_FREE ||
+            (count++ > 0 && !is_same(h, root, h->root[other])))
+            return PERP__HOLD_SEVERAL;
         root = h->root[other];
     }
     return root;
@@ -263,7 +262,7 @@ static void add_row(perp__hold *h, int32_t constraint, int32_t i)
         const int32_t block = b->piece_blocks[piece];
 
         if (h->is_held[block])
-            target -= perp__dot(P, h->y + (size_t)block * (size_t)b->width, b->width);
+            target -= perp__hold_along(h, block, P);
         else
             memcpy(row + h->cluster[block], P,
                    (size_t)perp__bodies_unknowns(b, block) * sizeof *row);
@@ -290,8 +289,7 @@ static void gather(perp__hold *h, const int32_t *members, int32_t count)
             }
 }
 
-/* loose := C^-1 v_free + what does not hold */
-static void add_loose(perp__hold *h, const int32_t *members, int32_t count)
+void perp__hold_loose(perp__hold *h, const int32_t *members, int32_t count)
 {
     const perp__bodies *b = h->bodies;
     const int32_t width = b->width;
@@ -341,7 +339,7 @@ static void pad(const perp__hold *h, int32_t block, const double *columns, doubl
 /* What the rows leave free, and exact zeros in single coordinates. */
 static void move(perp__hold *h, const int32_t *members, int32_t count)
 {
-    add_loose(h, members, count);
+    perp__hold_loose(h, members, count);
     perp__held_rows_free(&h->dense, h->loose);
     for (int32_t m = 0; m < count; m++) {
         double *v = h->v + (size_t)members[m] * (size_t)h->bodies->width;
@@ -380,7 +378,7 @@ static void hold_members(perp__hold *h, const int32_t *members, int32_t count)
 static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t count)
 {
     const perp__bodies *b = h->bodies;
-    int32_t root = UNSET;
+    int32_t root = PERP__HOLD_UNSET;
 
     for (int32_t m = 0; m < count; m++)
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
@@ -395,12 +393,13 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
             if (count_open(h, constraint, &piece) > 1) /* within the cluster */
                 continue;
             leads = root_beside(h, constraint, members[m]);
-            if (leads == SEVERAL || (root != UNSET && !is_same(h, root, leads)))
+            if (leads == PERP__HOLD_SEVERAL ||
+                (root != PERP__HOLD_UNSET && !is_same(h, root, leads)))
                 return 0;
             root = leads;
         }
     for (int32_t m = 0; m < count; m++)
-        if (root == UNSET || !carry(h, members[m], root))
+        if (root == PERP__HOLD_UNSET || !carry(h, members[m], root))
             return 0;
     for (int32_t m = 0; m < count; m++)
         follow(h, members[m], root);
@@ -497,7 +496,7 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
     return 1;
 }
 
-static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+int32_t perp__hold_take_up(perp__hold *h, int32_t block, const double *row)
 {
     return h->bodies->width == 6 ? take_up_row(h, block, row, 6)
            : h->bodies->width == 3
@@ -505,10 +504,9 @@ static int32_t take_up(perp__hold *h, int32_t block, const double *row)
                : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
 }
 
-/* A block whose rows have full rank. Where they lead to one motion, that is its own. */
-static void hold_block(perp__hold *h, int32_t block)
+void perp__hold_block(perp__hold *h, int32_t block)
 {
-    if (h->source[block] != SEVERAL && carry(h, block, h->source[block])) {
+    if (h->source[block] != PERP__HOLD_SEVERAL && carry(h, block, h->source[block])) {
         follow(h, block, h->source[block]);
     } else {
         h->cluster[block] = 0;
@@ -526,14 +524,14 @@ static void gather_rows(perp__hold *h, int32_t constraint, int64_t piece, int32_
     const double *row = b->values + b->piece_values[piece];
 
     for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
-        if (!take_up(h, block, row))
+        if (!perp__hold_take_up(h, block, row))
             continue;
-        if (h->pushed[constraint] || root == SEVERAL)
-            h->source[block] = SEVERAL;
-        else if (h->source[block] == UNSET)
+        if (h->pushed[constraint] || root == PERP__HOLD_SEVERAL)
+            h->source[block] = PERP__HOLD_SEVERAL;
+        else if (h->source[block] == PERP__HOLD_UNSET)
             h->source[block] = root;
-        else if (h->source[block] != SEVERAL && !is_same(h, h->source[block], root))
-            h->source[block] = SEVERAL;
+        else if (h->source[block] != PERP__HOLD_SEVERAL && !is_same(h, h->source[block], root))
+            h->source[block] = PERP__HOLD_SEVERAL;
     }
 }
 
@@ -552,7 +550,7 @@ static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
     gather_rows(h, constraint, piece, root_beside(h, constraint, block));
     if (h->rank[block] < most)
         return;
-    hold_block(h, block);
+    perp__hold_block(h, block);
     if (h->is_held[block])
         h->queue[(*tail)++] = block;
 }
@@ -579,9 +577,10 @@ void perp__hold_run(perp__hold *h)
     h->taken_up = 0;
     for (int32_t k = 0; k < h->bodies->blocks; k++) {
         h->rank[k] = h->is_held[k] = 0;
-        h->source[k] = UNSET;
+        h->source[k] = PERP__HOLD_UNSET;
         h->root[k] = PERP__RIGID_FREE;
     }
     spread(h);
+    perp__hold_settle(h);
     solve_clusters(h);
 }

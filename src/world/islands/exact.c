@@ -322,9 +322,11 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
         status = sweep_on(world, answer, problem);
-    if (status == PERP_OK && perp__is_good(answer->outcome))
+    if (status == PERP_OK && perp__is_good(answer->outcome) && at_rest && !bounces)
+        balanced = is_in_equilibrium(world, island, answer);
+    if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)
         status = perp__hold_island(world, island, answer, problem, tol);
-    if (status == PERP_OK && perp__is_good(answer->outcome))
+    if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)
         status = perp__rest_joints(world, island, answer, problem);
     world->work.set_up = status == PERP_OK;
     return status;

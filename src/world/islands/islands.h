@@ -170,6 +170,10 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
 /* near.c: sweeps near the contacts that came to an island whose motion is known. */
 perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);
 
+/* energy.c: takes what impulses and ways have too much. Returns whether there is less of impulses.
+ */
+int32_t perp__take_energy(perp_world *world, const perp__island *island, double h);
+
 /* sweep.c: an island within the budget of the world's accuracy: its motion, from the impulses that
  * it has; and once no more contacts come the velocities at its end, and what they are worth. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,

@@ -48,9 +48,6 @@
 /* And up to which impulses may be near others that hold what rests. */
 #define NEARLY 1e-2
 
-/* Energy that is rounding, beside what impulses move. */
-#define ENERGY_ROUNDING 1e-12
-
 typedef struct level {
     int32_t passes;
     int32_t few; /* contacts up to which an island is solved exactly all the same */
@@ -251,9 +248,10 @@ int32_t perp__comes_from_rest(const perp_world *world, const perp__island *islan
         const perp__world_contact *contact =
             perp__step_contact(world, island, world->work.chosen[i]);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
+        const double slips =
+            world->work.rows[i].mu > 0.0 ? hypot(contact->start[1], contact->start[2]) : 0.0;
 
-        if (!(fmax(fabs(contact->start[0]), hypot(contact->start[1], contact->start[2])) <=
-              FROM_REST * pushed))
+        if (!(fmax(fabs(contact->start[0]), slips) <= FROM_REST * pushed))
             return 0;
     }
     return 1;
@@ -471,65 +469,7 @@ static void recall(perp_world *world, const perp__island *island)
     }
 }
 
-/* x'My of the island's bodies. */
-static double mass_product(const perp_world *world, const perp__island *island, const double *x,
-                           const double *y)
-{
-    const int32_t n = world->dof;
-    double sum = 0.0, both[6];
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->work.members[i];
-        const double a = perp__mass_norm(world, body, x + n * i);
-        const double b = perp__mass_norm(world, body, y + n * i);
-
-        for (int32_t k = 0; k < n; k++)
-            both[k] = x[n * i + k] + y[n * i + k];
-        both[0] = perp__mass_norm(world, body, both);
-        sum += 0.5 * (both[0] * both[0] - a * a - b * b);
-    }
-    return sum;
-}
-
-/* Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
- * With d what impulses make of the velocities and m the mean of these before and after the step, it
- * grows by d'Mm + gain'M (m - moving): then there is less of d, and the way is more that of m.
- * Returns whether the former is. */
-static int32_t take_energy(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-    const int32_t numbers = world->dof * island->bodies;
-    double *d = work->solved, *m = work->drift, size, work_of_d, growth, share;
-    int32_t scaled;
-
-    for (int32_t i = 0; i < numbers; i++) {
-        d[i] = work->v[i] - work->start[i] - work->gain[i];
-        m[i] = 0.5 * (work->start[i] + work->v[i]);
-    }
-    work_of_d = mass_product(world, island, d, m);
-    size = mass_product(world, island, d, d);
-    scaled = work_of_d > ENERGY_ROUNDING * size;
-    if (scaled) {
-        share = fmax(1.0 - 2.0 * work_of_d / size, 0.0);
-        for (int32_t i = 0; i < numbers; i++) {
-            work->v[i] -= (1.0 - share) * d[i];
-            work->moving[i] -= 0.5 * (1.0 - share) * d[i];
-            m[i] -= 0.5 * (1.0 - share) * d[i];
-        }
-        for (int32_t i = 0; i < 3 * island->contacts; i++)
-            work->impulse[i] *= share;
-        work_of_d = 0.0;
-    }
-    for (int32_t i = 0; i < numbers; i++)
-        d[i] = m[i] - work->moving[i];
-    growth = mass_product(world, island, work->gain, d);
-    share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
-    for (int32_t i = 0; i < numbers && share < 1.0; i++)
-        work->moving[i] = m[i] - share * d[i];
-    return scaled;
-}
-
-/* The same of impulses that are less than they were. Velocities that were solved for in what holds
+/* Judged again: impulses are less than they were. Velocities that were solved for in what holds
  * are not these impulses', which might give energy anew, and stay as they are. */
 static perp_status judge_anew(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, perp__rigid_problem *problem, double h,
@@ -545,6 +485,24 @@ static perp_status judge_anew(perp_world *world, const perp__island *island,
     if (held)
         memcpy(work->v, work->solved, size);
     return status;
+}
+
+/* What begins at rest, and what holds leaves it too many coordinates together to be solved for:
+ * velocities of 0.0, where impulses near those of the passes balance. */
+static void stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                  const perp__verdict *verdict)
+{
+    double left;
+    int32_t moves = 0;
+
+    if (!perp__begins_at_rest(world, island) || !perp__is_good(verdict->outcome))
+        return;
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        moves |= world->work.v[i] != 0.0;
+    if (!moves || !perp__balance_pile(world, island, &left))
+        return;
+    answer->held = 1;
+    memset(world->work.drift, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
 /* Positions move with the velocities, and out of overlap by `drift`. */
@@ -590,9 +548,11 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     }
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
+    if (status == PERP_OK && verdict->impacts == 0)
+        stand(world, island, &answer, verdict);
     if (status == PERP_OK && answer.held)
         move_along(world, island);
-    if (status == PERP_OK && work->carriers == 0 && take_energy(world, island))
+    if (status == PERP_OK && work->carriers == 0 && perp__take_energy(world, island, h))
         status = judge_anew(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK)
         finish(world, island, verdict);
