@@ -450,6 +450,25 @@ static void test_ice(void **state)
     }
 }
 
+/* Without friction on a lift: what stops the lowest box is no rest, all rise. */
+static void test_lift(void **state)
+{
+    static const double rising[6] = {0.0, 0.0, 0.25, 0.0, 0.0, 0.0};
+    fixture f;
+
+    (void)state;
+    open_fixture(&f, 0);
+    for (int32_t i = 0; i < 3; i++)
+        rigid_box(&f.s, 0.0, 0.0, i + 0.5, unit_half, 1.0 + i, NULL);
+    rigid_box(&f.s, 0.0, 0.0, -0.5, unit_half, 0.0, rising);
+    for (int32_t i = 0; i < 3; i++)
+        rigid_face(&f.s, i ? i - 1 : 3, i, -0.5, 0.5, -0.5, 0.5, i, 0.0);
+    solve(&f, 1e-8);
+    for (int32_t i = 0; i < 3; i++) /* rounding of 12 rows of length 1 and speeds of 1/4 */
+        assert_true(fabs(v_of(&f, i)[2] - 0.25) <= 12 * DBL_EPSILON);
+    close_fixture(&f);
+}
+
 /* ---- against an independent projection ------------------------------------------------------- */
 
 /* Rows that hold: as the modes say. */
@@ -589,13 +608,14 @@ static void test_projection(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_piles_rest),  cmocka_unit_test(test_threshold),
-        cmocka_unit_test(test_carriers),    cmocka_unit_test(test_two_carriers),
-        cmocka_unit_test(test_slip),        cmocka_unit_test(test_cards),
-        cmocka_unit_test(test_legs),        cmocka_unit_test(test_redundant),
-        cmocka_unit_test(test_linear),      cmocka_unit_test(test_ice),
-        cmocka_unit_test(test_projection),  cmocka_unit_test(test_pushed),
-        cmocka_unit_test(test_false_modes), cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_piles_rest), cmocka_unit_test(test_threshold),
+        cmocka_unit_test(test_carriers),   cmocka_unit_test(test_two_carriers),
+        cmocka_unit_test(test_slip),       cmocka_unit_test(test_cards),
+        cmocka_unit_test(test_legs),       cmocka_unit_test(test_redundant),
+        cmocka_unit_test(test_linear),     cmocka_unit_test(test_ice),
+        cmocka_unit_test(test_lift),       cmocka_unit_test(test_projection),
+        cmocka_unit_test(test_pushed),     cmocka_unit_test(test_false_modes),
+        cmocka_unit_test(test_slope),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
