@@ -120,6 +120,52 @@ static void test_stacks_without_friction(void **state)
         }
 }
 
+/* A wall of bricks in bond that touch on all sides, half ones at its ends: nothing presses
+ * sideways, and what sweeps leave there is no reason to move, with friction or without. */
+static void test_a_wall_rests(void **state)
+{
+    enum { ROWS_HIGH = 8, WIDE = 8 };
+
+    (void)state;
+    for (int k = 0; k < 2; k++)
+        for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
+            perp_body bricks[ROWS_HIGH * (WIDE + 1)];
+            double x[ROWS_HIGH * (WIDE + 1)];
+            perp_world_settings world;
+            perp_step_result result;
+            scene s;
+            int count = 0;
+
+            assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
+            world.accuracy = accuracy;
+            world.friction = 0.5 * k;
+            scene_create(&s, &world);
+            scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, PERP_FRICTION_OF_WORLD, 0.0);
+            for (int row = 0; row < ROWS_HIGH; row++)
+                for (int i = 0; i < WIDE + row % 2; i++) {
+                    const int half = row % 2 && (i == 0 || i == WIDE);
+                    perp_body_settings settings = scene_defaults();
+
+                    settings.position[0] = x[count] = row % 2 == 0 ? i
+                                                      : half       ? (i == 0 ? -0.25 : WIDE - 0.75)
+                                                                   : i - 0.5;
+                    settings.position[2] = 0.25 + 0.5 * row;
+                    bricks[count] = scene_add(&s, &settings);
+                    scene_box(&s, bricks[count++], half ? 0.25 : 0.5, 0.25, 0.25,
+                              PERP_FRICTION_OF_WORLD, 0.0);
+                }
+            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+            for (int step = 0; step < 20; step++) {
+                SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+                assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            }
+            for (int i = 0; i < count; i++)
+                if (!scene_rests(&s, bricks[i]) || scene_state(&s, bricks[i]).position[0] != x[i])
+                    fail_msg("friction %g accuracy %d: brick %d moves", 0.5 * k, (int)accuracy, i);
+            scene_close(&s);
+        }
+}
+
 /* A pyramid that falls with gaps of 0.3 mm between its layers closes these, and no more, in a step:
  * large islands come near what `exact` solves, the nearer the more may be spent. What sweeps leave
  * of the change that contacts make falls to a tenth within 16 sweeps of seven layers. */
@@ -355,6 +401,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rests_at_every_level),
         cmocka_unit_test(test_stacks_without_friction),
+        cmocka_unit_test(test_a_wall_rests),
         cmocka_unit_test(test_swept_beside_exact),
         cmocka_unit_test(test_a_house_of_cards_stands),
         cmocka_unit_test(test_a_hit_gives_no_energy),

@@ -150,6 +150,20 @@ static int32_t is_in_equilibrium(perp_world *world, const perp__island *island,
     return 1;
 }
 
+/* The same of impulses near those at hand. */
+static int32_t is_near_equilibrium(perp_world *world, const perp__island *island,
+                                   perp__rigid_answer *answer)
+{
+    perp__evidence evidence = {0.0, 0.0, 1.0, 1};
+
+    if (!perp__balance_pile(world, island, &evidence.own))
+        return 0;
+    answer->tested = evidence.tested = answer->own = evidence.own;
+    answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
+    answer->held = 1;
+    return 1;
+}
+
 /* The answer of the impulses work.warm, as they are. */
 static perp_status judge_warm(perp_world *world, perp__rigid_answer *answer,
                               perp__rigid_problem *problem)
@@ -323,7 +337,8 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
         answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
         status = sweep_on(world, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome) && at_rest && !bounces)
-        balanced = is_in_equilibrium(world, island, answer);
+        balanced =
+            is_in_equilibrium(world, island, answer) || is_near_equilibrium(world, island, answer);
     if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)
         status = perp__hold_island(world, island, answer, problem, tol);
     if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)

@@ -10,7 +10,7 @@
  * (projections in turn, von Neumann's method).
  *
  * A pile's contacts are many, and some hardly press: with J z times the squares of weights, which
- * are as the impulses, all stay within their cones at once. */
+ * are as the impulses, nearly all stay within their cones at once. */
 #include "world/step.h"
 
 #include <math.h>
@@ -34,6 +34,9 @@
  * they come within. */
 #define ROUNDS 512
 #define WITHIN 0.99
+
+/* Of a pile: what is drawn into its cones presses less, and carries less of what comes next. */
+#define PILE_ROUNDS 20
 
 /* Rows of contact i on one of its bodies, turns over that body's radius; returns the body. */
 static int32_t rows_of(const perp_world *world, int32_t i, int32_t side, double out[3][6])
@@ -288,15 +291,35 @@ static void draw_in(const perp__island_work *work)
     }
 }
 
-static int32_t is_within(const perp__island_work *work)
+static int32_t count_outside(const perp__island_work *work)
 {
+    int32_t count = 0;
+
     for (int32_t i = 0; i < work->count; i++) {
         const double *r = work->impulse + 3 * i;
 
-        if (!(r[0] >= 0.0 && hypot(r[1], r[2]) <= work->rows[i].mu * r[0]))
-            return 0;
+        count += !(r[0] >= 0.0 && hypot(r[1], r[2]) <= work->rows[i].mu * r[0]);
     }
-    return 1;
+    return count;
+}
+
+/* Balances the impulses, and draws in those that this takes out of their cones, until none is.
+ * Returns how many are. */
+static int32_t draw_and_balance(perp_world *world, const perp__island *island)
+{
+    const double least = FINE * FINE * load_of(world, island);
+    int32_t rounds = PILE_ROUNDS, outside = world->work.count, last;
+
+    do {
+        last = outside;
+        draw_in(&world->work);
+        assemble(world, island);
+        find_unbalance(world, island, world->work.still);
+        correct(world, island, least);
+        outside = count_outside(&world->work);
+        rounds -= outside < last ? 1 : PILE_ROUNDS / 4;
+    } while (outside > 0 && rounds > 0);
+    return outside;
 }
 
 int32_t perp__balance_pile(perp_world *world, const perp__island *island, double *left)
@@ -304,16 +327,14 @@ int32_t perp__balance_pile(perp_world *world, const perp__island *island, double
     perp__island_work *work = &world->work;
     const size_t bytes = 3 * (size_t)work->count * sizeof(double);
     const size_t numbers = (size_t)(world->dof * island->bodies);
+    int32_t outside;
 
     memcpy(work->warm, work->impulse, bytes);
     memcpy(work->forces, work->v, numbers * sizeof(double));
-    draw_in(work);
-    assemble(world, island);
-    find_unbalance(world, island, work->still);
-    correct(world, island, FINE * FINE * load_of(world, island));
+    outside = draw_and_balance(world, island);
     find_unbalance(world, island, work->still);
     leave(world, island);
-    if (!is_within(work) || !perp__rest_island(world, island, BALANCED, left)) {
+    if (outside > 0 || !perp__rest_island(world, island, BALANCED, left)) {
         memcpy(work->impulse, work->warm, bytes);
         memcpy(work->v, work->forces, numbers * sizeof(double));
         return 0;

@@ -487,21 +487,24 @@ static perp_status judge_anew(perp_world *world, const perp__island *island,
     return status;
 }
 
-/* What begins at rest, and what holds leaves it too many coordinates together to be solved for:
- * velocities of 0.0, where impulses near those of the passes balance. */
+/* What begins at rest, and was not held so: because sweeps have not come to an answer, or because
+ * too many coordinates are free together. Velocities of 0.0, where impulses near those of the
+ * passes balance. */
 static void stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                  const perp__verdict *verdict)
+                  perp__verdict *verdict)
 {
     double left;
     int32_t moves = 0;
 
-    if (!perp__begins_at_rest(world, island) || !perp__is_good(verdict->outcome))
+    if (!perp__begins_at_rest(world, island))
         return;
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         moves |= world->work.v[i] != 0.0;
     if (!moves || !perp__balance_pile(world, island, &left))
         return;
     answer->held = 1;
+    verdict->outcome = PERP_OUTCOME_SOLVED;
+    verdict->residual = left;
     memset(world->work.drift, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
