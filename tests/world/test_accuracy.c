@@ -166,6 +166,46 @@ static void test_a_wall_rests(void **state)
         }
 }
 
+/* Columns of one to ten bricks side by side, that touch: 55 faces below and 45 at the side, with
+ * four points each. What sweeps have not come to is no motion in which the bricks of different
+ * columns would meet at their edges: no contact comes, in no step. */
+static void test_columns_stay_apart(void **state)
+{
+    enum { COLUMNS = 10, BRICKS = COLUMNS * (COLUMNS + 1) / 2 };
+
+    (void)state;
+    for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
+        perp_body bricks[BRICKS];
+        perp_world_settings world;
+        perp_step_result result;
+        scene s;
+        int count = 0;
+
+        assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
+        world.accuracy = accuracy;
+        scene_create(&s, &world);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+        for (int i = 0; i < COLUMNS; i++)
+            for (int row = 0; row <= i; row++) {
+                perp_body_settings settings = scene_defaults();
+
+                settings.position[0] = i;
+                settings.position[2] = 0.25 + 0.5 * row;
+                bricks[count] = scene_add(&s, &settings);
+                scene_box(&s, bricks[count++], 0.5, 0.5, 0.25, 0.5, 0.0);
+            }
+        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+        for (int step = 0; step < 20; step++) {
+            SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            assert_int_equal(result.contacts, 4 * (BRICKS + COLUMNS * (COLUMNS - 1) / 2));
+        }
+        for (int i = 0; i < count; i++)
+            assert_true(scene_rests(&s, bricks[i]));
+        scene_close(&s);
+    }
+}
+
 /* A pyramid that falls with gaps of 0.3 mm between its layers closes these, and no more, in a step:
  * large islands come near what `exact` solves, the nearer the more may be spent. What sweeps leave
  * of the change that contacts make falls to a tenth within 16 sweeps of seven layers. */
@@ -402,6 +442,7 @@ int main(void)
         cmocka_unit_test(test_rests_at_every_level),
         cmocka_unit_test(test_stacks_without_friction),
         cmocka_unit_test(test_a_wall_rests),
+        cmocka_unit_test(test_columns_stay_apart),
         cmocka_unit_test(test_swept_beside_exact),
         cmocka_unit_test(test_a_house_of_cards_stands),
         cmocka_unit_test(test_a_hit_gives_no_energy),

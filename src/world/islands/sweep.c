@@ -211,8 +211,10 @@ static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rig
     perp_status status = PERP_OK;
 
     problem->max_iterations = -1;
-    if (!perp__rigid_refute(answer, problem, tol))
+    if (!perp__rigid_refute(answer, problem, tol)) {
         status = perp__rigid_solve(world->solver, answer, problem);
+        problem->again = status == PERP_OK; /* the same rows from here on */
+    }
     if (status == PERP_OK)
         take_verdict(answer, verdict);
     return status;
@@ -266,8 +268,8 @@ static perp_status sweep_anew(perp_world *world, perp__rigid_answer *answer,
 
     problem->max_iterations = SETTLING_SWEEPS;
     problem->method = PERP_CONTACT_METHOD_SWEEP;
-    problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
+    problem->again = status == PERP_OK;
     if (status == PERP_OK)
         perp__spend(world, answer->iterations);
     return status;
@@ -333,17 +335,14 @@ static perp_status remember(perp_world *world, const perp__island *island,
     return look(world, answer, problem, fmax(NEARLY, problem->tol), verdict);
 }
 
-/* Impulses that balance: near those of the last step, or near the layers' guess where many contacts
- * share a load so that these have no balance near them. */
-static perp_status balance(perp_world *world, const perp__island *island,
-                           perp__rigid_answer *answer, perp__rigid_problem *problem,
-                           perp__verdict *verdict)
+/* Impulses that balance near the layers' guess: those of the last step may be none, or where many
+ * contacts share a load have no balance near them. */
+static perp_status balance_anew(perp_world *world, const perp__island *island,
+                                perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                perp__verdict *verdict)
 {
     perp_status status;
 
-    answer->held = perp__balance_pile(world, island, &verdict->residual);
-    if (answer->held || has_at_most(world, island, SETTLED_EXACTLY))
-        return PERP_OK;
     problem->warm = NULL;
     status = sweep_anew(world, answer, problem);
     problem->warm = world->work.warm;
@@ -369,10 +368,11 @@ static perp_status balance_at_rest(perp_world *world, const perp__island *island
     close_gaps(world, island, h);
     problem->tol = perp__swept_tol(world);
     status = remember(world, island, answer, problem, verdict);
-    problem->again = 1;
     if (status == PERP_OK && fmax(answer->tested, answer->own) <= NEARLY)
-        status = balance(world, island, answer, problem, verdict);
-    if (status != PERP_OK || !(fmax(answer->tested, answer->own) <= NEARLY))
+        answer->held = perp__balance_pile(world, island, &verdict->residual);
+    if (status == PERP_OK && !answer->held)
+        status = balance_anew(world, island, answer, problem, verdict);
+    if (status != PERP_OK || !(answer->held || fmax(answer->tested, answer->own) <= NEARLY))
         return status;
     if (answer->held) {
         verdict->outcome = PERP_OUTCOME_SOLVED;
@@ -487,27 +487,6 @@ static perp_status judge_anew(perp_world *world, const perp__island *island,
     return status;
 }
 
-/* What begins at rest, and was not held so: because sweeps have not come to an answer, or because
- * too many coordinates are free together. Velocities of 0.0, where impulses near those of the
- * passes balance. */
-static void stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                  perp__verdict *verdict)
-{
-    double left;
-    int32_t moves = 0;
-
-    if (!perp__begins_at_rest(world, island))
-        return;
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        moves |= world->work.v[i] != 0.0;
-    if (!moves || !perp__balance_pile(world, island, &left))
-        return;
-    answer->held = 1;
-    verdict->outcome = PERP_OUTCOME_SOLVED;
-    verdict->residual = left;
-    memset(world->work.drift, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
-}
-
 /* Positions move with the velocities, and out of overlap by `drift`. */
 static void move_along(perp_world *world, const perp__island *island)
 {
@@ -551,8 +530,6 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     }
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
-    if (status == PERP_OK && verdict->impacts == 0)
-        stand(world, island, &answer, verdict);
     if (status == PERP_OK && answer.held)
         move_along(world, island);
     if (status == PERP_OK && work->carriers == 0 && perp__take_energy(world, island, h))
