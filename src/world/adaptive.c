@@ -217,19 +217,15 @@ static perp_status choose_steps(perp_world *world, perp_step_result *result, dou
 
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
 {
-    attempt whole;
-    perp_status status;
+    perp_status status = PERP_OK;
 
     perp__open_budget(world);
     world->divides = world->settings.error == 0.0;
-    if (!world->divides)
+    if (world->divides)
+        status = perp__step(world, result, dt);
+    if (status == PERP_OK && (!world->divides || world->rough))
         return choose_steps(world, result, dt);
-    status = take_rest(world, &whole, dt);
-    if (status != PERP_OK)
-        return status;
-    if (world->rough)
-        return choose_steps(world, result, dt);
-    add(result, &whole);
-    result->iterations = world->budget.spent;
-    return PERP_OK;
+    result->steps = 1;
+    result->error = NAN;
+    return status;
 }

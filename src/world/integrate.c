@@ -159,15 +159,6 @@ int32_t perp__find_infinite(const perp_world *world)
     return -1;
 }
 
-static int32_t has_pairs(const perp_world *world, int32_t body)
-{
-    int32_t shape = world->bodies[body].first_shape;
-
-    while (shape >= 0 && world->shapes[shape].first_link < 0)
-        shape = world->shapes[shape].next_of_body;
-    return shape >= 0;
-}
-
 static void exchange(perp_world *world, int32_t i)
 {
     const perp__state state = world->states[i];
@@ -176,13 +167,13 @@ static void exchange(perp_world *world, int32_t i)
     world->next[i] = state;
 }
 
-/* Nothing is near it, and it does not turn by itself. */
+/* Of what nothing is near: whether it does not turn by itself. */
 static int32_t is_alone(const perp_world *world, int32_t i)
 {
     const perp__body *body = &world->bodies[i];
     const perp__state *state = &world->states[i];
 
-    return body->kind == PERP_BODY_DYNAMIC && body->first_joint == 0 && !has_pairs(world, i) &&
+    return body->kind == PERP_BODY_DYNAMIC && body->first_joint == 0 &&
            (body->spherical ||
             (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque)));
 }
@@ -258,6 +249,14 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
     }
 }
 
+static int32_t is_turned(const perp_world *world, int32_t i)
+{
+    const perp__state *old = &world->states[i], *next = &world->next[i];
+
+    return old->angle != next->angle ||
+           memcmp(old->orientation, next->orientation, sizeof old->orientation) != 0;
+}
+
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -279,10 +278,11 @@ static void integrate(perp_world *world, perp__share *share, double h)
             move_in_contact(world, body, h);
         if (!is_finite(&world->next[body]))
             share->found = body;
-        else if (!motion->enclosed || has_pairs(world, body)) {
-            if (motion->placed != world->coasting || !perp__is_zero3(motion->moving) ||
-                !perp__stays(world, body))
-                perp__place_body(world, world->next, body);
+        else if (!motion->enclosed || perp__has_pairs(world, body)) {
+            const int32_t anew = motion->placed != world->coasting;
+
+            if (anew || !perp__is_zero3(motion->moving) || !perp__stays(world, body))
+                perp__place_body(world, world->next, body, anew || is_turned(world, body));
             motion->placed = world->coasting + 1;
         }
     }

@@ -27,31 +27,31 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 }
 
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
-                       perp__placed *placed)
+                       int32_t turned, perp__placed *placed)
 {
     double offset[3];
 
     placed->geometry = &shape->geometry;
     perp__apply3(offset, R, shape->offset);
-    perp__copy3(placed->position, position);
-    perp__add3(placed->position, 1.0, offset);
-    perp__multiply3(placed->rotation, R, shape->rotation);
+    perp__along3(placed->position, position, 1.0, offset);
+    if (turned)
+        perp__multiply3(placed->rotation, R, shape->rotation);
 }
 
-void perp__place_body(perp_world *world, const perp__state *states, int32_t body)
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned)
 {
     double *R = world->motions[body].rotation;
 
-    perp__rotation_of(world, &states[body], R);
-    for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
-         shape = world->shapes[shape].next_of_body)
-        perp__place_shape(&world->shapes[shape], states[body].position, R, &world->placed[shape]);
+    if (turned)
+        perp__rotation_of(world, &states[body], R);
+    for (int32_t i = world->bodies[body].first_shape; i >= 0; i = world->shapes[i].next_of_body)
+        perp__place_shape(&world->shapes[i], states[body].position, R, turned, &world->placed[i]);
 }
 
 void perp__place(perp_world *world, const perp__state *states)
 {
     for (int32_t i = 0; i < world->awake_count; i++) {
-        perp__place_body(world, states, world->awake[i]);
+        perp__place_body(world, states, world->awake[i], 1);
         world->motions[world->awake[i]].placed = 0;
     }
 }
@@ -174,7 +174,7 @@ void perp__keep_placed(perp_world *world, int32_t body)
     perp__motion *motion = &world->motions[body];
 
     if (motion->placed != world->coasting)
-        perp__place_body(world, world->states, body);
+        perp__place_body(world, world->states, body, 1);
     motion->placed = world->coasting;
 }
 

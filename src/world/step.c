@@ -162,7 +162,8 @@ static int32_t commit(perp_world *world, int32_t included)
 
         perp__role *role = &world->roles[body];
 
-        role->repeats = (int8_t)perp__stays(world, body);
+        role->repeats =
+            (int8_t)(world->bodies[body].kind == PERP_BODY_STATIC || perp__stays(world, body));
         if (!role->repeats)
             world->states[body] = world->next[body];
         repeat += role->repeats;
@@ -259,17 +260,12 @@ static void sleep_on(perp_world *world, perp_step_result *result)
     report(world, &summary, &world->stats, result);
 }
 
-perp_status perp__step(perp_world *world, perp_step_result *result, double h)
+static perp_status step_awake(perp_world *world, perp_step_result *result, double h)
 {
     perp_world_stats stats = world->stats;
     double clock;
     perp_status status;
 
-    world->rough = 0;
-    if (is_all_asleep(world, h)) {
-        sleep_on(world, result);
-        return PERP_OK;
-    }
     world->untimed++;
     clock = world->awake_count > FEW_AWAKE || stats.steps % TIMED == 0 ? perp__now() : 0.0;
     perp__open_velocities(world);
@@ -287,5 +283,14 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
         if (commit(world, stats.contacts - world->asleep.contacts) > 0)
             perp__fall_asleep(world);
     }
+    return PERP_OK;
+}
+
+perp_status perp__step(perp_world *world, perp_step_result *result, double h)
+{
+    world->rough = 0;
+    if (!is_all_asleep(world, h))
+        return step_awake(world, result, h);
+    sleep_on(world, result);
     return PERP_OK;
 }

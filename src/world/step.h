@@ -20,10 +20,11 @@
 
 /* motion.c */
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
+/* Of a shape, and a body, or all that are awake, with their shapes; turned: since that was placed
+ * last, maybe. */
 void perp__place_shape(const perp__shape *shape, const double *position, const double *R,
-                       perp__placed *placed);
-/* A body, or all that are awake, with their shapes. */
-void perp__place_body(perp_world *world, const perp__state *states, int32_t body);
+                       int32_t turned, perp__placed *placed);
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body, int32_t turned);
 /* Where the step begins, unless it is so already. */
 void perp__keep_placed(perp_world *world, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
@@ -56,8 +57,8 @@ double perp__asleep_residual(perp_world *world);
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
  * numbers are not finite, or -1. */
 int32_t perp__integrate(perp_world *world, double h);
-/* The same for a ball, or what turns like one, that stays in its fat boxes: of its motion nothing
- * else is made, as long as it coasts. Returns 0 where that is not so. */
+/* The same for a ball that nothing is near, or what turns like one, that stays in its fat boxes: of
+ * its motion nothing else is made, as long as it coasts. Returns 0 where that is not so. */
 int32_t perp__glide(perp_world *world, int32_t body, double h);
 /* Takes a body that is near nothing and moves on to its next state at once: no one has to look at
  * it again in the step. Returns 0 where its numbers are not finite. */

@@ -272,6 +272,36 @@ static void test_no_tunnelling_of_what_is_hit(void **state)
     }
 }
 
+/* A ball at rest is hit, and 4/10 of its radius would take it into one that is 35/100 from it: past
+ * the space that both have around them (a tenth), in less than half its size. Bounces are elastic:
+ * in the rest of the step it comes to the other and not into it. */
+static void test_no_overlap_of_what_is_hit(void **state)
+{
+    static const int32_t kinds[] = {PERP_BODY_STATIC, PERP_BODY_DYNAMIC, PERP_BODY_KINEMATIC};
+    static const double at[] = {0.0, -0.235, -0.44}, speeds[] = {0.0, 0.0, 2.5};
+
+    (void)state;
+    for (int32_t planar = 0; planar < 2; planar++) {
+        perp_body balls[3];
+        scene s;
+
+        scene_open(&s, planar, 0.0, 0.0, 0.0);
+        for (int i = 0; i < 3; i++) {
+            perp_body_settings settings = scene_settings();
+
+            settings.kind = kinds[i];
+            settings.position[0] = at[i];
+            settings.velocity[0] = speeds[i];
+            balls[i] = scene_add(&s, &settings);
+            scene_sphere(&s, balls[i], 0.1, 0.3, 1.0);
+        }
+        SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+        assert_true(scene_state(&s, balls[1]).position[0] > at[1]); /* it was hit */
+        assert_true(scene_state(&s, balls[1]).position[0] <= -0.2 + 1e-12);
+        scene_close(&s);
+    }
+}
+
 /* splitmix64 (Steele, Lea & Flood 2014) */
 static double uniform(uint64_t *state)
 {
@@ -475,6 +505,7 @@ int main(void)
         cmocka_unit_test(test_balls_pass),
         cmocka_unit_test(test_no_tunnelling),
         cmocka_unit_test(test_no_tunnelling_of_what_is_hit),
+        cmocka_unit_test(test_no_overlap_of_what_is_hit),
         cmocka_unit_test(test_tumble_over_seams),
         cmocka_unit_test(test_slide_under_a_lintel),
         cmocka_unit_test(test_land_beside_a_chasm),

@@ -64,6 +64,15 @@ static inline int32_t perp__stays(const perp_world *world, int32_t body)
 {
     return memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
 }
+/* Whether some shape is near one of the body's. */
+static inline int32_t perp__has_pairs(const perp_world *world, int32_t body)
+{
+    int32_t shape = world->bodies[body].first_shape;
+
+    while (shape >= 0 && world->shapes[shape].first_link < 0)
+        shape = world->shapes[shape].next_of_body;
+    return shape >= 0;
+}
 /* The body, or what is near it, is not what it was in the last step. */
 static inline void perp__unsettle(perp_world *world, int32_t body)
 {

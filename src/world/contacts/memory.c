@@ -149,10 +149,13 @@ void perp__find_memories(perp_world *world)
     }
 }
 
-/* Whether the pair's memories are other ones than those of the step before. */
+/* Whether the pair's memories are other ones than those of the step before, or no one asks, as a
+ * body moves. */
 static int32_t is_news(const perp_world *world, const perp__pair *pair)
 {
-    return pair->memories != pair->had ||
+    const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
+
+    return a->repeats < a->dynamic || b->repeats < b->dynamic || pair->memories != pair->had ||
            (pair->had > 0 &&
             memcmp(&world->memories[pair->had_first], &world->next_memories[pair->first_memory],
                    (size_t)pair->had * sizeof *world->memories) != 0);

@@ -457,7 +457,7 @@ int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double
 
         if (shape->leaf == NONE)
             return 0;
-        perp__place_shape(shape, state->position, R, &placed);
+        perp__place_shape(shape, state->position, R, 1, &placed);
         perp__extent_of(&placed, 0.0, &box);
         if (!is_held(world, i, &box, space_of(shape, sweep(shape, moving, h, &box, ahead))))
             return 0;
@@ -507,11 +507,12 @@ static perp_status start(perp_world *world, int32_t body, double h)
 {
     perp_status status;
 
-    if (perp__glide(world, body, h))
+    if (!perp__has_pairs(world, body) && perp__glide(world, body, h))
         return PERP_OK;
     status = check(world, body, perp__start_motion(world, body, h));
     PERP__THEN(status, enclose(world, body, h, 0.0));
-    PERP__THEN(status, check(world, body, perp__coast(world, body, h)));
+    if (status == PERP_OK && !perp__has_pairs(world, body))
+        status = check(world, body, perp__coast(world, body, h));
     if (world->motions[body].coasts != world->coasting)
         world->lively[world->lively_count++] = body;
     return status;

@@ -159,13 +159,17 @@ static perp_status add_spare(perp_world *world, int32_t body)
     return status;
 }
 
-/* Whether a motion goes nowhere that the one before did not: what covers that covers it. */
-static int32_t goes_no_farther(const double *moving, const double *before)
+/* Whether a motion goes nowhere that the one before did not, but for what is less than rounding of
+ * where points of a body of that size are: what covers that covers it. */
+static int32_t goes_no_farther(const double *moving, const double *before, double h, double size)
 {
-    for (int32_t k = 0; k < 6; k++)
-        if (before[k] > 0.0 ? !(moving[k] >= 0.0 && moving[k] <= before[k])
-                            : !(moving[k] <= 0.0 && moving[k] >= before[k]))
+    for (int32_t k = 0; k < 6; k++) {
+        const double low = before[k] < 0.0 ? before[k] : 0.0, high = before[k] - low;
+
+        if (!(moving[k] >= low && moving[k] <= high) &&
+            !(h * fabs(moving[k]) <= 0.5 * PERP__EPSILON * (k < 3 ? size : 1.0)))
             return 0;
+    }
     return 1;
 }
 
@@ -180,7 +184,8 @@ static perp_status look_for_new_motions(perp_world *world, double h)
 
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
             continue;
-        shorter = goes_no_farther(motion->moving, motion->tried);
+        shorter = goes_no_farther(motion->moving, motion->tried, h,
+                                  world->bodies[world->body_order[i]].radius);
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         world->moved[world->body_order[i]] = world->rounds;
         if (shorter)
