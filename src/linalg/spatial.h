@@ -194,10 +194,11 @@ static inline void perp__quaternion_normalise(double *q)
 /* Quaternion of the rotation by the vector `turn` (axis times angle): the exponential map. */
 static inline void perp__quaternion_exponential(double *q, const double *turn)
 {
-    double angle = perp__length3(turn);
-    double ratio = angle > 0.0 ? sin(0.5 * angle) / angle : 0.5; /* sin(angle/2) / angle */
+    const double angle = perp__length3(turn);
+    const int32_t small = angle < 0x1p-27; /* cos x = 1 and sin x = x then, rounded */
+    const double ratio = small ? 0.5 : sin(0.5 * angle) / angle; /* sin(angle/2) / angle */
 
-    q[0] = cos(0.5 * angle);
+    q[0] = small ? 1.0 : cos(0.5 * angle);
     q[1] = ratio * turn[0];
     q[2] = ratio * turn[1];
     q[3] = ratio * turn[2];

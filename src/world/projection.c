@@ -185,7 +185,7 @@ static void weigh_equally(const perp_world *world, int32_t body, double *C)
     for (int32_t i = 0; i < n * n; i++)
         C[i] *= r > 0.0 ? 0.0 : sqrt(world->bodies[body].mass);
     for (int32_t i = 0; r > 0.0 && i < n; i++)
-        C[(n + 1) * i] = world->coordinate[i] < 3 ? 1.0 : sqrt(2.5) / r;
+        C[(n + 1) * i] = i < (n == 6 ? 3 : 2) ? 1.0 : sqrt(2.5) / r;
 }
 
 /* The rows of the island's overlaps, bodies at rest. */

@@ -110,15 +110,6 @@ static perp_status make_ground(perp_world *world)
     return perp__add_body(world, &ground, &settings);
 }
 
-static void set_coordinates(perp_world *world)
-{
-    static const int32_t planar[3] = {0, 1, 5};
-
-    world->dof = world->settings.planar ? 3 : 6;
-    for (int32_t i = 0; i < world->dof; i++)
-        world->coordinate[i] = world->settings.planar ? planar[i] : i;
-}
-
 static void release(void *object)
 {
     perp_world *world = object;
@@ -194,7 +185,7 @@ static perp_status create(perp_context *context, perp_world **world,
     made->first_plane = -1;
     made->free_nap = made->free_kept = made->first_orphan = -1;
     perp__tree_init(&made->tree);
-    set_coordinates(made);
+    made->dof = made->settings.planar ? 3 : 6;
     perp__coloured_init(&made->coloured, context);
     status = perp__rigid_create(context, &made->solver);
     PERP__THEN(status, perp__create_lanes(made));

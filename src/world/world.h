@@ -17,7 +17,6 @@
 
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
-#define PERP__MAX_DOF 6
 
 /* Unit of rounding, 2^-52. */
 #define PERP__EPSILON 2.220446049250313e-16
@@ -208,8 +207,7 @@ typedef struct perp__motion {
 /* Where bodies touch. From the axes on it is what points of a pair and normal have in common. */
 typedef struct perp__world_contact {
     double gap;         /* what may be closed along the normal */
-    double free[3];     /* relative velocity with the free twists, */
-    double start[3];    /* and before the step */
+    double free, start; /* velocity along the normal with the free twists, and before the step */
     double position[3]; /* at the start of the step, midway between the surfaces */
     double arms[2][3];  /* from the mass centres, in the pose of the collision */
     uint64_t feature;   /* tells the points of a pair apart, from step to step */
@@ -318,8 +316,7 @@ typedef struct perp__budget {
 struct perp_world {
     PERP__HANDLE;
     perp_world_settings settings;
-    int32_t dof;                       /* coordinates of a body: 3 planar, 6 */
-    int32_t coordinate[PERP__MAX_DOF]; /* which entries of a twist they are */
+    int32_t dof; /* coordinates of a body: 6, those of a twist; planar 3, its numbers 0, 1 and 5 */
 
     perp__body *bodies;
     perp__state *states;
@@ -363,6 +360,7 @@ struct perp_world {
     perp__placed *placed;
     int32_t *awake_shapes;
     perp__arena order_arena;
+    size_t fitted_order[3];
     int32_t *contact_order;
     int32_t *joint_order;
     perp__arena island_arena;

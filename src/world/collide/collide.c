@@ -105,7 +105,7 @@ static void reach_along(const perp__placed *shape, int k, double *up, double *do
 /* A few roundings wider, so that shapes that exactly touch are found. */
 static double widened(double reach, double position)
 {
-    return isfinite(reach) ? reach + 4.0 * DBL_EPSILON * (fabs(position) + fabs(reach)) : reach;
+    return reach + 4.0 * DBL_EPSILON * (fabs(position) + fabs(reach));
 }
 
 void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)

@@ -9,8 +9,8 @@
  * c +- s_0 +- s_1 +- s_2. A box that lies flat has two s_j = 0, so that its four corners have the
  * same gap to the last bit, and exactly 0 where c = s_j; heights of corner coordinates would not
  * cancel so. */
-int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
-                                double margin, perp__point *points)
+static inline int32_t collide(const perp__placed *plane, const perp__placed *box, int dimension,
+                              double margin, perp__point *points)
 {
     double normal[3], between[3];
     perp__apply3(normal, plane->rotation, plane->geometry->normal);
@@ -18,7 +18,6 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
     double centre = perp__dot3(normal, between) - plane->geometry->offset;
 
     const double *half = box->geometry->half_extents;
-    int dimension = planar ? 2 : 3;
     double axis[3][3], height[3];
     for (int j = 0; j < dimension; j++) {
         perp__column3(axis[j], box->rotation, j);
@@ -37,11 +36,11 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
         double gap = centre;
         double position[3] = {0.0, 0.0, 0.0};
         for (int j = 0; j < dimension; j++)
-            gap += (corner >> j & 1 ? 1.0 : -1.0) * height[j];
+            gap += corner >> j & 1 ? height[j] : -height[j];
         if (!(gap <= margin))
             continue;
         for (int j = 0; j < dimension; j++)
-            perp__along3(position, position, (corner >> j & 1 ? 1.0 : -1.0) * half[j], axis[j]);
+            perp__along3(position, position, corner >> j & 1 ? half[j] : -half[j], axis[j]);
         perp__point *point = &points[count++];
         perp__along3(position, position, -0.5 * gap, normal);
         perp__along3(point->position, box->position, 1.0, position);
@@ -50,4 +49,10 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
         point->feature = corner;
     }
     return count;
+}
+
+int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
+                                double margin, perp__point *points)
+{
+    return planar ? collide(plane, box, 2, margin, points) : collide(plane, box, 3, margin, points);
 }

@@ -122,10 +122,8 @@ perp__world_contact *perp__append_contact(const perp_world *world, perp__contact
 /* Arms from the mass centres of bodies in the given states. */
 static void set_arms(const perp__state *states, perp__world_contact *contact)
 {
-    for (int32_t k = 0; k < 3; k++) {
-        contact->arms[0][k] = contact->position[k] - states[contact->body_a].position[k];
-        contact->arms[1][k] = contact->position[k] - states[contact->body_b].position[k];
-    }
+    perp__subtract3(contact->arms[0], contact->position, states[contact->body_a].position);
+    perp__subtract3(contact->arms[1], contact->position, states[contact->body_b].position);
 }
 
 /* Velocities as if nothing touched. */
@@ -134,9 +132,8 @@ void perp__prepare_contact(const perp_world *world, const perp__contact_set *set
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
 
-    perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
-    perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
-    perp__copy3(response->velocity, contact->free);
+    contact->start = perp__normal_velocity(world, contact, PERP__TWIST_START);
+    contact->free = perp__normal_velocity(world, contact, PERP__TWIST_FREE);
     perp__copy3(response->remembered, response->warm);
 }
 

@@ -22,9 +22,11 @@ void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
         return;
     }
     t1[axis] = 1.0;
-    perp__add3(t1, -n[axis], n);
-    length = perp__length3(t1);
-    for (i = 0; i < 3; i++)
-        t1[i] /= length;
+    if (n[axis] != 0.0) { /* else it lies there */
+        perp__add3(t1, -n[axis], n);
+        length = perp__length3(t1);
+        for (i = 0; i < 3; i++)
+            t1[i] /= length;
+    }
     perp__cross(contact->axes[2], n, t1);
 }

@@ -27,13 +27,10 @@ static inline const double *perp__const_twist(const perp__motion *motion, size_t
 static inline void perp__contact_row(const perp__world_contact *contact, int32_t side, int32_t k,
                                      double *row)
 {
-    const double sign = side == 0 ? -1.0 : 1.0;
-
+    perp__copy3(row, contact->axes[k]);
     perp__cross(row + 3, contact->arms[side], contact->axes[k]);
-    for (int32_t i = 0; i < 3; i++) {
-        row[i] = sign * contact->axes[k][i];
-        row[3 + i] *= sign;
-    }
+    for (int32_t i = 0; i < 6 && side == 0; i++)
+        row[i] = -row[i];
 }
 
 /* Relative velocity of the surfaces at the contact, in the world's frame. */

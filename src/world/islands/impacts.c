@@ -52,11 +52,10 @@ static double normal_of(const perp_world *world, int32_t i, const double *x, int
 
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = rows->body[side];
+        const double *row = rows->rows[side][0], *v = body < bodies ? x : work->now;
 
-        if (body >= 0 && body < bodies)
-            sum += perp__dot(rows->rows[side][0], x + n * body, n);
-        else if (body >= bodies && carried)
-            sum += perp__dot(rows->rows[side][0], work->now + n * body, n);
+        if (body >= 0 && (body < bodies || carried))
+            sum += n == 6 ? perp__dot(row, v + 6 * body, 6) : perp__dot(row, v + 3 * body, 3);
     }
     return sum;
 }
@@ -205,7 +204,7 @@ static void move_gaps(perp_world *world, const perp__island *island, double t)
         const perp__world_contact *contact = perp__step_contact(world, island, k);
 
         work->gap[k] += t * normal_of(world, i, work->moving, island->bodies, 1);
-        work->gap[k] = fmax(perp__open_gap(contact, work->gap[k]), 0.0);
+        work->gap[k] = perp__open_gap(contact, work->gap[k]);
     }
 }
 
@@ -520,7 +519,7 @@ static void begin(perp_world *world, const perp__island *island)
         double *impulse = perp__step_response(world, island, i)->impulse;
 
         impulse[0] = impulse[1] = impulse[2] = 0.0;
-        work->gap[i] = fmax(perp__open_gap(contact, contact->gap), 0.0);
+        work->gap[i] = perp__open_gap(contact, contact->gap);
     }
 }
 

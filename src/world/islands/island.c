@@ -159,7 +159,10 @@ static void lay_out_order(perp__arena *arena, void *object)
 
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 {
-    perp_status status = perp__arena_fit(&world->order_arena, world->context, lay_out_order, world);
+    const size_t sizes[3] = {(size_t)world->contacts.capacity, (size_t)world->overlaps.capacity,
+                             (size_t)world->joint_capacity};
+    const perp_status status = perp__arena_fit_sizes(
+        &world->order_arena, world->context, lay_out_order, world, world->fitted_order, sizes, 3);
 
     if (status != PERP_OK)
         return status;

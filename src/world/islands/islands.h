@@ -54,7 +54,7 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
     const perp__response *response = &set->responses[i];
 
     return perp__is_finite3(contact->position) && perp__is_finite3(contact->axes[0]) &&
-           0.0 * contact->gap == 0.0 && perp__is_finite3(response->impulse) &&
+           0.0 * contact->gap + 0.0 * contact->free == 0.0 && perp__is_finite3(response->impulse) &&
            perp__is_finite3(response->velocity);
 }
 

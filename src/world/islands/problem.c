@@ -69,8 +69,9 @@ void perp__coordinates_of(const perp_world *world, const double *twist, double *
         memcpy(x, twist, 6 * sizeof *x);
         return;
     }
-    for (int32_t i = 0; i < 3; i++)
-        x[i] = twist[world->coordinate[i]];
+    x[0] = twist[0];
+    x[1] = twist[1];
+    x[2] = twist[5];
 }
 
 void perp__twist_of(const perp_world *world, const double *x, double *twist)
@@ -80,8 +81,9 @@ void perp__twist_of(const perp_world *world, const double *x, double *twist)
         return;
     }
     memset(twist, 0, 6 * sizeof *twist);
-    for (int32_t i = 0; i < 3; i++)
-        twist[world->coordinate[i]] = x[i];
+    twist[0] = x[0];
+    twist[1] = x[1];
+    twist[5] = x[2];
 }
 
 /* C with M^-1 = C C', row-major. World frame: I^-1 = (R C)(R C)'. */
@@ -190,12 +192,9 @@ static void write_row(const perp_world *world, const perp__world_contact *contac
 {
     double twist[6];
 
-    if (world->dof == 6) {
-        perp__contact_row(contact, side, k, row);
-        return;
-    }
-    perp__contact_row(contact, side, k, twist);
-    perp__coordinates_of(world, twist, row);
+    perp__contact_row(contact, side, k, world->dof == 6 ? row : twist);
+    if (world->dof == 3)
+        perp__coordinates_of(world, twist, row);
 }
 
 /* Rows of the chosen contacts; bias is written for each problem. */

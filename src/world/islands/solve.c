@@ -28,9 +28,9 @@ static int32_t closes(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const double gap = fmax(perp__open_gap(contact, contact->gap), 0.0);
+        const double gap = perp__open_gap(contact, contact->gap);
 
-        if (gap + h * fmin(contact->free[0], 0.5 * (contact->start[0] + contact->free[0])) < 0.0)
+        if (gap + h * fmin(contact->free, 0.5 * (contact->start + contact->free)) < 0.0)
             return 1;
     }
     return 0;
@@ -51,7 +51,8 @@ static void leave_alone(perp_world *world, const perp__island *island)
 
         memset(response->impulse, 0, sizeof response->impulse);
         memset(response->next, 0, sizeof response->next);
-        perp__copy3(response->velocity, perp__step_contact(world, island, i)->free);
+        perp__relative_velocity(world, perp__step_contact(world, island, i), PERP__TWIST_FREE,
+                                response->velocity);
         response->mode = PERP_CONTACT_SEPARATE;
     }
 }

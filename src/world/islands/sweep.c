@@ -1,11 +1,10 @@
 /* What an island's velocities may cost: the level of accuracy, and the budget that it gives to
  * islands that are large. */
-#include "world/step.h"
+#include "world/islands/contact_rows.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
 #include "step/impact.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
@@ -150,7 +149,7 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (world->work.impulse[3 * i] > 0.0 &&
-            perp__is_hit(contact->restitution, contact->start[0],
+            perp__is_hit(contact->restitution, contact->start,
                          perp__forced_speed(world, i, island->bodies, lies)))
             return 1;
     }
@@ -170,7 +169,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
-            work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start[0]);
+            work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start);
             work->gap[i] = 0.0;
         }
     }
@@ -250,10 +249,11 @@ int32_t perp__comes_from_rest(const perp_world *world, const perp__island *islan
         const perp__world_contact *contact =
             perp__step_contact(world, island, world->work.chosen[i]);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
-        const double slips =
-            world->work.rows[i].mu > 0.0 ? hypot(contact->start[1], contact->start[2]) : 0.0;
+        double u[3];
 
-        if (!(fmax(fabs(contact->start[0]), slips) <= FROM_REST * pushed))
+        perp__relative_velocity(world, contact, PERP__TWIST_START, u);
+        if (!(fmax(fabs(u[0]), world->work.rows[i].mu > 0.0 ? hypot(u[1], u[2]) : 0.0) <=
+              FROM_REST * pushed))
             return 0;
     }
     return 1;
