@@ -1,8 +1,9 @@
 /* Sparse problems with compressed columns, by Lemke's method on a factored basis and by others.
  * 'KLU' is one KLU analysis and factorisation of the final active block, 'solve / KLU' the whole
- * solve in units of it, both the best of the repeats, taken in turn. 'iter.' counts active-set
- * steps and pivots. 'MB' is the largest resident memory of the process, which does nothing but this
- * row, its problem and KLU's factors included.
+ * solve in units of it, both the best of the repeats, taken in turn; '-' where KLU finds that block
+ * singular, or it is empty. 'iter.' counts active-set steps and pivots. 'MB' is the largest
+ * resident memory of the process, which does nothing but this row, its problem and KLU's factors
+ * included.
  *   obstacle    five-point Laplacian, z >= 0, a load that lifts it in patches
  *   convection  the same with first-order terms: not symmetric
  *   box         the obstacle problem with an upper bound as well
@@ -303,9 +304,7 @@ static double time_klu(klu *found, const problem *block)
     void *numeric =
         symbolic ? found->factor(block->starts, block->rows, block->values, symbolic, found->common)
                  : NULL;
-    end = seconds_now();
-    if (!numeric)
-        start = end + 1; /* singular */
+    end = numeric ? seconds_now() : INFINITY; /* singular */
     found->free_numeric(&numeric, found->common);
     found->free_symbolic(&symbolic, found->common);
     return end - start;
@@ -346,14 +345,18 @@ static void measure(const char *name, const problem *lcp, int32_t method, int cr
         if (k == 0)
             active_block(lcp, &block);
         if (has_klu && block.n > 0 && (k == 0 || seconds < 1))
-            unit = fmin(unit, fabs(time_klu(&found, &block)));
+            unit = fmin(unit, time_klu(&found, &block));
     }
     require(status == PERP_OK, perp_context_message(context));
     getrusage(RUSAGE_SELF, &usage);
-    printf("%-10s %7d %8d %-11s %-8s %7lld %8.1e %10.2f %9.2f %9.2f %6.0f\n", name, lcp->n,
-           lcp->starts[lcp->n], crash ? perp_lcp_method_text(method) : "lemke, cold",
-           perp_outcome_text(result.outcome), (long long)result.iterations, result.residual,
-           1e3 * best, 1e3 * unit, best / unit, (double)usage.ru_maxrss / 1024);
+    printf("%-10s %7d %8d %-11s %-8s %7lld %8.1e %10.2f ", name, lcp->n, lcp->starts[lcp->n],
+           crash ? perp_lcp_method_text(method) : "lemke, cold", perp_outcome_text(result.outcome),
+           (long long)result.iterations, result.residual, 1e3 * best);
+    if (isinf(unit))
+        printf("%9s %9s", "-", "-");
+    else
+        printf("%9.2f %9.2f", 1e3 * unit, best / unit);
+    printf(" %6.0f\n", (double)usage.ru_maxrss / 1024);
     perp_lcp_solver_destroy(solver);
     perp_context_destroy(context);
 }
