@@ -1,19 +1,20 @@
 /* The shortest way for small dense problems 0 <= z perp M z + q >= 0: Lemke's path (lemke/path.c
- * has its source) on a tableau of the stack, one step of refinement by the inverse of the active
- * block that is in it, and the same residuals and the same judge as for any other point. It takes
- * nothing but what is solved to the last digits; all else is left to the methods, which begin
- * anew. */
+ * has its source) on the stack, one step of refinement by its pivots, and the same residuals and
+ * the same judge as for any other point. It takes nothing but what is solved to the last digits;
+ * all else is left to the methods, which begin anew. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "lcp/solver.h"
+#include "linalg/doubled.h"
 #include "linalg/lanes/vectors.h"
 
 enum {
     LENGTH = PERP__SMALL_LENGTH,
     /* Pivots a row: twice what most problems need. */
-    MOST_PIVOTS = 4
+    MOST_PIVOTS = 4,
+    PIVOTS = (MOST_PIVOTS + 1) * LENGTH /* and one a row to the basis to start from */
 };
 
 /* As for the first of lemke's attempts: smaller pivots, beside the largest entry of their columns,
@@ -26,21 +27,37 @@ enum {
  * rows. */
 #define HIDDEN 0x1p-70
 
-/* basic + T nonbasic = b: b is column n + 1 of T, t's at first is column n. Variables: z_k = k,
- * w_k = n + k, t = 2 n. Rows from n on are 0, so that vectors may reach there. */
-typedef struct tableau {
-    size_t n, b, row; /* t's row, once it is basic */
+/* Where the column of a nonbasic variable begins: what it was before that pivot. */
+typedef struct column {
+    const double *start;
+    int32_t pivot;
+} column;
+
+/* basic + T nonbasic = b. Of T there is no more than what its columns began with and the pivots
+ * since (the product form of the inverse), for a path needs one column a pivot: a pivot in row r
+ * takes a column x to x - x_r eta, where the first x has 0 in row r. Variables: z_k = k, w_k = n +
+ * k, t = 2 n. Rows from n on are 0, so that vectors may reach there. */
+typedef struct path {
+    size_t n, row; /* t's row, once it is basic */
     double slack;
-    int32_t most; /* pivots */
-    int32_t basic[LENGTH], nonbasic[LENGTH + 1], column_of[2 * LENGTH + 1];
-    double T[(LENGTH + 2) * LENGTH];
-} tableau;
+    int32_t most, count; /* pivots of the path; of it and before it */
+    int32_t basic[LENGTH], rows[PIVOTS];
+    column nonbasic[2 * LENGTH + 1];
+    double cover[LENGTH], b[LENGTH]; /* t's column; the values of the basic variables */
+    double etas[PIVOTS * LENGTH];
+} path;
 
 #define NONE SIZE_MAX
 
+/* From LENGTH - 1 - r on: unit vector r, and 1 but for entry r; from LENGTH - n on: n times -1. */
+#define ONES 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
+static const double units[2 * LENGTH - 1] = {[LENGTH - 1] = 1};
+static const double others[2 * LENGTH - 1] = {ONES, 0, ONES};
+static const double covers[2 * LENGTH] = {-1, -1, -1, -1, -1, -1, -1, -1,
+                                          -1, -1, -1, -1, -1, -1, -1, -1};
+
 typedef struct kernels {
-    int32_t (*follow)(tableau *t, const double *z);
-    void (*correct)(tableau *t, const double *w);
+    int32_t (*solve)(perp_lcp_solver *solver, const double *z0);
     void (*scale)(size_t n, const double *columns, const double *d, double *scaled);
 } kernels;
 
@@ -95,64 +112,6 @@ static int32_t is_plain(const perp_lcp_solver *solver)
            s->pivot_rule == PERP_PIVOT_HARRIS;
 }
 
-static void fill(const perp_lcp_solver *solver, tableau *t)
-{
-    const size_t n = (size_t)solver->n;
-    double largest = 0.0, *cover = t->T + n * LENGTH, *b = cover + LENGTH;
-
-    t->n = n;
-    t->b = n + 1;
-    memcpy(t->T, solver->scaled, n * LENGTH * sizeof *t->T);
-    memset(cover, 0, 2 * LENGTH * sizeof *cover);
-    for (size_t k = 0; k < n; k++) {
-        cover[k] = -1.0;
-        b[k] = solver->q_scaled[k];
-        largest = fabs(b[k]) > largest ? fabs(b[k]) : largest;
-        t->basic[k] = (int32_t)(n + k);
-        t->nonbasic[k] = t->column_of[k] = (int32_t)k;
-    }
-    t->nonbasic[n] = (int32_t)(2 * n);
-    t->slack = SLACK * largest;
-    t->most = MOST_PIVOTS * (int32_t)n;
-    if (solver->settings.max_iterations > 0 && solver->settings.max_iterations < t->most)
-        t->most = solver->settings.max_iterations;
-}
-
-static void write_point(perp_lcp_solver *solver, tableau *t)
-{
-    double values[2 * LENGTH + 1] = {0.0}, *b = t->T + t->b * LENGTH;
-
-    for (size_t r = 0; r < t->n; r++) {
-        b[r] = b[r] > 0.0 ? b[r] : 0.0;
-        values[t->basic[r]] = b[r];
-    }
-    for (size_t k = 0; k < t->n; k++)
-        solver->z[k] = values[k] * solver->z_up[k];
-}
-
-/* One step of refinement. Whether it is short enough to be the last: its square is what it leaves.
- */
-static int32_t correct(perp_lcp_solver *solver, const kernels *fast, tableau *t)
-{
-    double w[LENGTH], before[LENGTH], step = 0.0, largest = 0.0;
-    const double *b = t->T + t->b * LENGTH;
-
-    perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
-    for (size_t i = 0; i < t->n; i++) {
-        w[i] = solver->w_high[i] * solver->w_down[i];
-        before[i] = b[i];
-    }
-    fast->correct(t, w);
-    for (size_t r = 0; r < t->n; r++) {
-        const double is_z = t->basic[r] < solver->n ? 1.0 : 0.0;
-        const double change = is_z * fabs(b[r] - before[r]), size = is_z * fabs(b[r]);
-
-        step = change > step ? change : step;
-        largest = size > largest ? size : largest;
-    }
-    return step <= PERP__LAST_STEP * largest;
-}
-
 /* Whether a row is so small beside others that perp__polish_hidden is to look at it. */
 static int32_t is_hidden(const perp_lcp_solver *solver)
 {
@@ -162,32 +121,10 @@ static int32_t is_hidden(const perp_lcp_solver *solver)
     return 0;
 }
 
-/* The start in scaled units. */
-static void read_start(const perp_lcp_solver *solver, const double *z0, double *z)
-{
-    memset(z, 0, LENGTH * sizeof *z);
-    for (int32_t i = 0; i < solver->n; i++)
-        z[i] = z0[i] > 0.0 ? z0[i] * solver->z_down[i] : 0.0;
-}
-
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)
 {
-    const kernels *fast = fastest();
-    double start[LENGTH];
-    tableau t;
-
-    if (!is_plain(solver))
+    if (!is_plain(solver) || !fastest()->solve(solver, z0))
         return 0;
-    fill(solver, &t);
-    if (z0)
-        read_start(solver, z0, start);
-    solver->spent = fast->follow(&t, z0 ? start : NULL);
-    if (solver->spent < 0)
-        return 0;
-    write_point(solver, &t);
-    if (!correct(solver, fast, &t))
-        return 0;
-    write_point(solver, &t);
-    *worth = perp__evaluate(solver);
+    *worth = perp__evaluate_product(solver);
     return perp__is_exact(solver, worth) && (worth->small || !is_hidden(solver));
 }

@@ -89,10 +89,9 @@ static void by_columns(const perp__matrix *M, const double *x, const double *fro
                        double *low)
 {
     const size_t rows = (size_t)M->rows;
-    size_t set = perp__widest_vectors();
+    size_t set = perp__widest_vectors(), count = 0;
     doubled_pass pass;
 
-    pass.count = 0;
     pass.from = from;
     pass.last = 0;
     pass.high = high;
@@ -100,15 +99,17 @@ static void by_columns(const perp__matrix *M, const double *x, const double *fro
     if (rows < kernels[set]->least && set > PERP__VECTOR_AVX2)
         set--; /* rows that fill no vector at all are added one by one */
     for (int32_t j = 0; j < M->columns; j++) {
-        if (pass.count == TOGETHER) {
+        if (count == TOGETHER) {
+            pass.count = count;
             kernels[set]->add_columns(&pass, rows);
             pass.from = NULL;
-            pass.count = 0;
+            count = 0;
         }
-        pass.columns[pass.count] = M->values + (size_t)j * M->column_stride;
-        pass.factors[pass.count] = x[j];
-        pass.count += x[j] != 0.0; /* no branch, which nobody foresees */
+        pass.columns[count] = M->values + (size_t)j * M->column_stride;
+        pass.factors[count] = x[j];
+        count += x[j] != 0.0; /* no branch, which nobody foresees */
     }
+    pass.count = count;
     pass.last = 1;
     kernels[set]->add_columns(&pass, rows);
 }

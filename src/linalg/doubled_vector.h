@@ -1,30 +1,15 @@
 /* The kernels of doubled.c, a template (linalg/lanes/vectors.h). NAME(x) names a function. */
 
-/* h + l + a x; the product's error is -(p - a x) */
-#define ACCUMULATE(h, l, a, x)                                                     \
-    do {                                                                           \
-        const lanes p = multiply((a), (x)), s = add((h), p), t = subtract(s, (h)); \
-        const lanes e = add(subtract((h), subtract(s, t)), subtract(p, t));        \
-        (h) = s;                                                                   \
-        (l) = add((l), subtract(e, minus_fused(p, (a), (x))));                     \
-    } while (0)
-
 /* LANES rows of a pass, from row i on. */
 TARGET static inline void NAME(pass)(const doubled_pass *pass, size_t i, lanes *high, lanes *low)
 {
-    const lanes zero = spread(0.0), most = spread(DBL_MAX);
     lanes h = load((pass->from ? pass->from : pass->high) + i),
-          l = pass->from ? zero : load(pass->low + i);
+          l = pass->from ? spread(0.0) : load(pass->low + i);
 
     for (size_t k = 0; k < pass->count; k++)
-        ACCUMULATE(h, l, load(pass->columns[k] + i), spread(pass->factors[k]));
-    if (pass->last) {
-        const lanes sum = add(h, l), part = subtract(sum, h);
-        const lanes rest = add(subtract(h, subtract(sum, part)), subtract(l, part));
-
-        h = pick(at_most(absolute(h), most), sum, h);
-        l = pick(at_most(absolute(sum), most), rest, zero);
-    }
+        PERP__ACCUMULATE(h, l, load(pass->columns[k] + i), spread(pass->factors[k]));
+    if (pass->last)
+        PERP__JOIN(h, l);
     *high = h;
     *low = l;
 }
@@ -57,7 +42,7 @@ TARGET static void NAME(add_row)(size_t columns, const double *a, const double *
     size_t j;
 
 #define ZERO(q) lanes h##q = spread(0.0), l##q = h##q;
-#define STEP(q) ACCUMULATE(h##q, l##q, load(a + j + (q)*LANES), load(x + j + (q)*LANES));
+#define STEP(q) PERP__ACCUMULATE(h##q, l##q, load(a + j + (q)*LANES), load(x + j + (q)*LANES));
 #define STORE(q)                \
     store(h + (q)*LANES, h##q); \
     store(l + (q)*LANES, l##q);
@@ -80,7 +65,7 @@ TARGET static void NAME(add_8_rows)(size_t columns, const double *a, const doubl
                                     double *l)
 {
 #define LOAD(q) lanes h##q = load(h + (q)*LANES), l##q = load(l + (q)*LANES);
-#define STEP(q) ACCUMULATE(h##q, l##q, load(a + 8 * j + (q)*LANES), factor);
+#define STEP(q) PERP__ACCUMULATE(h##q, l##q, load(a + 8 * j + (q)*LANES), factor);
     EIGHT_DOUBLES(LOAD)
     for (size_t j = 0; j < columns; j++) {
         const lanes factor = spread(x[j]);
@@ -96,5 +81,4 @@ TARGET static void NAME(add_8_rows)(size_t columns, const double *a, const doubl
 static const doubled_kernels NAME(kernels) = {LANES, NAME(add_columns), NAME(add_row),
                                               NAME(add_8_rows)};
 
-#undef ACCUMULATE
 #undef NAME

@@ -37,6 +37,25 @@ __attribute__((target("avx2"))) static inline double perp__smallest_of_4(__m256d
 }
 #endif
 
+/* The lowest and the highest of bits that are not all 0. */
+static inline size_t perp__lowest_bit(unsigned bits)
+{
+#if defined(__GNUC__)
+    return (size_t)__builtin_ctz(bits);
+#else
+    return bits & 1 ? 0 : 1 + perp__lowest_bit(bits >> 1);
+#endif
+}
+
+static inline size_t perp__highest_bit(unsigned bits)
+{
+#if defined(__GNUC__)
+    return 8 * sizeof bits - 1 - (size_t)__builtin_clz(bits);
+#else
+    return bits < 2 ? 0 : 1 + perp__highest_bit(bits >> 1);
+#endif
+}
+
 enum perp__vector_set { PERP__VECTOR_ONE, PERP__VECTOR_AVX2, PERP__VECTOR_AVX512 };
 
 /* The widest vectors of this processor. */
