@@ -58,7 +58,7 @@ static const double covers[2 * LENGTH] = {-1, -1, -1, -1, -1, -1, -1, -1,
 
 typedef struct kernels {
     int32_t (*solve)(perp_lcp_solver *solver, const double *z0);
-    void (*scale)(size_t n, const double *columns, const double *d, double *scaled);
+    double (*scale)(perp_lcp_solver *solver);
 } kernels;
 
 #define TEMPLATE "lcp/small_vector.h"
@@ -83,7 +83,6 @@ void perp__small_read(perp_lcp_solver *solver)
     const double *from = solver->M.values;
     double *into = solver->columns;
 
-    memset(into, 0, n * LENGTH * sizeof *into);
     for (size_t j = 0; j < n; j++, from += columns, into += LENGTH)
         for (size_t i = 0; i < n; i++)
             into[i] = from[i * rows];
@@ -94,12 +93,26 @@ void perp__small_read(perp_lcp_solver *solver)
     solver->wide.rows = solver->length;
 }
 
-void perp__small_scale(perp_lcp_solver *solver)
+/* Factors of the exponents, -D M D, its row norms; returns the largest of them. */
+static double scale(perp_lcp_solver *solver)
 {
-    double d[LENGTH] = {0.0};
+    for (int32_t i = 0; i < solver->n; i++)
+        solver->factors[i] = perp__power_of_two(solver->exponents[i]);
+    return fastest()->scale(solver);
+}
 
-    memcpy(d, solver->factors, (size_t)solver->n * sizeof *d);
-    fastest()->scale((size_t)solver->n, solver->columns, d, solver->scaled);
+int32_t perp__small_equilibrate(perp_lcp_solver *solver)
+{
+    const int32_t is_scaled = solver->settings.scaling;
+
+    memset(solver->exponents, 0, (size_t)solver->n * sizeof *solver->exponents);
+    if (is_scaled)
+        perp__equilibrate_but(&solver->M, NULL, solver->exponents, solver->work);
+    if (scale(solver) < perp__power_of_two(PERP__NOISE) || !is_scaled)
+        return 0;
+    perp__balance_noise(&solver->M, solver->exponents, solver->work);
+    scale(solver);
+    return 1;
 }
 
 /* Whether the bounds are 0 and +inf, M is one part, and nothing is asked for that takes a method of

@@ -328,12 +328,28 @@ TARGET static int32_t NAME(solve)(perp_lcp_solver *solver, const double *z0)
                : NAME(in_rows)(solver, rows < LENGTH ? rows : LENGTH, z0);
 }
 
-/* scaled := -D columns D; d has LENGTH entries. */
-TARGET static void NAME(scale)(size_t n, const double *columns, const double *d, double *scaled)
+/* -D M D and its row norms; returns the largest of them. */
+TARGET static double NAME(scale)(perp_lcp_solver *solver)
 {
-    for (size_t j = 0; j < n; j++, columns += LENGTH, scaled += LENGTH)
-        for (size_t i = 0; i < LENGTH; i += LANES)
-            store(scaled + i, multiply(load(columns + i), multiply(load(d + i), spread(-d[j]))));
+    const size_t n = (size_t)solver->n;
+    const double *d = solver->factors;
+    lanes largest = spread(0.0);
+
+    for (size_t i = 0; i < n; i += LANES) {
+        const double *from = solver->columns + i;
+        double *into = solver->scaled + i;
+        lanes sum = spread(0.0);
+
+        for (size_t j = 0; j < n; j++, from += LENGTH, into += LENGTH) {
+            const lanes entry = multiply(load(from), multiply(load(d + i), spread(-d[j])));
+
+            store(into, entry);
+            sum = add(sum, absolute(entry));
+        }
+        store(solver->row_norms + i, sum);
+        largest = larger(sum, largest);
+    }
+    return largest_of(largest);
 }
 
 static const kernels NAME(kernels) = {NAME(solve), NAME(scale)};

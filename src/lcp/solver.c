@@ -127,13 +127,13 @@ static void equilibrate(perp_lcp_solver *solver)
 {
     solver->powers_known = 0;
     solver->witness.known = 0;
-    solver->balanced = perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents,
-                                         solver->row_norms, solver->work);
-    solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
+    solver->balanced = perp__small_suits(solver)
+                           ? perp__small_equilibrate(solver)
+                           : perp__equilibrate(&solver->M, solver->settings.scaling,
+                                               solver->exponents, solver->row_norms, solver->work);
     for (int32_t i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
-    if (perp__small_suits(solver))
-        perp__small_scale(solver);
+    solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
 }
 
 /* Zeros beyond n, so that vectors may reach there. */
@@ -144,7 +144,8 @@ static void pad(perp_lcp_solver *solver)
         return;
     solver->length = perp__widest_vectors() == PERP__VECTOR_AVX512 ? (solver->n + 7) / 8 * 8
                                                                    : (solver->n + 3) / 4 * 4;
-    memset(solver->lower, 0, (size_t)((char *)solver->factors - (char *)solver->lower));
+    memset(solver->lower, 0, (size_t)((char *)solver->lower_scaled - (char *)solver->lower));
+    memset(solver->columns, 0, (size_t)solver->n * PERP__SMALL_LENGTH * sizeof *solver->columns);
 }
 
 /* Room for problems of n rows; without it that for the last one's stays. */

@@ -196,10 +196,11 @@ typedef struct perp__plan_step {
 #define PERP__PLAN_MOST (PERP__METHODS + 2)
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
 
-/* small.c: whether M is dense and small; makes it a view of its columns; scales them. */
+/* small.c: whether M is dense and small; makes it a view of its columns; perp__equilibrate for it,
+ * which scales them as well. */
 int32_t perp__small_suits(const perp_lcp_solver *solver);
 void perp__small_read(perp_lcp_solver *solver);
-void perp__small_scale(perp_lcp_solver *solver);
+int32_t perp__small_equilibrate(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last
  * digits: nothing but the point and solver->spent has changed then. */
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);

@@ -16,9 +16,6 @@
 
 enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, DONE = -3, NO_ENTRY = INT32_MIN };
 
-/* log2 of an entry of the scaled matrix from which on something else in its row and column, the
- * diagonal or the coupling that gave the row its scale, is noise beside it. */
-#define NOISE 40
 /* Sizes below this are not trusted to have kept their digits. */
 #define LEAST_SIZE 0x1p-900
 /* Rounds of balancing; each halves what is left of the exponents. */
@@ -316,7 +313,7 @@ static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, in
             find_largest(M, exponents, largest);
         changed = 0;
         for (i = 0; i < M->rows; i++) {
-            free[i] |= largest[i] >= NOISE;
+            free[i] |= largest[i] >= PERP__NOISE;
             if (!free[i] || largest[i] == NO_ENTRY || largest[i] / 2 == 0)
                 continue;
             exponents[i] = clamp(exponents[i] - largest[i] / 2);
@@ -334,7 +331,7 @@ void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work, dou
 
 /* Where entries of 2^40 and more are left, the scale of a row came from noise: such rows are
  * balanced, with those that have no positive diagonal. */
-static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *work)
+void perp__balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *work)
 {
     int32_t *largest = work + M->rows;
     int32_t noisy = 0, i;
@@ -343,7 +340,7 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
     for (i = 0; i < M->rows; i++) {
         const double *diagonal = entry_of(M, i, i);
 
-        noisy |= largest[i] >= NOISE;
+        noisy |= largest[i] >= PERP__NOISE;
         work[i] = !(diagonal && *diagonal > 0.0);
     }
     if (noisy)
@@ -387,9 +384,9 @@ int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *expon
     for (int32_t i = 0; i < M->rows; i++)
         if (!(row_norms[i] <= largest))
             largest = row_norms[i];
-    if (!enabled || largest < perp__power_of_two(NOISE))
+    if (!enabled || largest < perp__power_of_two(PERP__NOISE))
         return 0;
-    balance_noise(M, exponents, work);
+    perp__balance_noise(M, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
     return 1;
 }

@@ -7,6 +7,10 @@
 
 #include "linalg/matrix.h"
 
+/* log2 of an entry of the scaled matrix from which on something else in its row and column, the
+ * diagonal or the coupling that gave the row its scale, is noise beside it. */
+#define PERP__NOISE 40
+
 /* Finds e with S = D M D, D = diag(2^e_i):
  * - a row with M_ii > 0: S_ii in [1/2, 2) (e_i depends on M_ii alone, so that scaling row and
  *   column i of M by 2^k changes e_i by exactly -k);
@@ -29,6 +33,10 @@ int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *expon
  * at entries of 2^40. */
 void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
                            int32_t *work);
+
+/* The end of perp__equilibrate, where the row norms that its search leaves reach 2^40: balances the
+ * rows that have entries of that size. work: 2 n. */
+void perp__balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *work);
 
 /* Goes on from `exponents` to the largest entry of every row and column near 1 (Ruiz,
  * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is.
