@@ -148,6 +148,35 @@ static void test_a_crash_that_cycles(void **state)
     gen_destroy(&problem);
 }
 
+/* Entries in (0, 1) and no larger ones on the diagonal: no positive definite M has so many, and a
+ * crash would take longer than the path, of a few pivots. Its rounds would be counted with these.
+ */
+static void test_large_couplings_are_not_crashed(void **state)
+{
+    enum { LARGE = 256 };
+    perp_lcp_settings with = lemke(1, 1), without = lemke(0, 1);
+    gen_random random;
+    gen_lcp problem;
+    run a, b;
+
+    (void)state;
+    gen_seed(&random, 73);
+    gen_begin_dense(&problem, LARGE);
+    for (int32_t i = 0; i < LARGE; i++) {
+        problem.q[i] = gen_uniform(&random, -1.0, 1.0);
+        for (int32_t j = 0; j < LARGE; j++)
+            problem.M[LARGE * i + j] = gen_uniform(&random, 0.0, 1.0) + (i == j ? 0.1 : 0.0);
+    }
+    run_lcp(&a, context, &problem, &with, NULL, "with");
+    run_lcp(&b, context, &problem, &without, NULL, "without");
+    assert_true(run_ok(&a));
+    assert_int_equal(a.result.iterations, b.result.iterations);
+    assert_memory_equal(a.z, b.z, LARGE * sizeof(double));
+    run_release(&a);
+    run_release(&b);
+    gen_destroy(&problem);
+}
+
 /* Zeros on the diagonal: not even a look. */
 static void test_contact_problems_are_not_crashed(void **state)
 {
@@ -233,6 +262,7 @@ int main(void)
         cmocka_unit_test(test_crash_and_cold_agree),
         cmocka_unit_test(test_large_unsymmetric),
         cmocka_unit_test(test_a_crash_that_cycles),
+        cmocka_unit_test(test_large_couplings_are_not_crashed),
         cmocka_unit_test(test_contact_problems_are_not_crashed),
         cmocka_unit_test(test_limits_and_stops),
     };

@@ -150,7 +150,7 @@ static void exchange(perp__block_pivoting *b, int32_t single)
 perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
 {
     const size_t bytes = (size_t)b->problem->n;
-    int32_t waited = 0, count;
+    int32_t waited = 0, patience = b->patience, count;
 
     memcpy(b->trial_places, b->places, bytes);
     b->infeasible = INT32_MAX;
@@ -162,9 +162,10 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
         if (count < b->infeasible) {
             b->infeasible = count;
             waited = 0;
+            patience = count <= b->few ? b->patience_of_few : b->patience;
             memcpy(b->places, b->trial_places, bytes);
             memcpy(b->z, b->trial_z, bytes * sizeof *b->z);
-        } else if (++waited > b->patience + b->single_patience) {
+        } else if (++waited > patience + b->single_patience) {
             return PERP_OUTCOME_STALLED;
         }
         if (count == 0)
@@ -174,7 +175,7 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
         stop = perp__lcp_tick(b->problem->control, b->rounds, INFINITY);
         if (stop >= 0)
             return stop;
-        exchange(b, waited > b->patience);
+        exchange(b, waited > patience);
     }
 }
 
@@ -259,7 +260,8 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     perp__active_block_begin(&b->active, &a->dense, a->symmetric);
     b->active.definite = 0;
     b->problem = &a->dense;
-    b->patience = PERP__PATIENCE;
+    b->patience = b->patience_of_few = PERP__PATIENCE;
+    b->few = 0;
     b->single_patience = 20 + 2 * (int32_t)n;
     b->round_limit = a->dense.iteration_limit > 0 ? a->dense.iteration_limit : PERP__ROUNDS;
     if (iterate->warm)

@@ -9,7 +9,9 @@ typedef struct perp__block_pivoting {
     perp__active_block active;
     const perp__lcp_problem *problem;
     int64_t round_limit;
-    int32_t patience;        /* rounds of whole blocks without fewer infeasibilities */
+    int32_t patience; /* rounds of whole blocks without fewer infeasibilities */
+    int32_t few;      /* infeasibilities from which on it is the next one */
+    int32_t patience_of_few;
     int32_t single_patience; /* and of one index at a time, after those */
     int8_t *places;          /* n, enum perp__place: the start; at the end the best index set met */
     double *z;               /* n, scaled: its point */

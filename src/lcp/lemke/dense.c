@@ -22,10 +22,12 @@
 /* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
 #define CRASH_SKEW 1.5
 /* A crash ends after so many rounds, and after so many in a row that did not help. */
-#define CRASH_ROUNDS 12
+#define CRASH_ROUNDS 24
 #define CRASH_PATIENCE 3
-/* The basis it ends with is taken if at most this part of the indices is infeasible. */
+/* The basis it ends with is taken if at most this part of the indices is infeasible; but to get
+ * there by pivots costs as much as a dozen rounds, so from there on it may wait longer. */
 #define CRASH_PART 8
+#define CRASH_PATIENCE_OF_FEW 10
 
 void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l)
 {
@@ -350,6 +352,23 @@ static double skewness(const perp__lcp_problem *p)
     return sqrt(skew / even);
 }
 
+/* Whether many couplings are larger than a positive definite M + M' can have: one a row is looked
+ * at. */
+static int32_t has_large_couplings(const perp__matrix *M)
+{
+    int32_t large = 0;
+
+    for (int32_t i = 0; i < M->rows; i++) {
+        const int32_t j = (i + M->rows / 2) % M->rows;
+        const double *at = M->values + (size_t)i * M->row_stride + (size_t)j * M->column_stride;
+        const double *mirror = M->values + (size_t)j * M->row_stride + (size_t)i * M->column_stride;
+        const double size = 0.5 * *at + 0.5 * *mirror;
+
+        large += size * size > perp__diagonal_entry(M, i) * perp__diagonal_entry(M, j) && i != j;
+    }
+    return large > M->rows / 16;
+}
+
 /* What M says, once a set-up. */
 static void examine(perp__lemke *l)
 {
@@ -364,6 +383,7 @@ static void examine(perp__lemke *l)
         return;
     l->symmetric = perp__is_symmetric(p);
     l->crashes = l->symmetric || (p->n >= CRASH_LU_FROM && skewness(p) <= CRASH_SKEW);
+    l->crashes &= !has_large_couplings(p->M);
 }
 
 /* From a good start a round or two are enough, whatever M's symmetry; but the polish, where it is
@@ -400,6 +420,8 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     b->active.definite = 1;
     b->problem = p;
     b->patience = CRASH_PATIENCE;
+    b->few = p->n / CRASH_PART;
+    b->patience_of_few = CRASH_PATIENCE_OF_FEW;
     b->single_patience = 0;
     b->round_limit = CRASH_ROUNDS;
     if (p->iteration_limit > 0 && p->iteration_limit < b->round_limit)
