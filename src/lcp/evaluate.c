@@ -53,22 +53,6 @@ static void find_powers(perp_lcp_solver *solver)
     }
 }
 
-void perp__scale_problem(perp_lcp_solver *solver, const double *q)
-{
-    const perp__parts parts = {solver->n, solver->parts, solver->part};
-
-    solver->q = q;
-    if (solver->length > solver->n) {
-        memcpy(solver->q_own, q, (size_t)solver->n * sizeof *q);
-        solver->q = solver->q_own;
-    }
-    if (perp__find_omegas(&parts, q, solver->exponents, solver->part_omega, solver->omega,
-                          solver->powers_known))
-        find_powers(solver);
-    for (int32_t i = 0; i < solver->n; i++)
-        solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
-}
-
 static double relative_violation(const perp_lcp_solver *solver, int32_t i, double violation)
 {
     double size = solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
@@ -151,6 +135,7 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
  * not to be. */
 typedef struct kernels {
     int32_t least; /* n */
+    int32_t (*scale)(perp_lcp_solver *solver);
     int32_t (*project)(perp_lcp_solver *solver, double *z_largest);
     int32_t (*measure)(const perp_lcp_solver *solver, double z_largest, perp__evaluation *worth);
 } kernels;
@@ -169,6 +154,25 @@ static const kernels *kernels_for(const perp_lcp_solver *solver)
     while (solver->length < sets[k]->least && k > 0)
         k--;
     return sets[k];
+}
+
+void perp__scale_problem(perp_lcp_solver *solver, const double *q)
+{
+    const perp__parts parts = {solver->n, solver->parts, solver->part};
+    const kernels *fast = solver->powers_known ? kernels_for(solver) : NULL;
+
+    solver->q = q;
+    if (solver->length > solver->n) {
+        memcpy(solver->q_own, q, (size_t)solver->n * sizeof *q);
+        solver->q = solver->q_own;
+    }
+    if (fast && fast->scale(solver))
+        return; /* in the units of the last q */
+    if (perp__find_omegas(&parts, q, solver->exponents, solver->part_omega, solver->omega,
+                          solver->powers_known))
+        find_powers(solver);
+    for (int32_t i = 0; i < solver->n; i++)
+        solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }
 
 /* Whether products or partial sums of row i went beyond the range of doubles. */

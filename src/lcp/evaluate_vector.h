@@ -8,6 +8,22 @@ static size_t NAME(next)(size_t i, size_t n)
     return i + LANES == n ? n : i + 2 * LANES <= n ? i + LANES : n - LANES;
 }
 
+/* q_scaled by the powers as they are. Whether these are those of q: its largest entry is in [1, 2).
+ */
+TARGET static int32_t NAME(scale)(perp_lcp_solver *solver)
+{
+    const size_t n = (size_t)solver->length;
+    lanes largest = spread(0.0);
+
+    for (size_t i = 0; i < n; i = NAME(next)(i, n)) {
+        const lanes q = multiply(load(solver->q + i), load(solver->w_down + i));
+
+        store(solver->q_scaled + i, q);
+        largest = larger(absolute(q), largest);
+    }
+    return largest_of(largest) >= 1.0 && largest_of(largest) < 2.0;
+}
+
 TARGET static lanes NAME(middle)(lanes above, lanes below, lanes w)
 {
     const lanes least = pick(less(above, w), above, w);
@@ -78,6 +94,6 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
     return all_of(good);
 }
 
-static const kernels NAME(kernels) = {LANES, NAME(project), NAME(measure)};
+static const kernels NAME(kernels) = {LANES, NAME(scale), NAME(project), NAME(measure)};
 
 #undef NAME
