@@ -134,10 +134,61 @@ static void test_two_lifts(void **state)
     scene_close(&s);
 }
 
+/* Balls of restitution 0.8 that fall on each other: what is told of a ball's velocity beside the
+ * ground is that of the ball, 0.0 only where it holds. Impacts within the step change which
+ * contacts are solved for. */
+static void test_velocities_told(void **state)
+{
+    enum { BALLS = 3 };
+    int touching = 0;
+
+    (void)state;
+    for (int run = 0; run < 60; run++) {
+        perp_body balls[BALLS];
+        scene s;
+
+        scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.3, 0.0);
+        for (int i = 0; i < BALLS; i++) {
+            perp_body_settings settings = scene_settings();
+
+            settings.mass = exp(sin(7.0 * i + run));
+            settings.position[0] = 0.3 * sin(3.0 * i + 2.0 * run);
+            settings.position[2] = 0.6 + 0.95 * i + 0.1 * sin(5.0 * run + i);
+            settings.velocity[2] = -1.0 + sin(11.0 * i + run);
+            balls[i] = scene_add(&s, &settings);
+            scene_sphere(&s, balls[i], 0.4, 0.3, 0.8);
+        }
+        for (int k = 0; k < 100; k++) {
+            scene_step(&s, 0.02);
+            for (int32_t c = 0; c < perp_world_contact_count(s.world); c++) {
+                const perp_world_contact contact = scene_contact(&s, c);
+                const int plane = contact.body_a == s.ground   ? 1
+                                  : contact.body_b == s.ground ? -1
+                                                               : 0;
+                double v;
+
+                if (plane == 0)
+                    continue;
+                v = plane *
+                    scene_state(&s, plane > 0 ? contact.body_b : contact.body_a).velocity[2];
+                v *= contact.normal[2];
+                touching++;
+                /* a normal of an island that is solved to tol, 1e-10 */
+                if (!(fabs(contact.velocity[0] - v) <= 1e-9 * (1.0 + fabs(v))))
+                    fail_msg("run %d step %d: %g, not %g", run, k, contact.velocity[0], v);
+            }
+        }
+        scene_close(&s);
+    }
+    assert_true(touching > 1000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sliding_askew),
+        cmocka_unit_test(test_velocities_told),
         cmocka_unit_test(test_beside_what_leaves),
         cmocka_unit_test(test_two_lifts),
     };

@@ -464,6 +464,8 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
             perp__add_impulse(world, island, i, perp__step_response(world, island, i)->next,
                               t / whole);
     go(world, island, t, mean || mean_is_better(world, island, t, whole), whole);
+    for (i = 0; i < 3 * work->count && *done; i++)
+        work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */
     if (*done)
         return PERP_OK;
     move_gaps(world, island, t);
