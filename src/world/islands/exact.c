@@ -164,6 +164,17 @@ static int32_t is_near_equilibrium(perp_world *world, const perp__island *island
     return 1;
 }
 
+/* Whether what may stick slips: small beside the normal forces as its velocity may be, where there
+ * is next to no friction, it is not of rounding. */
+static int32_t slips(const perp_world *world)
+{
+    int32_t some = 0;
+
+    for (int32_t i = 0; i < world->work.count; i++)
+        some |= world->work.rows[i].mu > 0.0 && world->work.modes[i] == PERP_CONTACT_SLIP;
+    return some;
+}
+
 /* The answer of the impulses work.warm, as they are. */
 static perp_status judge_warm(perp_world *world, perp__rigid_answer *answer,
                               perp__rigid_problem *problem)
@@ -336,7 +347,7 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
         status = sweep_on(world, answer, problem);
-    if (status == PERP_OK && perp__is_good(answer->outcome) && at_rest && !bounces)
+    if (status == PERP_OK && perp__is_good(answer->outcome) && at_rest && !bounces && !slips(world))
         balanced =
             is_in_equilibrium(world, island, answer) || is_near_equilibrium(world, island, answer);
     if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)
