@@ -69,6 +69,17 @@ static void test_rests_at_every_level(void **state)
         }
 }
 
+static void open_on_ground(scene *s, int32_t accuracy, double friction)
+{
+    perp_world_settings world;
+
+    assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
+    world.accuracy = accuracy;
+    world.friction = friction;
+    scene_create(s, &world);
+    scene_plane(s, s->ground, 0.0, 0.0, 1.0, 0.0, PERP_FRICTION_OF_WORLD, 0.0);
+}
+
 /* A stack of 24 cubes, many more coordinates than are solved for together: without friction, or
  * with friction between them but none below (then all moves as one, which is asked at rest alone).
  * It keeps the twist that it has, to the last bit, with all the rest 0.0. */
@@ -83,14 +94,10 @@ static void test_stacks_without_friction(void **state)
     for (int k = 0; k < 4; k++)
         for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
             perp_body cubes[CUBES];
-            perp_world_settings world;
             perp_step_result result;
             scene s;
 
-            assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
-            world.accuracy = accuracy;
-            scene_create(&s, &world);
-            scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+            open_on_ground(&s, accuracy, 0.0);
             for (int i = 0; i < CUBES; i++) {
                 perp_body_settings settings = scene_settings();
 
@@ -131,16 +138,11 @@ static void test_a_wall_rests(void **state)
         for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
             perp_body bricks[ROWS_HIGH * (WIDE + 1)];
             double x[ROWS_HIGH * (WIDE + 1)];
-            perp_world_settings world;
             perp_step_result result;
             scene s;
             int count = 0;
 
-            assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
-            world.accuracy = accuracy;
-            world.friction = 0.5 * k;
-            scene_create(&s, &world);
-            scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, PERP_FRICTION_OF_WORLD, 0.0);
+            open_on_ground(&s, accuracy, 0.5 * k);
             for (int row = 0; row < ROWS_HIGH; row++)
                 for (int i = 0; i < WIDE + row % 2; i++) {
                     const int half = row % 2 && (i == 0 || i == WIDE);
@@ -176,15 +178,11 @@ static void test_columns_stay_apart(void **state)
     (void)state;
     for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
         perp_body bricks[BRICKS];
-        perp_world_settings world;
         perp_step_result result;
         scene s;
         int count = 0;
 
-        assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
-        world.accuracy = accuracy;
-        scene_create(&s, &world);
-        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+        open_on_ground(&s, accuracy, 0.5);
         for (int i = 0; i < COLUMNS; i++)
             for (int row = 0; row <= i; row++) {
                 perp_body_settings settings = scene_defaults();
