@@ -14,13 +14,18 @@
 /* What is left of a row of length 1 that lies in others: rounding. */
 #define ROUNDING 1e-12
 
-/* x := (E - B B') x */
+/* x -= B B'x */
 static void project_out(const perp__hold *h, int32_t block, double *x)
 {
     const int32_t width = h->bodies->width;
+    const double *basis = h->basis + (size_t)block * (size_t)width * (size_t)width;
 
-    perp__project_out(h->basis + (size_t)block * (size_t)width * (size_t)width, h->rank[block],
-                      width, x);
+    for (int32_t k = 0; k < h->rank[block]; k++) {
+        const double share = perp__dot(basis + k * width, x, width);
+
+        for (int32_t i = 0; i < width; i++)
+            x[i] -= share * basis[k * width + i];
+    }
 }
 
 static int32_t is_stopped(const perp__hold *h, int32_t block, const double *row)
