@@ -11,6 +11,7 @@
 #include <perp/matrix.h>
 #include <perp/mechanism.h>
 #include <perp/ncp.h>
+#include <perp/statics.h>
 #include <perp/world.h>
 
 #endif

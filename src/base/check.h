@@ -47,6 +47,9 @@
 #define PERP__LAST_perp_ncp_result trapped
 #define PERP__LAST_perp_ncp_settings monitor_user
 #define PERP__LAST_perp_shape_settings density
+#define PERP__LAST_perp_statics_problem load
+#define PERP__LAST_perp_statics_result seconds
+#define PERP__LAST_perp_statics_settings max_iterations
 #define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
 #define PERP__LAST_perp_world_settings tasks_user

@@ -88,8 +88,8 @@ static const perp__field counts[] = {
 };
 
 /* Everything but compliance, whose length is not known yet; `rows` is what the contacts need. */
-static perp_status read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,
-                             const perp_contact_laws *laws)
+perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,
+                                    const perp_contact_laws *laws)
 {
     perp_status status = perp_contact_laws_init(own, sizeof *own);
     int64_t sum = 0;
@@ -381,7 +381,7 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
 {
     perp_contact_solver next = *solver;
     perp_contact_laws own;
-    perp_status status = read_laws(solver->context, &own, &next.rows, laws);
+    perp_status status = perp__contact_read_laws(solver->context, &own, &next.rows, laws);
 
     if (status != PERP_OK)
         return status;

@@ -149,6 +149,11 @@ CONSTANTS: dict[str, int] = {
     "PERP_NCP_AUTO": 0,
     "PERP_NCP_FISCHER": 1,
     "PERP_NCP_JOSEPHY": 2,
+    "PERP_STATICS_STANDS": 0,
+    "PERP_STATICS_FALLS": 1,
+    "PERP_STATICS_INDETERMINATE": 2,
+    "PERP_STATICS_LEAST": 0,
+    "PERP_STATICS_INTERIOR": 1,
 }
 
 
@@ -1154,6 +1159,40 @@ class NcpCheck(Structure):
         ("reserved", c_int32),
     ]
 
+
+class StaticsSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("objective", c_int32),
+        ("max_iterations", c_int32),
+    ]
+
+
+class StaticsResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("iterations", c_int32),
+        ("margin", c_double),
+        ("safety", c_double),
+        ("unbalance", c_double),
+        ("work", c_double),
+        ("seconds", c_double),
+    ]
+
+
+class StaticsProblem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("reserved", c_int32),
+        ("laws", POINTER(ContactLaws)),
+        ("H", POINTER(Matrix)),
+        ("G", POINTER(Matrix)),
+        ("f", c_void_p),
+        ("load", c_void_p),
+    ]
+
 # The C name of each struct that crosses the boundary.
 STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
@@ -1208,6 +1247,9 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_ncp_settings": NcpSettings,
     "perp_ncp_result": NcpResult,
     "perp_ncp_check": NcpCheck,
+    "perp_statics_settings": StaticsSettings,
+    "perp_statics_result": StaticsResult,
+    "perp_statics_problem": StaticsProblem,
 }
 
 # What each function returns and takes.
@@ -1490,5 +1532,13 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_ncp_check_init": (c_int32, [POINTER(NcpCheck), c_size_t]),
     "perp_ncp_check_jacobian": (c_int32, [
         ContextPointer, POINTER(NcpCheck), POINTER(NcpProblem), c_void_p
+    ]),
+    "perp_statics_settings_init": (c_int32, [POINTER(StaticsSettings), c_size_t]),
+    "perp_statics_result_init": (c_int32, [POINTER(StaticsResult), c_size_t]),
+    "perp_statics_problem_init": (c_int32, [POINTER(StaticsProblem), c_size_t]),
+    "perp_statics_verdict_text": (c_char_p, [c_int32]),
+    "perp_contact_statics": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, POINTER(StaticsResult), POINTER(StaticsProblem),
+        POINTER(StaticsSettings)
     ]),
 }

@@ -1,0 +1,346 @@
+/* The same equations in doubled precision, for where doubles cannot tell: a margin of 1e-9 makes K
+ * of numbers 1 and 1e-18. Double-double arithmetic (Dekker, Numer. Math. 18 (1971) 224) with fma();
+ * Cholesky's factors in an envelope: row after row, each from its first neighbour on, in the order
+ * of the fronts. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "contact/statics/interior.h"
+
+/* Products of a factorisation up to which doubled precision is tried: some 20 ms. */
+#define MOST_PRODUCTS 1.5e6
+
+/* As equations.c's, far below what the digits of A can tell. */
+#define SHIFT 1e-28
+
+typedef struct pair {
+    double high, low;
+} pair;
+
+static inline pair join(double high, double low)
+{
+    const double sum = high + low;
+    return (pair){sum, low - (sum - high)};
+}
+
+static inline pair add(pair a, pair b)
+{
+    const double sum = a.high + b.high, part = sum - a.high;
+    const double error = (a.high - (sum - part)) + (b.high - part);
+
+    return join(sum, error + (a.low + b.low));
+}
+
+static inline pair times(pair a, pair b)
+{
+    const double product = a.high * b.high;
+
+    return join(product, fma(a.high, b.high, -product) + (a.high * b.low + a.low * b.high));
+}
+
+static inline pair minus(pair a)
+{
+    return (pair){-a.high, -a.low};
+}
+
+static inline pair ratio(pair a, pair b)
+{
+    const double q = a.high / b.high;
+    const pair rest = add(a, minus(times((pair){q, 0.0}, b)));
+
+    return join(q, rest.high / b.high);
+}
+
+static inline pair root(pair a)
+{
+    const double r = sqrt(a.high);
+    const pair rest = add(a, minus(times((pair){r, 0.0}, (pair){r, 0.0})));
+
+    return join(r, r > 0.0 ? 0.5 * rest.high / r : 0.0);
+}
+
+static inline pair single(double x)
+{
+    return (pair){x, 0.0};
+}
+
+/* ---- the envelope ---- */
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__statics *s = object;
+    const size_t n = (size_t)(s->rows->nodes * s->rows->width);
+
+    s->first = perp__arena_take(arena, n, sizeof *s->first);
+    s->starts = perp__arena_take(arena, n + 1, sizeof *s->starts);
+    PERP__DOUBLES(arena, s->envelope, &s->L, &s->L_low);
+}
+
+/* The first place, of nodes, that the node at `place` is coupled with. */
+static int32_t first_place(const perp__statics *s, int32_t place)
+{
+    const perp__fronts *f = &s->fronts;
+    const int32_t node = f->order[place];
+    int32_t first = place;
+
+    for (int32_t e = f->starts[node]; e < f->starts[node + 1]; e++)
+        if (f->place[f->neighbours[e]] < first)
+            first = f->place[f->neighbours[e]];
+    return first;
+}
+
+int32_t perp__statics_may_double(const perp__statics *s)
+{
+    double products = 0.0;
+
+    for (int32_t i = 0; i < s->rows->nodes; i++) {
+        const double row = s->rows->width * (double)(i - first_place(s, i) + 1);
+
+        products += 0.5 * s->rows->width * row * row;
+    }
+    return products <= MOST_PRODUCTS;
+}
+
+perp_status perp__statics_make_doubled(perp__statics *s)
+{
+    const int32_t width = s->rows->width, n = s->rows->nodes * width;
+    perp_status status;
+
+    s->envelope = 0;
+    for (int32_t i = 0; i < n; i++)
+        s->envelope += (size_t)(i - width * first_place(s, i / width) + 1);
+    status = perp__arena_fit(&s->doubled_arena, s->context, lay_out, s);
+    for (int32_t i = 0; status == PERP_OK && i < n; i++) {
+        s->first[i] = width * first_place(s, i / width);
+        s->starts[i] = i == 0 ? 0 : s->starts[i - 1] + (size_t)(i - s->first[i - 1]);
+    }
+    return status;
+}
+
+/* Entry (i, j), j <= i, is at row_of(i) + j. */
+static size_t row_of(const perp__statics *s, int32_t i)
+{
+    return s->starts[i] - (size_t)s->first[i];
+}
+
+static void add_to(perp__statics *s, int32_t i, int32_t j, pair value)
+{
+    const size_t at = row_of(s, i) + (size_t)j;
+    const pair sum = add((pair){s->L[at], s->L_low[at]}, value);
+
+    s->L[at] = sum.high;
+    s->L_low[at] = sum.low;
+}
+
+/* The column j of A_l' F. */
+static pair factor_entry(const perp__statics *s, const perp__statics_unit *unit, int32_t u,
+                         const perp__statics_link *link, int32_t i, int32_t j)
+{
+    const double *F = s->F + s->square[u], *A = s->rows->values + link->at;
+    pair sum = {0.0, 0.0};
+
+    for (int32_t k = 0; k < unit->rows; k++)
+        sum = add(sum, times(single(A[k * s->rows->width + i]), single(F[k * unit->rows + j])));
+    return sum;
+}
+
+static void assemble(perp__statics *s)
+{
+    const int32_t width = s->rows->width;
+
+    memset(s->L, 0, s->envelope * sizeof *s->L);
+    memset(s->L_low, 0, s->envelope * sizeof *s->L_low);
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+
+        for (int32_t a = 0; a < unit->links && !s->dead[u]; a++)
+            for (int32_t b = 0; b < unit->links; b++) {
+                const perp__statics_link *from = &s->rows->link[unit->link + a], *to = from - a + b;
+                const int32_t row = width * s->fronts.place[from->node];
+                const int32_t column = width * s->fronts.place[to->node];
+
+                for (int32_t k = 0; k < unit->rows && column <= row; k++)
+                    for (int32_t i = 0; i < width; i++) {
+                        const pair P = factor_entry(s, unit, u, from, i, k);
+
+                        for (int32_t j = 0; j < width && column + j <= row + i; j++)
+                            add_to(s, row + i, column + j,
+                                   times(P, factor_entry(s, unit, u, to, j, k)));
+                    }
+            }
+    }
+}
+
+int32_t perp__statics_factor_doubled(perp__statics *s)
+{
+    const int32_t n = s->rows->nodes * s->rows->width;
+
+    assemble(s);
+    for (int32_t i = 0; i < n; i++) {
+        double *Li = s->L + row_of(s, i), *low = s->L_low + row_of(s, i);
+        const double size = Li[i];
+
+        for (int32_t j = s->first[i]; j <= i; j++) {
+            const double *Lj = s->L + row_of(s, j), *Lj_low = s->L_low + row_of(s, j);
+            pair sum = {Li[j], low[j]};
+
+            for (int32_t k = s->first[i] > s->first[j] ? s->first[i] : s->first[j]; k < j; k++)
+                sum = add(sum, minus(times((pair){Li[k], low[k]}, (pair){Lj[k], Lj_low[k]})));
+            if (j < i)
+                sum = ratio(sum, (pair){Lj[j], Lj_low[j]});
+            else if (!(sum.high > SHIFT * size)) /* nothing pushes what is left of the coordinate */
+                sum = single(size > 0.0 ? sqrt(SHIFT * size) : 1.0);
+            else
+                sum = root(sum);
+            Li[j] = sum.high;
+            low[j] = sum.low;
+        }
+        if (!isfinite(Li[i]))
+            return 0;
+    }
+    return 1;
+}
+
+void perp__statics_solve_doubled(perp__statics *s, double *x, double *low)
+{
+    const int32_t width = s->rows->width, n = s->rows->nodes * width;
+    double *high_of = s->tower, *low_of = s->terms; /* in the order of elimination */
+
+    for (int32_t i = 0; i < n; i++) {
+        const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
+
+        high_of[i] = x[at];
+        low_of[i] = low[at];
+    }
+    for (int32_t i = 0; i < n; i++) {
+        const double *L = s->L + row_of(s, i), *L_low = s->L_low + row_of(s, i);
+        pair sum = {high_of[i], low_of[i]};
+
+        for (int32_t k = s->first[i]; k < i; k++)
+            sum = add(sum, minus(times((pair){L[k], L_low[k]}, (pair){high_of[k], low_of[k]})));
+        sum = ratio(sum, (pair){L[i], L_low[i]});
+        high_of[i] = sum.high;
+        low_of[i] = sum.low;
+    }
+    for (int32_t i = n - 1; i >= 0; i--) {
+        const double *L = s->L + row_of(s, i), *L_low = s->L_low + row_of(s, i);
+        const pair value = ratio((pair){high_of[i], low_of[i]}, (pair){L[i], L_low[i]});
+
+        high_of[i] = value.high;
+        low_of[i] = value.low;
+        for (int32_t k = s->first[i]; k < i; k++) {
+            const pair sum =
+                add((pair){high_of[k], low_of[k]}, minus(times((pair){L[k], L_low[k]}, value)));
+
+            high_of[k] = sum.high;
+            low_of[k] = sum.low;
+        }
+    }
+    for (int32_t i = 0; i < n; i++) {
+        const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
+
+        x[at] = high_of[i];
+        low[at] = low_of[i];
+    }
+}
+
+/* ---- products ---- */
+
+static void add_rows(const perp__statics *s, const perp__statics_unit *unit, const pair *x,
+                     double *to, double *low)
+{
+    const int32_t width = s->rows->width;
+
+    for (int32_t l = 0; l < unit->links; l++) {
+        const perp__statics_link *link = &s->rows->link[unit->link + l];
+        const double *A = s->rows->values + link->at;
+
+        for (int32_t i = 0; i < width; i++) {
+            const size_t at = (size_t)(link->node * width + i);
+            pair sum = {to[at], low[at]};
+
+            for (int32_t k = 0; k < unit->rows; k++)
+                sum = add(sum, times(x[k], single(A[k * width + i])));
+            to[at] = sum.high;
+            low[at] = sum.low;
+        }
+    }
+}
+
+static void apply_inverse(const perp__statics *s, int32_t u, pair *x)
+{
+    const int32_t rows = s->rows->unit[u].rows;
+    const double *F = s->F + s->square[u];
+    pair q[PERP__STATICS_MOST_ROWS];
+
+    for (int32_t j = 0; j < rows; j++) {
+        q[j] = single(0.0);
+        for (int32_t k = 0; k < rows; k++)
+            q[j] = add(q[j], times(single(F[k * rows + j]), x[k]));
+    }
+    for (int32_t i = 0; i < rows; i++) {
+        x[i] = single(0.0);
+        for (int32_t j = 0; j < rows; j++)
+            x[i] = add(x[i], times(single(F[i * rows + j]), q[j]));
+    }
+}
+
+void perp__statics_push_doubled(perp__statics *s, double factor, const double *p, double *to,
+                                double *low)
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        pair x[PERP__STATICS_MOST_ROWS];
+
+        if (s->dead[u])
+            continue;
+        for (int32_t k = 0; k < unit->rows; k++)
+            x[k] = single(factor * p[unit->row + k]);
+        apply_inverse(s, u, x);
+        add_rows(s, unit, x, to, low);
+    }
+}
+
+void perp__statics_load_doubled(perp__statics *s, double factor, const double *x, double *to,
+                                double *low)
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        pair own[PERP__STATICS_MOST_ROWS];
+
+        for (int32_t k = 0; k < unit->rows; k++)
+            own[k] = single(factor * x[unit->row + k]);
+        if (!s->dead[u])
+            add_rows(s, unit, own, to, low);
+    }
+}
+
+void perp__statics_pull_doubled(perp__statics *s, const double *p, const double *dy,
+                                const double *dy_low, double *dx)
+{
+    const int32_t width = s->rows->width;
+
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        pair q[PERP__STATICS_MOST_ROWS];
+
+        for (int32_t k = 0; k < unit->rows; k++)
+            q[k] = single(s->dead[u] ? 0.0 : p[unit->row + k]);
+        for (int32_t l = 0; l < unit->links && !s->dead[u]; l++) {
+            const perp__statics_link *link = &s->rows->link[unit->link + l];
+            const double *A = s->rows->values + link->at;
+
+            for (int32_t k = 0; k < unit->rows; k++)
+                for (int32_t i = 0; i < width; i++) {
+                    const size_t at = (size_t)(link->node * width + i);
+
+                    q[k] = add(q[k], times(single(A[k * width + i]), (pair){dy[at], dy_low[at]}));
+                }
+        }
+        if (!s->dead[u])
+            apply_inverse(s, u, q);
+        for (int32_t k = 0; k < unit->rows; k++)
+            dx[unit->row + k] = q[k].high;
+    }
+}

@@ -1,0 +1,379 @@
+/* K = A S^-1 A' on the graph of nodes: its pattern, its factors, and products with A. S^-1 = F F' is
+ * kept by its root F: K is then positive semidefinite whatever rounding does, and near the edge of a
+ * cone F is worth twice the digits of S^-1. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/sort.h"
+#include "contact/statics/interior.h"
+#include "linalg/lanes/multiversion.h"
+
+/* Added to the diagonal of K beside its own size: redundant rows and coordinates that nothing
+ * pushes have no pivot of their own. Refinement takes it out again. */
+#define SHIFT 1e-13
+
+static const double *link_rows(const perp__statics *s, const perp__statics_link *link)
+{
+    return s->rows->values + link->at;
+}
+
+/* Neighbours of each node, sorted. Returns how many in all; graph: NULL to count. */
+static int32_t list_neighbours(perp__statics *s, const int32_t *unit_starts, const int32_t *units,
+                               int32_t *starts, int32_t *graph)
+{
+    const perp__statics_rows *rows = s->rows;
+    int32_t count = 0;
+
+    for (int32_t i = 0; i < rows->nodes; i++)
+        s->mark[i] = -1;
+    for (int32_t i = 0; i < rows->nodes; i++) {
+        const int32_t first = count;
+
+        starts[i] = count;
+        s->mark[i] = i;
+        if (graph)
+            graph[count] = i;
+        count++;
+        for (int32_t at = unit_starts[i]; at < unit_starts[i + 1]; at++) {
+            const perp__statics_unit *unit = &rows->unit[units[at]];
+
+            for (int32_t l = 0; l < unit->links; l++) {
+                const int32_t other = rows->link[unit->link + l].node;
+
+                if (s->mark[other] == i)
+                    continue;
+                s->mark[other] = i;
+                if (graph)
+                    graph[count] = other;
+                count++;
+            }
+        }
+        if (graph)
+            perp__sort_few(graph + first, count - first);
+    }
+    starts[rows->nodes] = count;
+    return count;
+}
+
+perp_status perp__statics_order(perp__statics *s)
+{
+    const perp__statics_rows *rows = s->rows;
+    int32_t *unit_starts = NULL, *units = NULL, *graph = NULL, count;
+    perp_status status = PERP_ERROR_MEMORY;
+
+    /* 1. Units of each node. */
+    unit_starts = perp__allocate(s->context, (size_t)rows->nodes + 2, sizeof *unit_starts);
+    units = perp__allocate(s->context, (size_t)rows->links + 1, sizeof *units);
+    if (!unit_starts || !units)
+        goto done;
+    memset(unit_starts, 0, ((size_t)rows->nodes + 2) * sizeof *unit_starts);
+    for (int32_t i = 0; i < rows->links; i++)
+        unit_starts[rows->link[i].node + 2]++;
+    for (int32_t i = 0; i < rows->nodes; i++)
+        unit_starts[i + 2] += unit_starts[i + 1];
+    for (int32_t u = 0; u < rows->units; u++)
+        for (int32_t l = 0; l < rows->unit[u].links; l++)
+            units[unit_starts[rows->link[rows->unit[u].link + l].node + 1]++] = u;
+
+    /* 2. The graph, and the order of elimination. */
+    count = list_neighbours(s, unit_starts, units, s->graph_starts, NULL);
+    graph = perp__allocate(s->context, (size_t)count + 1, sizeof *graph);
+    if (!graph)
+        goto done;
+    list_neighbours(s, unit_starts, units, s->graph_starts, graph);
+    status = perp__fronts_analyse(&s->fronts, s->context, rows->nodes, rows->width,
+                                  s->graph_starts, graph);
+
+    /* 3. Where each unit's blocks go. */
+    for (int32_t u = 0; status == PERP_OK && u < rows->units; u++) {
+        const perp__statics_link *link = rows->link + rows->unit[u].link;
+        const int32_t links = rows->unit[u].links;
+
+        for (int32_t a = 0; a < links; a++)
+            for (int32_t b = 0; b < links; b++)
+                s->edge[s->unit_edge[u] + a * links + b] =
+                    perp__fronts_edge(&s->fronts, link[a].node, link[b].node);
+    }
+done:
+    perp__release(s->context, graph);
+    perp__release(s->context, units);
+    perp__release(s->context, unit_starts);
+    return status == PERP_ERROR_MEMORY ? perp__fail_memory(s->context, "statics") : status;
+}
+
+/* P := A_l' F of a link: by coordinates, rows of F side by side. */
+PERP__KERNEL static void multiply_factor(int32_t width, int32_t rows, const double *A,
+                                         const double *F, double *P)
+{
+    for (int32_t j = 0; j < rows; j++)
+        for (int32_t i = 0; i < width; i++) {
+            double sum = 0.0;
+
+            for (int32_t k = 0; k < rows; k++)
+                sum += A[k * width + i] * F[k * rows + j];
+            P[j * width + i] = sum;
+        }
+}
+
+/* block += P Q', column by column. */
+PERP__KERNEL static void add_product(int32_t width, int32_t rows, const double *P, const double *Q,
+                                     double *block)
+{
+    for (int32_t c = 0; c < width; c++)
+        for (int32_t j = 0; j < rows; j++) {
+            const double q = Q[j * width + c];
+
+            for (int32_t i = 0; i < width; i++)
+                block[c * width + i] += P[j * width + i] * q;
+        }
+}
+
+PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, int32_t rows_of)
+{
+    const perp__statics_rows *rows = s->rows;
+    const size_t square = (size_t)width * (size_t)width;
+
+    for (int32_t u = 0; u < rows->units; u++) {
+        const perp__statics_unit *unit = &rows->unit[u];
+        const perp__statics_link *link = rows->link + unit->link;
+        const int32_t count = rows_of > 0 && unit->rows == rows_of ? rows_of : unit->rows;
+        const int32_t *edge = s->edge + s->unit_edge[u];
+        double P[2][36];
+
+        if (s->dead[u] || unit->links > 2)
+            continue;
+        for (int32_t a = 0; a < unit->links; a++)
+            multiply_factor(width, count, link_rows(s, &link[a]), s->F + s->square[u], P[a]);
+        for (int32_t a = 0; a < unit->links; a++)
+            for (int32_t b = 0; b < unit->links; b++)
+                add_product(width, count, P[a], P[b],
+                            s->fronts.values + (size_t)edge[a * unit->links + b] * square);
+    }
+}
+
+PERP__MULTIVERSION(assemble_bodies, (const perp__statics *s), (s))
+{
+    assemble_units(s, 6, 3);
+}
+
+/* Units of any width and number of links, entry by entry. */
+static void assemble_wide(const perp__statics *s)
+{
+    const perp__statics_rows *rows = s->rows;
+    const int32_t width = rows->width;
+    const size_t square = (size_t)width * (size_t)width;
+
+    for (int32_t u = 0; u < rows->units; u++) {
+        const perp__statics_unit *unit = &rows->unit[u];
+        const perp__statics_link *link = rows->link + unit->link;
+        const double *F = s->F + s->square[u];
+        double T[36];
+
+        if (s->dead[u] || (width <= 6 && unit->links <= 2))
+            continue;
+        for (int32_t i = 0; i < unit->rows; i++)
+            for (int32_t j = 0; j < unit->rows; j++) {
+                T[i * unit->rows + j] = 0.0;
+                for (int32_t k = 0; k < unit->rows; k++)
+                    T[i * unit->rows + j] += F[i * unit->rows + k] * F[j * unit->rows + k];
+            }
+        for (int32_t a = 0; a < unit->links; a++)
+            for (int32_t b = 0; b < unit->links; b++) {
+                const double *A = link_rows(s, &link[a]), *B = link_rows(s, &link[b]);
+                double *block = s->fronts.values +
+                                (size_t)s->edge[s->unit_edge[u] + a * unit->links + b] * square;
+
+                for (int32_t k = 0; k < unit->rows; k++)
+                    for (int32_t m = 0; m < unit->rows; m++)
+                        for (int32_t c = 0; c < width; c++) {
+                            const double q = T[k * unit->rows + m] * B[m * width + c];
+
+                            for (int32_t i = 0; i < width; i++)
+                                block[c * width + i] += A[k * width + i] * q;
+                        }
+            }
+    }
+}
+
+int32_t perp__statics_factor(perp__statics *s)
+{
+    const perp__statics_rows *rows = s->rows;
+    const int32_t width = rows->width;
+    const size_t square = (size_t)width * (size_t)width;
+
+    s->iterations++;
+    s->factored = 0;
+    if (s->doubled)
+        return perp__statics_factor_doubled(s);
+    memset(s->fronts.values, 0, (size_t)s->fronts.starts[rows->nodes] * square * sizeof(double));
+    if (width == 6)
+        assemble_bodies(s);
+    else if (width < 6)
+        assemble_units(s, width, 0);
+    assemble_wide(s);
+    for (int32_t node = 0; node < rows->nodes; node++) {
+        double *block = s->fronts.values +
+                        (size_t)perp__fronts_edge(&s->fronts, node, node) * square;
+
+        for (int32_t i = 0; i < width; i++) {
+            double *entry = &block[i * width + i];
+
+            *entry = *entry > 0.0 ? *entry * (1.0 + SHIFT) : 1.0;
+        }
+    }
+    return perp__fronts_factor(&s->fronts, 0, rows->nodes);
+}
+
+/* x := K^-1 x. */
+void perp__statics_solve(perp__statics *s, double *x, double *low)
+{
+    const size_t bytes = (size_t)(s->rows->nodes * s->rows->width) * sizeof(double);
+
+    if (s->doubled) {
+        perp__statics_solve_doubled(s, x, low);
+        return;
+    }
+    perp__fronts_solve(&s->fronts, 0, s->rows->nodes, x);
+    memset(low, 0, bytes);
+}
+
+PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_unit *unit,
+                                  int32_t width, double factor, const double *x, double *to)
+{
+    for (int32_t l = 0; l < unit->links; l++) {
+        const perp__statics_link *link = &s->rows->link[unit->link + l];
+        const double *A = link_rows(s, link);
+        double *at = to + (size_t)link->node * (size_t)width;
+
+        for (int32_t k = 0; k < unit->rows; k++)
+            for (int32_t i = 0; i < width; i++)
+                at[i] += factor * x[k] * A[k * width + i];
+    }
+}
+
+PERP__KERNEL static void take_rows(const perp__statics *s, const perp__statics_unit *unit,
+                                   int32_t width, const double *y, double *out)
+{
+    for (int32_t k = 0; k < unit->rows; k++)
+        out[k] = 0.0;
+    for (int32_t l = 0; l < unit->links; l++) {
+        const perp__statics_link *link = &s->rows->link[unit->link + l];
+        const double *A = link_rows(s, link), *at = y + (size_t)link->node * (size_t)width;
+
+        for (int32_t k = 0; k < unit->rows; k++)
+            out[k] += dot(width, A + k * width, at);
+    }
+}
+
+void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out)
+{
+    take_rows(s, &s->rows->unit[unit], s->rows->width, y, out);
+}
+
+/* out := F F' p of a unit. */
+PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const double *p, double *out)
+{
+    double q[PERP__STATICS_MOST_ROWS];
+
+    for (int32_t j = 0; j < rows; j++) {
+        q[j] = 0.0;
+        for (int32_t k = 0; k < rows; k++)
+            q[j] += F[k * rows + j] * p[k];
+    }
+    for (int32_t i = 0; i < rows; i++)
+        out[i] = dot(rows, F + i * rows, q);
+}
+
+PERP__MULTIVERSION(push_all,
+                   (const perp__statics *s, int32_t width, double factor, const double *p,
+                    double *to),
+                   (s, width, factor, p, to))
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        double out[PERP__STATICS_MOST_ROWS];
+
+        if (s->dead[u])
+            continue;
+        apply_inverse(s->F + s->square[u], unit->rows, p + unit->row, out);
+        if (width == 6)
+            add_rows(s, unit, 6, factor, out, to);
+        else
+            add_rows(s, unit, width, factor, out, to);
+    }
+}
+
+void perp__statics_push(perp__statics *s, double factor, const double *p, double *to, double *low)
+{
+    if (s->doubled)
+        perp__statics_push_doubled(s, factor, p, to, low);
+    else
+        push_all(s, s->rows->width, factor, p, to);
+}
+
+PERP__MULTIVERSION(load_all,
+                   (const perp__statics *s, int32_t width, double factor, const double *x,
+                    double *to),
+                   (s, width, factor, x, to))
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+
+        if (s->dead[u])
+            continue;
+        if (width == 6)
+            add_rows(s, unit, 6, factor, x + unit->row, to);
+        else
+            add_rows(s, unit, width, factor, x + unit->row, to);
+    }
+}
+
+void perp__statics_load(perp__statics *s, double factor, const double *x, double *to, double *low)
+{
+    if (s->doubled)
+        perp__statics_load_doubled(s, factor, x, to, low);
+    else
+        load_all(s, s->rows->width, factor, x, to);
+}
+
+PERP__MULTIVERSION(pull_all,
+                   (const perp__statics *s, int32_t width, const double *p, const double *dy,
+                    double *dx),
+                   (s, width, p, dy, dx))
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        double q[PERP__STATICS_MOST_ROWS];
+
+        if (s->dead[u]) {
+            memset(dx + unit->row, 0, (size_t)unit->rows * sizeof *dx);
+            continue;
+        }
+        if (width == 6)
+            take_rows(s, unit, 6, dy, q);
+        else
+            take_rows(s, unit, width, dy, q);
+        for (int32_t k = 0; k < unit->rows; k++)
+            q[k] += p[unit->row + k];
+        apply_inverse(s->F + s->square[u], unit->rows, q, dx + unit->row);
+    }
+}
+
+void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
+                        double *dx)
+{
+    if (s->doubled)
+        perp__statics_pull_doubled(s, p, dy, dy_low, dx);
+    else
+        pull_all(s, s->rows->width, p, dy, dx);
+}

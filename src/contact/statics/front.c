@@ -1,0 +1,427 @@
+/* perp/statics.h: checks, and rows of H and G as units on a graph of nodes. */
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "contact/contact.h"
+#include "contact/settings.h"
+#include "contact/bounded.h"
+#include "contact/statics/statics.h"
+#include "linalg/matrix.h"
+
+PERP__INIT(perp_statics_settings)
+PERP__INIT(perp_statics_result)
+PERP__INIT(perp_statics_problem)
+
+PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "indeterminate")
+
+/* Factorisations of a decision at most: some 30 do. */
+#define MOST_ITERATIONS 100
+
+/* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
+#define NOISE 1e-12
+
+typedef struct front {
+    perp_context *context;
+    perp_contact_laws laws;
+    perp__matrix H, G;
+    int32_t n, rows, size; /* rows of H; with those of G */
+    const double *f, *load;
+
+    perp__arena arena;
+    int32_t units, entries, own_rows, links;
+    size_t numbers;
+    int32_t *starts, *columns; /* of H and G, row by row */
+    double *entry;
+    int32_t *given_row;  /* own_rows: the caller's */
+    int32_t *mark;       /* n: the unit that met a block last */
+    double *scale;       /* n: powers of two that bring velocities to rows of size 1 */
+    perp__statics_unit *unit;
+    perp__statics_link *link;
+    double *values, *forces, *loads, *r, *v;
+    perp__statics_rows own;
+} front;
+
+/* ---- checks ---- */
+
+static perp_status read_problem(front *a, const perp_statics_problem *given)
+{
+    perp_statics_problem own;
+    perp_status status = perp_statics_problem_init(&own, sizeof own);
+
+    PERP__THEN(status, perp__check_pointer(a->context, "problem", given));
+    PERP__THEN(status, perp__struct_read(a->context, "problem", &own, sizeof own, given,
+                                         PERP__FIRST(perp_statics_problem)));
+    PERP__THEN(status, perp__contact_read_laws(a->context, &a->laws, &a->rows, own.laws));
+    if (status != PERP_OK)
+        return status;
+    if (own.n < 0 || own.reserved != 0)
+        return perp__refuse(a->context, "problem.%s is %d, expected %s",
+                            own.n < 0 ? "n" : "reserved", (int)(own.n < 0 ? own.n : own.reserved),
+                            own.n < 0 ? "0 or more" : "0");
+    for (int32_t k = 0; a->laws.two_sided && k < a->laws.contacts; k++)
+        if (a->laws.two_sided[k] > 0)
+            return perp__refuse(a->context,
+                                "laws.two_sided[%d] is %d: friction that grows with a reaction of "
+                                "either sign makes no convex cone",
+                                (int)k, (int)a->laws.two_sided[k]);
+    a->n = own.n;
+    a->rows += a->laws.bounded;
+    a->size = a->rows;
+    if (a->rows > 0 || own.H)
+        status = perp__matrix_read_sized(a->context, "H", &a->H, own.H, a->rows, a->n);
+    if (status == PERP_OK && own.G) {
+        status = perp__matrix_read(a->context, "G", &a->G, own.G);
+        a->size += a->G.rows;
+        if (status == PERP_OK && a->G.columns != a->n)
+            status = perp__refuse(a->context, "G has %d columns, expected problem.n = %d",
+                                  (int)a->G.columns, (int)a->n);
+    }
+    PERP__THEN(status, perp__check_vector(a->context, "f", own.f, (size_t)a->n));
+    if (status == PERP_OK && own.load)
+        status = perp__check_vector(a->context, "load", own.load, (size_t)a->n);
+    a->f = own.f;
+    a->load = own.load;
+    a->units = a->laws.contacts + a->laws.bounded + a->size - a->rows;
+    return status;
+}
+
+static perp_status read_settings(perp_context *context, perp__statics_aim *aim,
+                                 const perp_statics_settings *given)
+{
+    static const perp__field fields[] = {
+        PERP__INTEGER(perp_statics_settings, objective, 0, PERP_STATICS_INTERIOR),
+        PERP__INTEGER(perp_statics_settings, max_iterations, 0, INFINITY),
+    };
+    perp_statics_settings own;
+    perp_status status = perp_statics_settings_init(&own, sizeof own);
+
+    PERP__THEN(status, perp__struct_read(context, "settings", &own, sizeof own, given,
+                                         PERP__FIRST(perp_statics_settings)));
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "settings", &own, fields));
+    aim->objective = own.objective;
+    aim->max_iterations = own.max_iterations > 0 ? own.max_iterations : MOST_ITERATIONS;
+    aim->measures = 1;
+    return status;
+}
+
+/* ---- rows in blocks ---- */
+
+static void lay_out_rows(perp__arena *arena, void *object)
+{
+    front *a = object;
+
+    a->starts = perp__arena_take(arena, (size_t)a->size + 2, sizeof *a->starts);
+    a->columns = perp__arena_take(arena, (size_t)a->entries, sizeof *a->columns);
+    a->entry = perp__arena_take(arena, (size_t)a->entries, sizeof *a->entry);
+    PERP__INTEGERS(arena, (size_t)a->size, &a->given_row);
+    a->mark = perp__arena_take(arena, (size_t)a->n, sizeof *a->mark);
+    a->scale = perp__arena_take(arena, (size_t)a->n, sizeof *a->scale);
+    a->unit = perp__arena_take(arena, (size_t)a->units, sizeof *a->unit);
+}
+
+static int32_t count_entries(const perp__matrix *M)
+{
+    perp__cursor at = perp__first(M);
+    int32_t count = 0;
+
+    while (M->rows > 0 && perp__advance(&at))
+        count++;
+    return count;
+}
+
+static void sort_entries(front *a, const perp__matrix *M, int32_t first_row, int32_t fills)
+{
+    perp__cursor at = perp__first(M);
+
+    while (M->rows > 0 && perp__advance(&at)) {
+        int32_t *place = &a->starts[first_row + at.i + (fills ? 1 : 2)];
+
+        if (fills) {
+            a->columns[*place] = at.j;
+            a->entry[*place] = at.value;
+        }
+        ++*place;
+    }
+}
+
+/* The entries of H and G row by row, and what brings their columns to size 1; noise stays so. */
+static void list_rows(front *a)
+{
+    double most = 0.0;
+
+    memset(a->starts, 0, ((size_t)a->size + 2) * sizeof *a->starts);
+    sort_entries(a, &a->H, 0, 0);
+    sort_entries(a, &a->G, a->rows, 0);
+    for (int32_t i = 0; i <= a->size; i++)
+        a->starts[i + 1] += a->starts[i];
+    sort_entries(a, &a->H, 0, 1);
+    sort_entries(a, &a->G, a->rows, 1);
+    for (int32_t j = 0; j < a->n; j++)
+        a->scale[j] = 0.0;
+    for (int32_t e = 0; e < a->entries; e++) {
+        a->scale[a->columns[e]] = fmax(a->scale[a->columns[e]], fabs(a->entry[e]));
+        most = fmax(most, fabs(a->entry[e]));
+    }
+    for (int32_t j = 0; j < a->n; j++)
+        a->scale[j] = ldexp(1.0, -ilogb(a->scale[j] > NOISE * most ? a->scale[j]
+                                        : most > 0.0               ? most
+                                                                   : 1.0));
+}
+
+/* The units of the laws; own_rows: those that can carry something. A row whose bounds are equal is a
+ * force, added to the others in `forces`. */
+static void list_units(front *a)
+{
+    const perp_contact_laws *laws = &a->laws;
+    int32_t row = 0;
+
+    a->own_rows = 0;
+    for (int32_t u = 0; u < a->units; u++) {
+        perp__statics_unit *unit = &a->unit[u];
+        const int32_t k = u - laws->contacts;
+        const double mu = laws->mu && k < 0 ? laws->mu[u] : 0.0;
+
+        memset(unit, 0, sizeof *unit);
+        unit->row = a->own_rows;
+        if (k < 0) {
+            const int32_t tangents = perp__contact_dim(laws, u) - 1;
+
+            unit->mu = mu;
+            unit->rolling = laws->rolling ? laws->rolling[u] : 0.0;
+            unit->spinning = laws->spinning ? laws->spinning[u] : 0.0;
+            unit->tangents = mu > 0.0 ? tangents : 0;
+            unit->rolls = unit->rolling > 0.0 ? tangents : 0;
+            unit->spins = unit->spinning > 0.0;
+            a->given_row[a->own_rows++] = row++;
+            for (int32_t j = 0; j < tangents; j++, row++)
+                if (unit->tangents > 0)
+                    a->given_row[a->own_rows++] = row;
+            for (int32_t j = 0; j < unit->rolls + unit->spins; j++)
+                a->given_row[a->own_rows++] = row++;
+        } else {
+            unit->kind = k < laws->bounded ? PERP__STATICS_INTERVAL : PERP__STATICS_FREE;
+            unit->lower = k < laws->bounded && laws->lower ? laws->lower[k] : 0.0;
+            unit->upper = k < laws->bounded && laws->upper ? laws->upper[k] : INFINITY;
+            if (unit->lower == -INFINITY && unit->upper == INFINITY)
+                unit->kind = PERP__STATICS_FREE;
+            if (k >= laws->bounded || unit->lower < unit->upper)
+                a->given_row[a->own_rows++] = row;
+            row++;
+        }
+        unit->rows = a->own_rows - unit->row;
+    }
+}
+
+/* How many blocks of `width` columns the units meet; *work: of the products of K. */
+static int32_t count_links(front *a, int32_t width, double *work)
+{
+    int32_t sum = 0;
+
+    memset(a->mark, -1, (size_t)a->n * sizeof *a->mark);
+    *work = 0.0;
+    for (int32_t u = 0; u < a->units; u++) {
+        int32_t own = 0;
+
+        for (int32_t k = 0; k < a->unit[u].rows; k++) {
+            const int32_t row = a->given_row[a->unit[u].row + k];
+
+            for (int32_t e = a->starts[row]; e < a->starts[row + 1]; e++)
+                if (a->mark[a->columns[e] / width] != u) {
+                    a->mark[a->columns[e] / width] = u;
+                    own++;
+                }
+        }
+        sum += own;
+        *work += (double)own * own * width * width;
+    }
+    return sum;
+}
+
+/* Coordinates a node: six or three as bodies have them, or one, or all, whichever is less work. */
+static int32_t choose_width(front *a)
+{
+    const int32_t widths[] = {a->n, 6, 3, 1};
+    double least = INFINITY;
+    int32_t best = 1;
+
+    for (int32_t k = 0; k < 4; k++) {
+        double work;
+
+        if (widths[k] > a->n || widths[k] < 1)
+            continue;
+        count_links(a, widths[k], &work);
+        if (work < least) {
+            least = work;
+            best = widths[k];
+        }
+    }
+    a->links = count_links(a, best, &least);
+    return best;
+}
+
+static void lay_out_values(perp__arena *arena, void *object)
+{
+    front *a = object;
+    const size_t n = (size_t)a->own.nodes * (size_t)a->own.width;
+
+    a->link = perp__arena_take(arena, (size_t)a->links, sizeof *a->link);
+    a->values = perp__arena_take(arena, a->numbers, sizeof *a->values);
+    a->r = perp__arena_take(arena, (size_t)a->own_rows, sizeof *a->r);
+    PERP__DOUBLES(arena, n, &a->forces, &a->loads, &a->v);
+}
+
+static void fill_links(front *a)
+{
+    const int32_t width = a->own.width;
+    int32_t links = 0;
+    size_t at = 0;
+
+    memset(a->mark, -1, (size_t)a->n * sizeof *a->mark);
+    memset(a->values, 0, a->numbers * sizeof *a->values);
+    for (int32_t u = 0; u < a->units; u++) {
+        perp__statics_unit *unit = &a->unit[u];
+
+        unit->link = links;
+        for (int32_t k = 0; k < unit->rows; k++) {
+            const int32_t row = a->given_row[unit->row + k];
+
+            for (int32_t e = a->starts[row]; e < a->starts[row + 1]; e++) {
+                const int32_t node = a->columns[e] / width, i = a->columns[e] % width;
+
+                if (a->mark[node] < unit->link) {
+                    a->mark[node] = links;
+                    a->link[links++] = (perp__statics_link){node, 0, at};
+                    at += (size_t)(unit->rows * width);
+                }
+                a->values[a->link[a->mark[node]].at + (size_t)(k * width + i)] =
+                    a->entry[e] * a->scale[a->columns[e]];
+            }
+        }
+        unit->links = links - unit->link;
+    }
+}
+
+/* Forces in nodes; rows whose bounds are equal push as they are told. */
+static void fill_forces(front *a)
+{
+    const size_t n = (size_t)a->own.nodes * (size_t)a->own.width;
+
+    memset(a->forces, 0, n * sizeof *a->forces);
+    memset(a->loads, 0, n * sizeof *a->loads);
+    for (int32_t j = 0; j < a->n; j++) {
+        a->forces[j] = a->scale[j] * a->f[j];
+        a->loads[j] = a->load ? a->scale[j] * a->load[j] : 0.0;
+    }
+    for (int32_t k = 0; k < a->laws.bounded; k++) {
+        const perp__statics_unit *unit = &a->unit[a->laws.contacts + k];
+        const int32_t row = a->rows - a->laws.bounded + k;
+
+        for (int32_t e = a->starts[row]; e < a->starts[row + 1] && unit->rows == 0; e++)
+            a->forces[a->columns[e]] += a->scale[a->columns[e]] * a->entry[e] * unit->lower;
+    }
+}
+
+static perp_status build(front *a, perp__arena *values)
+{
+    perp_status status;
+
+    a->entries = count_entries(&a->H) + count_entries(&a->G);
+    status = perp__arena_fit(&a->arena, a->context, lay_out_rows, a);
+    if (status != PERP_OK)
+        return status;
+    list_rows(a);
+    list_units(a);
+    a->own.width = a->n > 0 ? choose_width(a) : 1;
+    a->own.nodes = (a->n + a->own.width - 1) / a->own.width;
+    a->numbers = (size_t)a->links * (size_t)(PERP__STATICS_MOST_ROWS * a->own.width);
+    status = perp__arena_fit(values, a->context, lay_out_values, a);
+    if (status != PERP_OK)
+        return status;
+    fill_links(a);
+    fill_forces(a);
+    a->own.units = a->units;
+    a->own.size = a->own_rows;
+    a->own.links = a->links;
+    a->own.unit = a->unit;
+    a->own.link = a->link;
+    a->own.values = a->values;
+    return PERP_OK;
+}
+
+/* ---- the answer ---- */
+
+static void write_impulses(const front *a, double *r)
+{
+    for (int32_t i = 0; i < a->size; i++)
+        r[i] = 0.0;
+    for (int32_t i = 0; i < a->own_rows; i++)
+        r[a->given_row[i]] = a->r[i];
+    for (int32_t k = 0; k < a->laws.bounded; k++)
+        if (a->unit[a->laws.contacts + k].rows == 0)
+            r[a->rows - a->laws.bounded + k] = a->unit[a->laws.contacts + k].lower;
+}
+
+/* In the caller's coordinates, the largest 1. */
+static void write_velocities(const front *a, double *v, double *work)
+{
+    double most = 0.0;
+
+    for (int32_t j = 0; j < a->n; j++)
+        most = fmax(most, a->scale[j] * fabs(a->v[j]));
+    for (int32_t j = 0; j < a->n && v; j++)
+        v[j] = a->scale[j] * a->v[j] / most;
+    *work /= most;
+}
+
+perp_status perp_contact_statics(perp_context *context, double *r, double *v,
+                                 perp_statics_result *result, const perp_statics_problem *problem,
+                                 const perp_statics_settings *settings)
+{
+    const double started = perp__now();
+    perp__statics_aim aim = {0};
+    perp__statics_answer answer = {0};
+    perp__statics *statics = NULL;
+    perp__arena values = {0};
+    front a = {0};
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    a.context = context;
+    status = PERP__CHECK(perp_statics_result, context, result);
+    PERP__THEN(status, read_settings(context, &aim, settings));
+    PERP__THEN(status, read_problem(&a, problem));
+    PERP__THEN(status, build(&a, &values));
+    if (status == PERP_OK && !(statics = perp__statics_create(context)))
+        status = PERP_ERROR_MEMORY;
+    PERP__THEN(status, perp__statics_set_up(statics, &a.own));
+    if (status == PERP_OK) {
+        answer.r = a.r;
+        answer.v = a.v;
+        aim.load = a.load ? a.loads : NULL;
+        status = perp__statics_decide(statics, &answer, a.forces, &aim);
+    }
+    if (status == PERP_OK) {
+        perp_statics_result own = {0};
+
+        if (answer.verdict == PERP_STATICS_STANDS && r)
+            write_impulses(&a, r);
+        if (answer.verdict == PERP_STATICS_FALLS)
+            write_velocities(&a, v, &answer.work);
+        own.verdict = answer.verdict;
+        own.iterations = answer.iterations;
+        own.margin = answer.margin;
+        own.safety = answer.safety;
+        own.unbalance = answer.unbalance;
+        own.work = answer.work;
+        own.seconds = perp__now() - started;
+        perp__struct_write(result, &own, sizeof own);
+    }
+    perp__statics_destroy(statics);
+    perp__arena_release(&values);
+    perp__arena_release(&a.arena);
+    return perp__leave(context, status);
+}

@@ -1,0 +1,587 @@
+/* Phase one of a primal-dual interior-point method that starts balanced: x with A x = b by least
+ * squares, s below the worst margin of a cone, then
+ *
+ *   maximise s   subject to   A x = b,   z = B x + h - s e in K,   s <= limit
+ *
+ * A dx = 0 from then on, so that the first iterate with s > 0 is an equilibrium strictly inside all
+ * cones. The dual, B'u + A'y = 0, e'u + tau = 1, u in K, is at once the proof where there is none:
+ * y'b > 0. Nesterov and Todd's scaling, Mehrotra's predictor and corrector. With the units' blocks
+ * S = B'G B (+ q of least squares) eliminated,
+ *
+ *   K dy = rb - A S^-1 p - ds g,   p = B'rc + rd,   g = A k,   k = S^-1 B'G e,   K = A S^-1 A'
+ *   dx = S^-1 (p + A'dy) + ds k
+ *
+ * The same steps minimise |x|^2 / 2 from an x inside, and maximise a load's factor: its column c
+ * takes the place of -g. Free rows, of joints, are proximal: S = rho with a rho that vanishes. */
+#include <math.h>
+#include <string.h>
+
+#include "base/outcome.h"
+#include "contact/statics/interior.h"
+#include "linalg/matrix.h"
+
+/* The way to the boundary that a step goes, and what remains beside the first product u z. */
+#define STEP 0.99
+
+/* A margin with which impulses have room for other forces, in units of each contact's load; and the
+ * iterations after the first margin that are spent on it. */
+#define ROOMY 0.05
+#define ROOMY_ITERATIONS 2
+
+/* The gap, beside the margin, of one that is measured; beside a load's factor; and that of least
+ * squares beside their sum. */
+#define MEASURED 1e-2
+#define FACTOR_GAP 1e-10
+#define LEAST_GAP 1e-12
+
+/* Beside the limit 1 of s: the gap at which s is 0 to doubles, and to doubled precision. */
+#define NO_MARGIN 1e-12
+#define NO_MARGIN_DOUBLED 1e-15
+
+/* A step that leads nowhere. */
+#define SHORT 1e-6
+
+/* Of joints: rho beside u z. */
+#define PROXIMAL 0.1
+
+/* What a certificate may lack in rows, beside their terms; and how many times the work that
+ * impulses could do on that it must have. */
+#define ROW_ROUNDING 1e-9
+#define WORK_BESIDE 10.0
+
+/* ---- cones of units ---- */
+
+static void take_place(const perp__statics *s, perp__cone *cone, const double *x, double shift,
+                       double *z)
+{
+    const double *own = x + s->rows->unit[cone->unit].row;
+
+    z[0] = cone->sign * own[0] + shift;
+    z[1] = cone->dim > 1 ? cone->scale * own[cone->first] : 0.0;
+    z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
+}
+
+/* out += B'u */
+static void add_dual(const perp__cone *cone, const double *u, double *out)
+{
+    out[0] += cone->sign * u[0];
+    for (int32_t j = 1; j < cone->dim; j++)
+        out[cone->first + j - 1] += cone->scale * u[j];
+}
+
+static double coefficient(const perp__cone *cone, int32_t j)
+{
+    return j == 0 ? cone->sign : cone->scale;
+}
+
+/* Whether S^-1 is that of the one cone that has all of the unit's rows. */
+static int32_t is_single(const perp__statics *s, int32_t u)
+{
+    return s->aim != PERP__AIM_LEAST && s->unit_cone[u + 1] == s->unit_cone[u] + 1;
+}
+
+/* F with F F' = S^-1, by S = L L': F = L^-T. */
+static void factor_unit(perp__statics *s, int32_t u, double *S)
+{
+    const int32_t n = s->rows->unit[u].rows;
+    double *F = s->F + s->square[u];
+
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t i = j; i < n; i++) {
+            double sum = S[i * n + j];
+
+            for (int32_t k = 0; k < j; k++)
+                sum -= S[i * n + k] * S[j * n + k];
+            S[i * n + j] = i == j ? sqrt(sum) : sum / S[j * n + j];
+        }
+    for (int32_t j = 0; j < n; j++) /* column j of F': L F' = I */
+        for (int32_t i = 0; i < n; i++) {
+            double sum = i == j;
+
+            for (int32_t k = j; k < i; k++)
+                sum -= S[i * n + k] * F[j * n + k];
+            F[j * n + i] = i < j ? 0.0 : sum / S[i * n + i];
+        }
+}
+
+/* F, k and what they add to kappa, of the scaled cones of a unit. */
+static void condense_unit(perp__statics *s, int32_t u, double rho)
+{
+    const perp__statics_unit *unit = &s->rows->unit[u];
+    const int32_t n = unit->rows;
+    double *F = s->F + s->square[u], *k = s->k + unit->row, S[36] = {0.0}, eS[6] = {0.0}, q[6];
+    double eGe = 0.0;
+
+    memset(F, 0, (size_t)(n * n) * sizeof *F);
+    memset(k, 0, (size_t)n * sizeof *k);
+    if (unit->kind == PERP__STATICS_FREE) {
+        for (int32_t i = 0; i < n; i++)
+            F[i * n + i] = 1.0 / sqrt(rho + (s->aim == PERP__AIM_LEAST));
+        return;
+    }
+    if (is_single(s, u)) {
+        const perp__cone *cone = &s->cones[s->unit_cone[u]];
+
+        for (int32_t i = 0; i < n; i++)
+            for (int32_t j = 0; j < n; j++)
+                F[i * n + j] = cone->inverse[3 * i + j] / coefficient(cone, i);
+        k[0] = s->aim == PERP__AIM_MARGIN ? cone->e / cone->sign : 0.0;
+        return;
+    }
+    for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
+        const perp__cone *cone = &s->cones[c];
+        const double *V = cone->V;
+
+        for (int32_t i = 0; i < cone->dim; i++) {
+            const int32_t row = i == 0 ? 0 : cone->first + i - 1;
+
+            for (int32_t j = 0; j < cone->dim; j++) {
+                const int32_t column = j == 0 ? 0 : cone->first + j - 1;
+                const double G = V[3 * i] * V[j] + V[3 * i + 1] * V[3 + j] + V[3 * i + 2] * V[6 + j];
+
+                S[row * n + column] += coefficient(cone, i) * G * coefficient(cone, j);
+                if (j == 0 && s->aim == PERP__AIM_MARGIN)
+                    eS[row] += coefficient(cone, i) * G * cone->e;
+                if (i == 0 && j == 0 && s->aim == PERP__AIM_MARGIN)
+                    eGe += cone->e * G * cone->e;
+            }
+        }
+    }
+    for (int32_t i = 0; i < n && s->aim == PERP__AIM_LEAST; i++)
+        S[i * n + i] += 1.0;
+    factor_unit(s, u, S);
+    for (int32_t j = 0; j < n; j++) {
+        q[j] = 0.0;
+        for (int32_t i = 0; i < n; i++)
+            q[j] += F[i * n + j] * eS[i];
+    }
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = 0; j < n; j++)
+            k[i] += F[i * n + j] * q[j];
+    s->kappa += eGe - perp__dot(eS, k, n);
+}
+
+void perp__statics_condense(perp__statics *s, double mean)
+{
+    s->kappa = 0.0;
+    for (int32_t c = 0; c < s->cone_count; c++)
+        if (!s->dead[s->cones[c].unit])
+            perp__cone_scale(&s->cones[c]);
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (!s->dead[u])
+            condense_unit(s, u, PROXIMAL * fmax(mean, 1e-16) / (s->weight[u] * s->weight[u]));
+}
+
+/* ---- a step ---- */
+
+static size_t count_numbers(const perp__statics *s)
+{
+    return (size_t)s->rows->nodes * (size_t)s->rows->width;
+}
+
+/* p := B'u + A'y - q x, what the dual lacks. */
+static void find_dual_residual(perp__statics *s)
+{
+    const double q = s->aim == PERP__AIM_LEAST ? 1.0 : 0.0;
+
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        double *p = s->rd + unit->row;
+
+        perp__statics_row(s, u, s->y, p);
+        for (int32_t k = 0; k < unit->rows; k++)
+            p[k] -= q * s->x[unit->row + k];
+        for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++)
+            add_dual(&s->cones[c], s->cones[c].u, p);
+    }
+}
+
+/* rb := b + s c - A x */
+static void find_unbalance(perp__statics *s)
+{
+    const size_t n = count_numbers(s);
+
+    for (size_t i = 0; i < n; i++) {
+        s->rb[i] = s->b[i];
+        s->rb_low[i] = 0.0;
+        if (s->aim == PERP__AIM_LOAD) {
+            const double product = s->s * s->c[i], sum = s->b[i] + product;
+            const double part = sum - s->b[i];
+
+            s->rb[i] = sum;
+            s->rb_low[i] = (s->b[i] - (sum - part)) + (product - part) + fma(s->s, s->c[i], -product);
+        }
+    }
+    perp__statics_load(s, -1.0, s->x, s->rb, s->rb_low);
+}
+
+/* The step that the cones' rc ask for: dx, dy, dz, du; returns ds, and *dtau. */
+static double find_step(perp__statics *s, double rs, double rt, double *dtau)
+{
+    const size_t n = count_numbers(s), bytes = n * sizeof(double);
+    double sum = 0.0, ds = 0.0;
+
+    memcpy(s->p, s->rd, (size_t)s->rows->size * sizeof *s->p);
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        const perp__cone *cone = &s->cones[c];
+
+        if (s->dead[cone->unit])
+            continue;
+        add_dual(cone, cone->rc, s->p + s->rows->unit[cone->unit].row);
+        if (s->aim == PERP__AIM_MARGIN)
+            sum += cone->e * cone->rc[0];
+    }
+    memcpy(s->Kr, s->rb, bytes);
+    memcpy(s->Kr_low, s->rb_low, bytes);
+    perp__statics_push(s, -1.0, s->p, s->Kr, s->Kr_low);
+    perp__statics_solve(s, s->Kr, s->Kr_low);
+    if (s->aim != PERP__AIM_LEAST) {
+        const int32_t limited = s->aim == PERP__AIM_MARGIN;
+
+        for (int32_t u = 0; u < s->rows->units && limited; u++)
+            if (!s->dead[u])
+                sum -= perp__dot(s->k + s->rows->unit[u].row, s->p + s->rows->unit[u].row,
+                                 s->rows->unit[u].rows);
+        ds = -rs - sum + perp__dot(s->g, s->Kr, (int32_t)n) - (limited ? rt / s->t : 0.0);
+        ds /= s->kappa + perp__dot(s->g, s->Kg, (int32_t)n) + (limited ? s->tau / s->t : 0.0);
+    }
+    for (size_t i = 0; i < n; i++) {
+        s->dy[i] = s->Kr[i] - ds * s->Kg[i];
+        s->dy_low[i] = (s->Kr[i] - s->dy[i]) - ds * s->Kg[i] + s->Kr_low[i] - ds * s->Kg_low[i] -
+                       fma(ds, s->Kg[i], -(ds * s->Kg[i]));
+        if (!s->doubled)
+            s->dy_low[i] = 0.0;
+    }
+    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
+    for (int32_t i = 0; i < s->rows->size; i++)
+        s->dx[i] += ds * s->k[i];
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        double row[6];
+
+        if (s->dead[u])
+            continue;
+        if (is_single(s, u)) { /* exactly what the dual lacks */
+            perp__cone *cone = &s->cones[s->unit_cone[u]];
+
+            perp__statics_row(s, u, s->dy, row);
+            take_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN), cone->dz);
+            for (int32_t j = 0; j < 3; j++)
+                cone->du[j] = j < cone->dim ? -(row[j] + s->rd[s->rows->unit[u].row + j]) /
+                                                  coefficient(cone, j)
+                                            : 0.0;
+            continue;
+        }
+        for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
+            perp__cone *cone = &s->cones[c];
+            double v[3];
+
+            take_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN), cone->dz);
+            for (int32_t i = 0; i < 3; i++)
+                v[i] = perp__dot(cone->V + 3 * i, cone->dz, 3);
+            for (int32_t i = 0; i < 3; i++)
+                cone->du[i] = i < cone->dim ? cone->rc[i] - perp__dot(cone->V + 3 * i, v, 3) : 0.0;
+        }
+    }
+    *dtau = s->aim == PERP__AIM_MARGIN ? (rt + s->tau * ds) / s->t : 0.0;
+    return ds;
+}
+
+static double longest_step(const perp__statics *s, double ds, double dtau)
+{
+    double most = INFINITY;
+
+    for (int32_t c = 0; c < s->cone_count; c++)
+        if (!s->dead[s->cones[c].unit]) {
+            most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
+            most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
+        }
+    if (s->aim == PERP__AIM_MARGIN && ds > 0.0)
+        most = fmin(most, s->t / ds);
+    if (s->aim == PERP__AIM_MARGIN && dtau < 0.0)
+        most = fmin(most, -s->tau / dtau);
+    return most;
+}
+
+static void advance(perp__statics *s, double step, double ds, double dtau)
+{
+    const size_t n = count_numbers(s);
+
+    for (int32_t i = 0; i < s->rows->size; i++)
+        s->x[i] += step * s->dx[i];
+    for (size_t i = 0; i < n; i++)
+        s->y[i] += step * s->dy[i];
+    s->s += step * ds;
+    s->tau += step * dtau;
+    s->t = s->limit - s->s;
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        perp__cone *cone = &s->cones[c];
+
+        if (s->dead[cone->unit])
+            continue;
+        for (int32_t j = 0; j < 3; j++)
+            cone->u[j] += step * cone->du[j];
+        take_place(s, cone, s->x,
+                   cone->h - (s->aim == PERP__AIM_MARGIN ? s->s * cone->e : 0.0), cone->z);
+    }
+}
+
+/* u'z of all, and its mean. */
+static double find_gap(const perp__statics *s, double *mean)
+{
+    double gap = s->aim == PERP__AIM_MARGIN ? s->t * s->tau : 0.0;
+    int32_t count = s->aim == PERP__AIM_MARGIN;
+
+    for (int32_t c = 0; c < s->cone_count; c++)
+        if (!s->dead[s->cones[c].unit]) {
+            gap += perp__dot(s->cones[c].u, s->cones[c].z, 3);
+            count++;
+        }
+    *mean = count > 0 ? gap / count : 0.0;
+    return gap;
+}
+
+/* What the dual's measure lacks: e'u + tau = 1, or c'y = 1. */
+static double find_measure(const perp__statics *s)
+{
+    double sum = s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, (int32_t)count_numbers(s))
+                                          : s->tau;
+
+    for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_MARGIN; c++)
+        if (!s->dead[s->cones[c].unit])
+            sum += s->cones[c].e * s->cones[c].u[0];
+    return sum - 1.0;
+}
+
+/* One iteration. Returns how far it went; 0 where numbers end. */
+static double iterate(perp__statics *s, double mean)
+{
+    const size_t n = count_numbers(s);
+    const double rs = s->aim == PERP__AIM_LEAST ? 0.0 : find_measure(s);
+    double ds, dtau, step, sigma, rt;
+
+    perp__statics_condense(s, mean);
+    if (!perp__statics_factor(s))
+        return 0.0;
+    memset(s->g, 0, n * sizeof *s->g);
+    memset(s->Kg, 0, n * sizeof *s->Kg);
+    memset(s->Kg_low, 0, n * sizeof *s->Kg_low);
+    if (s->aim == PERP__AIM_MARGIN)
+        perp__statics_load(s, 1.0, s->k, s->Kg, s->Kg_low);
+    for (size_t i = 0; i < n && s->aim == PERP__AIM_LOAD; i++)
+        s->Kg[i] = -s->c[i];
+    memcpy(s->g, s->Kg, n * sizeof *s->g);
+    if (s->aim != PERP__AIM_LEAST)
+        perp__statics_solve(s, s->Kg, s->Kg_low);
+
+    for (int32_t c = 0; c < s->cone_count; c++)
+        if (!s->dead[s->cones[c].unit])
+            perp__cone_aim(&s->cones[c], 0.0, 0);
+    ds = find_step(s, rs, -s->t * s->tau, &dtau);
+    step = fmin(longest_step(s, ds, dtau), 1.0);
+    if (!(step >= 0.0))
+        return 0.0;
+    sigma = (1.0 - step) * (1.0 - step) * (1.0 - step);
+    for (int32_t c = 0; c < s->cone_count; c++)
+        if (!s->dead[s->cones[c].unit])
+            perp__cone_aim(&s->cones[c], sigma * mean, 1);
+    rt = -s->t * s->tau + ds * dtau + sigma * mean;
+    ds = find_step(s, rs, rt, &dtau);
+    step = fmin(STEP * longest_step(s, ds, dtau), 1.0);
+    if (!(step >= 0.0))
+        return 0.0;
+    advance(s, step, ds, dtau);
+    return step;
+}
+
+/* ---- what is found ---- */
+
+double perp__statics_unbalance(perp__statics *s)
+{
+    const int32_t width = s->rows->width;
+    const size_t n = count_numbers(s);
+    double most = 0.0;
+
+    find_unbalance(s);
+    for (size_t i = 0; i < n; i++)
+        s->terms[i] = fabs(s->b[i]);
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+
+        for (int32_t l = 0; l < unit->links && !s->dead[u]; l++) {
+            const perp__statics_link *link = &s->rows->link[unit->link + l];
+
+            for (int32_t k = 0; k < unit->rows; k++)
+                for (int32_t i = 0; i < width; i++)
+                    s->terms[link->node * width + i] +=
+                        fabs(s->rows->values[link->at + (size_t)(k * width + i)] *
+                             s->x[unit->row + k]);
+        }
+    }
+    for (int32_t node = 0; node < s->rows->nodes; node++) {
+        const double left = perp__largest(s->rb + node * width, width);
+        const double terms = perp__largest(s->terms + node * width, width);
+
+        if (left > 0.0)
+            perp__raise_to(&most, left / terms);
+    }
+    return most;
+}
+
+/* x += S^-1 A' K^-1 rb, by the last factors. */
+static void balance(perp__statics *s)
+{
+    const size_t n = count_numbers(s);
+
+    memcpy(s->dy, s->rb, n * sizeof *s->dy);
+    memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
+    perp__statics_solve(s, s->dy, s->dy_low);
+    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
+    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
+    for (int32_t i = 0; i < s->rows->size; i++)
+        s->x[i] += s->dx[i];
+}
+
+double perp__statics_settle(perp__statics *s, double enough)
+{
+    double left = perp__statics_unbalance(s), last = INFINITY;
+
+    for (int32_t round = 0; round < 4 && left > enough && left < 0.5 * last; round++) {
+        last = left;
+        balance(s);
+        left = perp__statics_unbalance(s);
+    }
+    return left;
+}
+
+/* The least room of x in its cones, in units of each; dead units carry nothing. */
+double perp__statics_room(perp__statics *s)
+{
+    double least = INFINITY;
+
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        perp__cone *cone = &s->cones[c];
+
+        if (s->dead[cone->unit])
+            continue;
+        take_place(s, cone, s->x, cone->h, cone->z);
+        least = fmin(least, perp__cone_room(cone->z) / cone->e);
+    }
+    return least;
+}
+
+/* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds add.
+ * What rows lack of the dual cones counts as rounding where impulses a few times those at hand could
+ * not do that work on it. */
+static int32_t proves(perp__statics *s, const double *y, double *work)
+{
+    const perp__statics_rows *rows = s->rows;
+    double undone = 0.0, sum = 0.0, size = 0.0;
+
+    for (size_t i = 0; i < count_numbers(s); i++) {
+        sum += y[i] * s->b[i];
+        size += fabs(y[i] * s->b[i]);
+    }
+    if (!(sum > 0.0))
+        return 0;
+    for (int32_t u = 0; u < rows->units; u++) {
+        const perp__statics_unit *unit = &rows->unit[u];
+        double v[6] = {0.0}, lack = 0.0, terms = 0.0, carried = s->weight[u];
+
+        if (s->dead[u])
+            continue;
+        perp__statics_row(s, u, y, v);
+        for (int32_t l = 0; l < unit->links; l++) {
+            const perp__statics_link *link = &rows->link[unit->link + l];
+
+            for (int32_t i = 0; i < unit->rows * rows->width; i++)
+                terms += fabs(rows->values[link->at + (size_t)i] *
+                              y[link->node * rows->width + i % rows->width]);
+        }
+        for (int32_t k = 0; k < unit->rows; k++)
+            carried = fmax(carried, fabs(s->x[unit->row + k]));
+        if (unit->kind == PERP__STATICS_INTERVAL) {
+            const double least = v[0] > 0.0 ? -unit->upper * v[0] : -unit->lower * v[0];
+
+            /* u = -A'y: what the interval allows least of r u */
+            if (isinf(least))
+                lack = fabs(v[0]);
+            else if (v[0] != 0.0)
+                sum += least / s->scale;
+        } else if (unit->kind == PERP__STATICS_FREE) {
+            for (int32_t k = 0; k < unit->rows; k++)
+                lack += fabs(v[k]);
+        } else {
+            const double *roll = v + 1 + unit->tangents, *spin = roll + unit->rolls;
+
+            lack = v[0] + unit->mu * hypot(unit->tangents > 0 ? v[1] : 0.0,
+                                           unit->tangents > 1 ? v[2] : 0.0);
+            if (unit->rolls > 0)
+                lack += unit->rolling * hypot(roll[0], unit->rolls > 1 ? roll[1] : 0.0);
+            if (unit->spins)
+                lack += unit->spinning * fabs(spin[0]);
+        }
+        if (!(lack <= ROW_ROUNDING * terms))
+            return 0;
+        undone += fmax(lack, 0.0) * carried;
+    }
+    *work = sum;
+    return sum > WORK_BESIDE * undone + 64.0 * DBL_EPSILON * size;
+}
+
+int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)
+{
+    const int32_t n = (int32_t)count_numbers(s);
+    const double most = perp__largest(y, n);
+    double work;
+
+    if (!(most > 0.0) || !proves(s, y, &work))
+        return 0;
+    for (int32_t i = 0; i < n && answer->v; i++)
+        answer->v[i] = -y[i] / most;
+    answer->work = work / most * s->scale;
+    return 1;
+}
+
+/* ---- the three aims ---- */
+
+perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *answer,
+                                      const perp__statics_aim *aim, int32_t most)
+{
+    const double none = s->doubled ? NO_MARGIN_DOUBLED : NO_MARGIN;
+    int32_t since = 0, slow = 0;
+
+    while (s->iterations < most) {
+        double mean, gap, step;
+
+        /* 1. What is known by now. */
+        find_unbalance(s);
+        find_dual_residual(s);
+        gap = find_gap(s, &mean);
+        if (!(gap < INFINITY))
+            return PERP__STATICS_STUCK;
+        if (s->aim == PERP__AIM_MARGIN && s->s > 0.0) {
+            const int32_t close = gap <= MEASURED * s->s || s->s >= (1.0 - MEASURED) * s->limit;
+
+            if (close || (!aim->measures && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
+                return PERP__STATICS_FOUND;
+            since++;
+        }
+        if (s->aim == PERP__AIM_MARGIN && s->s <= 0.0 &&
+            (!aim->measures || gap <= MEASURED * fabs(s->s)) &&
+            perp__statics_prove(s, answer, s->y))
+            return PERP__STATICS_PROVED;
+        if (s->aim == PERP__AIM_MARGIN && gap <= none)
+            return PERP__STATICS_ENDED;
+        if (s->aim == PERP__AIM_LOAD && gap <= FACTOR_GAP * fmax(fabs(s->s), 1e-3))
+            return PERP__STATICS_FOUND;
+        if (s->aim == PERP__AIM_LEAST && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
+            return PERP__STATICS_FOUND;
+
+        /* 2. On. */
+        step = iterate(s, mean);
+        slow = step < SHORT ? slow + 1 : 0;
+        if (step == 0.0 || slow > 2)
+            return PERP__STATICS_STUCK;
+    }
+    return PERP__STATICS_STUCK;
+}

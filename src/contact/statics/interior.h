@@ -1,0 +1,109 @@
+/* The interior point's own things, shared by the files of this folder alone. */
+#ifndef PERP_CONTACT_STATICS_INTERIOR_H
+#define PERP_CONTACT_STATICS_INTERIOR_H
+
+#include "contact/statics/statics.h"
+
+/* A second-order cone of 1, 2 or 3 coordinates, of one unit: z = B x + h - s e in K, with its dual
+ * u. B takes the unit's normal times `sign` and the tangents from `first` on times `scale`. */
+typedef struct perp__cone {
+    int32_t unit, first, dim;
+    double sign, scale, h, e;
+    double z[3], u[3], dz[3], du[3];
+    double V[9], inverse[9]; /* Nesterov and Todd's scaling: V z = V^-1 u = lambda; G = V V */
+    double lambda[3], rc[3];
+} perp__cone;
+
+/* What is maximised: the margin s; nothing, but least squares are minimised; the load's factor. */
+enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
+
+struct perp__statics {
+    perp_context *context;
+    perp__arena arena, doubled_arena;
+    size_t fitted[5];
+    const perp__statics_rows *rows;
+    perp__fronts fronts;
+    int32_t cone_count, factored; /* factored: factors are those of `touch` */
+    int32_t *unit_cone;           /* units + 1: the cones of each */
+    int32_t *square;              /* units + 1: where F begins */
+    int32_t *edge;                /* for each unit: links by links */
+    int32_t *unit_edge;           /* units + 1 */
+    int32_t *graph_starts, *graph, *mark;
+    int8_t *dead;                 /* units that carry nothing */
+    perp__cone *cones;
+    double *weight;               /* units: impulses of ordinary size */
+    double *reach;                /* nodes by width: the largest entry of A there */
+    double *F;                    /* S^-1 = F F' of each unit */
+    double *k;                    /* size: S^-1 B'G e */
+    double *x, *dx, *p, *rd;      /* size */
+    double *inside;               /* size: strictly inside all cones */
+    double *b, *g, *c, *rb, *y, *dy, *Kr, *Kg, *diagonal, *terms, *tower; /* nodes by width */
+    double *rb_low, *dy_low, *Kr_low, *Kg_low;
+    double scale;                 /* of b */
+    double s, t, tau, kappa, limit;
+    int32_t aim, doubled, iterations;
+    /* doubled.c: L L' = K in doubled precision, row after row from `first` on */
+    size_t envelope;
+    int32_t *first;
+    size_t *starts;
+    double *L, *L_low;
+};
+
+typedef enum perp__statics_end {
+    PERP__STATICS_FOUND,  /* inside all cones, as far as was asked for */
+    PERP__STATICS_PROVED, /* there is nothing: the certificate is written */
+    PERP__STATICS_ENDED,  /* the margin is 0, as far as numbers tell */
+    PERP__STATICS_STUCK   /* numbers end before that */
+} perp__statics_end;
+
+/* interior.c */
+perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *answer,
+                                      const perp__statics_aim *aim, int32_t most);
+/* The largest that a node's rows lack of b = A x, beside its terms; with rb. */
+double perp__statics_unbalance(perp__statics *s);
+/* Balances x by the last factors until that is `enough`, or no better; returns it. */
+double perp__statics_settle(perp__statics *s, double enough);
+/* The least room of x in a cone, in units of each. */
+double perp__statics_room(perp__statics *s);
+/* Whether y proves that nothing stands; then the certificate is written. */
+int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y);
+/* S^-1 of all units, from the cones' z and u. */
+void perp__statics_condense(perp__statics *s, double mean);
+
+/* cones.c */
+void perp__cone_scale(perp__cone *cone);
+double perp__cone_room(const double *z);
+double perp__cone_longest(const double *z, const double *dz);
+/* rc := what complementarity asks for: lambda o lambda -> target, with the second-order part of the
+ * step that z and u were going to make. */
+void perp__cone_aim(perp__cone *cone, double target, int32_t corrects);
+
+/* equations.c */
+perp_status perp__statics_order(perp__statics *s);
+/* Factors K = A S^-1 A', S^-1 = F F'. Returns 0 where that is not possible. */
+int32_t perp__statics_factor(perp__statics *s);
+/* x := K^-1 x; low: NULL, or what x is rounded by. */
+void perp__statics_solve(perp__statics *s, double *x, double *low);
+/* to += factor A S^-1 p, and += factor A p. */
+void perp__statics_push(perp__statics *s, double factor, const double *p, double *to, double *low);
+void perp__statics_load(perp__statics *s, double factor, const double *x, double *to, double *low);
+/* dx := S^-1 (p + A'dy) */
+void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
+                        double *dx);
+/* out := (A'y) of a unit. */
+void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out);
+
+/* doubled.c */
+/* Whether doubled precision costs so little that it may be used where doubles do not do. */
+int32_t perp__statics_may_double(const perp__statics *s);
+perp_status perp__statics_make_doubled(perp__statics *s);
+int32_t perp__statics_factor_doubled(perp__statics *s);
+void perp__statics_solve_doubled(perp__statics *s, double *x, double *low);
+void perp__statics_push_doubled(perp__statics *s, double factor, const double *p, double *to,
+                                double *low);
+void perp__statics_load_doubled(perp__statics *s, double factor, const double *x, double *to,
+                                double *low);
+void perp__statics_pull_doubled(perp__statics *s, const double *p, const double *dy,
+                                const double *dy_low, double *dx);
+
+#endif

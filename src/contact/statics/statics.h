@@ -1,0 +1,82 @@
+/* Equilibrium as a convex problem (perp/statics.h), for the layers above: rows in blocks on a graph
+ * of bodies, unchecked. Find impulses
+ *
+ *   A r = b,   r_i in K_i,        A = H', b = -forces
+ *
+ * Units are contacts, rows with bounds and joints; nodes are bodies, of `width` coordinates each. A
+ * unit has up to 6 rows, and for each node that it pushes a link: its rows there, row after row. */
+#ifndef PERP_CONTACT_STATICS_H
+#define PERP_CONTACT_STATICS_H
+
+#include <perp/statics.h>
+
+#include "base/arena.h"
+#include "linalg/fronts/fronts.h"
+
+enum { PERP__STATICS_CONE, PERP__STATICS_INTERVAL, PERP__STATICS_FREE };
+enum { PERP__STATICS_MOST_ROWS = 6 };
+
+typedef struct perp__statics_unit {
+    int32_t kind;
+    int32_t row, rows;      /* the first of r; a cone's: the normal, then these: */
+    int32_t tangents;       /* 0, 1 or 2 */
+    int32_t rolls;          /* 0, 1 or 2 */
+    int32_t spins;          /* 0 or 1 */
+    int32_t link, links;
+    double mu, rolling, spinning; /* > 0 where there are such rows */
+    double lower, upper;    /* of an interval, lower < upper */
+} perp__statics_unit;
+
+typedef struct perp__statics_link {
+    int32_t node;
+    int32_t reserved;
+    size_t at; /* of `values`: rows by width */
+} perp__statics_link;
+
+typedef struct perp__statics_rows {
+    int32_t width, nodes, units, size, links; /* size: of r */
+    const perp__statics_unit *unit;
+    const perp__statics_link *link;
+    const double *values;
+} perp__statics_rows;
+
+/* How far a decision goes. */
+typedef struct perp__statics_aim {
+    int32_t objective;      /* PERP_STATICS_... */
+    int32_t max_iterations; /* > 0 */
+    int32_t measures;       /* 1: margin to a hundredth, and a certificate that is as good */
+    const double *load;     /* nodes by width, or NULL: for safety */
+} perp__statics_aim;
+
+typedef struct perp__statics_answer {
+    double *r; /* size; written where it stands */
+    double *v; /* nodes by width; written where it falls */
+    int32_t verdict, iterations;
+    double margin, safety, unbalance, work;
+} perp__statics_answer;
+
+typedef struct perp__statics perp__statics;
+
+/* A workspace; NULL where there is no memory. */
+perp__statics *perp__statics_create(perp_context *context);
+void perp__statics_destroy(perp__statics *statics);
+
+/* The rows of a problem: orders and lays out; they stay the caller's, in place until the last call
+ * for them. PERP_OK or _MEMORY. */
+perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);
+
+/* Decides. forces: nodes by width. PERP_OK or _MEMORY. */
+perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *answer,
+                                 const double *forces, const perp__statics_aim *aim);
+
+/* What changes of the forces make of impulses `base` that are strictly inside all cones:
+ *
+ *   r = base - D J (J' D J)^-1 (forces + J' base)
+ *
+ * D: in the metric of base's own place in its cones, so that what has little room moves little.
+ * The factor is kept as long as `keep` is 1. Returns whether r is balanced and in all cones; then
+ * answer->r, margin (the least room left beside base's) and unbalance are written. */
+int32_t perp__statics_touch(perp__statics *statics, perp__statics_answer *answer,
+                            const double *forces, const double *base, int32_t keep);
+
+#endif
