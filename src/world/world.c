@@ -1,4 +1,5 @@
 /* The life of a world, ids, and the public calls that ask it something. */
+#include "world/islands/standing.h"
 #include "world/step.h"
 
 #include <math.h>
@@ -119,6 +120,9 @@ static void release(void *object)
     for (int32_t i = 0; i < world->shape_slots; i++)
         perp__release(context, world->shapes[i].geometry.hull);
     perp__rigid_destroy(world->solver);
+    if (world->standing)
+        perp__standing_release(world->standing);
+    perp__release(world->context, world->standing);
     perp__coloured_release(&world->coloured);
     perp__release(context, world->bodies);
     perp__release(context, world->states);
@@ -188,6 +192,10 @@ static perp_status create(perp_context *context, perp_world **world,
     made->dof = made->settings.planar ? 3 : 6;
     perp__coloured_init(&made->coloured, context);
     status = perp__rigid_create(context, &made->solver);
+    if (status == PERP_OK) {
+        made->standing = perp__allocate_zeros(context, 1, sizeof *made->standing, "the islands");
+        status = made->standing ? PERP_OK : PERP_ERROR_MEMORY;
+    }
     PERP__THEN(status, perp__create_lanes(made));
     PERP__THEN(status, make_ground(made));
     if (status == PERP_OK)

@@ -11,6 +11,7 @@
 #include "base/sort.h"
 #include "contact/coloured/coloured.h"
 #include "contact/contact.h"
+#include "contact/statics/statics.h"
 #include "world/collide/collision.h"
 #include "world/collide/tree.h"
 #include "world/joints/joint.h"
@@ -108,6 +109,7 @@ typedef struct perp__memory {
     uint64_t feature;
     double normal[3];
     double impulse[3];
+    double base[3]; /* of an island that stands: as it was decided, from which forces changed since */
 } perp__memory;
 
 /* A contact point of bodies that are asleep. */
@@ -166,6 +168,7 @@ typedef struct perp__verdict {
     int32_t jointed; /* with its joints */
     int32_t rough;   /* which turn further in an interval than what is linear there knows of */
     int32_t endless; /* contacts that are not finite */
+    int32_t stands;  /* at rest beside what carries it, decided (islands/standing.h) */
     double residual;
 } perp__verdict;
 
@@ -232,6 +235,7 @@ typedef struct perp__response {
     double next[3];       /* for the next step to start from */
     double impulse[3];
     double velocity[3];
+    double base[3]; /* perp__memory */
     int32_t mode;  /* PERP_CONTACT_... */
     int32_t later; /* contact of the pair, of those that came after the first round; -1: none */
 } perp__response;
@@ -289,10 +293,13 @@ typedef struct perp__island_work {
     double *impulse, *velocity, *warm; /* 3 a contact chosen */
     double *gap, *guard;               /* contacts of the island */
     double *strength, *solved, *solved_rows; /* bodies; numbers; 3 a contact: of hold */
-    double *still;                           /* numbers: statics.c */
-    double *weight, *stiffness;              /* contacts; blocks of bodies and couples: statics.c */
-    int32_t *couple, couples;                /* of bodies */
-    double *forces;                          /* 7 a body: lying.c */
+    double *forces;                          /* 7 a body: standing.c */
+    double *still, *stand_forces;            /* numbers: of standing.c, like all these */
+    double *stand_base, *stand_r;            /* 3 a unit */
+    double *stand_values;
+    perp__statics_rows stand_rows;
+    perp__statics_unit *stand_units;
+    perp__statics_link *stand_links;
     int8_t *hit, *near;                      /* contacts of the island; bodies */
     int32_t *part;                           /* contacts of a part of it: near.c */
 } perp__island_work;
@@ -394,6 +401,7 @@ struct perp_world {
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
+    struct perp__standing *standing; /* islands/standing.h */
     struct perp__tasks *tasks; /* lanes.h; NULL: all on the caller's thread */
     struct perp__lane *lanes;
     int32_t lane_count;

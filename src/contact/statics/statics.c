@@ -446,22 +446,25 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
 
 /* ---- other forces ---- */
 
-int32_t perp__statics_touch(perp__statics *s, perp__statics_answer *answer, const double *forces,
+int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
+                            perp__statics_answer *answer, const double *forces,
                             const double *base, int32_t keep)
 {
-    const size_t bytes = (size_t)s->rows->size * sizeof(double);
-
+    s->rows = rows;
     if (!(keep && s->factored)) {
-        s->iterations = 0;
-        set_forces(s, forces, NULL);
-        memcpy(s->x, base, bytes);
+        s->iterations = s->doubled = 0;
+        s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
+        for (int32_t u = 0; u < rows->units; u++)
+            s->weight[u] = 1.0;
+        build_cones(s);
         for (int32_t i = 0; i < s->rows->size; i++)
-            s->x[i] /= s->scale;
+            s->x[i] = base[i] / s->scale;
         for (int32_t u = 0; u < s->rows->units; u++) /* contacts that carry nothing go on so */
             s->dead[u] = (int8_t)(s->rows->unit[u].kind == PERP__STATICS_CONE &&
                                   s->x[s->rows->unit[u].row] == 0.0);
         if (!(perp__statics_room(s) > 0.0))
             return 0;
+        s->t = s->tau = 0.0;
         start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (!perp__statics_factor(s))

@@ -74,9 +74,11 @@ perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *a
  *   r = base - D J (J' D J)^-1 (forces + J' base)
  *
  * D: in the metric of base's own place in its cones, so that what has little room moves little.
- * The factor is kept as long as `keep` is 1. Returns whether r is balanced and in all cones; then
+ * The factor is that of the last touch where `keep` is 1: then rows and base have to be the same,
+ * wherever they are now. Returns whether r is balanced and in all cones; then
  * answer->r, margin (the least room left beside base's) and unbalance are written. */
-int32_t perp__statics_touch(perp__statics *statics, perp__statics_answer *answer,
-                            const double *forces, const double *base, int32_t keep);
+int32_t perp__statics_touch(perp__statics *statics, const perp__statics_rows *rows,
+                            perp__statics_answer *answer, const double *forces,
+                            const double *base, int32_t keep);
 
 #endif

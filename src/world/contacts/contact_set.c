@@ -94,7 +94,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
-    perp__recall(world, pair, contact, response->warm);
+    perp__recall(world, pair, contact, response->warm, response->base);
 }
 
 /* A contact that is new to the set takes no part yet. */

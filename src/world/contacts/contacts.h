@@ -147,9 +147,9 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* memory.c */
 /* Room for so many memories. */
 perp_status perp__reserve_memories(perp_world *world, int32_t count);
-/* warm := what the last step left to the pair's point of that feature, if it did. */
+/* warm, base := what the last step left to the pair's point of that feature, if it did. */
 void perp__recall(const perp_world *world, const perp__pair *pair,
-                  const perp__world_contact *contact, double *warm);
+                  const perp__world_contact *contact, double *warm, double *base);
 /* Gives memories that came with a snapshot back to their pairs. */
 void perp__find_memories(perp_world *world);
 /* Which bodies are, with all that is near them, what they were when the last step began. */

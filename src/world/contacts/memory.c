@@ -22,13 +22,14 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
 
 /* What the last step gave to the point, along its axes now; the same bits where these are. */
 static void take_memory(const perp_world *world, const perp__memory *memory,
-                        const perp__world_contact *contact, double *warm)
+                        const perp__world_contact *contact, double *warm, double *base)
 {
     perp__world_contact then;
     double impulse[3] = {0.0, 0.0, 0.0};
 
     if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
         perp__copy3(warm, memory->impulse);
+        perp__copy3(base, memory->base);
         return;
     }
     perp__copy3(then.axes[0], memory->normal);
@@ -40,16 +41,17 @@ static void take_memory(const perp_world *world, const perp__memory *memory,
 }
 
 void perp__recall(const perp_world *world, const perp__pair *pair,
-                  const perp__world_contact *contact, double *warm)
+                  const perp__world_contact *contact, double *warm, double *base)
 {
     for (int32_t i = pair->first_kept; i >= 0; i = world->kept[i].next)
         if (world->kept[i].memory.feature == contact->feature) {
-            take_memory(world, &world->kept[i].memory, contact, warm);
+            take_memory(world, &world->kept[i].memory, contact, warm, base);
             return;
         }
     for (int32_t i = 0; i < pair->memories; i++)
         if (world->memories[pair->first_memory + i].feature == contact->feature) {
-            take_memory(world, &world->memories[pair->first_memory + i], contact, warm);
+            take_memory(world, &world->memories[pair->first_memory + i], contact, warm,
+                        base);
             return;
         }
 }
@@ -102,6 +104,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
     response->later = -1;
     perp__copy3(response->warm, last->responses[from].next); /* what it left to its memory */
     perp__copy3(response->remembered, response->warm);
+    perp__copy3(response->base, last->responses[from].base);
     set->ties[i] = last->ties[from];
     set->ties[i].included = set->ties[i].fresh = 0;
 }
@@ -170,6 +173,7 @@ void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *m
     memory->feature = contact->feature;
     perp__copy3(memory->normal, contact->axes[0]);
     perp__copy3(memory->impulse, set->responses[i].next);
+    perp__copy3(memory->base, set->responses[i].base);
 }
 
 /* A contact whose pair ended within the step is not to be remembered. */
@@ -194,7 +198,9 @@ static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, 
     for (int32_t k = pair->first_now; k < pair->first_now + pair->made && same; k++) {
         if (k + AHEAD < world->contacts.count)
             perp__fetch(&responses[k + AHEAD], offsetof(perp__response, impulse));
-        same = memcmp(responses[k].next, responses[k].remembered, sizeof responses[k].next) == 0;
+        same = memcmp(responses[k].next, responses[k].remembered, sizeof responses[k].next) == 0 &&
+               memcmp(responses[k].base, world->next_memories[i + k - pair->first_now].base,
+                      sizeof responses[k].base) == 0;
     }
     return same;
 }

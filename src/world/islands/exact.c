@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "world/islands/standing.h"
 
 /* What is solved to tol is so to this, where the caller says nothing; and what the methods are
  * asked for beside it: they come to rounding nearly always, and then so does a brick at its
@@ -31,14 +32,6 @@
  * method; and the residual that joints may be left with where methods come to no better one. */
 #define FEW_JOINTS 8
 #define JOINT_TOL 1e-6
-
-/* The heaviest body over the lightest from which on methods take long; and bodies up to which
- * statics does not. */
-#define HUGE_RATIO 1e6
-#define FEW_BODIES 32
-
-/* Beside its own terms, a velocity that rounding does not tell apart from 0. */
-#define ROUNDING (64.0 * PERP__EPSILON)
 
 /* Passes over what the methods did not solve. */
 #define LEAST_PASSES 8
@@ -121,115 +114,6 @@ static double rough_tol(const perp_world *world, const perp__rigid_answer *answe
     const double tol = perp__swept_tol(world);
 
     return answer->joints <= JOINT_TOL ? tol : fmin(tol, JOINT_TOL);
-}
-
-/* Whether what begins at rest stays so to rounding with the impulses at hand: velocities of 0.0
- * obey the laws of all contacts, and each body's terms cancel. Below the largest ratios of masses
- * the methods come to no velocities as small. */
-static int32_t is_in_equilibrium(perp_world *world, const perp__island *island,
-                                 perp__rigid_answer *answer)
-{
-    perp__island_work *work = &world->work;
-    perp__evidence evidence = {0.0, 0.0, 1.0, 1};
-
-    for (int32_t i = 0; i < work->count; i++) {
-        const perp__rigid_rows *rows = &work->rows[i];
-        const double *r = work->impulse + 3 * i;
-
-        if (!(r[0] >= 0.0 && hypot(r[1], r[2]) <= rows->mu * r[0] &&
-              (r[0] == 0.0 ? rows->bias[0] >= 0.0 : rows->bias[0] == 0.0)))
-            return 0;
-    }
-    if (!perp__rest_island(world, island, ROUNDING, &evidence.own))
-        return 0;
-    for (int32_t i = 0; i < work->count; i++)
-        work->modes[i] = work->impulse[3 * i] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-    answer->tested = evidence.tested = answer->own = evidence.own;
-    answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
-    answer->held = 1;
-    return 1;
-}
-
-/* The same of impulses near those at hand. */
-static int32_t is_near_equilibrium(perp_world *world, const perp__island *island,
-                                   perp__rigid_answer *answer)
-{
-    perp__evidence evidence = {0.0, 0.0, 1.0, 1};
-
-    if (!perp__balance_pile(world, island, &evidence.own))
-        return 0;
-    answer->tested = evidence.tested = answer->own = evidence.own;
-    answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
-    answer->held = 1;
-    return 1;
-}
-
-/* Whether what may stick slips: small beside the normal forces as its velocity may be, where there
- * is next to no friction, it is not of rounding. */
-static int32_t slips(const perp_world *world)
-{
-    int32_t some = 0;
-
-    for (int32_t i = 0; i < world->work.count; i++)
-        some |= world->work.rows[i].mu > 0.0 && world->work.modes[i] == PERP_CONTACT_SLIP;
-    return some;
-}
-
-/* The answer of the impulses work.warm, as they are. */
-static perp_status judge_warm(perp_world *world, perp__rigid_answer *answer,
-                              perp__rigid_problem *problem)
-{
-    const int32_t limit = problem->max_iterations;
-    perp_status status;
-
-    problem->max_iterations = -1;
-    status = perp__rigid_solve(world->solver, answer, problem);
-    problem->max_iterations = limit;
-    problem->again = 1;
-    return status;
-}
-
-/* Impulses that come near to holding what begins at rest are brought to rounding; `anew`: or none
- * at all, where any that do will do. */
-static perp_status find_equilibrium(perp_world *world, const perp__island *island, int32_t anew,
-                                    perp__rigid_answer *answer, perp__rigid_problem *problem,
-                                    int32_t *balanced)
-{
-    perp__island_work *work = &world->work;
-    const size_t bytes = 3 * (size_t)work->units * sizeof *work->warm;
-
-    if (island->bodies > FEW_BODIES)
-        return PERP_OK;
-    memcpy(work->warm, work->impulse, bytes);
-    for (int32_t i = 0; i < work->count; i++)
-        work->modes[i] = (anew ? work->rows[i].bias[0] == 0.0 : work->impulse[3 * i] > 0.0)
-                             ? PERP_CONTACT_STICK
-                             : PERP_CONTACT_SEPARATE;
-    if (anew)
-        memset(work->impulse, 0, bytes);
-    perp__balance_island(world, island);
-    *balanced = is_in_equilibrium(world, island, answer);
-    return *balanced ? PERP_OK : judge_warm(world, answer, problem); /* back to where that was */
-}
-
-/* What begins at rest and is held by the impulses of the last step is so by these very ones. */
-static perp_status keep_equilibrium(perp_world *world, const perp__island *island,
-                                    perp__rigid_answer *answer, perp__rigid_problem *problem,
-                                    int32_t *balanced)
-{
-    perp_status status = judge_warm(world, answer, problem);
-
-    *balanced = 0;
-    if (status == PERP_OK && perp__is_good(answer->outcome))
-        status = perp__hold_island(world, island, answer, problem, problem->tol);
-    *balanced = status == PERP_OK && answer->held;
-    for (int32_t i = 0; i < world->dof * island->bodies && *balanced; i++)
-        *balanced = world->work.v[i] == 0.0;
-    if (status == PERP_OK && !*balanced)
-        *balanced = is_in_equilibrium(world, island, answer);
-    if (status == PERP_OK && !*balanced && perp__mass_ratio(world, island) >= HUGE_RATIO)
-        status = find_equilibrium(world, island, 1, answer, problem, balanced);
-    return status;
 }
 
 /* Joints couple their bodies too tightly for sweeps: they are taken out, or, where they can't be,
@@ -323,22 +207,12 @@ static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
 }
 
 /* By all that there is, as far as the budget goes. */
-static perp_status solve(perp_world *world, const perp__island *island, int32_t bounces,
-                         perp__rigid_answer *answer, perp__rigid_problem *problem)
+static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem)
 {
-    const int32_t at_rest = island->joints == 0 && perp__begins_at_rest(world, island);
     double tol = perp__exact_tol(world);
-    int32_t balanced = 0;
-    perp_status status = PERP_OK;
+    perp_status status = solve_quickly(world, island, answer, problem, &tol);
 
-    if (at_rest && !bounces)
-        status = keep_equilibrium(world, island, answer, problem, &balanced);
-    if (status == PERP_OK && !balanced)
-        status = solve_quickly(world, island, answer, problem, &tol);
-    if (status == PERP_OK && !balanced && !perp__is_good(answer->outcome) && at_rest)
-        status = find_equilibrium(world, island, 0, answer, problem, &balanced);
-    if (status != PERP_OK || balanced)
-        return status;
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
         say_outcome(answer, tol = rough_tol(world, answer));
@@ -347,15 +221,24 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
         status = sweep_on(world, answer, problem);
-    if (status == PERP_OK && perp__is_good(answer->outcome) && at_rest && !bounces && !slips(world))
-        balanced =
-            is_in_equilibrium(world, island, answer) || is_near_equilibrium(world, island, answer);
-    if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)
+    if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
-    if (status == PERP_OK && perp__is_good(answer->outcome) && !balanced)
+    if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__rest_joints(world, island, answer, problem);
     world->work.set_up = status == PERP_OK;
     return status;
+}
+
+/* What begins with the motion of what carries it, and is not hit: whether it keeps that. */
+static perp_status stand(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    perp__carrying carrying;
+
+    verdict->stands = 0;
+    if (!perp__find_carrying(world, island, &carrying) ||
+        !perp__begins_standing(world, island, &carrying))
+        return PERP_OK;
+    return perp__stand(world, island, &carrying, verdict, &verdict->stands);
 }
 
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
@@ -366,10 +249,17 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__rigid_answer answer;
     perp_status status = PERP_OK;
 
+    verdict->stands = 0;
+    if (!bounces)
+        status = stand(world, island, verdict);
+    if (status != PERP_OK || verdict->stands) {
+        memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+        return status;
+    }
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
-        status = solve(world, island, bounces, &answer, &problem);
+        status = solve(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

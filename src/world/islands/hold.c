@@ -108,24 +108,6 @@ int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island
     return rests;
 }
 
-int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol, double *change)
-{
-    perp__island_work *work = &world->work;
-    const size_t size = (size_t)(world->dof * island->bodies) * sizeof(double);
-
-    find_strengths(world, island, work->strength);
-    memcpy(work->solved, work->v, size);
-    memset(work->v, 0, size);
-    *change = largest_change(world, island, work->solved, work->strength);
-    if (!(*change <= tol)) {
-        memcpy(work->v, work->solved, size);
-        return 0;
-    }
-    for (int32_t i = 0; i < work->count; i++)
-        perp__copy3(work->velocity + 3 * i, work->rows[i].bias);
-    return 1;
-}
-
 /* Velocities in what the rows that hold leave free, where they are an answer as well. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,

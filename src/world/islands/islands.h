@@ -138,18 +138,6 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               double tol);
 /* Whether all of an island is at rest, and nothing that moves as it is told is next to it. */
 int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island);
-/* Writes the velocities of what rests as 0.0, where the impulses at hand leave it so to tol, beside
- * each body's own terms; returns whether. *change: what is left, beside these. */
-int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol,
-                          double *change);
-
-/* statics.c: the impulses of what sticks become the nearest ones that hold the island at rest,
- * where there are any; work.v, what they leave of it. */
-void perp__balance_island(perp_world *world, const perp__island *island);
-/* Whether impulses near those of a pile hold it at rest, to rounding and within their cones: then
- * these are its answer, and *left what they leave of a body's terms. */
-int32_t perp__balance_pile(perp_world *world, const perp__island *island, double *left);
-
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);
@@ -162,10 +150,6 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
  * the island lies on something. */
 double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies);
 int32_t perp__lies_on_something(const perp_world *world, const perp__island *island);
-
-/* lying.c: whether the island begins at rest, and the impulses of the last step leave it so, to
- * rounding beside the terms of each body; then that is its motion. */
-int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
 
 /* near.c: sweeps near the contacts that came to an island whose motion is known. */
 perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);

@@ -32,6 +32,7 @@ static perp_status create_lane(perp_world *world, perp__lane *lane)
     perp__tasks_context(world->tasks, &lane->context);
     lane->share.context = lane->world.context = &lane->context;
     perp__coloured_init(&lane->world.coloured, &lane->context);
+    lane->world.standing = &lane->standing;
     return perp__rigid_create(&lane->context, &lane->world.solver);
 }
 
@@ -64,6 +65,7 @@ void perp__release_lanes(perp_world *world)
         perp__lane *lane = &world->lanes[k];
 
         perp__rigid_destroy(lane->world.solver);
+        perp__standing_release(&lane->standing);
         perp__coloured_release(&lane->world.coloured);
         perp__arena_release(&lane->world.island_arena);
         perp__release(&lane->context, lane->share.points);
@@ -90,6 +92,7 @@ static void enter(perp__lane *lane, const perp_world *world)
     const perp__coloured coloured = lane->world.coloured;
     const perp__arena arena = lane->world.island_arena;
     perp__rigid_solver *solver = lane->world.solver;
+    perp__standing *standing = lane->world.standing;
 
     lane->world = *world;
     lane->world.context = &lane->context;
@@ -97,6 +100,7 @@ static void enter(perp__lane *lane, const perp_world *world)
     lane->world.coloured = coloured;
     lane->world.island_arena = arena;
     lane->world.solver = solver;
+    lane->world.standing = standing;
     lane->status = PERP_OK;
     lane->last = -1;
     lane->open = 0;

@@ -3,6 +3,7 @@
 #define PERP_WORLD_LANES_H
 
 #include "base/tasks.h"
+#include "world/islands/standing.h"
 #include "world/step.h"
 
 /* A range of pairs or bodies, and what comes of it. */
@@ -23,6 +24,7 @@ typedef struct perp__share {
 typedef struct perp__lane {
     perp_context context;
     perp_world world;
+    perp__standing standing;
     perp__share share;
     perp_status status;
     int32_t last; /* the island that ended its work, a failure or a ray; -1: none */

@@ -26,10 +26,11 @@ static void lay_out(perp__arena *arena, void *object)
                   &work->solved_rows);
     PERP__DOUBLES(arena, contacts, &work->gap, &work->guard);
     work->strength = perp__arena_take(arena, bodies, sizeof(double));
-    work->weight = perp__arena_take(arena, contacts, sizeof(double));
-    work->stiffness = perp__arena_take(
-        arena, (bodies + 2 * contacts) * (size_t)(world->dof * world->dof), sizeof(double));
-    work->couple = perp__arena_take(arena, 2 * contacts, sizeof *work->couple);
+    work->stand_forces = perp__arena_take(arena, numbers, sizeof(double));
+    PERP__DOUBLES(arena, 3 * contacts, &work->stand_base, &work->stand_r);
+    work->stand_values = perp__arena_take(arena, 6 * contacts * (size_t)world->dof, sizeof(double));
+    work->stand_units = perp__arena_take(arena, contacts, sizeof *work->stand_units);
+    work->stand_links = perp__arena_take(arena, 2 * contacts, sizeof *work->stand_links);
     work->forces = perp__arena_take(arena, 7 * bodies, sizeof(double));
     work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));

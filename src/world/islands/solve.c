@@ -14,6 +14,7 @@
 #include "linalg/spatial.h"
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
+#include "world/islands/standing.h"
 
 /* The share of an island's contacts that is little; that which is not worth another sweep of all;
  * unless bodies come so deep into others, beside their size; and how often an island is swept as a
@@ -156,6 +157,8 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         return PERP_OK;
     for (int32_t k = 0; k < island->contacts && !finishes; k++)
         perp__step_tie(world, island, k)->fresh = 0;
+    for (int32_t k = 0; k < island->contacts && !verdict.stands; k++)
+        memset(perp__step_response(world, island, k)->base, 0, 3 * sizeof(double));
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts && (ends || verdict.sweeps == 0); k++)
         verdict.endless += !perp__is_finite_contact(

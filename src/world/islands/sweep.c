@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "step/impact.h"
+#include "world/islands/standing.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
@@ -28,24 +29,13 @@
  * swept: the velocities of what holds are then solved for. */
 #define STILL 0.02
 
-/* Speeds of a pile that counts as one at rest, beside what forces make in a step; and the sweeps
- * that it then gets. */
+/* Beside what forces make of it in a step: a speed with which something comes from rest; and one
+ * that sweeps leave of what comes to rest. */
 #define FROM_REST 0.5
-#define SETTLING_SWEEPS 4
+#define SETTLING 0.1
 
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
-
-/* Contacts up to which one is solved exactly instead: what stands by friction all over, as a house
- * of cards does, sweeps do not find to stand, and what is left lets it fall. */
-#define SETTLED_EXACTLY 64
-
-/* Beside the level's tol, the residual with which what rests is left as it is: by then it would
- * have moved if it could. */
-#define AT_REST 1e-2
-
-/* And up to which impulses may be near others that hold what rests. */
-#define NEARLY 1e-2
 
 typedef struct level {
     int32_t passes;
@@ -259,39 +249,6 @@ int32_t perp__comes_from_rest(const perp_world *world, const perp__island *islan
     return 1;
 }
 
-/* A pile at rest that the passes did not settle: the contact layer's sweeps start from a guess for
- * just that, layer by layer. */
-static perp_status sweep_anew(perp_world *world, perp__rigid_answer *answer,
-                              perp__rigid_problem *problem)
-{
-    perp_status status;
-
-    problem->max_iterations = SETTLING_SWEEPS;
-    problem->method = PERP_CONTACT_METHOD_SWEEP;
-    status = perp__rigid_solve(world->solver, answer, problem);
-    problem->again = status == PERP_OK;
-    if (status == PERP_OK)
-        perp__spend(world, answer->iterations);
-    return status;
-}
-
-/* That, taken where it is nearer. */
-static perp_status settle(perp_world *world, perp__rigid_answer *answer,
-                          perp__rigid_problem *problem, perp__verdict *verdict)
-{
-    perp_status status = look(world, answer, problem, INFINITY, verdict);
-    const double own = answer->own;
-
-    if (status == PERP_OK)
-        status = sweep_anew(world, answer, problem);
-    if (status != PERP_OK)
-        return status;
-    if (!(answer->own < own))
-        return look(world, answer, problem, INFINITY, verdict);
-    take_verdict(answer, verdict);
-    return PERP_OK;
-}
-
 /* Velocities in what holds leaves free, where all of it does. */
 static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                         const perp__rigid_problem *problem)
@@ -325,67 +282,43 @@ static int32_t has_deep(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* The impulses of the last step, as they are. */
-static perp_status remember(perp_world *world, const perp__island *island,
-                            perp__rigid_answer *answer, perp__rigid_problem *problem,
-                            perp__verdict *verdict)
+/* Whether all of it stands with the motion of what carries it; then work has the answer. */
+static perp_status stand(perp_world *world, const perp__island *island, double h,
+                         const perp__carrying *carrying, perp__verdict *verdict)
 {
-    for (int32_t i = 0; i < world->work.count; i++)
-        perp__copy3(world->work.warm + 3 * i, perp__step_response(world, island, i)->remembered);
-    return look(world, answer, problem, fmax(NEARLY, problem->tol), verdict);
-}
-
-/* Impulses that balance near the layers' guess: those of the last step may be none, or where many
- * contacts share a load have no balance near them. */
-static perp_status balance_anew(perp_world *world, const perp__island *island,
-                                perp__rigid_answer *answer, perp__rigid_problem *problem,
-                                perp__verdict *verdict)
-{
-    perp_status status;
-
-    problem->warm = NULL;
-    status = sweep_anew(world, answer, problem);
-    problem->warm = world->work.warm;
-    if (status != PERP_OK)
-        return status;
-    answer->held = perp__balance_pile(world, island, &verdict->residual);
-    return answer->held ? PERP_OK : remember(world, island, answer, problem, verdict);
-}
-
-/* What rests and is nearly held by the impulses of the last step gets such as hold it to rounding,
- * for good (lying.c), or at least velocities of 0.0: then answer->held. Few contacts are solved
- * for: then *settles. */
-static perp_status balance_at_rest(perp_world *world, const perp__island *island,
-                                   perp__rigid_answer *answer, perp__rigid_problem *problem,
-                                   double h, int32_t *settles, perp__verdict *verdict)
-{
-    perp__island_work *work = &world->work;
-    const double tol = AT_REST * perp__swept_tol(world);
-    perp_status status;
-
-    if (!perp__begins_at_rest(world, island) || has_deep(world, island))
+    verdict->stands = 0;
+    if (has_deep(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
-    problem->tol = perp__swept_tol(world);
-    status = remember(world, island, answer, problem, verdict);
-    if (status == PERP_OK && fmax(answer->tested, answer->own) <= NEARLY)
-        answer->held = perp__balance_pile(world, island, &verdict->residual);
-    if (status == PERP_OK && !answer->held)
-        status = balance_anew(world, island, answer, problem, verdict);
-    if (status != PERP_OK || !(answer->held || fmax(answer->tested, answer->own) <= NEARLY))
-        return status;
-    if (answer->held) {
-        verdict->outcome = PERP_OUTCOME_SOLVED;
-    } else if (perp__is_good(answer->outcome) && fmax(answer->tested, answer->own) <= tol) {
-        *settles = has_at_most(world, island, SETTLED_EXACTLY);
-        if (!*settles)
-            status = hold(world, island, answer, problem);
+    return perp__stand(world, island, carrying, verdict, &verdict->stands);
+}
+
+/* Whether the island came to rest, or nearly so: it began slower than forces make in a step, and
+ * sweeps took most of that away. Sliding that goes on, and falling, do neither; so the question is
+ * put about once each time that a pile settles. */
+static int32_t comes_to_rest(const perp_world *world, const perp__island *island,
+                             const perp__carrying *carrying)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = work->members[i];
+        double twist[6], carried[6], before[6], after[6], gain, began, ended;
+
+        perp__carried_twist(world, carrying, body, twist);
+        perp__coordinates_of(world, twist, carried);
+        for (int32_t k = 0; k < n; k++) {
+            before[k] = work->start[n * i + k] - carried[k];
+            after[k] = work->v[n * i + k] - carried[k];
+        }
+        gain = perp__mass_norm(world, body, work->gain + n * i);
+        began = perp__mass_norm(world, body, before);
+        ended = perp__mass_norm(world, body, after);
+        if (!(began <= gain && ended <= SETTLING * gain))
+            return 0;
     }
-    for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
-        answer->held = work->v[i] == 0.0;
-    if (answer->held)
-        memset(work->moving, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
-    return status;
+    return 1;
 }
 
 /* What the island has come to, for its bodies and contacts. */
@@ -416,27 +349,25 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                                perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
+    perp__carrying carrying;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__passes step;
-    int32_t settles = 0;
-    perp_status status;
+    perp_status status = PERP_OK;
 
     pose(world, island, &problem, &answer);
-    status = balance_at_rest(world, island, &answer, &problem, h, &settles, verdict);
+    if (perp__find_carrying(world, island, &carrying) &&
+        perp__begins_standing(world, island, &carrying))
+        status = stand(world, island, h, &carrying, verdict);
     if (status != PERP_OK)
         return status;
-    if (settles) {
-        memset(verdict, 0, sizeof *verdict);
-        return perp__follow_island(world, island, h, verdict);
-    }
-    if (answer.held) {
+    if (verdict->stands) {
         verdict->sweeps = 0;
+        memcpy(work->moving, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
         finish(world, island, verdict);
         return PERP_OK;
     }
     verdict->sweeps++;
-    problem.again = 0;
     for (int32_t i = 0; i < island->contacts; i++)
         perp__copy3(work->warm + 3 * i, perp__step_response(world, island, i)->warm);
     plan(world, island, &step, h);
@@ -505,6 +436,7 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__passes step;
+    perp__carrying carrying;
     perp_status status = PERP_OK;
 
     pose(world, island, &problem, &answer);
@@ -517,17 +449,15 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
         status = bounce(world, island, &answer, &problem, &step);
         perp__spend(world, answer.iterations);
     }
-    PERP__THEN(status, judge(world, island, &answer, &problem, h, verdict));
     if (status == PERP_OK && verdict->impacts == 0 &&
-        !(perp__is_good(verdict->outcome) && is_in_equilibrium(world, island)) &&
-        perp__comes_from_rest(world, island)) {
-        if (has_at_most(world, island, SETTLED_EXACTLY)) {
-            memset(verdict, 0, sizeof *verdict);
-            return perp__follow_island(world, island, h, verdict);
-        }
-        status = settle(world, &answer, &problem, verdict);
+        perp__find_carrying(world, island, &carrying) && comes_to_rest(world, island, &carrying))
+        status = stand(world, island, h, &carrying, verdict);
+    if (status == PERP_OK && verdict->stands) {
         move_along(world, island);
+        finish(world, island, verdict);
+        return PERP_OK;
     }
+    PERP__THEN(status, judge(world, island, &answer, &problem, h, verdict));
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
     if (status == PERP_OK && answer.held)
