@@ -235,8 +235,7 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ve
     perp__carrying carrying;
 
     verdict->stands = 0;
-    if (!perp__find_carrying(world, island, &carrying) ||
-        !perp__begins_standing(world, island, &carrying))
+    if (!perp__begins_standing(world, island, &carrying))
         return PERP_OK;
     return perp__stand(world, island, &carrying, verdict, &verdict->stands);
 }

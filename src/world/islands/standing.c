@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "linalg/spatial.h"
+#include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
 
 /* Of the impulses of the last step: what they may leave of each body's terms, and what rounding
@@ -38,12 +39,12 @@ static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32
         return 1;
     if (!*any) {
         *any = 1;
-        carrying->moves = moves;
+        carrying->motion = moves ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
         carrying->body = body;
         return 1;
     }
-    if (!moves || !carrying->moves)
-        return moves == carrying->moves;
+    if (!moves || carrying->motion == PERP__CARRIED_AT_REST)
+        return !moves && carrying->motion == PERP__CARRIED_AT_REST;
     other = world->motions[carrying->body].start;
     return carrying->body == body || (perp__is_zero3(twist + 3) && perp__is_zero3(other + 3) &&
                                       memcmp(twist, other, 3 * sizeof *twist) == 0);
@@ -54,7 +55,7 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
 {
     int32_t any = 0, one = 1;
 
-    carrying->moves = 0;
+    carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
     for (int32_t i = 0; i < island->contacts && one; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -75,13 +76,13 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
     const double *of;
     double arm[3], turned[3];
 
-    if (!carrying->moves) {
+    if (carrying->motion == PERP__CARRIED_AT_REST) {
         memset(twist, 0, 6 * sizeof *twist);
         return;
     }
-    of = world->motions[carrying->body].start;
+    of = world->motions[carrying->motion == PERP__CARRIED_ON ? body : carrying->body].start;
     memcpy(twist, of, 6 * sizeof *twist);
-    if (perp__is_zero3(of + 3))
+    if (perp__is_zero3(of + 3) || carrying->motion == PERP__CARRIED_ON)
         return;
     perp__subtract3(arm, world->states[body].position, world->states[carrying->body].position);
     perp__cross(turned, of + 3, arm);
@@ -97,25 +98,48 @@ static int32_t stood(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
-                              const perp__carrying *carrying)
+static int32_t begins_with(const perp_world *world, const perp__island *island,
+                           const perp__carrying *carrying)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const double *start = world->motions[body].start;
         double twist[6];
 
-        if (!carrying->moves) {
-            if (!(perp__is_zero3(start) && perp__is_zero3(start + 3)))
-                return 0;
-            continue;
-        }
         perp__carried_twist(world, carrying, body, twist);
         for (int32_t k = 0; k < 6; k++)
             if (start[k] != twist[k])
-                return stood(world, island);
+                return 0;
     }
     return 1;
+}
+
+/* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as rounding
+ * of a sliding velocity is no rest. */
+static int32_t goes_on(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        double u[3];
+
+        perp__relative_velocity(world, contact, PERP__TWIST_START, u);
+        if (u[0] != 0.0 || (contact->friction > 0.0 && (u[1] != 0.0 || u[2] != 0.0)))
+            return 0;
+    }
+    return island->joints == 0;
+}
+
+int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
+                              perp__carrying *carrying)
+{
+    if (perp__find_carrying(world, island, carrying)) {
+        if (begins_with(world, island, carrying))
+            return 1;
+        if (carrying->motion == PERP__CARRIED_ALONG && stood(world, island))
+            return 1;
+    }
+    carrying->motion = PERP__CARRIED_ON;
+    return goes_on(world, island);
 }
 
 /* ---- the impulses of the last step ---- */
@@ -227,7 +251,6 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
     int32_t swept;
 
     if ((world->settings.cone != 0 && !world->settings.planar) ||
-        !perp__find_carrying(world, island, &carrying) ||
         !perp__begins_standing(world, island, &carrying))
         return 0;
     swept = !perp__is_worth_exact(world, island);
@@ -443,10 +466,9 @@ static perp__statics *find_statics(perp_world *world, const uint64_t key[2], int
     if (!standing->statics[oldest])
         standing->statics[oldest] = perp__statics_create(world->context);
     standing->used[oldest] = ++standing->clock;
-    if (!*is_known) {
-        standing->key[oldest][0] = key ? key[0] : 0;
-        standing->key[oldest][1] = key ? key[1] : 0;
-    }
+    if (!*is_known)
+        standing->key[oldest][0] = standing->key[oldest][1] = 0;
+    standing->last = oldest;
     return standing->statics[oldest];
 }
 
@@ -523,9 +545,11 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         if (!statics)
             return PERP_ERROR_MEMORY;
         status = is_known ? PERP_OK : perp__statics_set_up(statics, rows);
-        if (status == PERP_OK)
+        if (status == PERP_OK) {
             perp__statics_touch(statics, rows, &answer, work->stand_forces, work->stand_base,
                                 is_known);
+            memcpy(world->standing->key[world->standing->last], key, sizeof key);
+        }
     }
     if (status == PERP_OK && answer.verdict != PERP_STATICS_STANDS) {
         statics = find_statics(world, NULL, &is_known);

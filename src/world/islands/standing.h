@@ -14,26 +14,35 @@ typedef struct perp__standing {
     perp__statics *statics[PERP__STANDING_KEPT];
     uint64_t key[PERP__STANDING_KEPT][2]; /* 0, 0: none */
     uint64_t used[PERP__STANDING_KEPT], clock;
+    int32_t last; /* the one that was asked for last */
 } perp__standing;
 
 void perp__standing_release(perp__standing *standing);
 
-/* The common motion of all static and kinematic bodies that an island touches or is joined with. */
+/* A motion that an island may keep. */
+enum {
+    PERP__CARRIED_AT_REST, /* beside static bodies, or nothing */
+    PERP__CARRIED_ALONG,   /* as one with `body`, which is kinematic */
+    PERP__CARRIED_ON       /* as it began the step */
+};
+
 typedef struct perp__carrying {
-    int32_t moves; /* 0: they are at rest, or there are none */
-    int32_t body;  /* one of them, which moves */
+    int32_t motion;
+    int32_t body;
 } perp__carrying;
 
-/* Returns 0 where they move differently. */
+/* The common motion of all static and kinematic bodies that an island touches or is joined with.
+ * Returns 0 where they move differently. */
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
                             perp__carrying *carrying);
-/* The twist that a body of the island has if it moves as one with them. */
+/* The twist that a body of the island has if it keeps that motion. */
 void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
                          double *twist);
-/* Whether all bodies of the island begin the step with that motion; or, where what carries them does
- * not keep its velocity, stood in the last step. */
+/* Whether there is a motion that the island may keep: that of what carries it, where all bodies
+ * begin with it, or, where the carrier changes its own, stood in the last step; or the one that it
+ * has, where contacts with friction do not slide and none opens or closes. */
 int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
-                              const perp__carrying *carrying);
+                              perp__carrying *carrying);
 
 /* The same impulses as in the last step: whether they leave an island at rest to rounding beside
  * the terms of each body. Then that is its motion. */

@@ -356,8 +356,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp_status status = PERP_OK;
 
     pose(world, island, &problem, &answer);
-    if (perp__find_carrying(world, island, &carrying) &&
-        perp__begins_standing(world, island, &carrying))
+    if (perp__begins_standing(world, island, &carrying))
         status = stand(world, island, h, &carrying, verdict);
     if (status != PERP_OK)
         return status;
@@ -452,8 +451,8 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     if (status == PERP_OK && verdict->impacts == 0 &&
         perp__find_carrying(world, island, &carrying) && comes_to_rest(world, island, &carrying))
         status = stand(world, island, h, &carrying, verdict);
-    if (status == PERP_OK && verdict->stands) {
-        move_along(world, island);
+    if (status == PERP_OK && verdict->stands) { /* where it is: to lift it would be work */
+        memcpy(work->moving, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
         finish(world, island, verdict);
         return PERP_OK;
     }
