@@ -25,10 +25,6 @@
 /* Passes that take overlap away. */
 #define CLEAR 2
 
-/* Beside the change of velocity that forces make in a step, what counts as no velocity in what is
- * swept: the velocities of what holds are then solved for. */
-#define STILL 0.02
-
 /* Beside what forces make of it in a step: a speed with which something comes from rest; and one
  * that sweeps leave of what comes to rest. */
 #define FROM_REST 0.5
@@ -166,25 +162,6 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
 }
 
-/* Whether all that is said to hold does, but for what sweeps leave. */
-static int32_t is_in_equilibrium(const perp_world *world, const perp__island *island)
-{
-    const perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const double still = STILL * perp__normal_terms(world, i, work->gain, island->bodies);
-        double u[3];
-
-        if (work->modes[i] == PERP_CONTACT_SEPARATE)
-            continue;
-        memcpy(u, work->velocity + 3 * i, sizeof u);
-        if (!(fabs(u[0]) <= still) ||
-            (work->modes[i] == PERP_CONTACT_STICK && !(hypot(u[1], u[2]) <= still)))
-            return 0;
-    }
-    return 1;
-}
-
 static void take_verdict(perp__rigid_answer *answer, perp__verdict *verdict)
 {
     if (!perp__is_good(answer->outcome))
@@ -247,15 +224,6 @@ int32_t perp__comes_from_rest(const perp_world *world, const perp__island *islan
             return 0;
     }
     return 1;
-}
-
-/* Velocities in what holds leaves free, where all of it does. */
-static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                        const perp__rigid_problem *problem)
-{
-    if (!is_in_equilibrium(world, island))
-        return PERP_OK;
-    return perp__hold_island(world, island, answer, problem, STILL);
 }
 
 /* The problem of the island, and what its motion needs. */
@@ -399,33 +367,6 @@ static void recall(perp_world *world, const perp__island *island)
     }
 }
 
-/* Judged again: impulses are less than they were. Velocities that were solved for in what holds
- * are not these impulses', which might give energy anew, and stay as they are. */
-static perp_status judge_anew(perp_world *world, const perp__island *island,
-                              perp__rigid_answer *answer, perp__rigid_problem *problem, double h,
-                              perp__verdict *verdict)
-{
-    perp__island_work *work = &world->work;
-    const size_t size = (size_t)(world->dof * island->bodies) * sizeof(double);
-    const int32_t held = answer->held;
-    perp_status status;
-
-    memcpy(work->solved, work->v, size);
-    status = judge(world, island, answer, problem, h, verdict);
-    if (held)
-        memcpy(work->v, work->solved, size);
-    return status;
-}
-
-/* Positions move with the velocities, and out of overlap by `drift`. */
-static void move_along(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->moving[i] = work->v[i] + work->drift[i];
-}
-
 /* The true residual is told, and where it is not small enough, that it was a budget which ended
  * the sweeps. */
 perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
@@ -457,12 +398,8 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
         return PERP_OK;
     }
     PERP__THEN(status, judge(world, island, &answer, &problem, h, verdict));
-    if (status == PERP_OK && verdict->impacts == 0)
-        status = hold(world, island, &answer, &problem);
-    if (status == PERP_OK && answer.held)
-        move_along(world, island);
     if (status == PERP_OK && work->carriers == 0 && perp__take_energy(world, island, h))
-        status = judge_anew(world, island, &answer, &problem, h, verdict);
+        status = judge(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK)
         finish(world, island, verdict);
     return status;
