@@ -11,6 +11,7 @@ ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
 ContactSolver     the same, kept for many solves
 contact_delassus  the same from the matrix W that couples the contacts
+statics     whether contacts can carry forces: equilibrium, or a motion that proves there is none
 contact_sensitivity  derivatives of velocities and impulses with respect to the data
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
 Mechanism   mechanisms in coordinates of your own, by functions: steps, all accelerations
@@ -55,6 +56,7 @@ from ._monitor import Progress
 from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._sensitivity import Sensitivity, lcp_sensitivity
+from ._statics import StaticsResult, WorldStatics, statics
 from ._verify import Proof, lcp_verify
 from ._version import __version__
 from ._world import World
@@ -101,10 +103,12 @@ __all__ = [
     "Shape",
     "Solution",
     "Solutions",
+    "StaticsResult",
     "Stats",
     "StepResult",
     "Stribeck",
     "World",
+    "WorldStatics",
     "__version__",
     "contact",
     "contact_delassus",
@@ -119,6 +123,7 @@ __all__ = [
     "load_friction_step",
     "ncp",
     "ncp_check_jacobian",
+    "statics",
     "stribeck",
     "version",
     "version_text",

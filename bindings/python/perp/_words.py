@@ -25,6 +25,8 @@ JointKind = Literal[
     "planar",
     "distance",
 ]
+StaticsObjective = Literal["least", "interior"]
+StaticsVerdict = Literal["stands", "falls", "indeterminate"]
 Outcome = Literal[
     "solved",
     "rounding_limit",

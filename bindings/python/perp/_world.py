@@ -23,8 +23,9 @@ from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
 from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._states import States
+from ._statics import WorldStatics, world_statics
 from ._structures import Matrix3, Vector3, Vector4, sized
-from ._words import Accuracy, BodyKind, ContactMethod, JointKind, Outcome
+from ._words import Accuracy, BodyKind, ContactMethod, JointKind, Outcome, StaticsObjective
 
 _KIND_CODES = codes("PERP_BODY_")
 _ACCURACY_CODES = codes("PERP_ACCURACY_")
@@ -464,6 +465,22 @@ class World(Handle):
             contact.restitution,
             MODES[contact.mode],
         )
+
+    def statics(
+        self,
+        load: Optional[dict[Body, Any]] = None,
+        *,
+        objective: StaticsObjective = "least",
+        max_iterations: Optional[int] = None,
+    ) -> WorldStatics:
+        """Decides whether all bodies can rest where they are: whether contacts and joints can carry
+        their weights, forces and torques. Changes nothing.
+
+        load: further forces, {body: force} or {body: (force, torque)}, at the mass centre, in the
+            world; the result's `safety` is the largest factor with which they are carried.
+        objective, max_iterations: as for statics().
+        """
+        return world_statics(self, load, objective, max_iterations)
 
     def energy(self) -> Energy:
         """Returns the kinetic and the potential energy of the dynamic bodies, and their total."""

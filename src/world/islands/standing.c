@@ -314,20 +314,21 @@ static void link_unit(perp_world *world, const perp__island *island, int32_t i, 
     unit->links = *links - unit->link;
 }
 
-/* The unit of rows i. Returns 0 where it makes the bodies move, whatever the forces. */
-static int32_t write_unit(const perp_world *world, int32_t i, perp__statics_unit *unit,
-                          int32_t *from)
+/* The unit of rows i. Returns 0 where it makes the bodies move, whatever the forces. What is open
+ * carries nothing, and neither do points that only a motion would bring about. */
+static int32_t write_unit(const perp_world *world, const perp__island *island, int32_t i,
+                          perp__statics_unit *unit, int32_t *from)
 {
     const perp__island_work *work = &world->work;
     const perp__rigid_rows *rows = &work->rows[i];
 
     *from = 0;
     unit->rows = rows->dim;
-    if (i < work->count) { /* a contact: one that is open carries nothing */
+    if (i < work->count) {
         unit->kind = PERP__STATICS_CONE;
         unit->mu = rows->mu;
         unit->tangents = rows->dim - 1;
-        if (rows->bias[0] > 0.0)
+        if (rows->bias[0] > 0.0 || perp__step_contact(world, island, work->chosen[i])->round > 0)
             unit->rows = unit->tangents = 0;
         return rows->bias[0] >= 0.0;
     }
@@ -366,7 +367,7 @@ static int32_t gather(perp_world *world, const perp__island *island, perp__stati
 
         memset(unit, 0, sizeof *unit);
         unit->row = own->size;
-        if (!write_unit(world, i, unit, &from))
+        if (!write_unit(world, island, i, unit, &from))
             return 0;
         link_unit(world, island, i, from, unit, &links, &at);
         if (unit->links == 0)
