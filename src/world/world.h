@@ -168,6 +168,7 @@ typedef struct perp__verdict {
     int32_t jointed; /* with its joints */
     int32_t rough;   /* which turn further in an interval than what is linear there knows of */
     int32_t endless; /* contacts that are not finite */
+    int32_t asked;   /* rows of which it was asked whether they stand, and do not */
     int32_t stands;  /* at rest beside what carries it, decided (islands/standing.h) */
     double residual;
 } perp__verdict;
@@ -248,6 +249,7 @@ typedef struct perp__tie {
     int8_t fresh;     /* included since its island was solved last */
     int8_t closed;    /* its gap is not told apart from 0, as it came */
     int8_t rubs;      /* has friction */
+    int8_t moved;     /* lies where only a motion of the bodies brings it */
 } perp__tie;
 
 typedef struct perp__contact_set {

@@ -13,6 +13,9 @@
  *
  * The same steps minimise |x|^2 / 2 from an x inside, and maximise a load's factor: its column c
  * takes the place of -g. Free rows, of joints, are proximal: S = rho with a rho that vanishes. */
+#ifdef TRACE
+#include <stdio.h>
+#endif
 #include <math.h>
 #include <string.h>
 
@@ -557,6 +560,12 @@ perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *an
         find_unbalance(s);
         find_dual_residual(s);
         gap = find_gap(s, &mean);
+#ifdef TRACE
+        { double m = 0; for (size_t q = 0; q < count_numbers(s); q++) m = fmax(m, fabs(s->rb[q]));
+          double d = 0; for (int q = 0; q < s->rows->size; q++) d = fmax(d, fabs(s->rd[q]));
+          double yb = perp__dot(s->y, s->b, (int)count_numbers(s));
+          fprintf(stderr, "aim %d it %d s %.3e gap %.3e rb %.2e rd %.2e yb %.2e tau %.2e dd %d n %d\n", s->aim, s->iterations, s->s, gap, m, d, yb, s->tau, s->doubled, s->rows->units); }
+#endif
         if (!(gap < INFINITY))
             return PERP__STATICS_STUCK;
         if (s->aim == PERP__AIM_MARGIN && s->s > 0.0) {

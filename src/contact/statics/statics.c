@@ -9,6 +9,9 @@
  *   4. least impulses, from inside; a load's factor, from inside */
 #include "contact/statics/statics.h"
 
+#ifdef TRACE
+#include <stdio.h>
+#endif
 #include <math.h>
 #include <string.h>
 
@@ -282,6 +285,9 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 
     if (!(left < INFINITY))
         return PERP__STATICS_STUCK;
+#ifdef TRACE
+    fprintf(stderr, "start left %.3e units %d\n", left, s->rows->units);
+#endif
     if (left > OUT_OF_RANGE) {
         memcpy(s->y, s->rb, (size_t)(s->rows->nodes * s->rows->width) * sizeof *s->y);
         return perp__statics_prove(s, answer, s->y) ? PERP__STATICS_PROVED : PERP__STATICS_STUCK;

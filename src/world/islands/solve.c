@@ -82,9 +82,10 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
                                 int32_t fresh, perp__verdict *verdict)
 {
     const int32_t sweeps = verdict->sweeps, patched = verdict->patched;
-    const int32_t known = verdict->jointed && verdict->impacts == 0;
+    const int32_t known = verdict->jointed && verdict->impacts == 0, asked = verdict->asked;
 
     memset(verdict, 0, sizeof *verdict);
+    verdict->asked = asked;
     if (island->joints > 0) {
         perp__begin_joints(world, island, h, known);
         verdict->jointed = 1;
@@ -130,9 +131,12 @@ static int32_t lacks_a_sweep(perp_world *world, const perp__island *island, doub
 static perp_status finish_island(perp_world *world, const perp__island *island, double h,
                                  perp__verdict *verdict)
 {
+    const int32_t asked = verdict->asked;
+
     if (lacks_a_sweep(world, island, h, verdict))
         return sweep_all(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
+    verdict->asked = asked;
     if (perp__is_worth_exact(world, island))
         return perp__follow_island(world, island, h, verdict);
     return perp__finish_swept(world, island, h, verdict);

@@ -328,7 +328,7 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         unit->kind = PERP__STATICS_CONE;
         unit->mu = rows->mu;
         unit->tangents = rows->dim - 1;
-        if (rows->bias[0] > 0.0 || perp__step_contact(world, island, work->chosen[i])->round > 0)
+        if (rows->bias[0] > 0.0 || perp__step_tie(world, island, work->chosen[i])->moved)
             unit->rows = unit->tangents = 0;
         return rows->bias[0] >= 0.0;
     }
@@ -533,8 +533,10 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp_status status = PERP_OK;
 
     *stands = 0;
-    if ((world->settings.cone != 0 && !world->settings.planar) || !gather(world, island, rows))
+    if ((world->settings.cone != 0 && !world->settings.planar) || !gather(world, island, rows) ||
+        rows->size == verdict->asked)
         return PERP_OK;
+    verdict->asked = rows->size;
     find_forces(world, island, carrying);
     answer.r = work->stand_r;
     answer.verdict = PERP_STATICS_INDETERMINATE;

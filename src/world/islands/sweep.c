@@ -324,7 +324,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp_status status = PERP_OK;
 
     pose(world, island, &problem, &answer);
-    if (verdict->sweeps == 0 && perp__begins_standing(world, island, &carrying))
+    if (perp__begins_standing(world, island, &carrying))
         status = stand(world, island, h, &carrying, verdict);
     if (status != PERP_OK)
         return status;

@@ -1,0 +1,625 @@
+"""Equilibrium, against closed forms, certificates checked by hand and other people's solvers."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.optimize import linprog
+
+import perp
+
+NAN, INF = float("nan"), float("inf")
+UP = (0.0, 0.0, 1.0)
+
+
+def point_rows(point, normal, dim=3):
+    """Rows of H of a contact at `point` from a body's centre: normal, then tangents."""
+    n, p = np.array(normal, dtype=float), np.array(point, dtype=float)
+    if dim == 2:
+        axes = [n, np.array([n[1], -n[0]])]
+        return [[*a, p[0] * a[1] - p[1] * a[0]] for a in axes]
+    helper = np.eye(3)[np.argmin(np.abs(n))]
+    first = np.cross(n, helper)
+    first /= np.linalg.norm(first)
+    return [[*a, *np.cross(p, a)] for a in (n, first, np.cross(n, first))]
+
+
+def box_on_slope(share, mu, heading=0.3, mass=1.7, g=9.81, size=(0.6, 0.4, 0.1)):
+    """H of a box on its four corners and its weight where the slope is `share` of what mu holds."""
+    corners = [(i * size[0], j * size[1], -size[2]) for i in (-1, 1) for j in (-1, 1)]
+    H = np.vstack([point_rows(corner, UP) for corner in corners])
+    angle = math.atan(mu * share)
+    down = math.sin(angle) * np.array([math.cos(heading), math.sin(heading)])
+    return H, mass * g * np.array([*down, -math.cos(angle), 0, 0, 0])
+
+
+def check_balance(r, H, forces, mu, dim, G=None, tol=1e-12):
+    """The impulses balance the forces beside the terms of each sum, within all cones."""
+    terms, sizes = forces + H.T @ r.impulse, np.abs(forces) + np.abs(H.T) @ np.abs(r.impulse)
+    if G is not None:
+        terms = terms + G.T @ r.bilateral_impulse
+        sizes = sizes + np.abs(G.T) @ np.abs(r.bilateral_impulse)
+    # 1e-12: far above the roundings of the sums here, far below what a missing force would leave;
+    # a sum of nothing but rounding counts beside the others
+    sizes = np.maximum(sizes, 1e-3 * sizes.max())
+    assert (np.abs(terms) <= tol * sizes).all() and 0 <= r.unbalance <= tol
+    parts = r.impulse.reshape(-1, dim)
+    assert (np.linalg.norm(parts[:, 1:], axis=1) <= np.asarray(mu) * parts[:, 0]).all()
+    assert r.velocity is None
+
+
+def check_certificate(r, H, forces, mu, dim, G=None):
+    """The virtual velocity proves it: within the dual cones, against the joints, and f works."""
+    assert r.verdict == "falls" and not r and r.impulse is None and r.bilateral_impulse is None
+    assert np.abs(r.velocity).max() <= 1
+    u = (H @ r.velocity).reshape(-1, dim)
+    # entries of H and v are of order 1: what is outside by 1e-9 is rounding of the search, and
+    # beside the work of f no force within the cones could gain it back
+    outside = (np.asarray(mu) * np.linalg.norm(u[:, 1:], axis=1) - u[:, 0]).max()
+    assert outside <= 1e-9
+    work = forces @ r.velocity
+    assert work > 0 and r.work == pytest.approx(work, rel=1e-6)
+    if G is not None:
+        assert np.abs(G @ r.velocity).max() <= 1e-9
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.5, 1.3])
+@pytest.mark.parametrize("slack", [1e-1, 1e-3, 1e-6, 1e-9])
+def test_box_on_a_slope_stands_up_to_its_friction(mu, slack):
+    for heading in (0.0, 0.3, 2.0):
+        H, f = box_on_slope(1 - slack, mu, heading)
+        r = perp.statics(H, f, mu)
+        assert r.verdict == "stands" and r
+        check_balance(r, H, f, mu, 3)
+        H, f = box_on_slope(1 + slack, mu, heading)
+        r = perp.statics(H, f, mu)
+        check_certificate(r, H, f, mu, 3)
+        # it slides down: there is no other motion
+        down = np.array([math.cos(heading), math.sin(heading)])
+        assert r.velocity[:2] @ down >= 0.99 * np.linalg.norm(r.velocity[:2]) > 0
+
+
+def table(load=(0.0, 0.0), legs=((1, 0.7), (1, -0.7), (-1, 0.7), (-1, -0.7)), height=0.8):
+    """H of a table on legs, its centre `height` above the floor, and a weight of 100 at `load`."""
+    H = np.vstack([point_rows((x, y, -height), UP) for x, y in legs])
+    return H, np.array([0, 0, -100, -100 * load[1], 100 * load[0], 0]), np.array(legs)
+
+
+def test_four_legs_carry_four_quarters():
+    H, f, _ = table()
+    r = perp.statics(H, f, 0.4)
+    assert r.impulse[::3] == pytest.approx(25, rel=1e-12)
+    assert np.abs(r.impulse.reshape(-1, 3)[:, 1:]).max() <= 1e-11
+    check_balance(r, H, f, 0.4, 3)
+
+
+def test_equally_stiff_legs_carry_a_plane():
+    load, weight = (0.3, -0.2), 100.0
+    H, f, legs = table(load)
+    r = perp.statics(H, f, 0.4)
+    # equal springs under a stiff plate: forces a + b x + c y with the resultant of the load
+    plane = np.column_stack([np.ones(4), legs])
+    found = plane @ np.linalg.solve(plane.T @ plane, weight * np.array([1, *load]))
+    assert found.min() > 0
+    np.testing.assert_allclose(r.impulse[::3], found, rtol=1e-10)
+    # near a corner the leg across would have to pull: it lifts off, and three are determined
+    H, f, legs = table((0.8, 0.5))
+    r = perp.statics(H, f, 0.4)
+    three = np.linalg.solve(np.vstack([np.ones(3), legs[:3].T]), weight * np.array([1, 0.8, 0.5]))
+    assert three.min() > 0
+    np.testing.assert_allclose(r.impulse[::3], [*three, 0], rtol=1e-9, atol=1e-9)
+
+
+def test_table_tips_when_the_load_leaves_its_legs():
+    for place, stands in ((0.999999, True), (1.000001, False)):
+        H, f, _ = table((place, 0.0))
+        assert perp.statics(H, f, 0.4).stands == stands
+    # a load that tips it: the moment about the edge is zero
+    H, f, _ = table((0.4, 0.0))
+    load = np.array([0, 0, -1, 0, 1.5, 0])  # 1 N, half a metre outside of the legs
+    r = perp.statics(H, f, 0.4, load=load)
+    assert r.safety == pytest.approx(100 * (1 - 0.4) / 0.5, rel=1e-7)
+
+
+@pytest.mark.parametrize("height, mu, most", [(1.5, 0.5, 100 * 0.7 / 1.5), (0.4, 0.5, 50.0)])
+def test_box_pushed_sideways_tips_or_slides(height, mu, most):
+    """By W b / h where that is less than mu W; b is half its width."""
+    corners = [(-0.7, -0.8), (0.7, -0.8)]
+    H = np.vstack([point_rows(corner, (0, 1), 2) for corner in corners])
+    f, load = np.array([0.0, -100.0, 0.0]), np.array([1.0, 0.0, -(height - 0.8)])
+    r = perp.statics(H, f, mu, dim=2, load=load)
+    assert r.stands and r.safety == pytest.approx(most, rel=1e-7)
+    for share in (1 - 1e-6, 1 + 1e-6):
+        r = perp.statics(H, f + share * most * load, mu, dim=2)
+        assert r.stands == (share < 1)
+        if not r:
+            check_certificate(r, H, f + share * most * load, mu, 2)
+            tips = abs(r.velocity[2]) > 0.1 * np.abs(r.velocity).max()
+            assert tips == (height == 1.5)
+
+
+def ladder(angle, ground, wall, length=4.0):
+    """H and coefficients of a ladder, its middle the origin."""
+    x, y = length / 2 * math.cos(angle), length / 2 * math.sin(angle)
+    H = np.vstack([point_rows((-x, -y), (0, 1), 2), point_rows((x, y), (-1, 0), 2)])
+    return H, np.array([ground, wall])
+
+
+@pytest.mark.parametrize("wall", [0.0, 0.3])
+@pytest.mark.parametrize("slack", [1e-3, 1e-6, 1e-9])
+def test_ladder_leans_on_a_wall(wall, slack):
+    """tan(angle) = (1 - mu_ground mu_wall) / (2 mu_ground) is the least."""
+    ground, f = 0.35, np.array([0, -120.0, 0])
+    for share, stands in ((1 + slack, True), (1 - slack, False)):
+        H, mu = ladder(math.atan(share * (1 - ground * wall) / (2 * ground)), ground, wall)
+        r = perp.statics(H, f, mu, dim=2)
+        assert r.stands == stands
+        if stands:
+            check_balance(r, H, f, mu, 2)
+        else:
+            check_certificate(r, H, f, mu, 2)
+
+
+def test_who_climbs_a_ladder():
+    """Smooth wall: the foot's friction m/2 + M s over tan(angle) is at most mu (m + M)."""
+    angle, mu, weight, place, length = math.radians(62), 0.3, 120.0, 0.9, 4.0
+    H, coefficients = ladder(angle, mu, 0.0, length)
+    f, arm = np.array([0, -weight, 0]), (place - 0.5) * length * math.cos(angle)
+    load = np.array([0, -1.0, -arm])
+    slope = mu * math.tan(angle)
+    r = perp.statics(H, f, coefficients, dim=2, load=load)
+    assert r.safety == pytest.approx(weight * (slope - 0.5) / (place - slope), rel=1e-7)
+
+
+def test_two_fingers_hold_a_box():
+    """A box, and two fingers that slide towards it and push with N: 2 mu N carries it."""
+    mu, push, weight = 0.4, 30.0, 9.81
+    H = np.zeros((6, 8))
+    H[:3, :6], H[3:, :6] = point_rows((-1, 0, 0), (1, 0, 0)), point_rows((1, 0, 0), (-1, 0, 0))
+    H[0, 6], H[3, 7] = -1, 1
+    f, load = np.zeros(8), np.zeros(8)
+    f[6:], load[2] = (push, -push), -weight
+    r = perp.statics(H, f, mu, load=load)
+    assert r.stands and r.safety == pytest.approx(2 * mu * push / weight, rel=1e-7)
+    assert r.impulse[::3] == pytest.approx(push, rel=1e-12)
+    assert not perp.statics(H, f, mu, load=3 * load)
+    # fingers that do not yield carry any weight: they can press as hard as they like
+    r = perp.statics(H[:, :6], f[:6], mu, load=load[:6])
+    assert r.stands and r.safety == INF
+
+
+def test_no_factor_carries_a_load_that_does_not_matter():
+    H, f, _ = table()
+    r = perp.statics(H, f, 0.4)
+    assert math.isnan(r.safety)
+    assert perp.statics(H, f, 0.4, load=[0, 0, -1.0, 0, 0, 0]).safety == INF
+    assert perp.statics(H, f, 0.4, load=[0, 0, 1.0, 0, 0, 0]).safety == pytest.approx(100, rel=1e-7)
+
+
+def test_margin_of_one_contact():
+    """r = (1, x) at mu: r_n - s = |r_t| / mu."""
+    for x in (0.1, 0.3, 0.6):
+        r = perp.statics(np.eye(3), [-1.0, x, 0], 0.5)
+        assert r.margin == pytest.approx(1 - x / 0.5, abs=0.01)
+        assert r.stands == (x < 0.5)
+
+
+def test_interior_is_strictly_inside():
+    H, f = box_on_slope(0.8, 0.5)
+    least, interior = (perp.statics(H, f, 0.5, objective=o) for o in ("least", "interior"))
+    assert least and interior
+    check_balance(interior, H, f, 0.5, 3)
+    parts = interior.impulse.reshape(-1, 3)
+    assert (np.linalg.norm(parts[:, 1:], axis=1) < 0.5 * parts[:, 0]).all()
+    assert (least.impulse**2).sum() <= (interior.impulse**2).sum() * (1 + 1e-12)
+
+
+def test_rows_with_bounds_are_motors_and_limits():
+    # a block on ice, held by a motor of at most 5 N and a stop
+    H = np.array([[0.0, 1.0], [1.0, 0.0]])
+    f, load = np.array([0.0, -10.0]), np.array([1.0, 0.0])
+    r = perp.statics(H, f, 0.0, dim=1, load=load, bounds=([-5.0], [5.0]))
+    assert r.stands and r.safety == pytest.approx(5, rel=1e-7)
+    assert r.impulse == pytest.approx([10, -1], rel=1e-12)
+    r = perp.statics(H, f, 0.0, dim=1, load=-6 * load, bounds=([-5.0], [5.0]))
+    assert not r and r.velocity[0] < 0
+    # the force's work, less what the motor takes at most
+    assert r.work == pytest.approx((6 - 5) * abs(r.velocity[0]) - 10 * r.velocity[1], rel=1e-6)
+    for way, stands in ((1, False), (-1, True)):  # a stop pushes along x only
+        r = perp.statics(H, f, 0.0, dim=1, load=way * load, bounds=([0.0], INF))
+        assert r.stands == stands
+    # a row that needs impulses to be what they are not
+    assert not perp.statics(H, f, 0.0, dim=1, bounds=([2.0], [3.0]))
+
+
+def test_joints_pull_both_ways():
+    # a body that hangs by two of its points, and nothing else
+    G = np.array([[1.0, 0, 0], [0, 1, -1], [0, 1, 1]])
+    f = np.array([3.0, -10.0, 4.0])
+    r = perp.statics(np.zeros((0, 3)), f, 0.5, dim=2, bilateral=G)
+    assert r.stands and len(r.impulse) == 0
+    np.testing.assert_allclose(r.bilateral_impulse, np.linalg.solve(G.T, -f), rtol=1e-12)
+    # on one of them it swings
+    r = perp.statics(np.zeros((0, 3)), f, 0.5, dim=2, bilateral=G[:2])
+    assert not r and np.abs(G[:2] @ r.velocity).max() <= 1e-12 and f @ r.velocity > 0
+    # and with the floor under its right end the joint takes the rest
+    H = np.array(point_rows((1, 0), (0, 1), 2))
+    r = perp.statics(H, [0, -10.0, 0], 0.5, dim=2, bilateral=G[:2])
+    assert r.stands
+    check_balance(r, H, np.array([0, -10.0, 0]), 0.5, 2, G[:2])
+
+
+@pytest.mark.parametrize("slack", [1e-3, 1e-6])
+def test_rolling_and_spinning_friction(slack):
+    """A ball stays on a slope up to tan(angle) = rolling / radius, and against a moment about the
+    normal up to spinning N."""
+    radius, mu, coefficient = 0.2, 0.6, 0.03
+    rows = [*point_rows((0, 0, -radius), UP), [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0]]
+    for share, stands in ((1 - slack, True), (1 + slack, False)):
+        angle = math.atan(share * coefficient / radius)
+        f = [math.sin(angle), 0, -math.cos(angle), 0, 0, 0]
+        r = perp.statics(np.array(rows), f, mu, rolling=coefficient, bilateral=np.eye(6)[5:])
+        assert r.stands == stands
+        f = np.array([0, 0, -5.0, 0, 0, share * 5 * coefficient])
+        H = np.array([*rows, [0, 0, 0, 0, 0, 1]])
+        r = perp.statics(H, f, mu, rolling=coefficient, spinning=coefficient)
+        assert r.stands == stands
+
+
+def test_what_nothing_presses_carries_nothing():
+    """On ice, flush with a wall: no force along the floor could press the box against it."""
+    rows = [point_rows((x, -0.5), (0, 1), 2)[0] for x in (-1, 1)]
+    rows += [*point_rows((1, -0.5), (-1, 0), 2), *point_rows((1, 0.5), (-1, 0), 2)]
+    dims, mu = [1, 1, 2, 2], [0.0, 0.0, 0.5, 0.5]
+    r = perp.statics(np.array(rows), [0, -7.0, 0], mu, dim=dims)
+    assert r.verdict == "stands" and r.margin == 0
+    assert r.impulse[:2] == pytest.approx(3.5, rel=1e-12)
+    assert (r.impulse[2:] == 0.0).all()
+
+
+@pytest.mark.parametrize("share", [0.9, 1 + 1e-6, 1.01, 2.0, 10.0])
+def test_a_wedged_part_hides_nothing(share):
+    """Between two fixed walls forces may be as large as they like; a box on a slope falls."""
+    H = np.zeros((8, 6))
+    H[:4, :3] = [*point_rows((-1, 0), (1, 0), 2), *point_rows((1, 0), (-1, 0), 2)]
+    H[4:, 3:] = [*point_rows((-1, -0.2), (0, 1), 2), *point_rows((1, -0.2), (0, 1), 2)]
+    f = np.array([0, -1.0, 0, 0.5 * share, -1.0, 0])
+    r = perp.statics(H, f, 0.5, dim=2)
+    assert r.verdict == ("stands" if share < 1 else "falls")
+    if not r:
+        check_certificate(r, H, f, 0.5, 2)
+        assert r.margin < 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_forces_that_no_row_can_answer(seed):
+    """Fewer rows than velocities, and a force that is no sum of them."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(4, 10))
+    H, G = rng.standard_normal((2, n)), rng.standard_normal((int(rng.integers(1, n - 2)), n))
+    f = rng.standard_normal(n)
+    r = perp.statics(H, f, 0.5, dim=2, bilateral=G)
+    check_certificate(r, H, f, 0.5, 2, G)
+
+
+def test_no_forces_need_no_impulses():
+    H, f, _ = table()
+    r = perp.statics(H, 0 * f, 0.4)
+    assert r.stands and (r.impulse == 0.0).all() and r.unbalance == 0.0
+    free = perp.statics(np.zeros((0, 3)), [1.0, -2.0, 0.0], 0.4, dim=2)
+    assert not free and free.velocity @ [1.0, -2.0, 0.0] > 0
+
+
+def test_units_do_not_matter():
+    H, f = box_on_slope(0.9, 0.5)
+    base = perp.statics(H, f, 0.5)
+    for scale in (2.0**-200, 2.0**-20, 2.0**300):
+        r = perp.statics(H, scale * f, 0.5)
+        assert r.verdict == base.verdict and r.margin == pytest.approx(base.margin, rel=1e-12)
+        np.testing.assert_allclose(r.impulse, scale * base.impulse, rtol=1e-12)
+
+
+def test_dense_and_sparse_agree():
+    H, f = box_on_slope(0.9, 0.5)
+    answers = [perp.statics(X, f, 0.5) for X in (H, np.asfortranarray(H), sp.csr_matrix(H))]
+    answers.append(perp.statics(H.tolist(), f.tolist(), [0.5] * 4, dim=[3] * 4))
+    for r in answers:
+        assert np.array_equal(r.impulse, answers[0].impulse)
+
+
+def test_answers_are_shown():
+    H, f = box_on_slope(0.9, 0.5)
+    r = perp.statics(H, f, 0.5, load=f)
+    assert repr(r) == f"<perp.StaticsResult: stands, margin {r.margin:.3g}, safety inf>"
+    assert "verdict: stands" in str(r) and r.iterations >= 1 and r.seconds >= 0
+    one = perp.statics(H, f, 0.5, max_iterations=1)
+    assert one.verdict in ("stands", "falls", "indeterminate")
+
+
+# ---- against other people's solvers --------------------------------------------------------------
+
+
+def random_problem(rng, dim, bodies=3):
+    """Bodies and contacts at random, forces that lean on them more or less."""
+    contacts = int(rng.integers(2 * bodies, 4 * bodies))
+    n = bodies * (3 if dim == 2 else 6)
+    H = rng.standard_normal((contacts * dim, n))
+    mu = rng.uniform(0.1, 1.2, contacts)
+    r = rng.standard_normal((contacts, dim))
+    r[:, 0] = np.linalg.norm(r[:, 1:], axis=1) / mu + rng.uniform(-1.2, 1.0)
+    return H, -H.T @ r.ravel(), mu, rng.standard_normal(n)
+
+
+def unit(H, f):
+    """What margins are told in: the largest force, each over the largest entry of its column."""
+    return (np.abs(f) / np.abs(H).max(axis=0)).max()
+
+
+def planar_rows(mu):
+    """A r <= -s for the cones of planar contacts, r_n - s >= |r_t| / mu."""
+    blocks = [sp.csc_matrix([[-1, 1 / m], [-1, -1 / m]]) for m in mu]
+    return sp.block_diag(blocks).tocsc()
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_planar_problems_against_linear_programs(seed):
+    H, f, mu, load = random_problem(np.random.default_rng(seed), 2)
+    rows, n = H.shape
+    size = unit(H, f)
+    cones = planar_rows(mu)
+    found = linprog(
+        [*np.zeros(rows), -1], A_ub=sp.hstack([cones, np.ones((len(mu) * 2, 1))]),
+        b_ub=np.zeros(2 * len(mu)), A_eq=np.column_stack([H.T, np.zeros(n)]), b_eq=-f / size,
+        bounds=[(None, None)] * rows + [(None, 1)], method="highs",
+    )  # fmt: skip
+    r = perp.statics(H, f, mu, dim=2)
+    if found.status == 2:  # no impulses at all, cones aside
+        margin = -1.0
+    else:
+        assert found.status == 0
+        margin = found.x[-1]
+        # to a hundredth, says perp/statics.h
+        assert r.margin == pytest.approx(margin, abs=1e-6 + 0.01 * abs(margin))
+    assert abs(margin) > 1e-6 and r.stands == (margin > 0)
+    if r:
+        check_balance(r, H, f, mu, 2)
+    else:
+        check_certificate(r, H, f, mu, 2)
+
+    found = linprog(
+        [*np.zeros(rows), -1], A_ub=sp.hstack([cones, np.zeros((len(mu) * 2, 1))]),
+        b_ub=np.zeros(2 * len(mu)), A_eq=np.column_stack([H.T, load / size]), b_eq=-f / size,
+        bounds=[(None, None)] * (rows + 1), method="highs",
+    )  # fmt: skip
+    safety = perp.statics(H, f, mu, dim=2, load=load).safety
+    if found.status == 0:
+        assert safety == pytest.approx(found.x[-1], rel=1e-6, abs=1e-7)
+    else:
+        assert math.isnan(safety) if found.status == 2 else safety == INF
+
+
+def bodies_that_touch(rng):
+    """Planar bodies, contacts between them and the ground, some without friction; forces near what
+    these can carry."""
+    bodies = int(rng.integers(1, 6))
+    rows, mu = [], np.where(rng.random(5 * bodies) < 0.2, 0.0, rng.uniform(0.1, 1.2, 5 * bodies))
+    for contact in range(len(mu)):
+        b, a = contact % bodies, int(rng.integers(-1, bodies))
+        angle, row = rng.uniform(0, 2 * np.pi), np.zeros((2, 3 * bodies))
+        normal = np.cos(angle), np.sin(angle)
+        row[:, 3 * b : 3 * b + 3] = point_rows(rng.uniform(-1, 1, 2), normal, 2)
+        if a not in (-1, b):
+            row[:, 3 * a : 3 * a + 3] -= point_rows(rng.uniform(-1, 1, 2), normal, 2)
+        rows.append(row)
+    H, r = np.vstack(rows), rng.standard_normal((len(mu), 2))
+    r[:, 1] *= mu > 0
+    r[:, 0] = np.where(mu > 0, np.abs(r[:, 1]) / np.maximum(mu, 0.1), 0) + rng.uniform(-0.3, 1.5)
+    return H, -H.T @ r.ravel(), mu, H.T @ rng.standard_normal(len(H))
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_bodies_that_touch_against_linear_programs(seed):
+    H, f, mu, load = bodies_that_touch(np.random.default_rng(seed))
+    rows, size = len(H), np.abs(f).max()
+    cones = [[[-1.0, 1 / m], [-1.0, -1 / m]] if m > 0 else [[-1.0, 0.0]] for m in mu]
+    A = sp.block_diag([*map(sp.csc_matrix, cones), [[0.0]]]).tocsr()[:-1]
+    free = [(None, None) if j % 2 == 0 or mu[j // 2] > 0 else (0, 0) for j in range(rows)]
+    found = linprog(
+        [*np.zeros(rows), -1], A_ub=A, b_ub=np.zeros(A.shape[0]),
+        A_eq=np.column_stack([H.T, load / size]), b_eq=-f / size, bounds=[*free, (None, None)],
+        method="highs",
+    )  # fmt: skip
+    if found.status != 0:  # 3: any factor; 2: none
+        assert found.status in (2, 3, 4)
+        safety = perp.statics(H, f, mu, dim=2, load=load).safety
+        assert safety == INF if found.status == 3 else not math.isfinite(safety)
+        return
+    most = found.x[-1]
+    # HiGHS's own tolerance is 1e-7
+    for share, stands in ((-1e-5, True), (1e-5, False)):
+        forces = f + (most + share * max(1.0, abs(most))) * load
+        r = perp.statics(H, forces, mu, dim=2)
+        if stands:
+            # the least factor may be as near as the largest
+            assert r.verdict in ("stands", "falls")
+        else:
+            check_certificate(r, H, forces, mu, 2)
+    if perp.statics(H, f, mu, dim=2):
+        assert most >= -1e-7
+        safety = perp.statics(H, f, mu, dim=2, load=load).safety
+        assert safety == pytest.approx(most, rel=1e-6, abs=1e-6)
+
+
+def clarabel_margin(H, f, mu):
+    """The largest s with r_n - s >= |r_t| / mu in all contacts, and the least impulses."""
+    clarabel = pytest.importorskip("clarabel")
+    (rows, n), contacts = H.shape, len(mu)
+    shares = np.repeat(mu, 3)
+    shares[1::3] = shares[2::3] = 1.0
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    answers = []
+    for least in (False, True):
+        lift = np.zeros((rows, 1))
+        lift[::3, 0] = mu
+        A = sp.vstack([
+            sp.hstack([sp.csc_matrix(H.T), np.zeros((n, 1))]), sp.hstack([-sp.diags(shares), lift]),
+            sp.csc_matrix(([1.0], ([0], [rows])), shape=(1, rows + 1)),
+        ]).tocsc()  # fmt: skip
+        P = sp.diags([*np.full(rows, float(least)), 0.0]).tocsc()
+        end = clarabel.ZeroConeT(1) if least else clarabel.NonnegativeConeT(1)
+        cones = [clarabel.ZeroConeT(n), *[clarabel.SecondOrderConeT(3)] * contacts, end]
+        b = np.array([*(-f / unit(H, f)), *np.zeros(rows), 0.0 if least else 1.0])
+        cost = np.array([*np.zeros(rows), 0.0 if least else -1.0])
+        answer = clarabel.DefaultSolver(P, cost, A, b, cones, settings).solve()
+        answers.append(np.array(answer.x))
+    return answers[0][-1], answers[1][:-1] * unit(H, f)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_problems_in_space_against_clarabel(seed):
+    H, f, mu, _ = random_problem(np.random.default_rng(100 + seed), 3, bodies=2)
+    margin, least = clarabel_margin(H, f, mu)
+    r = perp.statics(H, f, mu)
+    assert abs(margin) > 1e-6 and r.stands == (margin > 0)
+    assert r.margin == pytest.approx(margin, abs=1e-6 + 0.01 * abs(margin))
+    if r:
+        check_balance(r, H, f, mu, 3)
+        # Clarabel's tol is 1e-8 of the objective: half the digits of the impulses
+        assert np.abs(r.impulse - least).max() <= 1e-4 * np.abs(least).max()
+    else:
+        check_certificate(r, H, f, mu, 3)
+
+
+# ---- refusals ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ({"H": np.ones(6)}, ["H", "(6,)"]),
+        ({"H": np.ones((12, 5))}, ["f", "(6,)", "(5,)"]),
+        ({"H": np.ones((11, 6))}, ["11 rows"]),
+        ({"f": np.ones(5)}, ["f", "(5,)", "(6,)"]),
+        ({"load": np.ones(5)}, ["load", "(5,)", "(6,)"]),
+        ({"bilateral": np.ones((1, 5))}, ["G", "5", "6"]),
+        ({"mu": [0.5, 0.5]}, ["H", "12", "6"]),
+        ({"mu": None}, ["mu"]),
+        ({"mu": [0.5, -0.5, 0.5, 0.5]}, ["mu[1]"]),
+        ({"mu": NAN}, ["mu[0]", "nan"]),
+        ({"f": [0, 0, NAN, 0, 0, 0]}, ["f[2]", "nan"]),
+        ({"load": [0, INF, 0, 0, 0, 0]}, ["load[1]", "inf"]),
+        ({"H": np.where(np.arange(72).reshape(12, 6) == 8, NAN, 1.0)}, ["H", "nan"]),
+        ({"bilateral": np.full((1, 6), INF)}, ["G", "inf"]),
+        ({"dim": 4}, ["dim"]),
+        ({"dim": [3, 3, 3]}, ["H", "12", "9"]),
+        ({"rolling": -0.1}, ["rolling"]),
+        ({"objective": "most"}, ["objective", "'most'", "'least'"]),
+        ({"max_iterations": 0}, ["max_iterations"]),
+        ({"bounds": ([1.0] * 3, [0.0] * 3), "mu": [0.5] * 3}, ["lower[0]", "upper[0]"]),
+        ({"bounds": ([NAN] * 3, [0.0] * 3), "mu": [0.5] * 3}, ["lower[0]", "nan"]),
+        ({"bounds": (np.zeros(13), INF)}, ["bounds[0]", "(13,)"]),
+    ],
+)
+def test_refusals(arguments, words):
+    H, f, _ = table()
+    with pytest.raises(perp.Error) as caught:
+        perp.statics(**{"H": H, "f": f, "mu": 0.5 if "mu" not in arguments else None, **arguments})
+    assert isinstance(caught.value, ValueError)
+    for word in words:
+        assert word in str(caught.value)
+
+
+# ---- worlds --------------------------------------------------------------------------------------
+
+
+def slope_world(share, mu=0.5):
+    """A box on a slope of `share` of what friction holds; gravity is what leans."""
+    angle = math.atan(mu * share)
+    world = perp.World(gravity=(9.81 * math.sin(angle), 0, -9.81 * math.cos(angle)), friction=mu)
+    world.ground.add_plane(UP)
+    box = world.add_body(mass=2, position=(0, 0, 0.1))
+    box.add_box((0.3, 0.2, 0.1))
+    return world, box
+
+
+def test_world_stands_or_falls():
+    world, box = slope_world(1 - 1e-6)
+    before = world.snapshot()
+    r = world.statics()
+    assert r.verdict == "stands" and r and r.velocities is None
+    assert len(r.contacts) == 4 and {c.body_b for c in r.contacts} | {
+        c.body_a for c in r.contacts
+    } == {box, world.ground}
+    total = np.zeros(3)
+    for c in r.contacts:
+        sign = 1 if c.body_b == box else -1
+        total += sign * c.impulse @ np.vstack([c.normal, c.tangents])
+        assert np.hypot(*c.impulse[1:]) <= 0.5 * c.impulse[0]
+    np.testing.assert_allclose(total, -2 * world.gravity, rtol=1e-12, atol=1e-12)
+    assert world.snapshot() == before
+
+    world, box = slope_world(1 + 1e-6)
+    r = world.statics()
+    assert r.verdict == "falls" and not r and r.work > 0
+    v, w = r.velocities[box]
+    assert v[0] > 0.99 * np.abs(v).max() and v.shape == w.shape == (3,)
+
+
+def test_world_carries_a_load():
+    world, box = slope_world(0.0)
+    weight = 2 * 9.81
+    r = world.statics({box: (1.0, 0.0, 0.0)})
+    assert r.stands and r.safety == pytest.approx(0.5 * weight, rel=1e-7)
+    # tipped by a moment about y: W b
+    r = world.statics({box: ((0, 0, 0), (0, 1.0, 0))})
+    assert r.safety == pytest.approx(0.3 * weight, rel=1e-7)
+    r = world.statics({box: (20.0, 0.0, 0.0)})
+    assert r.verdict == "falls" and r.safety == pytest.approx(0.5 * weight / 20, rel=1e-7)
+    box.force = (20.0, 0.0, 0.0)
+    assert world.statics().verdict == "falls"
+
+
+def test_planar_world():
+    world = perp.World(planar=True, friction=0.5)
+    world.ground.add_box((5, 0.5), offset=(-5, -0.5))
+    brick = world.add_body(mass=1, position=(-0.1, 0.125))
+    brick.add_box((0.5, 0.125))
+    r = world.statics({brick: ((0.0, 0.0), -0.5)})  # turns it over the table's edge
+    assert r.stands and r.safety == pytest.approx(9.81 * 0.1 / 0.5, rel=1e-7)
+    assert r.contacts and all(c.impulse.shape == (2,) for c in r.contacts)
+    assert world.statics({brick: ((0.0, 0.0), -0.5)}, objective="interior")
+    assert not world.statics({brick: ((0.0, 0.0), -1.0)})
+    brick.position = (0.1, 0.125)
+    r = world.statics()
+    v, w = r.velocities[brick]
+    assert r.verdict == "falls" and v.shape == (2,) and isinstance(w, float) and w < 0
+
+
+def test_world_with_joints_and_without_anything():
+    world = perp.World()
+    assert world.statics().verdict == "stands" and world.statics().contacts == []
+    body = world.add_body(mass=1, inertia=1, position=(1, 0, 0))
+    r = world.statics()
+    v, _ = r.velocities[body]
+    assert r.verdict == "falls" and v[2] < 0
+    world.add_joint("fixed", world.ground, body)
+    assert world.statics().verdict == "stands"
+
+
+def test_loads_of_a_world_are_checked():
+    world, box = slope_world(0.5)
+    other, stranger = slope_world(0.5)
+    for load, words in (
+        ({stranger: (1, 0, 0)}, "this world"),
+        ({"box": (1, 0, 0)}, "this world"),
+        ({box: (1, 0)}, "load"),
+        ({box: ((1, 0, 0), 1.0)}, "load"),
+        ({box: (NAN, 0, 0)}, "nan"),
+    ):
+        with pytest.raises(perp.Error, match=words):
+            world.statics(load)
+    with pytest.raises(perp.Error, match="objective"):
+        world.statics(objective="most")
+    other.close()
