@@ -217,9 +217,10 @@ int32_t perp__statics_factor(perp__statics *s)
                         (size_t)perp__fronts_edge(&s->fronts, node, node) * square;
 
         for (int32_t i = 0; i < width; i++) {
-            double *entry = &block[i * width + i];
+            double *entry = &block[i * width + i], size = *entry;
 
-            *entry = *entry > 0.0 ? *entry * (1.0 + SHIFT) : 1.0;
+            *entry = size > 0.0 ? size * (1.0 + SHIFT) : 1.0;
+            s->shift[node * width + i] = *entry - size;
         }
     }
     return perp__fronts_factor(&s->fronts, 0, rows->nodes);

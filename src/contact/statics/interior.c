@@ -11,6 +11,12 @@
  *   K dy = rb - A S^-1 p - ds g,   p = B'rc + rd,   g = A k,   k = S^-1 B'G e,   K = A S^-1 A'
  *   dx = S^-1 (p + A'dy) + ds k
  *
+ * The sum of all normals, in units of their weights, is limited by a number that matters to no one
+ * but wedged parts: their impulses may grow without end, and their virtual velocities are 0, so that
+ * nothing inside the dual's cones is at the end of the way. h of the sum comes as one column more:
+ *
+ *   t_R = R - h'x,  tau_R its dual,   j = S^-1 h,  q = A j
+ *
  * The same steps minimise |x|^2 / 2 from an x inside, and maximise a load's factor: its column c
  * takes the place of -g. Free rows, of joints, are proximal: S = rho with a rho that vanishes. */
 #ifdef TRACE
@@ -21,6 +27,7 @@
 
 #include "base/outcome.h"
 #include "contact/statics/interior.h"
+#include "linalg/doubled.h"
 #include "linalg/matrix.h"
 
 /* The way to the boundary that a step goes, and what remains beside the first product u z. */
@@ -54,6 +61,11 @@
 
 /* ---- cones of units ---- */
 
+/* What a step changes beside vectors. */
+typedef struct perp__statics_step {
+    double s, tau, tau_R, t_R;
+} perp__statics_step;
+
 static void take_place(const perp__statics *s, perp__cone *cone, const double *x, double shift,
                        double *z)
 {
@@ -83,28 +95,72 @@ static int32_t is_single(const perp__statics *s, int32_t u)
     return s->aim != PERP__AIM_LEAST && s->unit_cone[u + 1] == s->unit_cone[u] + 1;
 }
 
-/* F with F F' = S^-1, by S = L L': F = L^-T. */
-static void factor_unit(perp__statics *s, int32_t u, double *S)
+/* Householder's reflections of M, `rows` by n + 1: R in its place, and what they make of the last
+ * column. The square of what is left below that is returned. */
+static double reflect(double M[][7], int32_t rows, int32_t n)
 {
-    const int32_t n = s->rows->unit[u].rows;
-    double *F = s->F + s->square[u];
+    double left = 0.0;
 
-    for (int32_t j = 0; j < n; j++)
-        for (int32_t i = j; i < n; i++) {
-            double sum = S[i * n + j];
+    for (int32_t j = 0; j < n; j++) {
+        double norm = 0.0, pivot;
 
-            for (int32_t k = 0; k < j; k++)
-                sum -= S[i * n + k] * S[j * n + k];
-            S[i * n + j] = i == j ? sqrt(sum) : sum / S[j * n + j];
+        for (int32_t i = j; i < rows; i++)
+            norm = hypot(norm, M[i][j]);
+        pivot = M[j][j] + copysign(norm, M[j][j]);
+        for (int32_t c = j + 1; c <= n && norm > 0.0; c++) {
+            double sum = pivot * M[j][c];
+
+            for (int32_t i = j + 1; i < rows; i++)
+                sum += M[i][j] * M[i][c];
+            sum /= norm * fabs(pivot);
+            M[j][c] -= sum * pivot;
+            for (int32_t i = j + 1; i < rows; i++)
+                M[i][c] -= sum * M[i][j];
         }
-    for (int32_t j = 0; j < n; j++) /* column j of F': L F' = I */
-        for (int32_t i = 0; i < n; i++) {
+        M[j][j] = -copysign(norm, M[j][j]);
+    }
+    for (int32_t i = n; i < rows; i++)
+        left += M[i][n] * M[i][n];
+    return left;
+}
+
+/* F and k of a unit of several cones, or with least squares: S = M'M with a row of M for each of V
+ * B, so that R of M = Q R is worth twice the digits of S; k is the least-squares solution for V e,
+ * and what that leaves adds to kappa. */
+static void condense_stack(perp__statics *s, int32_t u)
+{
+    const perp__statics_unit *unit = &s->rows->unit[u];
+    const int32_t n = unit->rows;
+    double M[15][7] = {{0.0}}, *F = s->F + s->square[u], *k = s->k + unit->row;
+    int32_t count = 0;
+
+    for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
+        const perp__cone *cone = &s->cones[c];
+
+        for (int32_t i = 0; i < cone->dim; i++, count++) {
+            for (int32_t j = 0; j < cone->dim; j++)
+                M[count][j == 0 ? 0 : cone->first + j - 1] =
+                    cone->V[3 * i + j] * coefficient(cone, j);
+            M[count][n] = s->aim == PERP__AIM_MARGIN ? cone->V[3 * i] * cone->e : 0.0;
+        }
+    }
+    for (int32_t i = 0; i < n && s->aim == PERP__AIM_LEAST; i++)
+        M[count++][i] = 1.0;
+    s->kappa += reflect(M, count, n);
+    for (int32_t j = 0; j < n; j++) /* F = R^-1, and R k = the last column */
+        for (int32_t i = n - 1; i >= 0; i--) {
             double sum = i == j;
 
-            for (int32_t k = j; k < i; k++)
-                sum -= S[i * n + k] * F[j * n + k];
-            F[j * n + i] = i < j ? 0.0 : sum / S[i * n + i];
+            for (int32_t m = i + 1; m < n; m++)
+                sum -= M[i][m] * F[m * n + j];
+            F[i * n + j] = i > j ? 0.0 : sum / M[i][i];
         }
+    for (int32_t i = n - 1; i >= 0; i--) {
+        k[i] = M[i][n];
+        for (int32_t m = i + 1; m < n; m++)
+            k[i] -= M[i][m] * k[m];
+        k[i] /= M[i][i];
+    }
 }
 
 /* F, k and what they add to kappa, of the scaled cones of a unit. */
@@ -112,56 +168,23 @@ static void condense_unit(perp__statics *s, int32_t u, double rho)
 {
     const perp__statics_unit *unit = &s->rows->unit[u];
     const int32_t n = unit->rows;
-    double *F = s->F + s->square[u], *k = s->k + unit->row, S[36] = {0.0}, eS[6] = {0.0}, q[6];
-    double eGe = 0.0;
+    double *F = s->F + s->square[u], *k = s->k + unit->row;
 
     memset(F, 0, (size_t)(n * n) * sizeof *F);
     memset(k, 0, (size_t)n * sizeof *k);
     if (unit->kind == PERP__STATICS_FREE) {
         for (int32_t i = 0; i < n; i++)
             F[i * n + i] = 1.0 / sqrt(rho + (s->aim == PERP__AIM_LEAST));
-        return;
-    }
-    if (is_single(s, u)) {
+    } else if (is_single(s, u)) {
         const perp__cone *cone = &s->cones[s->unit_cone[u]];
 
         for (int32_t i = 0; i < n; i++)
             for (int32_t j = 0; j < n; j++)
                 F[i * n + j] = cone->inverse[3 * i + j] / coefficient(cone, i);
         k[0] = s->aim == PERP__AIM_MARGIN ? cone->e / cone->sign : 0.0;
-        return;
+    } else if (n > 0) {
+        condense_stack(s, u);
     }
-    for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
-        const perp__cone *cone = &s->cones[c];
-        const double *V = cone->V;
-
-        for (int32_t i = 0; i < cone->dim; i++) {
-            const int32_t row = i == 0 ? 0 : cone->first + i - 1;
-
-            for (int32_t j = 0; j < cone->dim; j++) {
-                const int32_t column = j == 0 ? 0 : cone->first + j - 1;
-                const double G = V[3 * i] * V[j] + V[3 * i + 1] * V[3 + j] + V[3 * i + 2] * V[6 + j];
-
-                S[row * n + column] += coefficient(cone, i) * G * coefficient(cone, j);
-                if (j == 0 && s->aim == PERP__AIM_MARGIN)
-                    eS[row] += coefficient(cone, i) * G * cone->e;
-                if (i == 0 && j == 0 && s->aim == PERP__AIM_MARGIN)
-                    eGe += cone->e * G * cone->e;
-            }
-        }
-    }
-    for (int32_t i = 0; i < n && s->aim == PERP__AIM_LEAST; i++)
-        S[i * n + i] += 1.0;
-    factor_unit(s, u, S);
-    for (int32_t j = 0; j < n; j++) {
-        q[j] = 0.0;
-        for (int32_t i = 0; i < n; i++)
-            q[j] += F[i * n + j] * eS[i];
-    }
-    for (int32_t i = 0; i < n; i++)
-        for (int32_t j = 0; j < n; j++)
-            k[i] += F[i * n + j] * q[j];
-    s->kappa += eGe - perp__dot(eS, k, n);
 }
 
 void perp__statics_condense(perp__statics *s, double mean)
@@ -177,12 +200,30 @@ void perp__statics_condense(perp__statics *s, double mean)
 
 /* ---- a step ---- */
 
+/* Whether the unit's normal is one of those whose sum is limited: h of a unit is 1 / weight there. */
+static int32_t is_limited(const perp__statics *s, int32_t u)
+{
+    return s->aim != PERP__AIM_LEAST && s->rows->unit[u].kind == PERP__STATICS_CONE &&
+           s->rows->unit[u].rows > 0 && !s->dead[u];
+}
+
+/* h'x of all. */
+static double sum_normals(const perp__statics *s, const double *x)
+{
+    double sum = 0.0;
+
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_limited(s, u))
+            sum += x[s->rows->unit[u].row] / s->weight[u];
+    return sum;
+}
+
 static size_t count_numbers(const perp__statics *s)
 {
     return (size_t)s->rows->nodes * (size_t)s->rows->width;
 }
 
-/* p := B'u + A'y - q x, what the dual lacks. */
+/* rd := B'u + A'y - q x - tau_R h, what the dual lacks. */
 static void find_dual_residual(perp__statics *s)
 {
     const double q = s->aim == PERP__AIM_LEAST ? 1.0 : 0.0;
@@ -194,6 +235,8 @@ static void find_dual_residual(perp__statics *s)
         perp__statics_row(s, u, s->y, p);
         for (int32_t k = 0; k < unit->rows; k++)
             p[k] -= q * s->x[unit->row + k];
+        if (is_limited(s, u))
+            p[0] -= s->tau_R / s->weight[u];
         for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++)
             add_dual(&s->cones[c], s->cones[c].u, p);
     }
@@ -218,12 +261,15 @@ static void find_unbalance(perp__statics *s)
     perp__statics_load(s, -1.0, s->x, s->rb, s->rb_low);
 }
 
-/* The step that the cones' rc ask for: dx, dy, dz, du; returns ds, and *dtau. */
-static double find_step(perp__statics *s, double rs, double rt, double *dtau)
+/* The step that the cones' rc ask for: dx, dy, dz, du, and those of s, tau and tau_R. */
+static void find_step(perp__statics *s, double rs, const double rt[2], perp__statics_step *d)
 {
     const size_t n = count_numbers(s), bytes = n * sizeof(double);
-    double sum = 0.0, ds = 0.0;
+    const int32_t limited = s->aim == PERP__AIM_MARGIN, bounded = s->aim != PERP__AIM_LEAST;
+    const double rho = bounded ? s->tau_R / s->t_R : 0.0;
+    double sum = 0.0, kp = 0.0, jp = 0.0, hk = 0.0, hj = 0.0, theta = 0.0, ds = 0.0;
 
+    /* 1. p, less what the limit of the sum makes of it; K^-1 of the right side. */
     memcpy(s->p, s->rd, (size_t)s->rows->size * sizeof *s->p);
     for (int32_t c = 0; c < s->cone_count; c++) {
         const perp__cone *cone = &s->cones[c];
@@ -231,33 +277,63 @@ static double find_step(perp__statics *s, double rs, double rt, double *dtau)
         if (s->dead[cone->unit])
             continue;
         add_dual(cone, cone->rc, s->p + s->rows->unit[cone->unit].row);
-        if (s->aim == PERP__AIM_MARGIN)
+        if (limited)
             sum += cone->e * cone->rc[0];
     }
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_limited(s, u))
+            s->p[s->rows->unit[u].row] -= rt[1] / s->t_R / s->weight[u];
     memcpy(s->Kr, s->rb, bytes);
     memcpy(s->Kr_low, s->rb_low, bytes);
     perp__statics_push(s, -1.0, s->p, s->Kr, s->Kr_low);
     perp__statics_solve(s, s->Kr, s->Kr_low);
-    if (s->aim != PERP__AIM_LEAST) {
-        const int32_t limited = s->aim == PERP__AIM_MARGIN;
 
-        for (int32_t u = 0; u < s->rows->units && limited; u++)
-            if (!s->dead[u])
-                sum -= perp__dot(s->k + s->rows->unit[u].row, s->p + s->rows->unit[u].row,
-                                 s->rows->unit[u].rows);
-        ds = -rs - sum + perp__dot(s->g, s->Kr, (int32_t)n) - (limited ? rt / s->t : 0.0);
-        ds /= s->kappa + perp__dot(s->g, s->Kg, (int32_t)n) + (limited ? s->tau / s->t : 0.0);
+    /* 2. ds and theta = h'dx from two equations. */
+    if (bounded) {
+        double a[2][2], c[2], det;
+
+        for (int32_t u = 0; u < s->rows->units; u++) {
+            const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
+
+            if (s->dead[u])
+                continue;
+            kp += limited ? perp__dot(s->k + row, s->p + row, rows) : 0.0;
+            jp += perp__dot(s->j + row, s->p + row, rows);
+            if (is_limited(s, u)) {
+                hk += limited ? s->k[row] / s->weight[u] : 0.0;
+                hj += s->j[row] / s->weight[u];
+            }
+        }
+        a[0][0] = s->kappa + perp__dot(s->g, s->Kg, (int32_t)n) + (limited ? s->tau / s->t : 0.0);
+        a[0][1] = -rho * (perp__dot(s->g, s->Kq, (int32_t)n) - hk);
+        a[1][0] = perp__dot(s->q, s->Kg, (int32_t)n) - hk;
+        a[1][1] = 1.0 + rho * (hj - perp__dot(s->q, s->Kq, (int32_t)n));
+        c[0] = -rs - sum + kp + perp__dot(s->g, s->Kr, (int32_t)n) - (limited ? rt[0] / s->t : 0.0);
+        c[1] = jp + perp__dot(s->q, s->Kr, (int32_t)n);
+        det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+        ds = (c[0] * a[1][1] - a[0][1] * c[1]) / det;
+        theta = (a[0][0] * c[1] - a[1][0] * c[0]) / det;
     }
+
+    /* 3. The rest. */
     for (size_t i = 0; i < n; i++) {
-        s->dy[i] = s->Kr[i] - ds * s->Kg[i];
-        s->dy_low[i] = (s->Kr[i] - s->dy[i]) - ds * s->Kg[i] + s->Kr_low[i] - ds * s->Kg_low[i] -
-                       fma(ds, s->Kg[i], -(ds * s->Kg[i]));
-        if (!s->doubled)
+        s->dy[i] = s->Kr[i];
+        s->dy_low[i] = s->Kr_low[i];
+        perp__accumulate(&s->dy[i], &s->dy_low[i], -ds, s->Kg[i]);
+        perp__accumulate(&s->dy[i], &s->dy_low[i], rho * theta, s->Kq[i]);
+        s->dy_low[i] += rho * theta * s->Kq_low[i] - ds * s->Kg_low[i];
+        if (s->doubled)
+            perp__round_sum(&s->dy[i], &s->dy_low[i]);
+        else
             s->dy_low[i] = 0.0;
     }
     perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
     for (int32_t i = 0; i < s->rows->size; i++)
-        s->dx[i] += ds * s->k[i];
+        s->dx[i] += ds * s->k[i] - rho * theta * s->j[i];
+    d->s = ds;
+    d->tau = limited ? (rt[0] + s->tau * ds) / s->t : 0.0;
+    d->tau_R = bounded ? (rt[1] + s->tau_R * theta) / s->t_R : 0.0;
+    d->t_R = -sum_normals(s, s->dx);
     for (int32_t u = 0; u < s->rows->units; u++) {
         double row[6];
 
@@ -268,6 +344,7 @@ static double find_step(perp__statics *s, double rs, double rt, double *dtau)
 
             perp__statics_row(s, u, s->dy, row);
             take_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN), cone->dz);
+            row[0] -= is_limited(s, u) ? d->tau_R / s->weight[u] : 0.0;
             for (int32_t j = 0; j < 3; j++)
                 cone->du[j] = j < cone->dim ? -(row[j] + s->rd[s->rows->unit[u].row + j]) /
                                                   coefficient(cone, j)
@@ -285,11 +362,15 @@ static double find_step(perp__statics *s, double rs, double rt, double *dtau)
                 cone->du[i] = i < cone->dim ? cone->rc[i] - perp__dot(cone->V + 3 * i, v, 3) : 0.0;
         }
     }
-    *dtau = s->aim == PERP__AIM_MARGIN ? (rt + s->tau * ds) / s->t : 0.0;
-    return ds;
 }
 
-static double longest_step(const perp__statics *s, double ds, double dtau)
+/* The largest step with t + step dt >= 0. */
+static double longest(double t, double dt)
+{
+    return dt < 0.0 ? -t / dt : INFINITY;
+}
+
+static double longest_step(const perp__statics *s, const perp__statics_step *d)
 {
     double most = INFINITY;
 
@@ -298,14 +379,14 @@ static double longest_step(const perp__statics *s, double ds, double dtau)
             most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
             most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
         }
-    if (s->aim == PERP__AIM_MARGIN && ds > 0.0)
-        most = fmin(most, s->t / ds);
-    if (s->aim == PERP__AIM_MARGIN && dtau < 0.0)
-        most = fmin(most, -s->tau / dtau);
+    if (s->aim == PERP__AIM_MARGIN)
+        most = fmin(most, fmin(longest(s->t, -d->s), longest(s->tau, d->tau)));
+    if (s->aim != PERP__AIM_LEAST)
+        most = fmin(most, fmin(longest(s->t_R, d->t_R), longest(s->tau_R, d->tau_R)));
     return most;
 }
 
-static void advance(perp__statics *s, double step, double ds, double dtau)
+static void advance(perp__statics *s, double step, const perp__statics_step *d)
 {
     const size_t n = count_numbers(s);
 
@@ -313,9 +394,11 @@ static void advance(perp__statics *s, double step, double ds, double dtau)
         s->x[i] += step * s->dx[i];
     for (size_t i = 0; i < n; i++)
         s->y[i] += step * s->dy[i];
-    s->s += step * ds;
-    s->tau += step * dtau;
+    s->s += step * d->s;
+    s->tau += step * d->tau;
+    s->tau_R += step * d->tau_R;
     s->t = s->limit - s->s;
+    s->t_R = s->most - sum_normals(s, s->x);
     for (int32_t c = 0; c < s->cone_count; c++) {
         perp__cone *cone = &s->cones[c];
 
@@ -332,8 +415,9 @@ static void advance(perp__statics *s, double step, double ds, double dtau)
 static double find_gap(const perp__statics *s, double *mean)
 {
     double gap = s->aim == PERP__AIM_MARGIN ? s->t * s->tau : 0.0;
-    int32_t count = s->aim == PERP__AIM_MARGIN;
+    int32_t count = (s->aim == PERP__AIM_MARGIN) + (s->aim != PERP__AIM_LEAST);
 
+    gap += s->aim != PERP__AIM_LEAST ? s->t_R * s->tau_R : 0.0;
     for (int32_t c = 0; c < s->cone_count; c++)
         if (!s->dead[s->cones[c].unit]) {
             gap += perp__dot(s->cones[c].u, s->cones[c].z, 3);
@@ -355,44 +439,66 @@ static double find_measure(const perp__statics *s)
     return sum - 1.0;
 }
 
+/* K^-1 of what s and the limited sum bring in: g = A k, or -c of a load; q = A j, j = S^-1 h. */
+static void find_borders(perp__statics *s)
+{
+    const size_t n = count_numbers(s), bytes = n * sizeof(double);
+
+    memset(s->Kg, 0, bytes);
+    memset(s->Kg_low, 0, bytes);
+    memset(s->Kq, 0, bytes);
+    memset(s->Kq_low, 0, bytes);
+    memset(s->j, 0, (size_t)s->rows->size * sizeof *s->j);
+    if (s->aim == PERP__AIM_LEAST)
+        return;
+    for (size_t i = 0; i < n && s->aim == PERP__AIM_LOAD; i++)
+        s->Kg[i] = -s->c[i];
+    if (s->aim == PERP__AIM_MARGIN)
+        perp__statics_load(s, 1.0, s->k, s->Kg, s->Kg_low);
+    memcpy(s->g, s->Kg, bytes);
+    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_limited(s, u))
+            s->p[s->rows->unit[u].row] = 1.0 / s->weight[u];
+    memset(s->dy, 0, bytes);
+    memset(s->dy_low, 0, bytes);
+    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->j);
+    perp__statics_load(s, 1.0, s->j, s->Kq, s->Kq_low);
+    memcpy(s->q, s->Kq, bytes);
+    perp__statics_solve(s, s->Kg, s->Kg_low);
+    perp__statics_solve(s, s->Kq, s->Kq_low);
+}
+
 /* One iteration. Returns how far it went; 0 where numbers end. */
 static double iterate(perp__statics *s, double mean)
 {
-    const size_t n = count_numbers(s);
     const double rs = s->aim == PERP__AIM_LEAST ? 0.0 : find_measure(s);
-    double ds, dtau, step, sigma, rt;
+    double rt[2] = {-s->t * s->tau, -s->t_R * s->tau_R}, step, sigma;
+    perp__statics_step d;
 
     perp__statics_condense(s, mean);
     if (!perp__statics_factor(s))
         return 0.0;
-    memset(s->g, 0, n * sizeof *s->g);
-    memset(s->Kg, 0, n * sizeof *s->Kg);
-    memset(s->Kg_low, 0, n * sizeof *s->Kg_low);
-    if (s->aim == PERP__AIM_MARGIN)
-        perp__statics_load(s, 1.0, s->k, s->Kg, s->Kg_low);
-    for (size_t i = 0; i < n && s->aim == PERP__AIM_LOAD; i++)
-        s->Kg[i] = -s->c[i];
-    memcpy(s->g, s->Kg, n * sizeof *s->g);
-    if (s->aim != PERP__AIM_LEAST)
-        perp__statics_solve(s, s->Kg, s->Kg_low);
+    find_borders(s);
 
     for (int32_t c = 0; c < s->cone_count; c++)
         if (!s->dead[s->cones[c].unit])
             perp__cone_aim(&s->cones[c], 0.0, 0);
-    ds = find_step(s, rs, -s->t * s->tau, &dtau);
-    step = fmin(longest_step(s, ds, dtau), 1.0);
+    find_step(s, rs, rt, &d);
+    step = fmin(longest_step(s, &d), 1.0);
     if (!(step >= 0.0))
         return 0.0;
     sigma = (1.0 - step) * (1.0 - step) * (1.0 - step);
     for (int32_t c = 0; c < s->cone_count; c++)
         if (!s->dead[s->cones[c].unit])
             perp__cone_aim(&s->cones[c], sigma * mean, 1);
-    rt = -s->t * s->tau + ds * dtau + sigma * mean;
-    ds = find_step(s, rs, rt, &dtau);
-    step = fmin(STEP * longest_step(s, ds, dtau), 1.0);
+    rt[0] += d.s * d.tau + sigma * mean;
+    rt[1] += sigma * mean - d.t_R * d.tau_R;
+    find_step(s, rs, rt, &d);
+    step = fmin(STEP * longest_step(s, &d), 1.0);
     if (!(step >= 0.0))
         return 0.0;
-    advance(s, step, ds, dtau);
+    advance(s, step, &d);
     return step;
 }
 

@@ -28,6 +28,9 @@
 /* Of the smallest load beside the largest: what counts as none. */
 #define LEAST_LOAD 1e-15
 
+/* Times the impulses of least squares: the sum of normals that no one but wedged parts comes near. */
+#define UNLIMITED 1e4
+
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__statics *s = object;
@@ -42,10 +45,10 @@ static void lay_out(perp__arena *arena, void *object)
     s->cones = perp__arena_take(arena, 3 * units, sizeof *s->cones);
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);
     s->F = perp__arena_take(arena, s->fitted[4], sizeof *s->F);
-    PERP__DOUBLES(arena, size, &s->k, &s->x, &s->dx, &s->p, &s->rd, &s->inside);
-    PERP__DOUBLES(arena, n, &s->b, &s->g, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg, &s->reach,
-                  &s->terms, &s->tower);
-    PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low);
+    PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->inside);
+    PERP__DOUBLES(arena, n, &s->b, &s->g, &s->q, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg,
+                  &s->Kq, &s->reach, &s->shift, &s->terms, &s->tower);
+    PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low, &s->Kq_low);
 }
 
 perp__statics *perp__statics_create(perp_context *context)
@@ -205,6 +208,24 @@ static double start_balanced(perp__statics *s)
     return perp__statics_settle(s, ROUNDED);
 }
 
+/* R: far above what x has by now; the first tau_R gives t_R tau_R = `mean`. */
+static void limit_sum(perp__statics *s, double mean)
+{
+    double sum = 0.0, size = 1.0;
+
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (s->rows->unit[u].kind == PERP__STATICS_CONE && s->rows->unit[u].rows > 0 &&
+            !s->dead[u]) {
+            const double normal = s->x[s->rows->unit[u].row] / s->weight[u];
+
+            sum += normal;
+            size += 1.0 + fabs(normal);
+        }
+    s->most = UNLIMITED * size;
+    s->t_R = s->most - sum;
+    s->tau_R = mean / s->t_R;
+}
+
 /* The first z and u of the margin's way, s below the worst margin. */
 static void start_margin(perp__statics *s, double room)
 {
@@ -221,6 +242,7 @@ static void start_margin(perp__statics *s, double room)
     for (int32_t c = 0; c < s->cone_count; c++)
         count += !s->dead[s->cones[c].unit];
     s->tau = 1.0 / count;
+    limit_sum(s, 1.0 / count);
     for (int32_t c = 0; c < s->cone_count; c++) {
         perp__cone *cone = &s->cones[c];
 
@@ -247,6 +269,7 @@ static void start_inside(perp__statics *s, int32_t aim, double mean)
         cone->u[1] = -mean * cone->z[1] / det;
         cone->u[2] = -mean * cone->z[2] / det;
     }
+    limit_sum(s, mean);
 }
 
 /* ---- the phases ---- */
@@ -276,6 +299,22 @@ static int32_t bury(perp__statics *s)
     return count;
 }
 
+/* Forces that no row can answer: y := what of b is in no row, as b = K y + shift y has it: the shift
+ * takes the part in question, twice over. */
+static int32_t project_out(perp__statics *s, perp__statics_answer *answer)
+{
+    const int32_t n = s->rows->nodes * s->rows->width;
+
+    memcpy(s->y, s->b, (size_t)n * sizeof *s->y);
+    for (int32_t round = 0; round < 2; round++) {
+        memset(s->dy_low, 0, (size_t)n * sizeof *s->dy_low);
+        perp__statics_solve(s, s->y, s->dy_low);
+        for (int32_t i = 0; i < n; i++)
+            s->y[i] *= s->shift[i];
+    }
+    return perp__statics_prove(s, answer, s->y);
+}
+
 /* Phases 1 and 2: `room` is the least room of x then. */
 static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *answer,
                                      const perp__statics_aim *aim, double *room)
@@ -288,10 +327,12 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 #ifdef TRACE
     fprintf(stderr, "start left %.3e units %d\n", left, s->rows->units);
 #endif
-    if (left > OUT_OF_RANGE) {
-        memcpy(s->y, s->rb, (size_t)(s->rows->nodes * s->rows->width) * sizeof *s->y);
-        return perp__statics_prove(s, answer, s->y) ? PERP__STATICS_PROVED : PERP__STATICS_STUCK;
+    if (left > OUT_OF_RANGE && project_out(s, answer)) {
+        *room = -INFINITY;
+        return PERP__STATICS_PROVED;
     }
+    if (left > OUT_OF_RANGE)
+        return PERP__STATICS_STUCK;
     *room = perp__statics_room(s);
     if (*room > 0.0 && left <= BALANCED && !aim->measures)
         return PERP__STATICS_FOUND;
@@ -395,6 +436,20 @@ static void set_forces(perp__statics *s, const double *forces, const double *loa
     build_cones(s);
 }
 
+/* The cones of what impulses may grow by without end: intervals have none but where they are
+ * infinite. */
+static void let_recede(perp__statics *s)
+{
+    for (int32_t c = 0; c < s->cone_count; c++)
+        s->cones[c].h = 0.0;
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+
+        s->dead[u] = (int8_t)(unit->kind == PERP__STATICS_INTERVAL && unit->lower > -INFINITY &&
+                              unit->upper < INFINITY);
+    }
+}
+
 /* The load's factor, in runs of its own: where the load alone is carried, every factor is. */
 static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
                                const perp__statics_aim *aim, const double *forces)
@@ -406,6 +461,7 @@ static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
 
     plain.measures = 0;
     set_forces(s, NULL, aim->load);
+    let_recede(s);
     status = find_inside(s, &own, &plain, &end);
     if (status == PERP_OK && end == PERP__STATICS_FOUND)
         answer->safety = INFINITY;
