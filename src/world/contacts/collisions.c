@@ -459,6 +459,23 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     return open_points(&e, &pair->collision, 0.0);
 }
 
+/* Whether bodies that begin at rest beside each other touched along the axis of their collision
+ * from the start: then they meet where they are, not where forces alone would turn them. */
+static int32_t touched_before(const encounter *e, const perp__pair *pair)
+{
+    const double *a = e->world->motions[e->world->shapes[pair->first].body].start;
+    const double *b = e->world->motions[e->world->shapes[pair->second].body].start;
+    perp__axes axes;
+
+    if (memcmp(a, b, 6 * sizeof *a) != 0 || !perp__is_zero3(a + 3))
+        return 0;
+    perp__axes_of(e->a.start, e->b.start, e->world->settings.planar, &axes);
+    for (int32_t k = 0; k < axes.count; k++)
+        if (axes.axis[k].number == pair->collision.axis)
+            return fabs(axes.axis[k].separation) <= e->near.touching;
+    return 0;
+}
+
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
 {
     encounter e = encounter_of(world, pair, h, NULL);
@@ -472,7 +489,11 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
         pair->collision.doubtful = 0;
         return reaches_plane(world, &e.a, &e.b);
     }
-    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &pair->collision);
+    if (!perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &pair->collision))
+        return 0;
+    if (touched_before(&e, pair))
+        pair->collision.time = 0.0;
+    return 1;
 }
 
 /* The separation along the axis by which shapes overlap least, if they do: else 0. */

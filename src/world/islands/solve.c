@@ -83,6 +83,7 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 {
     const int32_t sweeps = verdict->sweeps, patched = verdict->patched;
     const int32_t known = verdict->jointed && verdict->impacts == 0, asked = verdict->asked;
+    perp__carrying carrying;
 
     memset(verdict, 0, sizeof *verdict);
     verdict->asked = asked;
@@ -91,12 +92,12 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
         verdict->jointed = 1;
         return perp__follow_island(world, island, h, verdict);
     }
-    if (!closes(world, island, h)) {
+    if (perp__lies_still(world, island, verdict))
+        return PERP_OK;
+    if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
         leave_alone(world, island);
         return PERP_OK;
     }
-    if (perp__lies_still(world, island, verdict))
-        return PERP_OK;
     if (perp__is_small(world, island))
         return perp__follow_island(world, island, h, verdict);
     verdict->sweeps = sweeps;
