@@ -527,10 +527,10 @@ double perp__statics_unbalance(perp__statics *s)
         }
     }
     for (int32_t node = 0; node < s->rows->nodes; node++) {
-        const double left = perp__largest(s->rb + node * width, width);
+        const double left = perp__largest_or_nan(s->rb + node * width, width);
         const double terms = perp__largest(s->terms + node * width, width);
 
-        if (left > 0.0)
+        if (left != 0.0)
             perp__raise_to(&most, left / terms);
     }
     return most;
@@ -584,6 +584,7 @@ double perp__statics_room(perp__statics *s)
 static int32_t proves(perp__statics *s, const double *y, double *work)
 {
     const perp__statics_rows *rows = s->rows;
+    const double most = perp__largest(y, (int32_t)count_numbers(s));
     double undone = 0.0, sum = 0.0, size = 0.0;
 
     for (size_t i = 0; i < count_numbers(s); i++) {
@@ -603,8 +604,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
             const perp__statics_link *link = &rows->link[unit->link + l];
 
             for (int32_t i = 0; i < unit->rows * rows->width; i++)
-                terms += fabs(rows->values[link->at + (size_t)i] *
-                              y[link->node * rows->width + i % rows->width]);
+                terms += most * fabs(rows->values[link->at + (size_t)i]);
         }
         for (int32_t k = 0; k < unit->rows; k++)
             carried = fmax(carried, fabs(s->x[unit->row + k]));
@@ -629,11 +629,17 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
             if (unit->spins)
                 lack += unit->spinning * fabs(spin[0]);
         }
+#ifdef TRACE
+        if (!(lack <= ROW_ROUNDING * terms)) fprintf(stderr, "  unit %d kind %d lack %.3e terms %.3e sum %.3e v0 %.2e\n", u, unit->kind, lack, terms, sum, v[0]);
+#endif
         if (!(lack <= ROW_ROUNDING * terms))
             return 0;
         undone += fmax(lack, 0.0) * carried;
     }
     *work = sum;
+#ifdef TRACE
+    fprintf(stderr, "  sum %.3e undone %.3e size %.3e\n", sum, undone, size);
+#endif
     return sum > WORK_BESIDE * undone + 64.0 * DBL_EPSILON * size;
 }
 

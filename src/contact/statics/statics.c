@@ -299,18 +299,18 @@ static int32_t bury(perp__statics *s)
     return count;
 }
 
-/* Forces that no row can answer: y := what of b is in no row, as b = K y + shift y has it: the shift
- * takes the part in question, twice over. */
+/* Forces that no row can answer: of (A A' + shift) y = b, nearly all of y is in the null space of A',
+ * for what b has there is divided by the shift; once more, and all of it is. */
 static int32_t project_out(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
 
     memcpy(s->y, s->b, (size_t)n * sizeof *s->y);
     for (int32_t round = 0; round < 2; round++) {
+        for (int32_t i = 0; i < n && round > 0; i++)
+            s->y[i] *= s->shift[i];
         memset(s->dy_low, 0, (size_t)n * sizeof *s->dy_low);
         perp__statics_solve(s, s->y, s->dy_low);
-        for (int32_t i = 0; i < n; i++)
-            s->y[i] *= s->shift[i];
     }
     return perp__statics_prove(s, answer, s->y);
 }
@@ -325,7 +325,8 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     if (!(left < INFINITY))
         return PERP__STATICS_STUCK;
 #ifdef TRACE
-    fprintf(stderr, "start left %.3e units %d\n", left, s->rows->units);
+    int live=0; for (int u=0;u<s->rows->units;u++) live+= s->rows->unit[u].rows>0 && !s->dead[u];
+    fprintf(stderr, "start left %.3e units %d live %d\n", left, s->rows->units, live);
 #endif
     if (left > OUT_OF_RANGE && project_out(s, answer)) {
         *room = -INFINITY;
@@ -342,10 +343,23 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     return end;
 }
 
-/* Whether x is an answer, once balanced to rounding. */
+/* Whether x is an answer, once balanced to rounding: by the last factors, or by such as move each
+ * contact by its own room alone. */
 static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 {
+    const int32_t aim = s->aim;
+
     answer->unbalance = perp__statics_settle(s, ROUNDED);
+    if (!(answer->unbalance <= BALANCED) && perp__statics_room(s) > 0.0) {
+        start_inside(s, PERP__AIM_MARGIN, 1.0);
+        perp__statics_condense(s, 1.0);
+        if (perp__statics_factor(s))
+            answer->unbalance = perp__statics_settle(s, ROUNDED);
+        s->aim = aim;
+    }
+#ifdef TRACE
+    fprintf(stderr, "inside: unbalance %.3e room %.3e\n", answer->unbalance, perp__statics_room(s));
+#endif
     return answer->unbalance <= BALANCED && perp__statics_room(s) > 0.0;
 }
 
@@ -428,6 +442,9 @@ static void set_forces(perp__statics *s, const double *forces, const double *loa
     s->scale = perp__largest(s->b, n);
     if (s->scale == 0.0)
         s->scale = 1.0;
+#ifdef TRACE
+    fprintf(stderr, "scale %.3e\n", s->scale);
+#endif
     for (int32_t i = 0; i < n; i++)
         s->b[i] /= s->scale;
     s->doubled = 0;

@@ -84,6 +84,7 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     const int32_t sweeps = verdict->sweeps, patched = verdict->patched;
     const int32_t known = verdict->jointed && verdict->impacts == 0, asked = verdict->asked;
     perp__carrying carrying;
+    int32_t begins;
 
     memset(verdict, 0, sizeof *verdict);
     verdict->asked = asked;
@@ -94,14 +95,15 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     }
     if (perp__lies_still(world, island, verdict))
         return PERP_OK;
-    if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
+    begins = perp__begins_standing(world, island, &carrying);
+    if (!begins && !closes(world, island, h)) {
         leave_alone(world, island);
         return PERP_OK;
     }
     if (perp__is_small(world, island))
         return perp__follow_island(world, island, h, verdict);
     verdict->sweeps = sweeps;
-    if (fresh > LITTLE * island->contacts)
+    if (begins || fresh > LITTLE * island->contacts)
         return sweep_all(world, island, h, verdict);
     verdict->sweeps += sweeps == 0;
     verdict->patched = patched + fresh;

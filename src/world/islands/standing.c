@@ -536,7 +536,6 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     if ((world->settings.cone != 0 && !world->settings.planar) || !gather(world, island, rows) ||
         rows->size == verdict->asked)
         return PERP_OK;
-    verdict->asked = rows->size;
     find_forces(world, island, carrying);
     answer.r = work->stand_r;
     answer.verdict = PERP_STATICS_INDETERMINATE;
@@ -563,8 +562,10 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         decided = 1;
         perp__spend(world, answer.iterations);
     }
-    if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS)
+    if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
+        verdict->asked = rows->size;
         return status;
+    }
     take_answer(world, island, decided);
     verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_SOLVED);
     perp__raise_to(&verdict->residual, answer.unbalance);
