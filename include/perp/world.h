@@ -34,6 +34,7 @@
 
 #include <perp/base.h>
 #include <perp/contact.h>
+#include <perp/statics.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -352,6 +353,38 @@ PERP_API perp_status perp_world_set_gravity(perp_world *world,
 PERP_API int32_t perp_world_contact_count(const perp_world *world);
 PERP_API perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                             int32_t index) PERP_WARN_UNUSED;
+
+/* A force and a torque on a body, for perp_world_statics. Planar: only torque[2]. */
+typedef struct perp_world_load {
+    size_t struct_size;
+    perp_body body;
+    double force[3]; /* at the mass centre, world frame */
+    double torque[3];
+} perp_world_load;
+
+PERP_API perp_status perp_world_load_init(perp_world_load *load, size_t size);
+
+/* Decides whether the world, with velocities 0 and kinematic bodies held where they are, is in
+ * equilibrium with gravity, the bodies' forces and the loads (perp/statics.h), and how far the loads
+ * could grow. States and contact points stay as they are; what sleeps wakes.
+ *
+ * Returns: PERP_OK with the verdict; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or
+ *          _MEMORY: then result and *count are untouched.
+ * Out:     contacts: the points that touch, at most `capacity` of them, each initialised by
+ *             perp_world_contact_init; `impulse` is a force here, 0 where the world falls at that
+ *             point's part. NULL: not wanted. *count: how many there are; NULL: not wanted.
+ *          velocities: 6 numbers (velocity, angular velocity) for each slot of a body
+ *             (perp_world_body_slot, perp_world_states.slots): the virtual velocity of a part that
+ *             falls, 0 elsewhere. NULL: not wanted.
+ *          result: the worst verdict of the parts, the least margin and safety.
+ * In:      settings: NULL for the defaults. loads: load_count of them, of dynamic bodies.
+ * Cost:    that of a step, and a few factorisations; memory for the largest part. */
+PERP_API perp_status perp_world_statics(perp_world *world, perp_world_contact *contacts,
+                                        int32_t capacity, int32_t *count, double *velocities,
+                                        perp_statics_result *result,
+                                        const perp_statics_settings *settings,
+                                        const perp_world_load *loads,
+                                        int32_t load_count) PERP_WARN_UNUSED;
 
 /* Kinetic and potential energy (zero height at the origin) of the dynamic bodies. Either output may
  * be NULL. */

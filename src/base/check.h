@@ -52,6 +52,7 @@
 #define PERP__LAST_perp_statics_settings max_iterations
 #define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
+#define PERP__LAST_perp_world_load torque
 #define PERP__LAST_perp_world_settings tasks_user
 #define PERP__LAST_perp_world_states angular_velocity
 #define PERP__LAST_perp_world_stats rows_joint

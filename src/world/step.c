@@ -217,6 +217,21 @@ static void report(perp_world *world, const perp__solve_summary *summary, perp_w
     stats->impacts = summary->impacts;
 }
 
+perp_status perp__find_step_contacts(perp_world *world, double h, perp__solve_summary *summary)
+{
+    perp_world_stats stats = world->stats;
+    double clock = 0.0;
+    perp_status status;
+
+    memset(summary, 0, sizeof *summary);
+    world->rough = 0;
+    perp__open_velocities(world);
+    status = prepare(world, h);
+    PERP__THEN(status, solve_velocities(world, h, summary, &stats, &clock));
+    perp__stop_all_coasting(world);
+    return status;
+}
+
 /* The step, unless it rouses something: then it is to be done again. */
 static perp_status try_step(perp_world *world, perp_step_result *result, perp_world_stats *stats,
                             double h, double *clock)

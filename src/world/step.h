@@ -87,7 +87,10 @@ perp_status perp__snapshot_read(perp_world *world, const char *blob);
 /* adaptive.c: a caller's step, in steps chosen by settings.error if that is not 0. */
 perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt);
 
-/* step.c: one step, within the budget that is open; or none, where that would be rough, as
+/* step.c: the contacts of a step of length h and the velocities that meet them, as a step has them
+ * before it goes on; again where world->awake_changed. */
+perp_status perp__find_step_contacts(perp_world *world, double h, struct perp__solve_summary *summary);
+/* One step, within the budget that is open; or none, where that would be rough, as
  * world->rough says then, and world->divides. */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);
 

@@ -108,6 +108,11 @@ CONSTANTS: dict[str, int] = {
     "PERP_COMPLIANT_FAILED": 3,
     "PERP_COMPLIANT_RELEASED": 4,
     "PERP_COMPLIANT_TOUCHED": 5,
+    "PERP_STATICS_STANDS": 0,
+    "PERP_STATICS_FALLS": 1,
+    "PERP_STATICS_INDETERMINATE": 2,
+    "PERP_STATICS_LEAST": 0,
+    "PERP_STATICS_INTERIOR": 1,
     "PERP_BODY_DYNAMIC": 0,
     "PERP_BODY_STATIC": 1,
     "PERP_BODY_KINEMATIC": 2,
@@ -149,11 +154,6 @@ CONSTANTS: dict[str, int] = {
     "PERP_NCP_AUTO": 0,
     "PERP_NCP_FISCHER": 1,
     "PERP_NCP_JOSEPHY": 2,
-    "PERP_STATICS_STANDS": 0,
-    "PERP_STATICS_FALLS": 1,
-    "PERP_STATICS_INDETERMINATE": 2,
-    "PERP_STATICS_LEAST": 0,
-    "PERP_STATICS_INTERIOR": 1,
 }
 
 
@@ -683,6 +683,40 @@ class LoadFrictionHandle(Structure):
 LoadFrictionPointer = POINTER(LoadFrictionHandle)
 
 
+class StaticsSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("objective", c_int32),
+        ("max_iterations", c_int32),
+    ]
+
+
+class StaticsResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("iterations", c_int32),
+        ("margin", c_double),
+        ("safety", c_double),
+        ("unbalance", c_double),
+        ("work", c_double),
+        ("seconds", c_double),
+    ]
+
+
+class StaticsProblem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("reserved", c_int32),
+        ("laws", POINTER(ContactLaws)),
+        ("H", POINTER(Matrix)),
+        ("G", POINTER(Matrix)),
+        ("f", c_void_p),
+        ("load", c_void_p),
+    ]
+
+
 class WorldHandle(Structure):
     pass
 
@@ -822,6 +856,15 @@ class WorldStates(Structure):
         ("angle", c_void_p),
         ("velocity", c_void_p),
         ("angular_velocity", c_void_p),
+    ]
+
+
+class WorldLoad(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("body", c_uint64),
+        ("force", c_double * 3),
+        ("torque", c_double * 3),
     ]
 
 
@@ -1159,40 +1202,6 @@ class NcpCheck(Structure):
         ("reserved", c_int32),
     ]
 
-
-class StaticsSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("objective", c_int32),
-        ("max_iterations", c_int32),
-    ]
-
-
-class StaticsResult(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("verdict", c_int32),
-        ("iterations", c_int32),
-        ("margin", c_double),
-        ("safety", c_double),
-        ("unbalance", c_double),
-        ("work", c_double),
-        ("seconds", c_double),
-    ]
-
-
-class StaticsProblem(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("n", c_int32),
-        ("reserved", c_int32),
-        ("laws", POINTER(ContactLaws)),
-        ("H", POINTER(Matrix)),
-        ("G", POINTER(Matrix)),
-        ("f", c_void_p),
-        ("load", c_void_p),
-    ]
-
 # The C name of each struct that crosses the boundary.
 STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
@@ -1224,6 +1233,9 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_compliant_settings": CompliantSettings,
     "perp_compliant_result": CompliantResult,
     "perp_compliant_stability": CompliantStability,
+    "perp_statics_settings": StaticsSettings,
+    "perp_statics_result": StaticsResult,
+    "perp_statics_problem": StaticsProblem,
     "perp_world_settings": WorldSettings,
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,
@@ -1232,6 +1244,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_step_result": StepResult,
     "perp_world_stats": WorldStats,
     "perp_world_states": WorldStates,
+    "perp_world_load": WorldLoad,
     "perp_joint_settings": JointSettings,
     "perp_joint_state": JointState,
     "perp_mechanism_model": MechanismModel,
@@ -1247,9 +1260,6 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_ncp_settings": NcpSettings,
     "perp_ncp_result": NcpResult,
     "perp_ncp_check": NcpCheck,
-    "perp_statics_settings": StaticsSettings,
-    "perp_statics_result": StaticsResult,
-    "perp_statics_problem": StaticsProblem,
 }
 
 # What each function returns and takes.
@@ -1422,6 +1432,14 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         CompliantPointer, c_void_p, c_void_p, c_void_p, POINTER(CompliantResult),
         POINTER(CompliantSettings), c_void_p, c_void_p, c_double
     ]),
+    "perp_statics_settings_init": (c_int32, [POINTER(StaticsSettings), c_size_t]),
+    "perp_statics_result_init": (c_int32, [POINTER(StaticsResult), c_size_t]),
+    "perp_statics_problem_init": (c_int32, [POINTER(StaticsProblem), c_size_t]),
+    "perp_statics_verdict_text": (c_char_p, [c_int32]),
+    "perp_contact_statics": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, POINTER(StaticsResult), POINTER(StaticsProblem),
+        POINTER(StaticsSettings)
+    ]),
     "perp_world_settings_init": (c_int32, [POINTER(WorldSettings), c_size_t, c_int32]),
     "perp_body_settings_init": (c_int32, [POINTER(BodySettings), c_size_t]),
     "perp_body_state_init": (c_int32, [POINTER(BodyState), c_size_t]),
@@ -1459,6 +1477,11 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_set_gravity": (c_int32, [WorldPointer, c_void_p]),
     "perp_world_contact_count": (c_int32, [WorldPointer]),
     "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
+    "perp_world_load_init": (c_int32, [POINTER(WorldLoad), c_size_t]),
+    "perp_world_statics": (c_int32, [
+        WorldPointer, POINTER(WorldContact), c_int32, c_void_p, c_void_p, POINTER(StaticsResult),
+        POINTER(StaticsSettings), POINTER(WorldLoad), c_int32
+    ]),
     "perp_world_energy": (c_int32, [WorldPointer, c_void_p, c_void_p]),
     "perp_world_momentum": (c_int32, [WorldPointer, c_void_p, c_void_p]),
     "perp_world_get_stats": (c_int32, [WorldPointer, POINTER(WorldStats)]),
@@ -1532,13 +1555,5 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_ncp_check_init": (c_int32, [POINTER(NcpCheck), c_size_t]),
     "perp_ncp_check_jacobian": (c_int32, [
         ContextPointer, POINTER(NcpCheck), POINTER(NcpProblem), c_void_p
-    ]),
-    "perp_statics_settings_init": (c_int32, [POINTER(StaticsSettings), c_size_t]),
-    "perp_statics_result_init": (c_int32, [POINTER(StaticsResult), c_size_t]),
-    "perp_statics_problem_init": (c_int32, [POINTER(StaticsProblem), c_size_t]),
-    "perp_statics_verdict_text": (c_char_p, [c_int32]),
-    "perp_contact_statics": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, POINTER(StaticsResult), POINTER(StaticsProblem),
-        POINTER(StaticsSettings)
     ]),
 }

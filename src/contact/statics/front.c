@@ -88,8 +88,8 @@ static perp_status read_problem(front *a, const perp_statics_problem *given)
     return status;
 }
 
-static perp_status read_settings(perp_context *context, perp__statics_aim *aim,
-                                 const perp_statics_settings *given)
+perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim *aim,
+                                        const perp_statics_settings *given)
 {
     static const perp__field fields[] = {
         PERP__INTEGER(perp_statics_settings, objective, 0, PERP_STATICS_INTERIOR),
@@ -392,7 +392,7 @@ perp_status perp_contact_statics(perp_context *context, double *r, double *v,
         return status;
     a.context = context;
     status = PERP__CHECK(perp_statics_result, context, result);
-    PERP__THEN(status, read_settings(context, &aim, settings));
+    PERP__THEN(status, perp__statics_read_settings(context, &aim, settings));
     PERP__THEN(status, read_problem(&a, problem));
     PERP__THEN(status, build(&a, &values));
     if (status == PERP_OK && !(statics = perp__statics_create(context)))

@@ -57,6 +57,10 @@ typedef struct perp__statics_answer {
 
 typedef struct perp__statics perp__statics;
 
+/* The aim that a caller's settings ask for; NULL: the defaults. */
+perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim *aim,
+                                        const perp_statics_settings *given);
+
 /* A workspace; NULL where there is no memory. */
 perp__statics *perp__statics_create(perp_context *context);
 void perp__statics_destroy(perp__statics *statics);

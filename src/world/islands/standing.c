@@ -280,8 +280,7 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
 
 /* ---- rows ---- */
 
-/* A length of a body: of its inertia. */
-static double length_of(const perp_world *world, int32_t body)
+double perp__body_length(const perp_world *world, int32_t body)
 {
     const double *I = world->bodies[body].inertia;
 
@@ -303,7 +302,7 @@ static void link_unit(perp_world *world, const perp__island *island, int32_t i, 
 
         if (body < 0 || body >= island->bodies)
             continue;
-        arm = 1.0 / length_of(world, work->members[body]);
+        arm = 1.0 / perp__body_length(world, work->members[body]);
         work->stand_links[*links].node = body;
         work->stand_links[(*links)++].at = *at;
         for (int32_t k = 0; k < unit->rows; k++)
@@ -354,9 +353,10 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
     return rows->bias[0] >= 0.0;
 }
 
-static int32_t gather(perp_world *world, const perp__island *island, perp__statics_rows *own)
+int32_t perp__gather_standing(perp_world *world, const perp__island *island, int32_t ignores)
 {
     perp__island_work *work = &world->work;
+    perp__statics_rows *own = &work->stand_rows;
     int32_t links = 0;
     size_t at = 0;
 
@@ -367,7 +367,7 @@ static int32_t gather(perp_world *world, const perp__island *island, perp__stati
 
         memset(unit, 0, sizeof *unit);
         unit->row = own->size;
-        if (!write_unit(world, island, i, unit, &from))
+        if (!write_unit(world, island, i, unit, &from) && !ignores)
             return 0;
         link_unit(world, island, i, from, unit, &links, &at);
         if (unit->links == 0)
@@ -394,7 +394,7 @@ static void find_forces(perp_world *world, const perp__island *island,
     for (int32_t i = 0; i < island->bodies; i++) {
         const perp__body *body = &world->bodies[work->members[i]];
         const double *R = world->motions[work->members[i]].rotation;
-        const double length = length_of(world, work->members[i]);
+        const double length = perp__body_length(world, work->members[i]);
         double twist[6], carried[6], own[3], turned[3];
 
         perp__twist_of(world, work->free + n * i, twist);
@@ -533,7 +533,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp_status status = PERP_OK;
 
     *stands = 0;
-    if ((world->settings.cone != 0 && !world->settings.planar) || !gather(world, island, rows) ||
+    if ((world->settings.cone != 0 && !world->settings.planar) || !perp__gather_standing(world, island, 0) ||
         rows->size == verdict->asked)
         return PERP_OK;
     find_forces(world, island, carrying);

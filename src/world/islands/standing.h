@@ -48,6 +48,12 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
  * the terms of each body. Then that is its motion. */
 int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
 
+/* A length of a body, of its inertia: what turns are taken times. */
+double perp__body_length(const perp_world *world, int32_t body);
+/* work.stand_rows: the rows of work as statics has them. Returns 0 where one makes its bodies move,
+ * whatever the forces; speeds of motors are not looked at where `ignores` is 1. */
+int32_t perp__gather_standing(perp_world *world, const perp__island *island, int32_t ignores);
+
 /* Whether the rows of work, over an interval whose velocities would be work.free without impulses,
  * can stand with the bodies in that motion. Then *stands is 1 and work has the answer. */
 perp_status perp__stand(perp_world *world, const perp__island *island,
