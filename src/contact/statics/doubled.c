@@ -11,8 +11,10 @@
 /* Products of a factorisation up to which doubled precision is tried: some 20 ms. */
 #define MOST_PRODUCTS 1.5e6
 
-/* As equations.c's, far below what the digits of A can tell. */
-#define SHIFT 1e-28
+/* A pivot beside its diagonal entry that is none: its coordinate is one that nothing pushes, or a
+ * combination of others, and stays 0. Margins of 1e-13 have pivots of 1e-26. */
+#define NONE 1e-27
+#define ENDLESS 1e100
 
 typedef struct pair {
     double high, low;
@@ -189,8 +191,8 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
                 sum = add(sum, minus(times((pair){Li[k], low[k]}, (pair){Lj[k], Lj_low[k]})));
             if (j < i)
                 sum = ratio(sum, (pair){Lj[j], Lj_low[j]});
-            else if (!(sum.high > SHIFT * size)) /* nothing pushes what is left of the coordinate */
-                sum = single(size > 0.0 ? sqrt(SHIFT * size) : 1.0);
+            else if (!(sum.high > NONE * size))
+                sum = single(ENDLESS);
             else
                 sum = root(sum);
             Li[j] = sum.high;

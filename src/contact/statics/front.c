@@ -23,6 +23,9 @@ PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "in
 /* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
 #define NOISE 1e-12
 
+/* Beside the least work of a factorisation, what nodes of more coordinates may cost. */
+#define LITTLE_MORE 4.0
+
 typedef struct front {
     perp_context *context;
     perp_contact_laws laws;
@@ -240,26 +243,26 @@ static int32_t count_links(front *a, int32_t width, double *work)
     return sum;
 }
 
-/* Coordinates a node: six or three as bodies have them, or one, or all, whichever is less work. */
+/* Coordinates a node: all, six or three as bodies have them, or one: the most that costs little more
+ * than the best, for it is beside all forces of a node that one of them is balanced. */
 static int32_t choose_width(front *a)
 {
     const int32_t widths[] = {a->n, 6, 3, 1};
-    double least = INFINITY;
-    int32_t best = 1;
+    double work[4], least = INFINITY;
+    int32_t best = 3;
 
-    for (int32_t k = 0; k < 4; k++) {
-        double work;
-
+    for (int32_t k = 3; k >= 0; k--) {
+        work[k] = INFINITY;
         if (widths[k] > a->n || widths[k] < 1)
             continue;
-        count_links(a, widths[k], &work);
-        if (work < least) {
-            least = work;
-            best = widths[k];
-        }
+        count_links(a, widths[k], &work[k]);
+        least = fmin(least, work[k]);
     }
-    a->links = count_links(a, best, &least);
-    return best;
+    for (int32_t k = 3; k >= 0; k--)
+        if (work[k] <= LITTLE_MORE * least)
+            best = k;
+    a->links = count_links(a, widths[best], &least);
+    return widths[best];
 }
 
 static void lay_out_values(perp__arena *arena, void *object)

@@ -41,7 +41,7 @@
 /* The gap, beside the margin, of one that is measured; beside a load's factor; and that of least
  * squares beside their sum. */
 #define MEASURED 1e-2
-#define FACTOR_GAP 1e-10
+#define FACTOR_GAP 2e-9
 #define LEAST_GAP 1e-12
 
 /* Beside the limit 1 of s: the gap at which s is 0 to doubles, and to doubled precision. */
@@ -427,6 +427,16 @@ static double find_gap(const perp__statics *s, double *mean)
     return gap;
 }
 
+/* What x makes of the dual's residual: joints approach theirs. */
+static double find_dual_gap(const perp__statics *s)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < s->rows->size; i++)
+        sum += fabs(s->rd[i] * s->x[i]);
+    return sum;
+}
+
 /* What the dual's measure lacks: e'u + tau = 1, or c'y = 1. */
 static double find_measure(const perp__statics *s)
 {
@@ -693,8 +703,16 @@ perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *an
             return PERP__STATICS_PROVED;
         if (s->aim == PERP__AIM_MARGIN && gap <= none)
             return PERP__STATICS_ENDED;
-        if (s->aim == PERP__AIM_LOAD && gap <= FACTOR_GAP * fmax(fabs(s->s), 1e-3))
-            return PERP__STATICS_FOUND;
+        if (s->aim == PERP__AIM_LOAD) {
+            const double lacks = gap + find_dual_gap(s);
+
+            if (lacks < s->lacks) {
+                s->lacks = lacks;
+                s->factor = s->s;
+            }
+            if (lacks <= FACTOR_GAP * fmax(fabs(s->s), FACTOR_GAP))
+                return PERP__STATICS_FOUND;
+        }
         if (s->aim == PERP__AIM_LEAST && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
             return PERP__STATICS_FOUND;
 

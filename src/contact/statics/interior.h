@@ -42,6 +42,7 @@ struct perp__statics {
     double scale;                 /* of b */
     double s, t, tau, limit;      /* the margin, or a factor; t = limit - s, its dual */
     double t_R, tau_R, most;      /* the same of the sum of normals */
+    double factor, lacks;         /* of a load: the best so far, and its gap */
     double kappa;
     int32_t aim, doubled, iterations;
     /* doubled.c: L L' = K in doubled precision, row after row from `first` on */

@@ -24,6 +24,10 @@
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
 #define OUT_OF_RANGE 1e-9
+#define FACTOR_BALANCED 1e-11
+
+/* The gap of a load's factor, beside it, with which that is told where numbers end. */
+#define ROUGH 1e-7
 
 /* Of the smallest load beside the largest: what counts as none. */
 #define LEAST_LOAD 1e-15
@@ -368,7 +372,7 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
 {
     const int32_t may_double = perp__statics_may_double(s);
     perp_status status = PERP_OK;
-    int32_t buried;
+    int32_t buried, any = 0;
 
     do {
         double room = 0.0;
@@ -387,7 +391,10 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
         if (*end >= PERP__STATICS_ENDED)
             buried = bury(s);
         s->doubled &= buried == 0;
+        any |= buried > 0 && !s->doubled;
     } while (status == PERP_OK && buried > 0);
+    if (any && *end == PERP__STATICS_FOUND)
+        answer->margin = 0.0; /* of those that carry nothing */
     return status;
 }
 
@@ -415,22 +422,37 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     s->doubled = doubled;
 }
 
-/* The largest factor of the load, from impulses inside at `factor`. */
-static void find_factor(perp__statics *s, perp__statics_answer *answer,
-                        const perp__statics_aim *aim, const double *forces, double factor)
+/* The largest factor of the load, from impulses inside at `factor`; in doubled precision where
+ * doubles do not come to an end. */
+static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
+                               const perp__statics_aim *aim, const double *forces, double factor)
 {
-    const size_t n = (size_t)s->rows->nodes * (size_t)s->rows->width;
+    const int32_t n = s->rows->nodes * s->rows->width;
+    const size_t bytes = (size_t)s->rows->size * sizeof(double);
+    perp__statics_end end;
+    perp_status status = PERP_OK;
+    int32_t again;
 
-    for (size_t i = 0; i < n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         s->b[i] = -forces[i] / s->scale;
         s->c[i] = -aim->load[i] / s->scale;
     }
-    s->s = factor;
-    start_inside(s, PERP__AIM_LOAD, 0.1);
-    if (perp__statics_climb(s, answer, aim, s->iterations + aim->max_iterations) ==
-            PERP__STATICS_FOUND ||
-        s->s > factor)
-        answer->safety = s->s;
+    memcpy(s->inside, s->x, bytes);
+    do {
+        s->s = s->factor = factor;
+        s->lacks = INFINITY;
+        memcpy(s->x, s->inside, bytes);
+        start_inside(s, PERP__AIM_LOAD, 0.1);
+        end = perp__statics_climb(s, answer, aim, s->iterations + aim->max_iterations);
+        if (end == PERP__STATICS_FOUND && perp__statics_settle(s, ROUNDED) > FACTOR_BALANCED)
+            end = PERP__STATICS_STUCK;
+        answer->safety = s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH) ? s->factor : NAN;
+        again = end == PERP__STATICS_STUCK && !s->doubled && perp__statics_may_double(s);
+        if (again)
+            status = perp__statics_make_doubled(s);
+        s->doubled |= again;
+    } while (again && status == PERP_OK);
+    return status;
 }
 
 static void set_forces(perp__statics *s, const double *forces, const double *load)
@@ -486,7 +508,7 @@ static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
         set_forces(s, forces, factor > 0.0 ? aim->load : NULL);
         status = find_inside(s, &own, &plain, &end);
         if (status == PERP_OK && end == PERP__STATICS_FOUND)
-            find_factor(s, answer, aim, forces, factor);
+            status = find_factor(s, answer, aim, forces, factor);
     }
     return status;
 }
