@@ -196,11 +196,20 @@ static void assemble_wide(const perp__statics *s)
     }
 }
 
+static double *diagonal_of(const perp__statics *s, int32_t node, int32_t i)
+{
+    const size_t width = (size_t)s->rows->width;
+    const size_t edge = (size_t)perp__fronts_edge(&s->fronts, node, node);
+
+    return s->fronts.values + edge * width * width + (size_t)i * (width + 1);
+}
+
 int32_t perp__statics_factor(perp__statics *s)
 {
     const perp__statics_rows *rows = s->rows;
     const int32_t width = rows->width;
     const size_t square = (size_t)width * (size_t)width;
+    double most = 0.0;
 
     s->iterations++;
     s->factored = 0;
@@ -212,14 +221,15 @@ int32_t perp__statics_factor(perp__statics *s)
     else if (width < 6)
         assemble_units(s, width, 0);
     assemble_wide(s);
+    for (int32_t node = 0; node < rows->nodes; node++)
+        for (int32_t i = 0; i < width; i++)
+            most = fmax(most, *diagonal_of(s, node, i));
     for (int32_t node = 0; node < rows->nodes; node++) {
-        double *block = s->fronts.values +
-                        (size_t)perp__fronts_edge(&s->fronts, node, node) * square;
-
         for (int32_t i = 0; i < width; i++) {
-            double *entry = &block[i * width + i], size = *entry;
+            double *entry = diagonal_of(s, node, i);
+            const double size = *entry;
 
-            *entry = size > 0.0 ? size * (1.0 + SHIFT) : 1.0;
+            *entry += SHIFT * (size > 0.0 ? size : most > 0.0 ? most : 1.0);
             s->shift[node * width + i] = *entry - size;
         }
     }

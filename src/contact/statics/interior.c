@@ -19,9 +19,6 @@
  *
  * The same steps minimise |x|^2 / 2 from an x inside, and maximise a load's factor: its column c
  * takes the place of -g. Free rows, of joints, are proximal: S = rho with a rho that vanishes. */
-#ifdef TRACE
-#include <stdio.h>
-#endif
 #include <math.h>
 #include <string.h>
 
@@ -56,7 +53,7 @@
 
 /* What a certificate may lack in rows, beside their terms; and how many times the work that
  * impulses could do on that it must have. */
-#define ROW_ROUNDING 1e-9
+#define ROW_ROUNDING 1e-10
 #define WORK_BESIDE 10.0
 
 /* ---- cones of units ---- */
@@ -190,6 +187,7 @@ static void condense_unit(perp__statics *s, int32_t u, double rho)
 void perp__statics_condense(perp__statics *s, double mean)
 {
     s->kappa = 0.0;
+    memset(s->k, 0, (size_t)s->rows->size * sizeof *s->k);
     for (int32_t c = 0; c < s->cone_count; c++)
         if (!s->dead[s->cones[c].unit])
             perp__cone_scale(&s->cones[c]);
@@ -639,17 +637,11 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
             if (unit->spins)
                 lack += unit->spinning * fabs(spin[0]);
         }
-#ifdef TRACE
-        if (!(lack <= ROW_ROUNDING * terms)) fprintf(stderr, "  unit %d kind %d lack %.3e terms %.3e sum %.3e v0 %.2e\n", u, unit->kind, lack, terms, sum, v[0]);
-#endif
         if (!(lack <= ROW_ROUNDING * terms))
             return 0;
         undone += fmax(lack, 0.0) * carried;
     }
     *work = sum;
-#ifdef TRACE
-    fprintf(stderr, "  sum %.3e undone %.3e size %.3e\n", sum, undone, size);
-#endif
     return sum > WORK_BESIDE * undone + 64.0 * DBL_EPSILON * size;
 }
 
@@ -682,12 +674,6 @@ perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *an
         find_unbalance(s);
         find_dual_residual(s);
         gap = find_gap(s, &mean);
-#ifdef TRACE
-        { double m = 0; for (size_t q = 0; q < count_numbers(s); q++) m = fmax(m, fabs(s->rb[q]));
-          double d = 0; for (int q = 0; q < s->rows->size; q++) d = fmax(d, fabs(s->rd[q]));
-          double yb = perp__dot(s->y, s->b, (int)count_numbers(s));
-          fprintf(stderr, "aim %d it %d s %.3e gap %.3e rb %.2e rd %.2e yb %.2e tau %.2e dd %d n %d\n", s->aim, s->iterations, s->s, gap, m, d, yb, s->tau, s->doubled, s->rows->units); }
-#endif
         if (!(gap < INFINITY))
             return PERP__STATICS_STUCK;
         if (s->aim == PERP__AIM_MARGIN && s->s > 0.0) {
@@ -720,7 +706,9 @@ perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *an
         step = iterate(s, mean);
         slow = step < SHORT ? slow + 1 : 0;
         if (step == 0.0 || slow > 2)
-            return PERP__STATICS_STUCK;
+            break;
     }
-    return PERP__STATICS_STUCK;
+    return s->aim == PERP__AIM_MARGIN && s->s < 0.0 && perp__statics_prove(s, answer, s->y)
+               ? PERP__STATICS_PROVED
+               : PERP__STATICS_STUCK;
 }

@@ -9,9 +9,6 @@
  *   4. least impulses, from inside; a load's factor, from inside */
 #include "contact/statics/statics.h"
 
-#ifdef TRACE
-#include <stdio.h>
-#endif
 #include <math.h>
 #include <string.h>
 
@@ -23,7 +20,7 @@
 /* What bodies' terms may lack in the end; what shows that forces are not in the rows' range. */
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
-#define OUT_OF_RANGE 1e-9
+#define OUT_OF_RANGE 1e-11
 #define FACTOR_BALANCED 1e-11
 
 /* The gap of a load's factor, beside it, with which that is told where numbers end. */
@@ -31,6 +28,7 @@
 
 /* Of the smallest load beside the largest: what counts as none. */
 #define LEAST_LOAD 1e-15
+#define LIGHTEST 1e-8
 
 /* Times the impulses of least squares: the sum of normals that no one but wedged parts comes near. */
 #define UNLIMITED 1e4
@@ -140,7 +138,7 @@ static void build_cones(perp__statics *s)
         const perp__statics_unit *unit = &s->rows->unit[u];
 
         s->unit_cone[u] = s->cone_count;
-        if (unit->kind == PERP__STATICS_INTERVAL) {
+        if (unit->kind == PERP__STATICS_INTERVAL && unit->rows > 0) {
             const double half = 0.5 * (unit->upper - unit->lower) / s->scale / s->weight[u];
             const double e = fmin(1.0, half);
 
@@ -176,15 +174,16 @@ static void weigh(perp__statics *s)
                 s->terms[node] = fmax(s->terms[node], fabs(s->b[i]) / s->reach[i]);
     }
     for (int32_t u = 0; u < s->rows->units; u++) {
-        double least = INFINITY;
+        double least = INFINITY, most = 0.0;
 
         for (int32_t l = 0; l < s->rows->unit[u].links; l++) {
             const double load = s->terms[s->rows->link[s->rows->unit[u].link + l].node];
 
             if (load > LEAST_LOAD)
                 least = fmin(least, load);
+            most = fmax(most, load);
         }
-        s->weight[u] = least < INFINITY ? least : 1.0;
+        s->weight[u] = least < INFINITY ? fmax(least, LIGHTEST * most) : 1.0;
     }
 }
 
@@ -328,16 +327,10 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 
     if (!(left < INFINITY))
         return PERP__STATICS_STUCK;
-#ifdef TRACE
-    int live=0; for (int u=0;u<s->rows->units;u++) live+= s->rows->unit[u].rows>0 && !s->dead[u];
-    fprintf(stderr, "start left %.3e units %d live %d\n", left, s->rows->units, live);
-#endif
     if (left > OUT_OF_RANGE && project_out(s, answer)) {
         *room = -INFINITY;
         return PERP__STATICS_PROVED;
     }
-    if (left > OUT_OF_RANGE)
-        return PERP__STATICS_STUCK;
     *room = perp__statics_room(s);
     if (*room > 0.0 && left <= BALANCED && !aim->measures)
         return PERP__STATICS_FOUND;
@@ -361,9 +354,6 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
             answer->unbalance = perp__statics_settle(s, ROUNDED);
         s->aim = aim;
     }
-#ifdef TRACE
-    fprintf(stderr, "inside: unbalance %.3e room %.3e\n", answer->unbalance, perp__statics_room(s));
-#endif
     return answer->unbalance <= BALANCED && perp__statics_room(s) > 0.0;
 }
 
@@ -464,9 +454,6 @@ static void set_forces(perp__statics *s, const double *forces, const double *loa
     s->scale = perp__largest(s->b, n);
     if (s->scale == 0.0)
         s->scale = 1.0;
-#ifdef TRACE
-    fprintf(stderr, "scale %.3e\n", s->scale);
-#endif
     for (int32_t i = 0; i < n; i++)
         s->b[i] /= s->scale;
     s->doubled = 0;
@@ -541,8 +528,31 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
                                                     : PERP_STATICS_INDETERMINATE;
     for (int32_t i = 0; i < s->rows->size && end == PERP__STATICS_FOUND && answer->r; i++)
         answer->r[i] = s->scale * s->x[i];
+    if (end == PERP__STATICS_FOUND && answer->r)
+        pull_in(s, answer->r);
     answer->iterations = s->iterations;
     return PERP_OK;
+}
+
+/* Within the cones to the last bit: rounding of a product may leave them by one. */
+static void pull_in(const perp__statics *s, double *r)
+{
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        const perp__cone *cone = &s->cones[c];
+        const perp__statics_unit *unit = &s->rows->unit[cone->unit];
+        double *own = r + unit->row;
+        const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
+                                   : cone->first == 1 + unit->tangents && unit->rolls > 0 ? unit->rolling
+                                                                       : unit->spinning;
+
+        for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->dead[cone->unit]; round++) {
+            if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) <=
+                coefficient * own[0])
+                break;
+            for (int32_t j = 1; j < cone->dim; j++)
+                own[cone->first + j - 1] *= 1.0 - DBL_EPSILON;
+        }
+    }
 }
 
 /* ---- other forces ---- */
@@ -583,6 +593,7 @@ int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
         return 0;
     for (int32_t i = 0; i < s->rows->size; i++)
         answer->r[i] = s->scale * s->x[i];
+    pull_in(s, answer->r);
     answer->verdict = PERP_STATICS_STANDS;
     answer->iterations = 0;
     return 1;
