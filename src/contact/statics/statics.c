@@ -500,6 +500,27 @@ static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
     return status;
 }
 
+/* Within the cones to the last bit: rounding of a product may leave them by one. */
+static void pull_in(const perp__statics *s, double *r)
+{
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        const perp__cone *cone = &s->cones[c];
+        const perp__statics_unit *unit = &s->rows->unit[cone->unit];
+        double *own = r + unit->row;
+        const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
+                                   : cone->first == 1 + unit->tangents && unit->rolls > 0 ? unit->rolling
+                                                                       : unit->spinning;
+
+        for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->dead[cone->unit]; round++) {
+            if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) <=
+                coefficient * own[0])
+                break;
+            for (int32_t j = 1; j < cone->dim; j++)
+                own[cone->first + j - 1] *= 1.0 - DBL_EPSILON;
+        }
+    }
+}
+
 perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
                                  const double *forces, const perp__statics_aim *aim)
 {
@@ -532,27 +553,6 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
         pull_in(s, answer->r);
     answer->iterations = s->iterations;
     return PERP_OK;
-}
-
-/* Within the cones to the last bit: rounding of a product may leave them by one. */
-static void pull_in(const perp__statics *s, double *r)
-{
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        const perp__cone *cone = &s->cones[c];
-        const perp__statics_unit *unit = &s->rows->unit[cone->unit];
-        double *own = r + unit->row;
-        const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
-                                   : cone->first == 1 + unit->tangents && unit->rolls > 0 ? unit->rolling
-                                                                       : unit->spinning;
-
-        for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->dead[cone->unit]; round++) {
-            if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) <=
-                coefficient * own[0])
-                break;
-            for (int32_t j = 1; j < cone->dim; j++)
-                own[cone->first + j - 1] *= 1.0 - DBL_EPSILON;
-        }
-    }
 }
 
 /* ---- other forces ---- */
