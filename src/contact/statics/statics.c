@@ -323,6 +323,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
                                      const perp__statics_aim *aim, double *room)
 {
     const double left = start_balanced(s);
+    const int32_t most = s->iterations + aim->max_iterations;
     perp__statics_end end;
 
     if (!(left < INFINITY))
@@ -335,7 +336,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     if (*room > 0.0 && left <= BALANCED && !aim->measures)
         return PERP__STATICS_FOUND;
     start_margin(s, *room);
-    end = perp__statics_climb(s, answer, aim, aim->max_iterations);
+    end = perp__statics_climb(s, answer, aim, most);
     *room = s->s;
     return end;
 }
@@ -369,6 +370,12 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
 
         buried = 0;
         *end = find_margin(s, answer, aim, &room);
+        if (*end >= PERP__STATICS_ENDED && aim->measures) {
+            perp__statics_aim rough = *aim; /* a proof at once, before numbers end */
+
+            rough.measures = 0;
+            *end = find_margin(s, answer, &rough, &room);
+        }
         if (*end == PERP__STATICS_FOUND && !is_inside(s, answer))
             *end = PERP__STATICS_STUCK;
         answer->margin = room;
@@ -512,7 +519,8 @@ static void pull_in(const perp__statics *s, double *r)
                                                                        : unit->spinning;
 
         for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->dead[cone->unit]; round++) {
-            if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) <=
+            if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) *
+                    (1.0 + 2.0 * DBL_EPSILON) <=
                 coefficient * own[0])
                 break;
             for (int32_t j = 1; j < cone->dim; j++)
