@@ -20,6 +20,7 @@
 /* What bodies' terms may lack in the end; what shows that forces are not in the rows' range. */
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
+#define TOUCHED 1e-13
 #define OUT_OF_RANGE 1e-11
 #define FACTOR_BALANCED 1e-11
 
@@ -595,7 +596,7 @@ int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
     for (int32_t i = 0; i < s->rows->size; i++)
         s->x[i] = base[i] / s->scale;
     s->aim = PERP__AIM_MARGIN;
-    answer->unbalance = perp__statics_settle(s, ROUNDED);
+    answer->unbalance = perp__statics_settle(s, TOUCHED);
     answer->margin = perp__statics_room(s);
     if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))
         return 0;
