@@ -57,15 +57,16 @@ typedef struct perp_statics_result {
     size_t struct_size;
     int32_t verdict;    /* PERP_STATICS_... */
     int32_t iterations; /* factorisations of H D H' that it took */
-    double margin;      /* the largest s, to a hundredth, for which impulses exist that keep s, in
-                           units of the largest force, from the edge of every cone,
-                           r_n - s >= |r_t| / mu; at most 1. Negative: what is missing. 0 also
-                           where contacts can carry nothing at all (a flush neighbour that nothing
-                           presses): those are left out of the rest */
+    double margin;      /* the largest s, to a hundredth, for which impulses exist that keep s w
+                           from the edge of every cone, r_n - s w >= |r_t| / mu; w is the load of
+                           the less loaded of the bodies that the contact pushes. At most 1.
+                           Negative: what is missing; -inf: no impulses of any sign balance the
+                           forces. 0 also where contacts can carry nothing at all (a flush
+                           neighbour that nothing presses) */
     double safety;      /* the largest factor with which `load` is carried beside f, to 1e-8; inf
                            where every factor is; NaN without a load or where no factor was found */
-    double unbalance;   /* of the impulses returned: max over velocities of |f + H'r + G's|, each
-                           over the sum of its terms' sizes */
+    double unbalance;   /* of the impulses returned: the largest |f + H'r + G's| of a body over the
+                           largest sum of its terms' sizes */
     double work;        /* f'v of the certificate, plus the least r'u of rows with bounds; with
                            |v| at most 1 in every entry */
     double seconds;
@@ -74,15 +75,15 @@ typedef struct perp_statics_result {
 /* Forces and rows. */
 typedef struct perp_statics_problem {
     size_t struct_size;
-    int32_t n;                      /* velocities */
-    int32_t reserved;               /* 0 */
-    const perp_contact_laws *laws;  /* contacts, and rows with bounds; compliance is not read;
-                                       two-sided contacts are refused */
-    const perp_matrix *H;           /* rows of the contacts and those with bounds by n, dense or CSC */
-    const perp_matrix *G;           /* bilateral rows by n, or NULL */
-    const double *f;                /* n: forces, or impulses: what balances them has their unit */
-    const double *load;             /* n: a further force, asked for result.safety; decided is
-                                       f + load. NULL: none */
+    int32_t n;                     /* velocities */
+    int32_t reserved;              /* 0 */
+    const perp_contact_laws *laws; /* contacts, and rows with bounds; compliance is not read;
+                                      two-sided contacts are refused */
+    const perp_matrix *H; /* rows of the contacts and those with bounds by n, dense or CSC */
+    const perp_matrix *G; /* bilateral rows by n, or NULL */
+    const double *f;      /* n: forces, or impulses: what balances them has their unit */
+    const double *load;   /* n: a further force, asked for result.safety; decided is
+                             f + load. NULL: none */
 } perp_statics_problem;
 
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */

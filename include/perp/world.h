@@ -365,8 +365,8 @@ typedef struct perp_world_load {
 PERP_API perp_status perp_world_load_init(perp_world_load *load, size_t size);
 
 /* Decides whether the world, with velocities 0 and kinematic bodies held where they are, is in
- * equilibrium with gravity, the bodies' forces and the loads (perp/statics.h), and how far the loads
- * could grow. States and contact points stay as they are; what sleeps wakes.
+ * equilibrium with gravity, the bodies' forces and the loads (perp/statics.h), and how far the
+ * loads could grow. States and contact points stay as they are; what sleeps wakes.
  *
  * Returns: PERP_OK with the verdict; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or
  *          _MEMORY: then result and *count are untouched.

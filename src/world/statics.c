@@ -1,5 +1,5 @@
-/* perp_world_statics: the question of perp/statics.h about a world as it is. Contacts are those that
- * a step would find that is so short that nothing moves visibly; the step is not taken. */
+/* perp_world_statics: the question of perp/statics.h about a world as it is. Contacts are those
+ * that a step would find that is so short that nothing moves visibly; the step is not taken. */
 #include <math.h>
 #include <string.h>
 
@@ -39,8 +39,8 @@ static perp_status check_loads(const question *q)
         const perp_world_load *load = &q->loads[i];
         int32_t slot;
 
-        status = perp__struct_check(context, "loads", load, sizeof *load,
-                                    PERP__FIRST(perp_world_load));
+        status =
+            perp__struct_check(context, "loads", load, sizeof *load, PERP__FIRST(perp_world_load));
         PERP__THEN(status, perp__find_body(q->world, &slot, load->body));
         PERP__THEN(status, perp__check_vector3(q->world, "load.force", load->force));
         if (status == PERP_OK && !perp__is_finite3(load->torque))
@@ -207,8 +207,7 @@ static perp_status decide(question *q, const perp__island *island)
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, NULL);
     for (int32_t i = 0; i < work->count; i++) {
-        const perp__world_contact *contact =
-            perp__step_contact(world, island, work->chosen[i]);
+        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
 
         work->rows[i].bias[0] = perp__open_gap(contact, fmax(contact->gap, 0.0)) / q->h;
     }

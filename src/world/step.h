@@ -89,7 +89,8 @@ perp_status perp__advance_world(perp_world *world, perp_step_result *result, dou
 
 /* step.c: the contacts of a step of length h and the velocities that meet them, as a step has them
  * before it goes on; again where world->awake_changed. */
-perp_status perp__find_step_contacts(perp_world *world, double h, struct perp__solve_summary *summary);
+perp_status perp__find_step_contacts(perp_world *world, double h,
+                                     struct perp__solve_summary *summary);
 /* One step, within the budget that is open; or none, where that would be rough, as
  * world->rough says then, and world->divides. */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);

@@ -109,7 +109,8 @@ typedef struct perp__memory {
     uint64_t feature;
     double normal[3];
     double impulse[3];
-    double base[3]; /* of an island that stands: as it was decided, from which forces changed since */
+    double
+        base[3]; /* of an island that stands: as it was decided, from which forces changed since */
 } perp__memory;
 
 /* A contact point of bodies that are asleep. */
@@ -237,8 +238,8 @@ typedef struct perp__response {
     double impulse[3];
     double velocity[3];
     double base[3]; /* perp__memory */
-    int32_t mode;  /* PERP_CONTACT_... */
-    int32_t later; /* contact of the pair, of those that came after the first round; -1: none */
+    int32_t mode;   /* PERP_CONTACT_... */
+    int32_t later;  /* contact of the pair, of those that came after the first round; -1: none */
 } perp__response;
 
 /* And what rounds read of it. */
@@ -302,8 +303,8 @@ typedef struct perp__island_work {
     perp__statics_rows stand_rows;
     perp__statics_unit *stand_units;
     perp__statics_link *stand_links;
-    int8_t *hit, *near;                      /* contacts of the island; bodies */
-    int32_t *part;                           /* contacts of a part of it: near.c */
+    int8_t *hit, *near; /* contacts of the island; bodies */
+    int32_t *part;      /* contacts of a part of it: near.c */
 } perp__island_work;
 
 /* A snapshot of the world's own. */
@@ -404,7 +405,7 @@ struct perp_world {
     perp__coloured coloured;
     perp__budget budget;
     struct perp__standing *standing; /* islands/standing.h */
-    struct perp__tasks *tasks; /* lanes.h; NULL: all on the caller's thread */
+    struct perp__tasks *tasks;       /* lanes.h; NULL: all on the caller's thread */
     struct perp__lane *lanes;
     int32_t lane_count;
 

@@ -1,5 +1,5 @@
-/* Bodies that touch, as rows of H and G in general coordinates, one call of perp_contact_statics, and
- * what its answer has to obey, from the caller's own numbers in extended precision. Includer:
+/* Bodies that touch, as rows of H and G in general coordinates, one call of perp_contact_statics,
+ * and what its answer has to obey, from the caller's own numbers in extended precision. Includer:
  * cmocka.h. */
 #ifndef PERP_TESTS_STATICS_CASE_H
 #define PERP_TESTS_STATICS_CASE_H
@@ -57,8 +57,8 @@ static inline void case_push(const statics_case *c, double *row, int32_t body, d
     for (k = 0; k < 3; k++)
         arm[k] = p[k] - c->center[body][k];
     for (k = 0; k < 3; k++)
-        moment[k] = turns ? d[k]
-                          : arm[(k + 1) % 3] * d[(k + 2) % 3] - arm[(k + 2) % 3] * d[(k + 1) % 3];
+        moment[k] =
+            turns ? d[k] : arm[(k + 1) % 3] * d[(k + 2) % 3] - arm[(k + 2) % 3] * d[(k + 1) % 3];
     row += body * c->width;
     for (k = 0; k < 3; k++)
         if (c->width == 6) {
@@ -88,10 +88,12 @@ static inline double *case_next(statics_case *c)
     return c->H + c->n * c->rows++;
 }
 
-/* Two directions that make a right-handed system with the unit vector `normal`, turned by `angle`. */
+/* Two directions that make a right-handed system with the unit vector `normal`, turned by `angle`.
+ */
 static inline void case_tangents(const double normal[3], double angle, double t[2][3])
 {
-    const double side[3] = {fabs(normal[0]) > 0.7 ? 0.0 : 1.0, fabs(normal[0]) > 0.7 ? 1.0 : 0.0, 0};
+    const double side[3] = {fabs(normal[0]) > 0.7 ? 0.0 : 1.0, fabs(normal[0]) > 0.7 ? 1.0 : 0.0,
+                            0};
     double a[3], b[3], size = 0.0, along = 0.0;
     int32_t k;
 
@@ -341,8 +343,7 @@ static inline void case_check_falls(const char *name, const statics_case *c)
         row += rows;
     }
     for (k = 0; k < c->bounded + c->joints; k++) {
-        const double *H = k < c->bounded ? c->H + (row + k) * c->n
-                                         : c->G + (k - c->bounded) * c->n;
+        const double *H = k < c->bounded ? c->H + (row + k) * c->n : c->G + (k - c->bounded) * c->n;
         const double u = case_speed(c, H);
         const double bound = k >= c->bounded ? INFINITY : u > 0.0 ? -c->lower[k] : c->upper[k];
 
@@ -365,8 +366,8 @@ static inline void case_check_falls(const char *name, const statics_case *c)
 /* Calls, and checks whatever the verdict is; outputs that it does not concern are untouched. */
 static inline int32_t case_decide(const char *name, statics_case *c, perp_context *context)
 {
-    const int32_t stands = (case_call(c, context) == PERP_OK) &&
-                           c->result.verdict == PERP_STATICS_STANDS;
+    const int32_t stands =
+        (case_call(c, context) == PERP_OK) && c->result.verdict == PERP_STATICS_STANDS;
     int32_t i;
 
     if (perp_context_message(context)[0] != '\0')

@@ -1,5 +1,5 @@
-/* Equilibrium against closed forms, on both sides of each limit. Whatever the verdict, the answer is
- * checked from the caller's own data (statics_case.h). */
+/* Equilibrium against closed forms, on both sides of each limit. Whatever the verdict, the answer
+ * is checked from the caller's own data (statics_case.h). */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -222,7 +222,8 @@ static void test_table(void **state)
 
             case_begin(&one, 6, 1);
             for (j = 0; j <= twice; j++)
-                case_corners(&one, 0, CASE_GROUND, 0, 0, -0.7, 0.5, i & 1 ? 0.5 : 0.8, 0.05 + 0.2 * i);
+                case_corners(&one, 0, CASE_GROUND, 0, 0, -0.7, 0.5, i & 1 ? 0.5 : 0.8,
+                             0.05 + 0.2 * i);
             one.f[2] = -weight;
             case_require("table", &one, context, PERP_STATICS_STANDS);
             for (j = 0; j < one.rows; j++) {
@@ -238,7 +239,7 @@ static void test_table(void **state)
 /* Blocks on each other, masses 1 and 1e12 or 1, 1e4, 1e8 and 1e12, in any order. */
 static void test_tower(void **state)
 {
-    static const int order[][4] = {{0, 0, 0, 12}, {12, 0, 0, 0}, {0, 4, 8, 12}, {12, 8, 4, 0},
+    static const int order[][4] = {{0, 0, 0, 12},  {12, 0, 0, 0},  {0, 4, 8, 12}, {12, 8, 4, 0},
                                    {0, 12, 0, 12}, {12, 0, 12, 0}, {-6, 6, -6, 6}};
     int32_t i, k, j;
 
@@ -351,9 +352,9 @@ static void make_arch(statics_case *c, double t, int32_t stones)
     }
 }
 
-/* Heyman's least thickness of a semicircular arch is .1075 of its radius (Milankovitch 1907; Heyman,
- * "The safety of masonry arches", Int. J. Mech. Sci. 11 (1969) 363), with as many joints as one
- * likes; with 48 of them hinges miss their best places by a few 1e-4. */
+/* Heyman's least thickness of a semicircular arch is .1075 of its radius (Milankovitch 1907;
+ * Heyman, "The safety of masonry arches", Int. J. Mech. Sci. 11 (1969) 363), with as many joints as
+ * one likes; with 48 of them hinges miss their best places by a few 1e-4. */
 static void test_arch(void **state)
 {
     double least = 0.09, most = 0.13;
@@ -396,8 +397,7 @@ static void test_wedged(void **state)
             one.f[4] = -1.0;
             if (held)
                 case_contact(&one, 1, CASE_GROUND, 0, 0, 0, 0, 1, 0, 0.3);
-            case_require("wedged", &one, context,
-                         held ? PERP_STATICS_STANDS : PERP_STATICS_FALLS);
+            case_require("wedged", &one, context, held ? PERP_STATICS_STANDS : PERP_STATICS_FALLS);
             if (!held && !(fabs(one.v[4] + 1.0) <= 1e-9 && fabs(one.v[1]) <= 1e-9))
                 fail_msg("wedged: the box falls by %g, the wedge by %g", one.v[4], one.v[1]);
         }
@@ -411,7 +411,8 @@ static void test_safety(void **state)
 
     (void)state;
     for (i = 0; i < 40; i++) {
-        const double mu = 0.05 + 0.1 * i, N = ldexp(1.3, (i - 20) / 2), weight = ldexp(0.9, (20 - i) / 2);
+        const double mu = 0.05 + 0.1 * i, N = ldexp(1.3, (i - 20) / 2),
+                     weight = ldexp(0.9, (20 - i) / 2);
 
         case_begin(&one, 3, 3); /* the fingers move along x alone */
         case_contact(&one, 0, 1, -1, 0, 0, 1, 0, 0, mu);
@@ -451,12 +452,12 @@ static void test_safety(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slope),    cmocka_unit_test(test_tipping),
-        cmocka_unit_test(test_ladder),   cmocka_unit_test(test_rolling),
-        cmocka_unit_test(test_bounds),   cmocka_unit_test(test_joints),
-        cmocka_unit_test(test_table),    cmocka_unit_test(test_tower),
-        cmocka_unit_test(test_flush),    cmocka_unit_test(test_overhang),
-        cmocka_unit_test(test_arch),     cmocka_unit_test(test_wedged),
+        cmocka_unit_test(test_slope),  cmocka_unit_test(test_tipping),
+        cmocka_unit_test(test_ladder), cmocka_unit_test(test_rolling),
+        cmocka_unit_test(test_bounds), cmocka_unit_test(test_joints),
+        cmocka_unit_test(test_table),  cmocka_unit_test(test_tower),
+        cmocka_unit_test(test_flush),  cmocka_unit_test(test_overhang),
+        cmocka_unit_test(test_arch),   cmocka_unit_test(test_wedged),
         cmocka_unit_test(test_safety),
     };
 

@@ -18,7 +18,8 @@ enum { CASES = 300 };
 static statics_case one, other;
 
 /* Bodies that touch in random points, with all laws. Where they stand is known: forces are those of
- * impulses inside all cones. In half of the others one body falls off; what remains may do either. */
+ * impulses inside all cones. In half of the others one body falls off; what remains may do either.
+ */
 static int32_t make_random(gen_random *random, int32_t width)
 {
     const int32_t bodies = 1 + gen_integer(random, 4), kind = gen_integer(random, 3);
@@ -38,8 +39,9 @@ static int32_t make_random(gen_random *random, int32_t width)
         const int32_t rolls = gen_integer(random, 4) == 0, spins = gen_integer(random, 4) == 0;
         const double mu = gen_integer(random, 5) ? gen_uniform(random, 0.0, 1.5) : -1.0;
 
-        case_contact_at(&one, a, b == a ? CASE_GROUND : b, p, normal, gen_uniform(random, -3, 3), mu,
-                        rolls && mu > 0.0 ? 0.1 : 0.0, spins && mu > 0.0 && width == 6 ? 0.1 : 0.0);
+        case_contact_at(&one, a, b == a ? CASE_GROUND : b, p, normal, gen_uniform(random, -3, 3),
+                        mu, rolls && mu > 0.0 ? 0.1 : 0.0,
+                        spins && mu > 0.0 && width == 6 ? 0.1 : 0.0);
     }
     for (k = 0; k < gen_integer(random, 3); k++)
         case_bounded(&one, -1.0 - k, k ? INFINITY : 1.5)[gen_integer(random, one.n)] = 1.0;
@@ -58,12 +60,13 @@ static int32_t make_random(gen_random *random, int32_t width)
 
         for (m = 0; m < rows; m++)
             for (j = 0; j < one.n; j++) {
-                const double factor = m == 0          ? 1.0
-                                      : m <= tangents ? one.mu[k]
+                const double factor = m == 0                               ? 1.0
+                                      : m <= tangents                      ? one.mu[k]
                                       : m < rows - (one.spinning[k] > 0.0) ? one.rolling[k]
-                                                                          : one.spinning[k];
+                                                                           : one.spinning[k];
 
-                one.f[j] -= (m == 0 ? 1.0 : (m % 2 ? 0.5 : -0.5) * factor) * one.H[(i + m) * one.n + j];
+                one.f[j] -=
+                    (m == 0 ? 1.0 : (m % 2 ? 0.5 : -0.5) * factor) * one.H[(i + m) * one.n + j];
             }
         i += rows;
     }
@@ -162,8 +165,8 @@ static void check_order(gen_random *random, int32_t i)
     require_same("order", i);
 }
 
-/* Forces times 2^k; lengths times 2^k: angular coordinates, rows that turn, and coefficients that are
- * lengths. */
+/* Forces times 2^k; lengths times 2^k: angular coordinates, rows that turn, and coefficients that
+ * are lengths. */
 static void check_units(int32_t i, int32_t force, int32_t length)
 {
     const double L = ldexp(1.0, length), F = ldexp(1.0, force);

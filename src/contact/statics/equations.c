@@ -1,6 +1,6 @@
-/* K = A S^-1 A' on the graph of nodes: its pattern, its factors, and products with A. S^-1 = F F' is
- * kept by its root F: K is then positive semidefinite whatever rounding does, and near the edge of a
- * cone F is worth twice the digits of S^-1. */
+/* K = A S^-1 A' on the graph of nodes: its pattern, its factors, and products with A. S^-1 = F F'
+ * is kept by its root F: K is then positive semidefinite whatever rounding does, and near the edge
+ * of a cone F is worth twice the digits of S^-1. */
 #include <math.h>
 #include <string.h>
 
@@ -82,8 +82,8 @@ perp_status perp__statics_order(perp__statics *s)
     if (!graph)
         goto done;
     list_neighbours(s, unit_starts, units, s->graph_starts, graph);
-    status = perp__fronts_analyse(&s->fronts, s->context, rows->nodes, rows->width,
-                                  s->graph_starts, graph);
+    status = perp__fronts_analyse(&s->fronts, s->context, rows->nodes, rows->width, s->graph_starts,
+                                  graph);
 
     /* 3. Where each unit's blocks go. */
     for (int32_t u = 0; status == PERP_OK && u < rows->units; u++) {

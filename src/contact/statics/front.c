@@ -38,9 +38,9 @@ typedef struct front {
     size_t numbers;
     int32_t *starts, *columns; /* of H and G, row by row */
     double *entry;
-    int32_t *given_row;  /* own_rows: the caller's */
-    int32_t *mark;       /* n: the unit that met a block last */
-    double *scale;       /* n: powers of two that bring velocities to rows of size 1 */
+    int32_t *given_row; /* own_rows: the caller's */
+    int32_t *mark;      /* n: the unit that met a block last */
+    double *scale;      /* n: powers of two that bring velocities to rows of size 1 */
     perp__statics_unit *unit;
     perp__statics_link *link;
     double *values, *forces, *loads, *r, *v;
@@ -174,8 +174,8 @@ static void list_rows(front *a)
                                                                    : 1.0));
 }
 
-/* The units of the laws; own_rows: those that can carry something. A row whose bounds are equal is a
- * force, added to the others in `forces`. */
+/* The units of the laws; own_rows: those that can carry something. A row whose bounds are equal is
+ * a force, added to the others in `forces`. */
 static void list_units(front *a)
 {
     const perp_contact_laws *laws = &a->laws;
@@ -243,8 +243,8 @@ static int32_t count_links(front *a, int32_t width, double *work)
     return sum;
 }
 
-/* Coordinates a node: all, six or three as bodies have them, or one: the most that costs little more
- * than the best, for it is beside all forces of a node that one of them is balanced. */
+/* Coordinates a node: all, six or three as bodies have them, or one: the most that costs little
+ * more than the best, for it is beside all forces of a node that one of them is balanced. */
 static int32_t choose_width(front *a)
 {
     const int32_t widths[] = {a->n, 6, 3, 1};

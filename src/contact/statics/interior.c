@@ -12,8 +12,9 @@
  *   dx = S^-1 (p + A'dy) + ds k
  *
  * The sum of all normals, in units of their weights, is limited by a number that matters to no one
- * but wedged parts: their impulses may grow without end, and their virtual velocities are 0, so that
- * nothing inside the dual's cones is at the end of the way. h of the sum comes as one column more:
+ * but wedged parts: their impulses may grow without end, and their virtual velocities are 0, so
+ * that nothing inside the dual's cones is at the end of the way. h of the sum comes as one column
+ * more:
  *
  *   t_R = R - h'x,  tau_R its dual,   j = S^-1 h,  q = A j
  *
@@ -198,7 +199,8 @@ void perp__statics_condense(perp__statics *s, double mean)
 
 /* ---- a step ---- */
 
-/* Whether the unit's normal is one of those whose sum is limited: h of a unit is 1 / weight there. */
+/* Whether the unit's normal is one of those whose sum is limited: h of a unit is 1 / weight there.
+ */
 static int32_t is_limited(const perp__statics *s, int32_t u)
 {
     return s->aim != PERP__AIM_LEAST && s->rows->unit[u].kind == PERP__STATICS_CONE &&
@@ -253,7 +255,8 @@ static void find_unbalance(perp__statics *s)
             const double part = sum - s->b[i];
 
             s->rb[i] = sum;
-            s->rb_low[i] = (s->b[i] - (sum - part)) + (product - part) + fma(s->s, s->c[i], -product);
+            s->rb_low[i] =
+                (s->b[i] - (sum - part)) + (product - part) + fma(s->s, s->c[i], -product);
         }
     }
     perp__statics_load(s, -1.0, s->x, s->rb, s->rb_low);
@@ -404,8 +407,8 @@ static void advance(perp__statics *s, double step, const perp__statics_step *d)
             continue;
         for (int32_t j = 0; j < 3; j++)
             cone->u[j] += step * cone->du[j];
-        take_place(s, cone, s->x,
-                   cone->h - (s->aim == PERP__AIM_MARGIN ? s->s * cone->e : 0.0), cone->z);
+        take_place(s, cone, s->x, cone->h - (s->aim == PERP__AIM_MARGIN ? s->s * cone->e : 0.0),
+                   cone->z);
     }
 }
 
@@ -438,8 +441,8 @@ static double find_dual_gap(const perp__statics *s)
 /* What the dual's measure lacks: e'u + tau = 1, or c'y = 1. */
 static double find_measure(const perp__statics *s)
 {
-    double sum = s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, (int32_t)count_numbers(s))
-                                          : s->tau;
+    double sum =
+        s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, (int32_t)count_numbers(s)) : s->tau;
 
     for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_MARGIN; c++)
         if (!s->dead[s->cones[c].unit])
@@ -529,9 +532,8 @@ double perp__statics_unbalance(perp__statics *s)
 
             for (int32_t k = 0; k < unit->rows; k++)
                 for (int32_t i = 0; i < width; i++)
-                    s->terms[link->node * width + i] +=
-                        fabs(s->rows->values[link->at + (size_t)(k * width + i)] *
-                             s->x[unit->row + k]);
+                    s->terms[link->node * width + i] += fabs(
+                        s->rows->values[link->at + (size_t)(k * width + i)] * s->x[unit->row + k]);
         }
     }
     for (int32_t node = 0; node < s->rows->nodes; node++) {
@@ -586,9 +588,9 @@ double perp__statics_room(perp__statics *s)
     return least;
 }
 
-/* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds add.
- * What rows lack of the dual cones counts as rounding where impulses a few times those at hand could
- * not do that work on it. */
+/* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds
+ * add. What rows lack of the dual cones counts as rounding where impulses a few times those at hand
+ * could not do that work on it. */
 static int32_t proves(perp__statics *s, const double *y, double *work)
 {
     const perp__statics_rows *rows = s->rows;

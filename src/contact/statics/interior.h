@@ -29,20 +29,20 @@ struct perp__statics {
     int32_t *edge;                /* for each unit: links by links */
     int32_t *unit_edge;           /* units + 1 */
     int32_t *graph_starts, *graph, *mark;
-    int8_t *dead;                 /* units that carry nothing */
+    int8_t *dead; /* units that carry nothing */
     perp__cone *cones;
-    double *weight;               /* units: impulses of ordinary size */
-    double *reach;                /* nodes by width: the largest entry of A there */
-    double *F;                    /* S^-1 = F F' of each unit */
-    double *k, *j;                /* size: S^-1 B'G e, S^-1 h */
-    double *x, *dx, *p, *rd;      /* size */
-    double *inside;               /* size: strictly inside all cones */
+    double *weight;          /* units: impulses of ordinary size */
+    double *reach;           /* nodes by width: the largest entry of A there */
+    double *F;               /* S^-1 = F F' of each unit */
+    double *k, *j;           /* size: S^-1 B'G e, S^-1 h */
+    double *x, *dx, *p, *rd; /* size */
+    double *inside;          /* size: strictly inside all cones */
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms, *tower; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
-    double scale;                 /* of b */
-    double s, t, tau, limit;      /* the margin, or a factor; t = limit - s, its dual */
-    double t_R, tau_R, most;      /* the same of the sum of normals */
-    double factor, lacks;         /* of a load: the best so far, and its gap */
+    double scale;            /* of b */
+    double s, t, tau, limit; /* the margin, or a factor; t = limit - s, its dual */
+    double t_R, tau_R, most; /* the same of the sum of normals */
+    double factor, lacks;    /* of a load: the best so far, and its gap */
     double kappa;
     int32_t aim, doubled, iterations;
     /* doubled.c: L L' = K in doubled precision, row after row from `first` on */

@@ -31,7 +31,8 @@
 #define LEAST_LOAD 1e-15
 #define LIGHTEST 1e-8
 
-/* Times the impulses of least squares: the sum of normals that no one but wedged parts comes near. */
+/* Times the impulses of least squares: the sum of normals that no one but wedged parts comes near.
+ */
 #define UNLIMITED 1e4
 
 static void lay_out(perp__arena *arena, void *object)
@@ -303,8 +304,8 @@ static int32_t bury(perp__statics *s)
     return count;
 }
 
-/* Forces that no row can answer: of (A A' + shift) y = b, nearly all of y is in the null space of A',
- * for what b has there is divided by the shift; once more, and all of it is. */
+/* Forces that no row can answer: of (A A' + shift) y = b, nearly all of y is in the null space of
+ * A', for what b has there is divided by the shift; once more, and all of it is. */
 static int32_t project_out(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
@@ -499,7 +500,8 @@ static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
     status = find_inside(s, &own, &plain, &end);
     if (status == PERP_OK && end == PERP__STATICS_FOUND)
         answer->safety = INFINITY;
-    for (double factor = 1.0; status == PERP_OK && isnan(answer->safety) && factor >= 0.0; factor--) {
+    for (double factor = 1.0; status == PERP_OK && isnan(answer->safety) && factor >= 0.0;
+         factor--) {
         set_forces(s, forces, factor > 0.0 ? aim->load : NULL);
         status = find_inside(s, &own, &plain, &end);
         if (status == PERP_OK && end == PERP__STATICS_FOUND)
@@ -516,8 +518,9 @@ static void pull_in(const perp__statics *s, double *r)
         const perp__statics_unit *unit = &s->rows->unit[cone->unit];
         double *own = r + unit->row;
         const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
-                                   : cone->first == 1 + unit->tangents && unit->rolls > 0 ? unit->rolling
-                                                                       : unit->spinning;
+                                   : cone->first == 1 + unit->tangents && unit->rolls > 0
+                                       ? unit->rolling
+                                       : unit->spinning;
 
         for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->dead[cone->unit]; round++) {
             if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) *
@@ -567,8 +570,8 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
 /* ---- other forces ---- */
 
 int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
-                            perp__statics_answer *answer, const double *forces,
-                            const double *base, int32_t keep)
+                            perp__statics_answer *answer, const double *forces, const double *base,
+                            int32_t keep)
 {
     s->rows = rows;
     if (!(keep && s->factored)) {

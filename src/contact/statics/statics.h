@@ -18,13 +18,13 @@ enum { PERP__STATICS_MOST_ROWS = 6 };
 
 typedef struct perp__statics_unit {
     int32_t kind;
-    int32_t row, rows;      /* the first of r; a cone's: the normal, then these: */
-    int32_t tangents;       /* 0, 1 or 2 */
-    int32_t rolls;          /* 0, 1 or 2 */
-    int32_t spins;          /* 0 or 1 */
+    int32_t row, rows; /* the first of r; a cone's: the normal, then these: */
+    int32_t tangents;  /* 0, 1 or 2 */
+    int32_t rolls;     /* 0, 1 or 2 */
+    int32_t spins;     /* 0 or 1 */
     int32_t link, links;
     double mu, rolling, spinning; /* > 0 where there are such rows */
-    double lower, upper;    /* of an interval, lower < upper */
+    double lower, upper;          /* of an interval, lower < upper */
 } perp__statics_unit;
 
 typedef struct perp__statics_link {
@@ -82,7 +82,7 @@ perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *a
  * wherever they are now. Returns whether r is balanced and in all cones; then
  * answer->r, margin (the least room left beside base's) and unbalance are written. */
 int32_t perp__statics_touch(perp__statics *statics, const perp__statics_rows *rows,
-                            perp__statics_answer *answer, const double *forces,
-                            const double *base, int32_t keep);
+                            perp__statics_answer *answer, const double *forces, const double *base,
+                            int32_t keep);
 
 #endif

@@ -50,8 +50,7 @@ void perp__recall(const perp_world *world, const perp__pair *pair,
         }
     for (int32_t i = 0; i < pair->memories; i++)
         if (world->memories[pair->first_memory + i].feature == contact->feature) {
-            take_memory(world, &world->memories[pair->first_memory + i], contact, warm,
-                        base);
+            take_memory(world, &world->memories[pair->first_memory + i], contact, warm, base);
             return;
         }
 }

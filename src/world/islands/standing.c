@@ -65,8 +65,7 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     }
     for (int32_t i = 0; i < island->joints && one; i++)
         for (int32_t side = 0; side < 2 && one; side++)
-            one = takes_in(world, carrying, &any,
-                           perp__island_joint(world, island, i)->body[side]);
+            one = takes_in(world, carrying, &any, perp__island_joint(world, island, i)->body[side]);
     return one;
 }
 
@@ -533,8 +532,8 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp_status status = PERP_OK;
 
     *stands = 0;
-    if ((world->settings.cone != 0 && !world->settings.planar) || !perp__gather_standing(world, island, 0) ||
-        rows->size == verdict->asked)
+    if ((world->settings.cone != 0 && !world->settings.planar) ||
+        !perp__gather_standing(world, island, 0) || rows->size == verdict->asked)
         return PERP_OK;
     find_forces(world, island, carrying);
     answer.r = work->stand_r;

@@ -1,5 +1,5 @@
-/* What can rest, rests (perp/statics.h): an island whose bodies have the motion of what carries them
- * keeps it where impulses within all cones make the forces do just that. */
+/* What can rest, rests (perp/statics.h): an island whose bodies have the motion of what carries
+ * them keeps it where impulses within all cones make the forces do just that. */
 #ifndef PERP_WORLD_STANDING_H
 #define PERP_WORLD_STANDING_H
 
