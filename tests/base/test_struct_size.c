@@ -205,8 +205,12 @@ static void test_public_inits(void **state)
     CHECK_INIT(perp_ncp_result);
     CHECK_INIT(perp_ncp_settings);
     CHECK_INIT(perp_shape_settings);
+    CHECK_INIT(perp_statics_problem);
+    CHECK_INIT(perp_statics_result);
+    CHECK_INIT(perp_statics_settings);
     CHECK_INIT(perp_step_result);
     CHECK_INIT(perp_world_contact);
+    CHECK_INIT(perp_world_load);
     CHECK_INIT(perp_world_settings);
     CHECK_INIT(perp_world_stats);
     CHECK_INIT(perp_world_states);

@@ -1,0 +1,209 @@
+/* Calls of perp_contact_statics and perp_world_statics that go wrong: refusals name the argument
+ * and write nothing, and every allocation may fail. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#include "memory.h"
+
+/* A box on four corners, pushed by 1 along x. */
+typedef struct question {
+    double H[12][6], mu[4], f[6], load[6];
+    perp_contact_laws laws;
+    perp_matrix view;
+    perp_statics_problem problem;
+    perp_statics_settings settings;
+    perp_statics_result result;
+    double r[12], v[6];
+} question;
+
+static void pose(question *q)
+{
+    memset(q, 0, sizeof *q);
+    for (int k = 0; k < 4; k++) {
+        const double x = k & 1 ? 1.0 : -1.0, y = k & 2 ? 1.0 : -1.0;
+        const double rows[3][6] = {{0, 0, 1, y, -x, 0}, {1, 0, 0, 0, -1, -y}, {0, 1, 0, 1, 0, x}};
+
+        memcpy(q->H[3 * k], rows, sizeof rows);
+        q->mu[k] = 0.5;
+    }
+    q->f[2] = -10.0;
+    q->load[0] = 1.0;
+    assert_int_equal(perp_contact_laws_init(&q->laws, sizeof q->laws), PERP_OK);
+    assert_int_equal(perp_matrix_init(&q->view, sizeof q->view), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&q->view, PERP_STORAGE_ROW_MAJOR, 12, 6, q->H[0], 6),
+                     PERP_OK);
+    assert_int_equal(perp_statics_problem_init(&q->problem, sizeof q->problem), PERP_OK);
+    assert_int_equal(perp_statics_settings_init(&q->settings, sizeof q->settings), PERP_OK);
+    assert_int_equal(perp_statics_result_init(&q->result, sizeof q->result), PERP_OK);
+    q->laws.contacts = 4;
+    q->laws.mu = q->mu;
+    q->problem.n = 6;
+    q->problem.laws = &q->laws;
+    q->problem.H = &q->view;
+    q->problem.f = q->f;
+    q->problem.load = q->load;
+    for (int i = 0; i < 12; i++)
+        q->r[i] = 7.0;
+    for (int i = 0; i < 6; i++)
+        q->v[i] = 7.0;
+    q->result.margin = 7.0;
+}
+
+/* The status, a word of the message, nothing written; and the next call is as good as ever. */
+static void refuse(perp_context *context, question *q, perp_status expected, const char *word)
+{
+    question good;
+
+    assert_int_equal(
+        perp_contact_statics(context, q->r, q->v, &q->result, &q->problem, &q->settings), expected);
+    if (!strstr(perp_context_message(context), word))
+        fail_msg("'%s' is not in '%s'", word, perp_context_message(context));
+    for (int i = 0; i < 12; i++)
+        assert_true(q->r[i] == 7.0);
+    for (int i = 0; i < 6; i++)
+        assert_true(q->v[i] == 7.0);
+    pose(&good);
+    assert_int_equal(
+        perp_contact_statics(context, good.r, good.v, &good.result, &good.problem, &good.settings),
+        PERP_OK);
+    assert_int_equal(good.result.verdict, PERP_STATICS_STANDS);
+    assert_true(fabs(good.result.safety - 5.0) <= 5e-8); /* mu m g = 5; it tips at 10 */
+}
+
+static void test_refusals(void **state)
+{
+    const double lower[] = {1.0}, upper[] = {0.0};
+    const int32_t two_sided[] = {0, 1, 0, 0};
+    perp_context *context;
+    question q;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    pose(&q);
+    q.problem.n = 5;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "H");
+    pose(&q);
+    q.problem.n = -1;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "n is -1");
+    pose(&q);
+    q.problem.reserved = 1;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "reserved");
+    pose(&q);
+    q.problem.laws = NULL;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "laws");
+    pose(&q);
+    q.problem.H = NULL;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "H");
+    pose(&q);
+    q.problem.f = NULL;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "f");
+    pose(&q);
+    q.f[3] = NAN;
+    refuse(context, &q, PERP_ERROR_NOT_FINITE, "f[3]");
+    pose(&q);
+    q.load[4] = INFINITY;
+    refuse(context, &q, PERP_ERROR_NOT_FINITE, "load[4]");
+    pose(&q);
+    q.H[7][2] = NAN;
+    refuse(context, &q, PERP_ERROR_NOT_FINITE, "H");
+    pose(&q);
+    q.mu[2] = -0.5;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "mu[2]");
+    pose(&q);
+    q.laws.two_sided = two_sided;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "two_sided[1]");
+    pose(&q);
+    q.laws.bounded = 1;
+    q.laws.lower = lower;
+    q.laws.upper = upper;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "lower[0]");
+    pose(&q);
+    q.settings.objective = 2;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "objective");
+    pose(&q);
+    q.settings.max_iterations = -1;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "max_iterations");
+    pose(&q);
+    q.problem.struct_size = 3;
+    refuse(context, &q, PERP_ERROR_ABI, "problem");
+    pose(&q);
+    q.result.struct_size = 3;
+    refuse(context, &q, PERP_ERROR_ABI, "result");
+    pose(&q);
+    assert_int_equal(perp_contact_statics(context, q.r, q.v, NULL, &q.problem, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_contact_statics(context, q.r, q.v, &q.result, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_contact_statics(NULL, q.r, q.v, &q.result, &q.problem, NULL),
+                     PERP_ERROR_HANDLE);
+    perp_context_destroy(context);
+}
+
+/* No contacts, no velocities, nobody who wants to know more than the verdict. */
+static void test_nothing(void **state)
+{
+    perp_context *context;
+    question q;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    pose(&q);
+    q.laws.contacts = 0;
+    q.problem.H = NULL;
+    assert_int_equal(perp_contact_statics(context, NULL, NULL, &q.result, &q.problem, NULL),
+                     PERP_OK);
+    assert_int_equal(q.result.verdict, PERP_STATICS_FALLS);
+    q.problem.n = 0;
+    assert_int_equal(perp_contact_statics(context, NULL, NULL, &q.result, &q.problem, NULL),
+                     PERP_OK);
+    assert_int_equal(q.result.verdict, PERP_STATICS_STANDS);
+    perp_context_destroy(context);
+}
+
+static void test_every_allocation_may_fail(void **state)
+{
+    int k = 0, failed;
+
+    (void)state;
+    do {
+        memory m = {.fails_at = ++k};
+        const perp_context_settings settings = memory_settings(&m);
+        perp_context *context;
+        perp_status status = perp_context_create(&context, &settings);
+        question q;
+
+        failed = status == PERP_ERROR_MEMORY;
+        if (failed)
+            continue;
+        pose(&q);
+        status = perp_contact_statics(context, q.r, q.v, &q.result, &q.problem, NULL);
+        failed = status == PERP_ERROR_MEMORY;
+        if (failed) {
+            assert_true(q.r[0] == 7.0 && q.v[0] == 7.0 && q.result.margin == 7.0);
+            status = perp_contact_statics(context, q.r, q.v, &q.result, &q.problem, NULL);
+        }
+        assert_int_equal(status, PERP_OK);
+        assert_int_equal(q.result.verdict, PERP_STATICS_STANDS);
+        perp_context_destroy(context);
+        assert_int_equal(m.live, 0);
+    } while (failed);
+    assert_true(k > 5);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_every_allocation_may_fail),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
