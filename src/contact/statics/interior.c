@@ -232,6 +232,10 @@ static void find_dual_residual(perp__statics *s)
         const perp__statics_unit *unit = &s->rows->unit[u];
         double *p = s->rd + unit->row;
 
+        if (s->dead[u]) {
+            memset(p, 0, (size_t)unit->rows * sizeof *p);
+            continue;
+        }
         perp__statics_row(s, u, s->y, p);
         for (int32_t k = 0; k < unit->rows; k++)
             p[k] -= q * s->x[unit->row + k];
@@ -679,7 +683,7 @@ perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *an
         if (!(gap < INFINITY))
             return PERP__STATICS_STUCK;
         if (s->aim == PERP__AIM_MARGIN && s->s > 0.0) {
-            const int32_t close = gap <= MEASURED * s->s || s->s >= (1.0 - MEASURED) * s->limit;
+            const int32_t close = gap + find_dual_gap(s) <= MEASURED * s->s || s->s >= (1.0 - MEASURED) * s->limit;
 
             if (close || (!aim->measures && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
                 return PERP__STATICS_FOUND;
