@@ -285,6 +285,7 @@ typedef struct perp__island_work {
     perp__rigid_rows *rows;            /* and their rows */
     int32_t inequalities, units;       /* and with the joints': up to here, and all */
     perp__joint_unit *joint_units;     /* which those are */
+    double share;                      /* of a step: the interval of `free` */
     double length, gone;               /* of the step; and up to the interval at hand */
     int32_t set_up;                    /* the solver has these */
     int32_t *members;                  /* the bodies */

@@ -142,6 +142,7 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 {
     perp__island_work *work = &world->work;
 
+    work->share = share;
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->free[i] = work->now[i] + share * work->gain[i];
 }

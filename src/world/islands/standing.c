@@ -198,6 +198,27 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
     }
 }
 
+/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
+ * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
+ * of its own. */
+static void find_turning(const perp_world *world, int32_t body, const double *now,
+                         const double *carried, double t, double *L)
+{
+    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
+    double own[3], turned[3], change[3], momentum[3], gyroscopic[3];
+
+    perp__subtract3(change, now, carried);
+    perp__apply_transposed3(own, R, change);
+    perp__apply3(turned, I, own);
+    perp__apply3(L, R, turned);
+    perp__apply_transposed3(own, R, carried);
+    perp__apply3(turned, I, own);
+    perp__apply3(momentum, R, turned);
+    perp__cross(gyroscopic, carried, momentum);
+    perp__add3(L, t, world->states[body].torque);
+    perp__add3(L, -t, gyroscopic);
+}
+
 /* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
  * on its mass centre at least. */
 static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t i,
@@ -206,13 +227,14 @@ static double unbalance(const perp_world *world, const perp__carrying *carrying,
     const perp__body *body = &world->bodies[i];
     const perp__motion *motion = &world->motions[i];
     const double root = sqrt(body->mass);
-    double own[3], turned[3], gained[3], left[6], gain[6], terms;
+    double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
 
     perp__carried_twist(world, carrying, i, gain);
-    for (int32_t k = 0; k < 6; k++)
+    find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
+    for (int32_t k = 0; k < 3; k++)
         gain[k] = motion->free[k] - gain[k];
-    perp__apply_transposed3(own, motion->rotation, gain + 3);
-    perp__apply3(gained, body->inverse_factor, own);
+    perp__apply_transposed3(own, motion->rotation, L);
+    perp__apply_transposed3(gained, body->factor, own);
     perp__apply_transposed3(own, motion->rotation, sum + MOMENT);
     perp__apply_transposed3(turned, body->factor, own);
     for (int32_t k = 0; k < 3; k++) {
@@ -383,7 +405,8 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island, int
     return 1;
 }
 
-/* M (v_free - v_carried) of each body, turns over its length; work.still: v_carried. */
+/* Impulses of the forces, and what the change to v_carried takes, of each body, turns over its
+ * length; work.still: v_carried. */
 static void find_forces(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying)
 {
@@ -392,20 +415,17 @@ static void find_forces(perp_world *world, const perp__island *island,
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const perp__body *body = &world->bodies[work->members[i]];
-        const double *R = world->motions[work->members[i]].rotation;
         const double length = perp__body_length(world, work->members[i]);
-        double twist[6], carried[6], own[3], turned[3];
+        double twist[6], carried[6], now[6];
 
         perp__twist_of(world, work->free + n * i, twist);
         perp__carried_twist(world, carrying, work->members[i], carried);
         perp__coordinates_of(world, carried, work->still + n * i);
-        for (int32_t k = 0; k < 6; k++)
-            twist[k] -= carried[k];
-        perp__apply_transposed3(own, R, twist + 3);
-        perp__apply3(turned, body->inertia, own);
-        perp__apply3(twist + 3, R, turned);
+        perp__twist_of(world, work->now + n * i, now);
+        find_turning(world, work->members[i], now + 3, carried + 3,
+                     work->share * world->step_length, twist + 3);
         for (int32_t k = 0; k < 3; k++) {
-            twist[k] *= body->mass;
+            twist[k] = body->mass * (twist[k] - carried[k]);
             twist[3 + k] /= length;
         }
         perp__coordinates_of(world, twist, work->stand_forces + n * i);
