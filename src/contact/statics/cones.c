@@ -98,3 +98,13 @@ void perp__cone_aim(perp__cone *cone, double target, int32_t corrects)
     out[2] = (right[2] - out[0] * l[2]) / l[0];
     apply(cone->V, out, cone->rc);
 }
+
+void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
+                      double *z)
+{
+    const double *own = x + s->rows->unit[cone->unit].row;
+
+    z[0] = cone->sign * own[0] + shift;
+    z[1] = cone->dim > 1 ? cone->scale * own[cone->first] : 0.0;
+    z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
+}

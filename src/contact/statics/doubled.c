@@ -156,7 +156,7 @@ static void assemble(perp__statics *s)
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
 
-        for (int32_t a = 0; a < unit->links && !s->dead[u]; a++)
+        for (int32_t a = 0; a < unit->links && !s->idle[u]; a++)
             for (int32_t b = 0; b < unit->links; b++) {
                 const perp__statics_link *from = &s->rows->link[unit->link + a], *to = from - a + b;
                 const int32_t row = width * s->fronts.place[from->node];
@@ -207,7 +207,7 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
 void perp__statics_solve_doubled(perp__statics *s, double *x, double *low)
 {
     const int32_t width = s->rows->width, n = s->rows->nodes * width;
-    double *high_of = s->tower, *low_of = s->terms; /* in the order of elimination */
+    double *high_of = s->permuted, *low_of = s->terms; /* in the order of elimination */
 
     for (int32_t i = 0; i < n; i++) {
         const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
@@ -295,7 +295,7 @@ void perp__statics_push_doubled(perp__statics *s, double factor, const double *p
         const perp__statics_unit *unit = &s->rows->unit[u];
         pair x[PERP__STATICS_MOST_ROWS];
 
-        if (s->dead[u])
+        if (s->idle[u])
             continue;
         for (int32_t k = 0; k < unit->rows; k++)
             x[k] = single(factor * p[unit->row + k]);
@@ -313,7 +313,7 @@ void perp__statics_load_doubled(perp__statics *s, double factor, const double *x
 
         for (int32_t k = 0; k < unit->rows; k++)
             own[k] = single(factor * x[unit->row + k]);
-        if (!s->dead[u])
+        if (!s->idle[u])
             add_rows(s, unit, own, to, low);
     }
 }
@@ -328,8 +328,8 @@ void perp__statics_pull_doubled(perp__statics *s, const double *p, const double 
         pair q[PERP__STATICS_MOST_ROWS];
 
         for (int32_t k = 0; k < unit->rows; k++)
-            q[k] = single(s->dead[u] ? 0.0 : p[unit->row + k]);
-        for (int32_t l = 0; l < unit->links && !s->dead[u]; l++) {
+            q[k] = single(s->idle[u] ? 0.0 : p[unit->row + k]);
+        for (int32_t l = 0; l < unit->links && !s->idle[u]; l++) {
             const perp__statics_link *link = &s->rows->link[unit->link + l];
             const double *A = s->rows->values + link->at;
 
@@ -340,7 +340,7 @@ void perp__statics_pull_doubled(perp__statics *s, const double *p, const double 
                     q[k] = add(q[k], times(single(A[k * width + i]), (pair){dy[at], dy_low[at]}));
                 }
         }
-        if (!s->dead[u])
+        if (!s->idle[u])
             apply_inverse(s, u, q);
         for (int32_t k = 0; k < unit->rows; k++)
             dx[unit->row + k] = q[k].high;

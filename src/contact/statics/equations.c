@@ -141,7 +141,7 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
         const int32_t *edge = s->edge + s->unit_edge[u];
         double P[2][36];
 
-        if (s->dead[u] || unit->links > 2)
+        if (s->idle[u] || unit->links > 2)
             continue;
         for (int32_t a = 0; a < unit->links; a++)
             multiply_factor(width, count, link_rows(s, &link[a]), s->F + s->square[u], P[a]);
@@ -170,7 +170,7 @@ static void assemble_wide(const perp__statics *s)
         const double *F = s->F + s->square[u];
         double T[36];
 
-        if (s->dead[u] || (width <= 6 && unit->links <= 2))
+        if (s->idle[u] || (width <= 6 && unit->links <= 2))
             continue;
         for (int32_t i = 0; i < unit->rows; i++)
             for (int32_t j = 0; j < unit->rows; j++) {
@@ -314,7 +314,7 @@ PERP__MULTIVERSION(push_all,
         const perp__statics_unit *unit = &s->rows->unit[u];
         double out[PERP__STATICS_MOST_ROWS];
 
-        if (s->dead[u])
+        if (s->idle[u])
             continue;
         apply_inverse(s->F + s->square[u], unit->rows, p + unit->row, out);
         if (width == 6)
@@ -340,7 +340,7 @@ PERP__MULTIVERSION(load_all,
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
 
-        if (s->dead[u])
+        if (s->idle[u])
             continue;
         if (width == 6)
             add_rows(s, unit, 6, factor, x + unit->row, to);
@@ -366,7 +366,7 @@ PERP__MULTIVERSION(pull_all,
         const perp__statics_unit *unit = &s->rows->unit[u];
         double q[PERP__STATICS_MOST_ROWS];
 
-        if (s->dead[u]) {
+        if (s->idle[u]) {
             memset(dx + unit->row, 0, (size_t)unit->rows * sizeof *dx);
             continue;
         }

@@ -52,27 +52,12 @@
 /* Of joints: rho beside u z. */
 #define PROXIMAL 0.1
 
-/* What a certificate may lack in rows, beside their terms; and how many times the work that
- * impulses could do on that it must have. */
-#define ROW_ROUNDING 1e-10
-#define WORK_BESIDE 10.0
-
 /* ---- cones of units ---- */
 
 /* What a step changes beside vectors. */
 typedef struct perp__statics_step {
     double s, tau, tau_R, t_R;
 } perp__statics_step;
-
-static void take_place(const perp__statics *s, perp__cone *cone, const double *x, double shift,
-                       double *z)
-{
-    const double *own = x + s->rows->unit[cone->unit].row;
-
-    z[0] = cone->sign * own[0] + shift;
-    z[1] = cone->dim > 1 ? cone->scale * own[cone->first] : 0.0;
-    z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
-}
 
 /* out += B'u */
 static void add_dual(const perp__cone *cone, const double *u, double *out)
@@ -190,10 +175,10 @@ void perp__statics_condense(perp__statics *s, double mean)
     s->kappa = 0.0;
     memset(s->k, 0, (size_t)s->rows->size * sizeof *s->k);
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->dead[s->cones[c].unit])
+        if (!s->idle[s->cones[c].unit])
             perp__cone_scale(&s->cones[c]);
     for (int32_t u = 0; u < s->rows->units; u++)
-        if (!s->dead[u])
+        if (!s->idle[u])
             condense_unit(s, u, PROXIMAL * fmax(mean, 1e-16) / (s->weight[u] * s->weight[u]));
 }
 
@@ -204,7 +189,7 @@ void perp__statics_condense(perp__statics *s, double mean)
 static int32_t is_limited(const perp__statics *s, int32_t u)
 {
     return s->aim != PERP__AIM_LEAST && s->rows->unit[u].kind == PERP__STATICS_CONE &&
-           s->rows->unit[u].rows > 0 && !s->dead[u];
+           s->rows->unit[u].rows > 0 && !s->idle[u];
 }
 
 /* h'x of all. */
@@ -218,11 +203,6 @@ static double sum_normals(const perp__statics *s, const double *x)
     return sum;
 }
 
-static size_t count_numbers(const perp__statics *s)
-{
-    return (size_t)s->rows->nodes * (size_t)s->rows->width;
-}
-
 /* rd := B'u + A'y - q x - tau_R h, what the dual lacks. */
 static void find_dual_residual(perp__statics *s)
 {
@@ -232,7 +212,7 @@ static void find_dual_residual(perp__statics *s)
         const perp__statics_unit *unit = &s->rows->unit[u];
         double *p = s->rd + unit->row;
 
-        if (s->dead[u]) {
+        if (s->idle[u]) {
             memset(p, 0, (size_t)unit->rows * sizeof *p);
             continue;
         }
@@ -246,30 +226,10 @@ static void find_dual_residual(perp__statics *s)
     }
 }
 
-/* rb := b + s c - A x */
-static void find_unbalance(perp__statics *s)
-{
-    const size_t n = count_numbers(s);
-
-    for (size_t i = 0; i < n; i++) {
-        s->rb[i] = s->b[i];
-        s->rb_low[i] = 0.0;
-        if (s->aim == PERP__AIM_LOAD) {
-            const double product = s->s * s->c[i], sum = s->b[i] + product;
-            const double part = sum - s->b[i];
-
-            s->rb[i] = sum;
-            s->rb_low[i] =
-                (s->b[i] - (sum - part)) + (product - part) + fma(s->s, s->c[i], -product);
-        }
-    }
-    perp__statics_load(s, -1.0, s->x, s->rb, s->rb_low);
-}
-
 /* The step that the cones' rc ask for: dx, dy, dz, du, and those of s, tau and tau_R. */
 static void find_step(perp__statics *s, double rs, const double rt[2], perp__statics_step *d)
 {
-    const size_t n = count_numbers(s), bytes = n * sizeof(double);
+    const size_t n = perp__statics_numbers(s), bytes = n * sizeof(double);
     const int32_t limited = s->aim == PERP__AIM_MARGIN, bounded = s->aim != PERP__AIM_LEAST;
     const double rho = bounded ? s->tau_R / s->t_R : 0.0;
     double sum = 0.0, kp = 0.0, jp = 0.0, hk = 0.0, hj = 0.0, theta = 0.0, ds = 0.0;
@@ -279,7 +239,7 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
     for (int32_t c = 0; c < s->cone_count; c++) {
         const perp__cone *cone = &s->cones[c];
 
-        if (s->dead[cone->unit])
+        if (s->idle[cone->unit])
             continue;
         add_dual(cone, cone->rc, s->p + s->rows->unit[cone->unit].row);
         if (limited)
@@ -300,7 +260,7 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
         for (int32_t u = 0; u < s->rows->units; u++) {
             const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
 
-            if (s->dead[u])
+            if (s->idle[u])
                 continue;
             kp += limited ? perp__dot(s->k + row, s->p + row, rows) : 0.0;
             jp += perp__dot(s->j + row, s->p + row, rows);
@@ -342,13 +302,14 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
     for (int32_t u = 0; u < s->rows->units; u++) {
         double row[6];
 
-        if (s->dead[u])
+        if (s->idle[u])
             continue;
         if (is_single(s, u)) { /* exactly what the dual lacks */
             perp__cone *cone = &s->cones[s->unit_cone[u]];
 
             perp__statics_row(s, u, s->dy, row);
-            take_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN), cone->dz);
+            perp__cone_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN),
+                             cone->dz);
             row[0] -= is_limited(s, u) ? d->tau_R / s->weight[u] : 0.0;
             for (int32_t j = 0; j < 3; j++)
                 cone->du[j] = j < cone->dim ? -(row[j] + s->rd[s->rows->unit[u].row + j]) /
@@ -360,7 +321,8 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
             perp__cone *cone = &s->cones[c];
             double v[3];
 
-            take_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN), cone->dz);
+            perp__cone_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN),
+                             cone->dz);
             for (int32_t i = 0; i < 3; i++)
                 v[i] = perp__dot(cone->V + 3 * i, cone->dz, 3);
             for (int32_t i = 0; i < 3; i++)
@@ -380,7 +342,7 @@ static double longest_step(const perp__statics *s, const perp__statics_step *d)
     double most = INFINITY;
 
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->dead[s->cones[c].unit]) {
+        if (!s->idle[s->cones[c].unit]) {
             most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
             most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
         }
@@ -393,7 +355,7 @@ static double longest_step(const perp__statics *s, const perp__statics_step *d)
 
 static void advance(perp__statics *s, double step, const perp__statics_step *d)
 {
-    const size_t n = count_numbers(s);
+    const size_t n = perp__statics_numbers(s);
 
     for (int32_t i = 0; i < s->rows->size; i++)
         s->x[i] += step * s->dx[i];
@@ -407,12 +369,12 @@ static void advance(perp__statics *s, double step, const perp__statics_step *d)
     for (int32_t c = 0; c < s->cone_count; c++) {
         perp__cone *cone = &s->cones[c];
 
-        if (s->dead[cone->unit])
+        if (s->idle[cone->unit])
             continue;
         for (int32_t j = 0; j < 3; j++)
             cone->u[j] += step * cone->du[j];
-        take_place(s, cone, s->x, cone->h - (s->aim == PERP__AIM_MARGIN ? s->s * cone->e : 0.0),
-                   cone->z);
+        perp__cone_place(s, cone, s->x,
+                         cone->h - (s->aim == PERP__AIM_MARGIN ? s->s * cone->e : 0.0), cone->z);
     }
 }
 
@@ -424,7 +386,7 @@ static double find_gap(const perp__statics *s, double *mean)
 
     gap += s->aim != PERP__AIM_LEAST ? s->t_R * s->tau_R : 0.0;
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->dead[s->cones[c].unit]) {
+        if (!s->idle[s->cones[c].unit]) {
             gap += perp__dot(s->cones[c].u, s->cones[c].z, 3);
             count++;
         }
@@ -445,11 +407,11 @@ static double find_dual_gap(const perp__statics *s)
 /* What the dual's measure lacks: e'u + tau = 1, or c'y = 1. */
 static double find_measure(const perp__statics *s)
 {
-    double sum =
-        s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, (int32_t)count_numbers(s)) : s->tau;
+    double sum = s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, (int32_t)perp__statics_numbers(s))
+                                          : s->tau;
 
     for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_MARGIN; c++)
-        if (!s->dead[s->cones[c].unit])
+        if (!s->idle[s->cones[c].unit])
             sum += s->cones[c].e * s->cones[c].u[0];
     return sum - 1.0;
 }
@@ -457,7 +419,7 @@ static double find_measure(const perp__statics *s)
 /* K^-1 of what s and the limited sum bring in: g = A k, or -c of a load; q = A j, j = S^-1 h. */
 static void find_borders(perp__statics *s)
 {
-    const size_t n = count_numbers(s), bytes = n * sizeof(double);
+    const size_t n = perp__statics_numbers(s), bytes = n * sizeof(double);
 
     memset(s->Kg, 0, bytes);
     memset(s->Kg_low, 0, bytes);
@@ -497,7 +459,7 @@ static double iterate(perp__statics *s, double mean)
     find_borders(s);
 
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->dead[s->cones[c].unit])
+        if (!s->idle[s->cones[c].unit])
             perp__cone_aim(&s->cones[c], 0.0, 0);
     find_step(s, rs, rt, &d);
     step = fmin(longest_step(s, &d), 1.0);
@@ -505,7 +467,7 @@ static double iterate(perp__statics *s, double mean)
         return 0.0;
     sigma = (1.0 - step) * (1.0 - step) * (1.0 - step);
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->dead[s->cones[c].unit])
+        if (!s->idle[s->cones[c].unit])
             perp__cone_aim(&s->cones[c], sigma * mean, 1);
     rt[0] += d.s * d.tau + sigma * mean;
     rt[1] += sigma * mean - d.t_R * d.tau_R;
@@ -517,158 +479,10 @@ static double iterate(perp__statics *s, double mean)
     return step;
 }
 
-/* ---- what is found ---- */
-
-double perp__statics_unbalance(perp__statics *s)
-{
-    const int32_t width = s->rows->width;
-    const size_t n = count_numbers(s);
-    double most = 0.0;
-
-    find_unbalance(s);
-    for (size_t i = 0; i < n; i++)
-        s->terms[i] = fabs(s->b[i]);
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-
-        for (int32_t l = 0; l < unit->links && !s->dead[u]; l++) {
-            const perp__statics_link *link = &s->rows->link[unit->link + l];
-
-            for (int32_t k = 0; k < unit->rows; k++)
-                for (int32_t i = 0; i < width; i++)
-                    s->terms[link->node * width + i] += fabs(
-                        s->rows->values[link->at + (size_t)(k * width + i)] * s->x[unit->row + k]);
-        }
-    }
-    for (int32_t node = 0; node < s->rows->nodes; node++) {
-        const double left = perp__largest_or_nan(s->rb + node * width, width);
-        const double terms = perp__largest(s->terms + node * width, width);
-
-        if (left != 0.0)
-            perp__raise_to(&most, left / terms);
-    }
-    return most;
-}
-
-/* x += S^-1 A' K^-1 rb, by the last factors. */
-static void balance(perp__statics *s)
-{
-    const size_t n = count_numbers(s);
-
-    memcpy(s->dy, s->rb, n * sizeof *s->dy);
-    memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
-    perp__statics_solve(s, s->dy, s->dy_low);
-    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
-    for (int32_t i = 0; i < s->rows->size; i++)
-        s->x[i] += s->dx[i];
-}
-
-double perp__statics_settle(perp__statics *s, double enough)
-{
-    double left = perp__statics_unbalance(s), last = INFINITY;
-
-    for (int32_t round = 0; round < 4 && left > enough && left < 0.5 * last; round++) {
-        last = left;
-        balance(s);
-        left = perp__statics_unbalance(s);
-    }
-    return left;
-}
-
-/* The least room of x in its cones, in units of each; dead units carry nothing. */
-double perp__statics_room(perp__statics *s)
-{
-    double least = INFINITY;
-
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        perp__cone *cone = &s->cones[c];
-
-        if (s->dead[cone->unit])
-            continue;
-        take_place(s, cone, s->x, cone->h, cone->z);
-        least = fmin(least, perp__cone_room(cone->z) / cone->e);
-    }
-    return least;
-}
-
-/* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds
- * add. What rows lack of the dual cones counts as rounding where impulses a few times those at hand
- * could not do that work on it. */
-static int32_t proves(perp__statics *s, const double *y, double *work)
-{
-    const perp__statics_rows *rows = s->rows;
-    const double most = perp__largest(y, (int32_t)count_numbers(s));
-    double undone = 0.0, sum = 0.0, size = 0.0;
-
-    for (size_t i = 0; i < count_numbers(s); i++) {
-        sum += y[i] * s->b[i];
-        size += fabs(y[i] * s->b[i]);
-    }
-    if (!(sum > 0.0))
-        return 0;
-    for (int32_t u = 0; u < rows->units; u++) {
-        const perp__statics_unit *unit = &rows->unit[u];
-        double v[6] = {0.0}, lack = 0.0, terms = 0.0, carried = s->weight[u];
-
-        if (s->dead[u])
-            continue;
-        perp__statics_row(s, u, y, v);
-        for (int32_t l = 0; l < unit->links; l++) {
-            const perp__statics_link *link = &rows->link[unit->link + l];
-
-            for (int32_t i = 0; i < unit->rows * rows->width; i++)
-                terms += most * fabs(rows->values[link->at + (size_t)i]);
-        }
-        for (int32_t k = 0; k < unit->rows; k++)
-            carried = fmax(carried, fabs(s->x[unit->row + k]));
-        if (unit->kind == PERP__STATICS_INTERVAL) {
-            const double least = v[0] > 0.0 ? -unit->upper * v[0] : -unit->lower * v[0];
-
-            /* u = -A'y: what the interval allows least of r u */
-            if (isinf(least))
-                lack = fabs(v[0]);
-            else if (v[0] != 0.0)
-                sum += least / s->scale;
-        } else if (unit->kind == PERP__STATICS_FREE) {
-            for (int32_t k = 0; k < unit->rows; k++)
-                lack += fabs(v[k]);
-        } else {
-            const double *roll = v + 1 + unit->tangents, *spin = roll + unit->rolls;
-
-            lack = v[0] + unit->mu * hypot(unit->tangents > 0 ? v[1] : 0.0,
-                                           unit->tangents > 1 ? v[2] : 0.0);
-            if (unit->rolls > 0)
-                lack += unit->rolling * hypot(roll[0], unit->rolls > 1 ? roll[1] : 0.0);
-            if (unit->spins)
-                lack += unit->spinning * fabs(spin[0]);
-        }
-        if (!(lack <= ROW_ROUNDING * terms))
-            return 0;
-        undone += fmax(lack, 0.0) * carried;
-    }
-    *work = sum;
-    return sum > WORK_BESIDE * undone + 64.0 * DBL_EPSILON * size;
-}
-
-int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)
-{
-    const int32_t n = (int32_t)count_numbers(s);
-    const double most = perp__largest(y, n);
-    double work;
-
-    if (!(most > 0.0) || !proves(s, y, &work))
-        return 0;
-    for (int32_t i = 0; i < n && answer->v; i++)
-        answer->v[i] = -y[i] / most;
-    answer->work = work / most * s->scale;
-    return 1;
-}
-
 /* ---- the three aims ---- */
 
-perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *answer,
-                                      const perp__statics_aim *aim, int32_t most)
+perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answer *answer,
+                                            const perp__statics_aim *aim, int32_t most)
 {
     const double none = s->doubled ? NO_MARGIN_DOUBLED : NO_MARGIN;
     int32_t since = 0, slow = 0;
@@ -677,13 +491,14 @@ perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *an
         double mean, gap, step;
 
         /* 1. What is known by now. */
-        find_unbalance(s);
+        perp__statics_find_unbalance(s);
         find_dual_residual(s);
         gap = find_gap(s, &mean);
         if (!(gap < INFINITY))
             return PERP__STATICS_STUCK;
         if (s->aim == PERP__AIM_MARGIN && s->s > 0.0) {
-            const int32_t close = gap + find_dual_gap(s) <= MEASURED * s->s || s->s >= (1.0 - MEASURED) * s->limit;
+            const int32_t close =
+                gap + find_dual_gap(s) <= MEASURED * s->s || s->s >= (1.0 - MEASURED) * s->limit;
 
             if (close || (!aim->measures && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
                 return PERP__STATICS_FOUND;

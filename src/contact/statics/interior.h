@@ -29,7 +29,7 @@ struct perp__statics {
     int32_t *edge;                /* for each unit: links by links */
     int32_t *unit_edge;           /* units + 1 */
     int32_t *graph_starts, *graph, *mark;
-    int8_t *dead; /* units that carry nothing */
+    int8_t *idle; /* units that carry nothing */
     perp__cone *cones;
     double *weight;          /* units: impulses of ordinary size */
     double *reach;           /* nodes by width: the largest entry of A there */
@@ -37,7 +37,8 @@ struct perp__statics {
     double *k, *j;           /* size: S^-1 B'G e, S^-1 h */
     double *x, *dx, *p, *rd; /* size */
     double *inside;          /* size: strictly inside all cones */
-    double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms, *tower; /* nodes by width */
+    double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
+        *permuted; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
     double scale;            /* of b */
     double s, t, tau, limit; /* the margin, or a factor; t = limit - s, its dual */
@@ -59,22 +60,34 @@ typedef enum perp__statics_end {
     PERP__STATICS_STUCK   /* numbers end before that */
 } perp__statics_end;
 
+static inline size_t perp__statics_numbers(const perp__statics *s)
+{
+    return (size_t)s->rows->nodes * (size_t)s->rows->width;
+}
+
 /* interior.c */
-perp__statics_end perp__statics_climb(perp__statics *s, perp__statics_answer *answer,
-                                      const perp__statics_aim *aim, int32_t most);
+perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answer *answer,
+                                            const perp__statics_aim *aim, int32_t most);
+/* S^-1 of all units, from the cones' z and u. */
+void perp__statics_condense(perp__statics *s, double mean);
+
+/* found.c */
+/* rb := b + s c - A x */
+void perp__statics_find_unbalance(perp__statics *s);
 /* The largest that a node's rows lack of b = A x, beside its terms; with rb. */
 double perp__statics_unbalance(perp__statics *s);
 /* Balances x by the last factors until that is `enough`, or no better; returns it. */
-double perp__statics_settle(perp__statics *s, double enough);
+double perp__statics_refine(perp__statics *s, double enough);
 /* The least room of x in a cone, in units of each. */
 double perp__statics_room(perp__statics *s);
 /* Whether y proves that nothing stands; then the certificate is written. */
 int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y);
-/* S^-1 of all units, from the cones' z and u. */
-void perp__statics_condense(perp__statics *s, double mean);
 
 /* cones.c */
 void perp__cone_scale(perp__cone *cone);
+/* z := B x + shift e_0 of a cone. */
+void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
+                      double *z);
 double perp__cone_room(const double *z);
 double perp__cone_longest(const double *z, const double *dz);
 /* rc := what complementarity asks for: lambda o lambda -> target, with the second-order part of the

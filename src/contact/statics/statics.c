@@ -20,7 +20,7 @@
 /* What bodies' terms may lack in the end; what shows that forces are not in the rows' range. */
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
-#define TOUCHED 1e-13
+#define ADJUSTED 1e-13
 #define OUT_OF_RANGE 1e-11
 #define FACTOR_BALANCED 1e-11
 
@@ -45,13 +45,13 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, units + 1, &s->unit_cone, &s->square, &s->unit_edge);
     s->edge = perp__arena_take(arena, s->fitted[3], sizeof *s->edge);
     PERP__INTEGERS(arena, (size_t)rows->nodes + 1, &s->graph_starts, &s->mark);
-    s->dead = perp__arena_take(arena, units, sizeof *s->dead);
+    s->idle = perp__arena_take(arena, units, sizeof *s->idle);
     s->cones = perp__arena_take(arena, 3 * units, sizeof *s->cones);
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);
     s->F = perp__arena_take(arena, s->fitted[4], sizeof *s->F);
     PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->inside);
     PERP__DOUBLES(arena, n, &s->b, &s->g, &s->q, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg,
-                  &s->Kq, &s->reach, &s->shift, &s->terms, &s->tower);
+                  &s->Kq, &s->reach, &s->shift, &s->terms, &s->permuted);
     PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low, &s->Kq_low);
 }
 
@@ -210,7 +210,7 @@ static double start_balanced(perp__statics *s)
     perp__statics_unbalance(s);
     memcpy(s->dy, s->rb, n * sizeof *s->dy);
     memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-    return perp__statics_settle(s, ROUNDED);
+    return perp__statics_refine(s, ROUNDED);
 }
 
 /* R: far above what x has by now; the first tau_R gives t_R tau_R = `mean`. */
@@ -220,7 +220,7 @@ static void limit_sum(perp__statics *s, double mean)
 
     for (int32_t u = 0; u < s->rows->units; u++)
         if (s->rows->unit[u].kind == PERP__STATICS_CONE && s->rows->unit[u].rows > 0 &&
-            !s->dead[u]) {
+            !s->idle[u]) {
             const double normal = s->x[s->rows->unit[u].row] / s->weight[u];
 
             sum += normal;
@@ -245,7 +245,7 @@ static void start_margin(perp__statics *s, double room)
     s->t = s->limit - s->s;
     memset(s->y, 0, (size_t)(s->rows->nodes * s->rows->width) * sizeof *s->y);
     for (int32_t c = 0; c < s->cone_count; c++)
-        count += !s->dead[s->cones[c].unit];
+        count += !s->idle[s->cones[c].unit];
     s->tau = 1.0 / count;
     limit_sum(s, 1.0 / count);
     for (int32_t c = 0; c < s->cone_count; c++) {
@@ -281,22 +281,22 @@ static void start_inside(perp__statics *s, int32_t aim, double mean)
 
 /* Contacts of which a virtual motion without work shows that they carry nothing: its u is strictly
  * inside their dual cone. Returns how many. */
-static int32_t bury(perp__statics *s)
+static int32_t drop_idle(perp__statics *s)
 {
     double most_u = 0.0, most_z = 0.0;
     int32_t count = 0;
 
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->dead[s->cones[c].unit]) {
+        if (!s->idle[s->cones[c].unit]) {
             most_u = fmax(most_u, s->cones[c].u[0]);
             most_z = fmax(most_z, s->cones[c].z[0]);
         }
     for (int32_t u = 0; u < s->rows->units; u++) {
-        int32_t dies = s->rows->unit[u].kind == PERP__STATICS_CONE && !s->dead[u];
+        int32_t dies = s->rows->unit[u].kind == PERP__STATICS_CONE && !s->idle[u];
 
         for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1] && dies; c++)
             dies = perp__cone_room(s->cones[c].u) / most_u > 1e3 * s->cones[c].z[0] / most_z;
-        s->dead[u] = (int8_t)(s->dead[u] || dies);
+        s->idle[u] = (int8_t)(s->idle[u] || dies);
         count += dies;
         for (int32_t k = 0; k < s->rows->unit[u].rows && dies; k++)
             s->x[s->rows->unit[u].row + k] = 0.0;
@@ -338,7 +338,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     if (*room > 0.0 && left <= BALANCED && !aim->measures)
         return PERP__STATICS_FOUND;
     start_margin(s, *room);
-    end = perp__statics_climb(s, answer, aim, most);
+    end = perp__statics_follow_path(s, answer, aim, most);
     *room = s->s;
     return end;
 }
@@ -349,12 +349,12 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t aim = s->aim;
 
-    answer->unbalance = perp__statics_settle(s, ROUNDED);
+    answer->unbalance = perp__statics_refine(s, ROUNDED);
     if (!(answer->unbalance <= BALANCED) && perp__statics_room(s) > 0.0) {
         start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (perp__statics_factor(s))
-            answer->unbalance = perp__statics_settle(s, ROUNDED);
+            answer->unbalance = perp__statics_refine(s, ROUNDED);
         s->aim = aim;
     }
     return answer->unbalance <= BALANCED && perp__statics_room(s) > 0.0;
@@ -365,12 +365,12 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
 {
     const int32_t may_double = perp__statics_may_double(s);
     perp_status status = PERP_OK;
-    int32_t buried, any = 0;
+    int32_t dropped, any = 0;
 
     do {
         double room = 0.0;
 
-        buried = 0;
+        dropped = 0;
         *end = find_margin(s, answer, aim, &room);
         if (*end >= PERP__STATICS_ENDED && aim->measures) {
             perp__statics_aim rough = *aim; /* a proof at once, before numbers end */
@@ -384,14 +384,14 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
         if (*end >= PERP__STATICS_ENDED && !s->doubled && may_double) {
             status = perp__statics_make_doubled(s);
             s->doubled = status == PERP_OK;
-            buried = s->doubled;
+            dropped = s->doubled;
             continue;
         }
         if (*end >= PERP__STATICS_ENDED)
-            buried = bury(s);
-        s->doubled &= buried == 0;
-        any |= buried > 0 && !s->doubled;
-    } while (status == PERP_OK && buried > 0);
+            dropped = drop_idle(s);
+        s->doubled &= dropped == 0;
+        any |= dropped > 0 && !s->doubled;
+    } while (status == PERP_OK && dropped > 0);
     if (any && *end == PERP__STATICS_FOUND)
         answer->margin = 0.0; /* of those that carry nothing */
     return status;
@@ -411,7 +411,7 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
         mean += normal * normal / s->cone_count;
     }
     start_inside(s, PERP__AIM_LEAST, mean);
-    if (perp__statics_climb(s, answer, aim, s->iterations + aim->max_iterations) !=
+    if (perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations) !=
             PERP__STATICS_FOUND ||
         !is_inside(s, answer)) {
         memcpy(s->x, s->inside, bytes);
@@ -442,8 +442,8 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
         s->lacks = INFINITY;
         memcpy(s->x, s->inside, bytes);
         start_inside(s, PERP__AIM_LOAD, 0.1);
-        end = perp__statics_climb(s, answer, aim, s->iterations + aim->max_iterations);
-        if (end == PERP__STATICS_FOUND && perp__statics_settle(s, ROUNDED) > FACTOR_BALANCED)
+        end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
+        if (end == PERP__STATICS_FOUND && perp__statics_refine(s, ROUNDED) > FACTOR_BALANCED)
             end = PERP__STATICS_STUCK;
         answer->safety = s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH) ? s->factor : NAN;
         again = end == PERP__STATICS_STUCK && !s->doubled && perp__statics_may_double(s);
@@ -466,21 +466,21 @@ static void set_forces(perp__statics *s, const double *forces, const double *loa
     for (int32_t i = 0; i < n; i++)
         s->b[i] /= s->scale;
     s->doubled = 0;
-    memset(s->dead, 0, (size_t)s->rows->units * sizeof *s->dead);
+    memset(s->idle, 0, (size_t)s->rows->units * sizeof *s->idle);
     weigh(s);
     build_cones(s);
 }
 
 /* The cones of what impulses may grow by without end: intervals have none but where they are
  * infinite. */
-static void let_recede(perp__statics *s)
+static void use_recession_cones(perp__statics *s)
 {
     for (int32_t c = 0; c < s->cone_count; c++)
         s->cones[c].h = 0.0;
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
 
-        s->dead[u] = (int8_t)(unit->kind == PERP__STATICS_INTERVAL && unit->lower > -INFINITY &&
+        s->idle[u] = (int8_t)(unit->kind == PERP__STATICS_INTERVAL && unit->lower > -INFINITY &&
                               unit->upper < INFINITY);
     }
 }
@@ -496,7 +496,7 @@ static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
 
     plain.measures = 0;
     set_forces(s, NULL, aim->load);
-    let_recede(s);
+    use_recession_cones(s);
     status = find_inside(s, &own, &plain, &end);
     if (status == PERP_OK && end == PERP__STATICS_FOUND)
         answer->safety = INFINITY;
@@ -522,7 +522,7 @@ static void pull_in(const perp__statics *s, double *r)
                                        ? unit->rolling
                                        : unit->spinning;
 
-        for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->dead[cone->unit]; round++) {
+        for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->idle[cone->unit]; round++) {
             if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) *
                     (1.0 + 2.0 * DBL_EPSILON) <=
                 coefficient * own[0])
@@ -569,9 +569,9 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
 
 /* ---- other forces ---- */
 
-int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
-                            perp__statics_answer *answer, const double *forces, const double *base,
-                            int32_t keep)
+int32_t perp__statics_adjust(perp__statics *s, const perp__statics_rows *rows,
+                             perp__statics_answer *answer, const double *forces, const double *base,
+                             int32_t keep)
 {
     s->rows = rows;
     if (!(keep && s->factored)) {
@@ -583,7 +583,7 @@ int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
         for (int32_t i = 0; i < s->rows->size; i++)
             s->x[i] = base[i] / s->scale;
         for (int32_t u = 0; u < s->rows->units; u++) /* contacts that carry nothing go on so */
-            s->dead[u] = (int8_t)(s->rows->unit[u].kind == PERP__STATICS_CONE &&
+            s->idle[u] = (int8_t)(s->rows->unit[u].kind == PERP__STATICS_CONE &&
                                   s->x[s->rows->unit[u].row] == 0.0);
         if (!(perp__statics_room(s) > 0.0))
             return 0;
@@ -599,7 +599,7 @@ int32_t perp__statics_touch(perp__statics *s, const perp__statics_rows *rows,
     for (int32_t i = 0; i < s->rows->size; i++)
         s->x[i] = base[i] / s->scale;
     s->aim = PERP__AIM_MARGIN;
-    answer->unbalance = perp__statics_settle(s, TOUCHED);
+    answer->unbalance = perp__statics_refine(s, ADJUSTED);
     answer->margin = perp__statics_room(s);
     if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))
         return 0;

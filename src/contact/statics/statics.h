@@ -81,8 +81,8 @@ perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *a
  * The factor is that of the last touch where `keep` is 1: then rows and base have to be the same,
  * wherever they are now. Returns whether r is balanced and in all cones; then
  * answer->r, margin (the least room left beside base's) and unbalance are written. */
-int32_t perp__statics_touch(perp__statics *statics, const perp__statics_rows *rows,
-                            perp__statics_answer *answer, const double *forces, const double *base,
-                            int32_t keep);
+int32_t perp__statics_adjust(perp__statics *statics, const perp__statics_rows *rows,
+                             perp__statics_answer *answer, const double *forces, const double *base,
+                             int32_t keep);
 
 #endif
