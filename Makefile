@@ -72,7 +72,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run extremes $(B)/tests/%
-PYTHON_GOALS := test test-python check run bench pictures python wheel $(B)/venv/%
+PYTHON_GOALS := test test-python check run bench zoo pictures python wheel $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
@@ -326,6 +326,14 @@ run: library examples $(VENV)/ready
 .PHONY: pictures
 pictures: library $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/pictures' scripts/draw-pictures
+
+#: make zoo               1000 random assemblies at rest, each judged by another solver (COUNT=, SEED=)
+.PHONY: zoo
+COUNT ?= 1000
+SEED ?= 0
+zoo: library $(VENV)/ready
+	@$(ENVIRONMENT) PERP_LIBRARY=$(abspath $(B))/lib/libperp.so PYTHONPATH=bindings/python \
+	    $(VENV)/bin/python tests/zoo/assemblies.py --count $(COUNT) --seed $(SEED)
 
 #: make bench             speed against accuracy; tables and pictures in bench/results. Peers:
 #:                        apt install siconos python3-scipy libbullet-dev libode-dev libbox2d-dev;
