@@ -23,9 +23,8 @@ static int32_t mass_solve(double *x, int32_t columns, void *user)
     return 0;
 }
 
-/* Rows that touch one block or two, as contacts of bodies do. */
-static void make_rows(fuzz_bytes *bytes, fuzz_mood mood, fuzz_matrix *H, int32_t rows, int32_t n,
-                      int32_t block)
+void dynamics_make_rows(fuzz_bytes *bytes, fuzz_mood mood, fuzz_matrix *H, int32_t rows, int32_t n,
+                        int32_t block)
 {
     double *dense = fuzz_doubles(rows * n);
     int32_t i, j, bodies = (n + block - 1) / block, first = 0, second = 0;
@@ -53,8 +52,8 @@ void dynamics_make(fuzz_bytes *bytes, fuzz_mood mood, const laws_problem *p, dyn
     d->abort_at = -1;
     d->bilateral = p->laws.bilateral;
     fuzz_fill_definite(bytes, mood, &d->M, n, block);
-    make_rows(bytes, rows_mood, &d->H, p->rows - d->bilateral, n, block);
-    make_rows(bytes, rows_mood, &d->G, d->bilateral, n, block);
+    dynamics_make_rows(bytes, rows_mood, &d->H, p->rows - d->bilateral, n, block);
+    dynamics_make_rows(bytes, rows_mood, &d->G, d->bilateral, n, block);
     d->f = fuzz_doubles(n);
     d->w = fuzz_doubles(p->rows);
     d->b = &d->w[p->rows - d->bilateral];

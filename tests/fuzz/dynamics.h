@@ -14,6 +14,10 @@ typedef struct dynamics_problem {
     int32_t calls, abort_at;
 } dynamics_problem;
 
+/* Rows that touch one block or two of `block` velocities, as contacts of bodies do. */
+void dynamics_make_rows(fuzz_bytes *bytes, fuzz_mood mood, fuzz_matrix *H, int32_t rows, int32_t n,
+                        int32_t block);
+
 void dynamics_make(fuzz_bytes *bytes, fuzz_mood mood, const laws_problem *problem,
                    dynamics_problem *dynamics);
 

@@ -568,7 +568,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         status = is_known ? PERP_OK : perp__statics_set_up(statics, rows);
         if (status == PERP_OK) {
             perp__statics_adjust(statics, rows, &answer, work->stand_forces, work->stand_base,
-                                is_known);
+                                 is_known);
             memcpy(world->standing->key[world->standing->last], key, sizeof key);
         }
     }
