@@ -86,7 +86,7 @@ perp_status perp__statics_order(perp__statics *s)
                                   graph);
 
     /* 3. Where each unit's blocks go. */
-    for (int32_t u = 0; status == PERP_OK && u < rows->units; u++) {
+    for (int32_t u = 0; status == PERP_OK && !s->fronts.is_too_large && u < rows->units; u++) {
         const perp__statics_link *link = rows->link + rows->unit[u].link;
         const int32_t links = rows->unit[u].links;
 

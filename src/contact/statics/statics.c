@@ -74,6 +74,16 @@ void perp__statics_destroy(perp__statics *s)
     perp__release(s->context, s);
 }
 
+void perp__statics_limit(perp__statics *s, double most_products)
+{
+    s->fronts.most_products = most_products;
+}
+
+int32_t perp__statics_is_too_large(const perp__statics *s)
+{
+    return s->fronts.is_too_large;
+}
+
 perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *rows)
 {
     const int32_t width = rows->width;

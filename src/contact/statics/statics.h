@@ -65,6 +65,11 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
 perp__statics *perp__statics_create(perp_context *context);
 void perp__statics_destroy(perp__statics *statics);
 
+/* From now on set-ups whose factorisation takes more products than these are given up; 0: none is.
+ * Whether the last one was. */
+void perp__statics_limit(perp__statics *statics, double most_products);
+int32_t perp__statics_is_too_large(const perp__statics *statics);
+
 /* The rows of a problem: orders and lays out; they stay the caller's, in place until the last call
  * for them. PERP_OK or _MEMORY. */
 perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);

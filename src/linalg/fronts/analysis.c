@@ -266,6 +266,7 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
         return PERP_OK;
     f->nodes = nodes;
     f->width = width;
+    f->is_too_large = 0;
     status = perp__arena_fit(&f->graph_arena, context, layout_graph, f);
     /* AMD reads the pattern only, but does not say so in its types */
     if (status == PERP_OK && nodes > 0 &&
@@ -288,7 +289,12 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
         find_fronts(f);
         link_fronts(f);
         list_entries(f);
-        status = perp__arena_fit(&f->value_arena, context, layout_values, f);
+        f->is_too_large = f->most_products > 0.0 &&
+                          perp__fronts_cost(f) * perp__fronts_solve_cost(f) > f->most_products;
+        if (f->is_too_large)
+            f->nodes = 0;
+        else
+            status = perp__arena_fit(&f->value_arena, context, layout_values, f);
     }
     if (status != PERP_OK)
         f->nodes = 0;

@@ -42,6 +42,9 @@ typedef struct perp__fronts {
     double *values; /* width^2 for each edge, column by column */
     double *stack;  /* what children leave to their parents */
     size_t stack_size;
+    double most_products;     /* of a factorisation; 0: no limit. Where it would take more, analysis
+                                 ends before there is memory for it: */
+    int32_t is_too_large;     /* then 1 */
     int32_t is_negative;      /* the determinant of what was factored last */
     double *right, *gathered; /* nodes by width */
 } perp__fronts;

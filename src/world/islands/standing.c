@@ -16,6 +16,11 @@
 #define BALANCED 1e-12
 #define MOST_ITERATIONS 60
 
+/* Products of a factorisation up to which it is asked whether an island stands: some .4 s, for a
+ * heap in space of about two thousand bodies. */
+#define MOST_PRODUCTS 2e9
+#define MOST_FACTORS 30.0
+
 /* Contacts between one that is asked of memory and that at hand. */
 #define AHEAD 64
 
@@ -494,6 +499,19 @@ static perp__statics *find_statics(perp_world *world, const uint64_t key[2], int
 
 /* ---- the question ---- */
 
+/* Within what a step may cost: where it has a time limit, decisions of which some thirty
+ * factorisations fit in at a product a nanosecond. */
+static perp_status set_up(const perp_world *world, perp__statics *statics,
+                          const perp__statics_rows *rows)
+{
+    double most = MOST_PRODUCTS;
+
+    if (world->budget.limited)
+        most = fmin(most, 1e9 / MOST_FACTORS * world->settings.time_limit);
+    perp__statics_limit(statics, most);
+    return perp__statics_set_up(statics, rows);
+}
+
 /* What was decided in an earlier step, if all that presses then still touches. */
 static int32_t recall_base(const perp_world *world, const perp__island *island)
 {
@@ -565,8 +583,8 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         statics = find_statics(world, key, &is_known);
         if (!statics)
             return PERP_ERROR_MEMORY;
-        status = is_known ? PERP_OK : perp__statics_set_up(statics, rows);
-        if (status == PERP_OK) {
+        status = is_known ? PERP_OK : set_up(world, statics, rows);
+        if (status == PERP_OK && !perp__statics_is_too_large(statics)) {
             perp__statics_adjust(statics, rows, &answer, work->stand_forces, work->stand_base,
                                  is_known);
             memcpy(world->standing->key[world->standing->last], key, sizeof key);
@@ -576,8 +594,9 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         statics = find_statics(world, NULL, &is_known);
         if (!statics)
             return PERP_ERROR_MEMORY;
-        status = perp__statics_set_up(statics, rows);
-        PERP__THEN(status, perp__statics_decide(statics, &answer, work->stand_forces, &aim));
+        status = set_up(world, statics, rows);
+        if (status == PERP_OK && !perp__statics_is_too_large(statics))
+            status = perp__statics_decide(statics, &answer, work->stand_forces, &aim);
         decided = 1;
         perp__spend(world, answer.iterations);
     }
