@@ -17,7 +17,7 @@
 #define MOST_ITERATIONS 60
 
 /* Products of a factorisation up to which it is asked whether an island stands: some .4 s, for a
- * heap in space of about two thousand bodies. */
+ * heap in space of about 1500 bodies. */
 #define MOST_PRODUCTS 2e9
 #define MOST_FACTORS 30.0
 
