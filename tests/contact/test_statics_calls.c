@@ -167,6 +167,75 @@ static void test_nothing(void **state)
     perp_context_destroy(context);
 }
 
+static void test_words(void **state)
+{
+    (void)state;
+    assert_string_equal(perp_statics_verdict_text(PERP_STATICS_STANDS), "stands");
+    assert_string_equal(perp_statics_verdict_text(PERP_STATICS_FALLS), "falls");
+    assert_string_equal(perp_statics_verdict_text(PERP_STATICS_INDETERMINATE), "indeterminate");
+    assert_string_equal(perp_statics_verdict_text(3), "unknown verdict");
+    assert_string_equal(perp_statics_verdict_text(-1), "unknown verdict");
+}
+
+/* Matrices that are none: columns of G, rows of a column that are not sorted or outside. */
+static void test_matrices(void **state)
+{
+    static const int32_t starts[] = {0, 2, 2, 2, 2, 2, 2}, sorted[] = {1, 0}, outside[] = {0, 12};
+    static const double values[12] = {1.0, 1.0};
+    perp_context *context;
+    perp_matrix other;
+    question q;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_matrix_init(&other, sizeof other), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&other, PERP_STORAGE_ROW_MAJOR, 1, 5, values, 5), PERP_OK);
+    pose(&q);
+    q.problem.G = &other;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "G has 5 columns, expected problem.n = 6");
+    pose(&q);
+    q.problem.H = &other;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "H is 1 by 5, expected 12 by 6");
+    assert_int_equal(perp_matrix_csc(&other, 12, 6, starts, sorted, values), PERP_OK);
+    pose(&q);
+    q.problem.H = &other;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "H");
+    assert_int_equal(perp_matrix_csc(&other, 12, 6, starts, outside, values), PERP_OK);
+    pose(&q);
+    q.problem.H = &other;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "H");
+    perp_context_destroy(context);
+}
+
+/* Contexts know nothing of each other: an answer is the same in each, a refusal stays where it was.
+ */
+static void test_two_contexts(void **state)
+{
+    perp_context *contexts[2];
+    question q[2];
+    int k;
+
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        assert_int_equal(perp_context_create(&contexts[k], NULL), PERP_OK);
+        pose(&q[k]);
+    }
+    q[1].f[0] = NAN;
+    for (k = 0; k < 2; k++)
+        assert_int_equal(
+            perp_contact_statics(contexts[k], q[k].r, q[k].v, &q[k].result, &q[k].problem, NULL),
+            k ? PERP_ERROR_NOT_FINITE : PERP_OK);
+    assert_string_equal(perp_context_message(contexts[0]), "");
+    assert_non_null(strstr(perp_context_message(contexts[1]), "f[0]"));
+    pose(&q[1]);
+    assert_int_equal(
+        perp_contact_statics(contexts[1], q[1].r, q[1].v, &q[1].result, &q[1].problem, NULL),
+        PERP_OK);
+    assert_memory_equal(q[0].r, q[1].r, sizeof q[0].r);
+    for (k = 0; k < 2; k++)
+        perp_context_destroy(contexts[k]);
+}
+
 static void test_every_allocation_may_fail(void **state)
 {
     int k = 0, failed;
@@ -200,9 +269,9 @@ static void test_every_allocation_may_fail(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_nothing),
-        cmocka_unit_test(test_every_allocation_may_fail),
+        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_matrices),
+        cmocka_unit_test(test_nothing),      cmocka_unit_test(test_words),
+        cmocka_unit_test(test_two_contexts), cmocka_unit_test(test_every_allocation_may_fail),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

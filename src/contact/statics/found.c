@@ -124,9 +124,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
         const perp__statics_unit *unit = &rows->unit[u];
         double v[6] = {0.0}, lack = 0.0, terms = 0.0, carried = s->weight[u];
 
-        if (s->idle[u])
-            continue;
-        perp__statics_row(s, u, y, v);
+        perp__statics_row(s, u, y, v); /* of idle units too: they may push against this motion */
         for (int32_t l = 0; l < unit->links; l++) {
             const perp__statics_link *link = &rows->link[unit->link + l];
 

@@ -543,6 +543,18 @@ static void pull_in(const perp__statics *s, double *r)
     }
 }
 
+/* Whether impulses of 0 are within all bounds. */
+static int32_t allows_nothing(const perp__statics *s)
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+
+        if (unit->kind == PERP__STATICS_INTERVAL && !(unit->lower <= 0.0 && unit->upper >= 0.0))
+            return 0;
+    }
+    return 1;
+}
+
 perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
                                  const double *forces, const perp__statics_aim *aim)
 {
@@ -560,7 +572,7 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
         status = find_inside(s, answer, aim, &end);
     if (status != PERP_OK)
         return status;
-    if (end != PERP__STATICS_FOUND && perp__is_zero(s->b, n)) { /* nothing to carry */
+    if (end != PERP__STATICS_FOUND && perp__is_zero(s->b, n) && allows_nothing(s)) {
         memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
         end = PERP__STATICS_FOUND;
     } else if (end == PERP__STATICS_FOUND && aim->objective == PERP_STATICS_LEAST) {
