@@ -327,13 +327,16 @@ run: library examples $(VENV)/ready
 pictures: library $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/pictures' scripts/draw-pictures
 
-#: make zoo               1000 random assemblies at rest, each judged by another solver (COUNT=, SEED=)
+#: make zoo               1000 random assemblies at rest, each judged by another solver, and a tenth as
+#:                        many articulated systems in motion, judged by their energy (COUNT=, SEED=)
 .PHONY: zoo
 COUNT ?= 1000
 SEED ?= 0
 zoo: library $(VENV)/ready
 	@$(ENVIRONMENT) PERP_LIBRARY=$(abspath $(B))/lib/libperp.so PYTHONPATH=bindings/python \
-	    $(VENV)/bin/python tests/zoo/assemblies.py --count $(COUNT) --seed $(SEED)
+	    sh -c '$(VENV)/bin/python tests/zoo/assemblies.py --count $(COUNT) --seed $(SEED); first=$$?; \
+	    $(VENV)/bin/python tests/zoo/articulated.py --count $$(($(COUNT) / 10)) --seed $(SEED) && \
+	    exit $$first'
 
 #: make bench             speed against accuracy; tables and pictures in bench/results. Peers:
 #:                        apt install siconos python3-scipy libbullet-dev libode-dev libbox2d-dev;

@@ -11,6 +11,9 @@
  *               multipliers of equations
  *   contacts    Stewart and Trinkle's problem of spheres in a lattice, four friction directions
  *   random      five entries a column, of size 1, diagonal 2
+ *   plate       the biharmonic operator by 13 points, pressed on a dome
+ *   hertz       a sphere pressed into an elastic block: a lattice of springs along the 18 nearest
+ *               directions, three displacements a node, bounds on the top layer's vertical ones
  * 'cold' starts from the slacks (crash = 0): a pivot for every active variable. */
 #include "measure.h"
 
@@ -235,6 +238,59 @@ static void create_contacts(problem *lcp, int32_t side)
     free(contacts);
 }
 
+static void create_plate(problem *lcp, int32_t side)
+{
+    const double h = 1.0 / (side + 1);
+    begin(lcp, side * side, 13 * side * side);
+    for (int32_t j = 0; j < lcp->n; j++) {
+        const int x = j % side, y = j / side;
+        const double r2 = pow(h * (x + 1) - 0.5, 2) + pow(h * (y + 1) - 0.5, 2);
+        lcp->starts[j + 1] = lcp->starts[j];
+        for (int b = -2; b <= 2; b++) /* the square of the five-point stencil */
+            for (int a = -2; a <= 2; a++)
+                for (int c = 0; c < 5; c++) {
+                    const int u = c == 0 ? -1 : c == 1, v = c == 2 ? -1 : c == 3;
+                    const int near = abs(a - u) + abs(b - v);
+                    const int inside = x + u >= 0 && x + u < side && y + v >= 0 && y + v < side;
+                    if (near < 2 && inside && x + a >= 0 && x + a < side && y + b >= 0 &&
+                        y + b < side)
+                        put(lcp, x + a + side * (y + b), j,
+                            (near ? -1.0 : 4.0) * (c < 4 ? -1.0 : 4.0));
+                }
+        lcp->q[j] = 300 * pow(h, 4);
+        lcp->lower[j] = -0.03 - 0.5 * r2;
+    }
+}
+
+static void create_hertz(problem *lcp, int32_t size)
+{
+    const int side = (int)(cbrt(2.0 * size / 3) + 0.5), high = side / 2;
+    begin(lcp, 3 * side * side * high, 57 * 3 * side * side * high);
+    for (int32_t j = 0; j < lcp->n; j++) {
+        const int node = j / 3, x = node % side, y = node / side % side, z = node / side / side;
+        lcp->starts[j + 1] = lcp->starts[j];
+        for (int d = 0; d < 27; d++) {
+            const int to[3] = {d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1};
+            const int square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
+            const int a = x + to[0], b = y + to[1], c = z + to[2]; /* c < 0: the fixed floor */
+            if (square == 0 || square > 2 || a < 0 || a >= side || b < 0 || b >= side || c >= high)
+                continue;
+            for (int k = 0; k < 3; k++) {
+                const double value = (double)(to[k] * to[j % 3]) / square;
+                if (value != 0)
+                    put(lcp, 3 * node + k, j, value);
+                if (value != 0 && c >= 0)
+                    put(lcp, 3 * (a + side * (b + side * c)) + k, j, -value);
+            }
+        }
+        lcp->q[j] = 0;
+        lcp->lower[j] = -INFINITY;
+        if (j % 3 == 2 && z == high - 1)
+            lcp->upper[j] =
+                (pow(x - 0.5 * (side - 1), 2) + pow(y - 0.5 * (side - 1), 2)) / (2.0 * side) - 0.8;
+    }
+}
+
 static void create(problem *lcp, const char *name, int32_t size)
 {
     int32_t side = (int32_t)(sqrt((double)size) + 0.5);
@@ -248,6 +304,10 @@ static void create(problem *lcp, const char *name, int32_t size)
         create_program(lcp, (int32_t)(sqrt(0.8 * size) + 0.5));
     else if (!strcmp(name, "contacts"))
         create_contacts(lcp, (int32_t)(sqrt(size / 12.0) + 0.5));
+    else if (!strcmp(name, "plate"))
+        create_plate(lcp, side);
+    else if (!strcmp(name, "hertz"))
+        create_hertz(lcp, size);
     else
         create_random(lcp, size);
 }
@@ -381,9 +441,9 @@ static void measure_apart(const char *name, int32_t size, int32_t method, int cr
 /* lcp_sparse [PROBLEM [LARGEST]]: one class alone, and no larger than that. */
 int main(int count, char **arguments)
 {
-    static const char *const names[] = {"obstacle", "convection", "box",
-                                        "program",  "contacts",   "random"};
-    static const int32_t largest[] = {1000000, 100000, 1000000, 100000, 3000, 10000};
+    static const char *const names[] = {"obstacle", "convection", "box",   "program",
+                                        "contacts", "random",     "plate", "hertz"};
+    static const int32_t largest[] = {1000000, 100000, 1000000, 100000, 3000, 10000, 100000, 10000};
     static const int32_t sizes[] = {100, 300, 1000, 3000, 10000, 30000, 100000, 300000, 1000000};
     const char *wanted = count > 1 ? arguments[1] : NULL;
     const long limit = count > 2 ? strtol(arguments[2], NULL, 10) : 1000000;
@@ -396,6 +456,8 @@ int main(int count, char **arguments)
             if (sizes[s] > limit || (wanted && strcmp(wanted, names[p]) != 0))
                 continue;
             measure_apart(names[p], sizes[s], PERP_LCP_AUTO, 1);
+            if (!strcmp(names[p], "plate") || !strcmp(names[p], "hertz"))
+                continue;
             measure_apart(names[p], sizes[s], PERP_LCP_LEMKE, 1);
             if (sizes[s] <= 100000 && strcmp(names[p], "contacts") != 0)
                 measure_apart(names[p], sizes[s], PERP_LCP_ACTIVE_SET, 1);

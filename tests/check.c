@@ -223,29 +223,22 @@ static void balance(const check_item *list, size_t count, int32_t n, const doubl
     free(noisy);
 }
 
-/* Diagonals at most 2^-38 of another entry of their row or column become 0, where the product of
- * that entry's two diagonals is at most 2^-38 of its square. Whether there is one. */
-static int drop_noise(const check_item *list, size_t count, int32_t n, double *diagonal)
+/* Without the end, where entries of 2^40 are left. */
+static void start_exponents(const check_item *list, size_t count, int32_t n, const double *diagonal,
+                            int scaling, int32_t *exponents, int *largest)
 {
-    double *before = check_allocate((size_t)n, sizeof *before);
-    int any = 0, side;
-    size_t p;
+    int32_t i;
 
-    memcpy(before, diagonal, (size_t)n * sizeof *before);
-    for (p = 0; p < count; p++) {
-        const int32_t ends[2] = {list[p].row, list[p].column};
-        const double size = fabs(list[p].value), least = 0x1p-38 * size;
-
-        if (ends[0] == ends[1] || fabs(before[ends[0]] * before[ends[1]]) > least * size)
-            continue;
-        for (side = 0; side < 2; side++)
-            if (before[ends[side]] != 0 && fabs(before[ends[side]]) <= least) {
-                diagonal[ends[side]] = 0;
-                any = 1;
-            }
-    }
-    free(before);
-    return any;
+    for (i = 0; i < n; i++)
+        exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
+    if (scaling)
+        scale_negative(list, count, n, diagonal, exponents);
+    spread(list, count, n, exponents, largest);
+    for (i = 0; i < n; i++)
+        if (exponents[i] == UNSET) {
+            exponents[i] = 0;
+            spread(list, count, n, exponents, largest);
+        }
 }
 
 static int is_moderate(int32_t n, const int32_t *exponents)
@@ -258,71 +251,58 @@ static int is_moderate(int32_t n, const int32_t *exponents)
     return 1;
 }
 
-/* Whether an entry of 2^-10 and more of the largest of both its rows is 2^-30 or less of S. */
-static int loses(const check_item *list, size_t count, int32_t n, const int32_t *exponents)
+/* Whether a diagonal is at most 2^-38 of another entry of its row or column, and the product of
+ * that entry's two diagonals at most 2^-38 of its square; or an entry beside it 2^20 of S. */
+static int has_noise(const check_item *list, size_t count, const double *diagonal,
+                     const int32_t *exponents)
 {
-    double *largest = check_allocate((size_t)n, sizeof *largest);
-    int any = 0;
+    int found = 0, power;
     size_t p;
 
     for (p = 0; p < count; p++) {
-        const double size = fabs(list[p].value);
-
-        largest[list[p].row] = fmax(largest[list[p].row], size);
-        largest[list[p].column] = fmax(largest[list[p].column], size);
-    }
-    for (p = 0; p < count; p++) {
         const int32_t r = list[p].row, c = list[p].column;
-        const double size = fabs(list[p].value), least = 0x1p10 * size;
-        int power;
+        const double size = fabs(list[p].value), least = 0x1p-38 * size;
+        const double a = fabs(diagonal[r]), b = fabs(diagonal[c]);
 
+        if (r == c)
+            continue;
         frexp(size, &power);
-        any |= size > 0 && least >= largest[r] && least >= largest[c] &&
-               power + exponents[r] + exponents[c] - 1 <= -30;
+        found |= ((a > 0 && a <= least) || (b > 0 && b <= least)) && a * b <= least * size;
+        found |= power + exponents[r] + exponents[c] - 1 >= 20;
     }
-    free(largest);
-    return any;
+    return found;
 }
 
-int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t *exponents)
+static void find_exponents(const perp_matrix *M, int scaling, int of_witness, int32_t *exponents)
 {
+    int is_noisy;
     size_t count, p;
     check_item *list = check_items(M, &count);
     int *largest = check_allocate((size_t)M->rows, sizeof *largest);
     double *diagonal = check_allocate((size_t)M->rows, sizeof *diagonal);
-    int32_t i;
-    int any = 1;
 
     for (p = 0; p < count; p++)
         if (list[p].row == list[p].column)
             diagonal[list[p].row] = list[p].value;
-    if (without) {
-        any = drop_noise(list, count, M->rows, diagonal);
-        check_exponents_but(M, scaling, 0, exponents);
-        any |= is_moderate(M->rows, exponents) && loses(list, count, M->rows, exponents);
-        scaling = scaling && !is_moderate(M->rows, exponents);
-    }
-    for (i = 0; i < M->rows; i++)
-        exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
+    start_exponents(list, count, M->rows, diagonal, scaling, exponents, largest);
+    is_noisy = has_noise(list, count, diagonal, exponents);
     if (scaling)
-        scale_negative(list, count, M->rows, diagonal, exponents);
-    spread(list, count, M->rows, exponents, largest);
-    for (i = 0; i < M->rows; i++)
-        if (exponents[i] == UNSET) {
-            exponents[i] = 0;
-            spread(list, count, M->rows, exponents, largest);
-        }
-    if (scaling && !without)
         balance(list, count, M->rows, diagonal, exponents, largest);
+    if (of_witness && is_noisy && is_moderate(M->rows, exponents))
+        memset(exponents, 0, (size_t)M->rows * sizeof *exponents);
     free(diagonal);
     free(largest);
     free(list);
-    return any;
 }
 
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
 {
-    check_exponents_but(M, scaling, 0, exponents);
+    find_exponents(M, scaling, 0, exponents);
+}
+
+void check_witness_start(const perp_matrix *M, int scaling, int32_t *exponents)
+{
+    find_exponents(M, scaling, 1, exponents);
 }
 
 void check_parts(const perp_matrix *M, int32_t *part)

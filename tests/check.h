@@ -31,10 +31,8 @@ typedef struct check_measures {
 /* log2 of the symmetric equilibration of M, n entries. */
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
 
-/* The same; or the second start of the witness, and whether there is one: the caller's units where
- * all exponents are at most 100, else without diagonals that are noise and without a look at
- * entries of 2^40. */
-int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t *exponents);
+/* The same; or 0 where it may come from noise. */
+void check_witness_start(const perp_matrix *M, int scaling, int32_t *exponents);
 
 /* part[i], part[n + j] := the lowest row that row i, or column j, hangs together with through
  * entries of M; n + j for a column of zeros. 2 n entries. */

@@ -268,7 +268,7 @@ PERP_API void perp_load_friction_destroy(perp_load_friction *friction);
 
 /* Forward dynamics: finds the accelerations that a torque may have, and keeps them in the handle.
  * Up to most_patterns combinations all are found; beyond, those that a search from several signs
- * and Lemke's method find, and summary.exhaustive is 0.
+ * finds, and summary.exhaustive is 0.
  *
  * Returns: PERP_OK, also where there is none; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
  *          _BUSY or _MEMORY (then the handle keeps no answers, else those it had).

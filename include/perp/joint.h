@@ -1,10 +1,10 @@
 /* perp/joint.h: joints between two bodies of a world.
  *
- * A joint is equations C(q) = 0 between the poses of two bodies, solved with the contacts, to tol
- * at every accuracy. Velocities obey them at the end of each step, to rounding; what positions lack
- * then, of third order in dt, a projection takes away; where they turn by a radian and more in a
- * step all of the world takes it in up to 64 parts. Rows exist for what the kind takes away, for
- * limits that are reached, and for a motor and friction that are there.
+ * A joint is equations C(q) = 0 between the poses of two bodies, met to rounding at every accuracy:
+ * that of contacts beside them is the level's (perp/world.h). Velocities obey them at the end of
+ * each step; what positions lack then is taken away without a trace in velocities; where they turn
+ * by a radian and more in a step all of the world takes it in up to 64 parts. Rows exist for what
+ * the kind takes away, for limits that are reached, and for a motor and friction that are there.
  *
  *   kind         takes away                        coordinate: position 0 is that of its creation
  *   ball         3 translations                    -

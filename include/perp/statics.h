@@ -35,7 +35,8 @@ extern "C" {
 enum perp_statics_verdict_value {
     PERP_STATICS_STANDS = 0,       /* the impulses returned balance the forces, within all cones */
     PERP_STATICS_FALLS = 1,        /* none do: the virtual velocity returned proves it */
-    PERP_STATICS_INDETERMINATE = 2 /* doubles cannot tell: the margin is within rounding of 0 */
+    PERP_STATICS_INDETERMINATE = 2 /* doubles cannot tell: the margin is within rounding of 0, or
+                                      numbers are too far apart for them */
 };
 
 /* Which of the impulses that balance the forces is returned. Values never change. */
@@ -66,7 +67,8 @@ typedef struct perp_statics_result {
     double safety;      /* the largest factor with which `load` is carried beside f, to 1e-8; inf
                            where every factor is; NaN without a load or where no factor was found */
     double unbalance;   /* of the impulses returned: the largest |f + H'r + G's| of a body over the
-                           largest sum of its terms' sizes */
+                           largest sum of its terms' sizes; of a body that no force pushes, over at
+                           least 16 eps / 1e-12 of the largest among those it is coupled with */
     double work;        /* f'v of the certificate, plus the least r'u of rows with bounds; with
                            |v| at most 1 in every entry */
     double seconds;

@@ -53,10 +53,11 @@ enum perp_body_kind_value {
     PERP_BODY_KINEMATIC = 2 /* moves with the velocity it was given, whatever touches it */
 };
 
-/* What a step may cost. Islands with few contacts or large ratios of masses are solved to tol at
- * every accuracy; the others are at `exact`, and up to `accurate` get a fixed number of sweeps:
- * then 'iteration_limit' and the residual tell how far those came. docs/world.md has the measured
- * curve. Values never change. */
+/* What a step may cost. Islands of few contacts, and contacts among bodies with large ratios of
+ * masses, are solved to tol; the others are at `exact`, and up to `accurate` get a fixed number of
+ * sweeps: then 'iteration_limit' and the residual tell how far those came. Equations of joints are
+ * met at every accuracy. docs/world.md has the numbers and the measured curve. Values never change.
+ */
 enum perp_accuracy_value {
     PERP_ACCURACY_FAST = 0,
     PERP_ACCURACY_STANDARD = 1,

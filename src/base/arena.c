@@ -78,36 +78,12 @@ static void let_go(perp__arena *arena)
     arena->is_lent = 0;
 }
 
-/* What outgrew its block grows on, as a pile does that comes to lie: room for a quarter more spares
- * new pages in most of its steps. */
-static perp_status grow(perp__arena *arena, size_t needed)
-{
-    void *block;
-
-    if (needed > SIZE_MAX / 2)
-        return perp__fail_memory(arena->context, "the workspace");
-    needed += arena->block && !arena->is_lent ? needed / 4 : 0;
-    block = perp__allocate(arena->context, 1, needed + PERP__ALIGNMENT);
-    if (!block)
-        return perp__fail_memory(arena->context, "the workspace");
-    let_go(arena);
-    arena->block = block;
-    arena->capacity = needed;
-    return PERP_OK;
-}
-
-static char *aligned(void *block)
-{
-    uintptr_t address = (uintptr_t)block;
-    uintptr_t rest = address % PERP__ALIGNMENT;
-
-    return (char *)block + (rest ? PERP__ALIGNMENT - rest : 0);
-}
-
 /* Runs the layout on the block, or without one to measure. Whether all fits. */
 static int lay_out(perp__arena *arena, perp__layout layout, void *object, void *block)
 {
-    arena->base = block ? aligned(block) : NULL;
+    const uintptr_t past = (uintptr_t)block % PERP__ALIGNMENT;
+
+    arena->base = block ? (char *)block + (past ? PERP__ALIGNMENT - past : 0) : NULL;
     arena->used = 0;
     layout(arena, object);
     return block && arena->used <= arena->capacity;
@@ -116,16 +92,27 @@ static int lay_out(perp__arena *arena, perp__layout layout, void *object, void *
 perp_status perp__arena_fit(perp__arena *arena, perp_context *context, perp__layout layout,
                             void *object)
 {
-    perp_status status;
+    void *block = NULL;
+    size_t needed;
 
     if (arena->block && lay_out(arena, layout, object, arena->block)) /* most often enough */
         return PERP_OK;
     lay_out(arena, layout, object, NULL);
     arena->context = context;
-    status = grow(arena, arena->used);
-    if (status == PERP_OK)
-        lay_out(arena, layout, object, arena->block);
-    return status;
+    /* what outgrew its block grows on, as a pile does that comes to lie: room for a quarter more
+     * spares new pages in most of its steps */
+    needed = arena->used;
+    if (needed <= SIZE_MAX / 2) {
+        needed += arena->block && !arena->is_lent ? needed / 4 : 0;
+        block = perp__allocate(context, 1, needed + PERP__ALIGNMENT);
+    }
+    if (!block)
+        return perp__fail_memory(context, "the workspace");
+    let_go(arena);
+    arena->block = block;
+    arena->capacity = needed;
+    lay_out(arena, layout, object, block);
+    return PERP_OK;
 }
 
 perp_status perp__arena_fit_sizes(perp__arena *arena, perp_context *context, perp__layout layout,

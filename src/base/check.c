@@ -69,26 +69,6 @@ void perp__struct_write(void *caller, const void *own, size_t own_size)
     memcpy((char *)caller + sizeof size, (const char *)own + sizeof size, size - sizeof size);
 }
 
-static double value_of(const perp__field *field, const void *object)
-{
-    const char *at = (const char *)object + field->offset;
-    int32_t integer;
-    int64_t number;
-    double real;
-
-    if (field->type == 'i')
-        return memcpy(&integer, at, sizeof integer), integer;
-    if (field->type == 'l')
-        return memcpy(&number, at, sizeof number), (double)number;
-    return memcpy(&real, at, sizeof real), real;
-}
-
-static int is_within(const perp__field *field, double value)
-{
-    return (value > field->least || (value == field->least && field->brackets[0] == '[')) &&
-           (value < field->most || (value == field->most && field->brackets[1] == ']'));
-}
-
 /* What a field has to be, in words. */
 static void describe(const perp__field *field, char *text, size_t size)
 {
@@ -114,14 +94,30 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
     char expected[80];
 
     for (size_t k = 0; k < count; k++) {
-        const double value = value_of(&fields[k], object);
+        const perp__field *field = &fields[k];
+        const char *at = (const char *)object + field->offset;
+        int32_t integer;
+        int64_t number;
+        double value;
 
+        /* 1. Its value. */
+        if (field->type == 'i') {
+            memcpy(&integer, at, sizeof integer);
+            value = integer;
+        } else if (field->type == 'l') {
+            memcpy(&number, at, sizeof number);
+            value = (double)number;
+        } else {
+            memcpy(&value, at, sizeof value);
+        }
+        /* 2. Whether it is within the brackets. */
         if (isnan(value))
-            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s.%s is nan", name, fields[k].name);
-        if (is_within(&fields[k], value))
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s.%s is nan", name, field->name);
+        if ((value > field->least || (value == field->least && field->brackets[0] == '[')) &&
+            (value < field->most || (value == field->most && field->brackets[1] == ']')))
             continue;
-        describe(&fields[k], expected, sizeof expected);
-        return perp__refuse(context, "%s.%s is %.15g, expected %s", name, fields[k].name, value,
+        describe(field, expected, sizeof expected);
+        return perp__refuse(context, "%s.%s is %.15g, expected %s", name, field->name, value,
                             expected);
     }
     return PERP_OK;

@@ -2,10 +2,18 @@
 #ifndef PERP_BASE_CLOCK_H
 #define PERP_BASE_CLOCK_H
 
+#include <stdint.h>
+
 /* Seconds on a clock that never goes backwards. */
 double perp__now(void);
 
 /* Seconds until a deadline on that clock, for a time limit: more than 0 where it is over. */
 double perp__time_left(double deadline);
+
+/* Whether it is over; 0: there is none, and the clock is not read. */
+static inline int32_t perp__is_past(double deadline)
+{
+    return deadline > 0.0 && perp__now() > deadline;
+}
 
 #endif

@@ -111,20 +111,6 @@ static void *work(void *object)
     return NULL;
 }
 
-/* The caller's threads get the signals. */
-static void start_workers(perp__tasks *tasks)
-{
-    sigset_t all, before;
-
-    sigfillset(&all);
-    if (pthread_sigmask(SIG_SETMASK, &all, &before) != 0)
-        return;
-    while (tasks->started < tasks->threads - 1 &&
-           pthread_create(&tasks->workers[tasks->started], NULL, work, tasks) == 0)
-        tasks->started++;
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-}
-
 static int32_t make_locks(perp__tasks *tasks)
 {
     if (pthread_mutex_init(&tasks->memory, NULL) != 0)
@@ -148,6 +134,7 @@ perp_status perp__tasks_create(perp_context *context, perp__tasks **tasks, int32
     pthread_t *workers = perp__allocate(context, (size_t)threads, sizeof *workers);
     int8_t *taken = perp__allocate(context, (size_t)threads, sizeof *taken);
     perp__portion *portions = perp__allocate(context, (size_t)threads, sizeof *portions);
+    sigset_t all, before;
 
     if (made)
         memset(made, 0, sizeof *made);
@@ -167,8 +154,13 @@ perp_status perp__tasks_create(perp_context *context, perp__tasks **tasks, int32
     memset(portions, 0, (size_t)threads * sizeof *portions);
     made->portions = portions;
     made->owner = getpid();
-    if (!run)
-        start_workers(made);
+    sigfillset(&all); /* the caller's threads get the signals */
+    if (!run && pthread_sigmask(SIG_SETMASK, &all, &before) == 0) {
+        while (made->started < threads - 1 &&
+               pthread_create(&made->workers[made->started], NULL, work, made) == 0)
+            made->started++;
+        pthread_sigmask(SIG_SETMASK, &before, NULL);
+    }
     *tasks = made;
     return PERP_OK;
 }

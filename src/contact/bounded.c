@@ -6,14 +6,12 @@
 
 #include "contact/contact.h"
 #include "contact/dynamics/delassus.h"
+#include "contact/law.h"
 
 enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
 
 /* How much further off a bound is that an impulse has reached. */
 #define WIDEN 32.0
-
-/* An impulse that is less than this of how far it could have reached has lost half its digits. */
-#define DROWNED 0x1p-26
 
 static double lower_of(const perp_contact_laws *laws, int32_t i)
 {
@@ -23,11 +21,6 @@ static double lower_of(const perp_contact_laws *laws, int32_t i)
 static double upper_of(const perp_contact_laws *laws, int32_t i)
 {
     return laws->upper ? laws->upper[i] : INFINITY;
-}
-
-static int32_t bounds_of(const perp_contact_laws *laws, int32_t i)
-{
-    return (lower_of(laws, i) > -INFINITY ? LOWER : 0) | (upper_of(laws, i) < INFINITY ? UPPER : 0);
 }
 
 static int32_t kind_of(const perp__contact_bounded *own, int32_t i)
@@ -44,12 +37,12 @@ void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_
     own->own_rows = rows;
     own->free = own->boxes = 0;
     for (int32_t i = 0; i < laws->bounded; i++) {
-        const int32_t bounds = bounds_of(laws, i);
+        const int32_t bounds = (lower_of(laws, i) > -INFINITY) + (upper_of(laws, i) < INFINITY);
 
-        own->free += bounds == NEITHER;
-        own->boxes += bounds == BOTH;
-        own->own_contacts += bounds != NEITHER;
-        own->own_rows += bounds == NEITHER ? 0 : bounds == BOTH ? 2 : 1;
+        own->free += bounds == 0;
+        own->boxes += bounds == 2;
+        own->own_contacts += bounds > 0;
+        own->own_rows += bounds;
     }
 }
 
@@ -103,44 +96,42 @@ static void set_bounds(perp__contact_bounded *own, int32_t i, double low, double
     own->bound[own->contact_of[i]] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
 }
 
-/* Row i among the bounded becomes that contact, with its first row at `row`. */
-static void place_contact(perp__contact_bounded *own, int32_t i, int32_t contact, int32_t row)
-{
-    const int32_t given = own->rows - own->count + i, kind = kind_of(own, i);
-
-    own->contact_of[i] = contact;
-    own->row[given] = row + (kind == BOTH);
-    own->sign[given] = kind == UPPER ? -1.0 : 1.0;
-    own->dims[contact] = kind == BOTH ? 2 : 1;
-    own->two_sided[contact] = 0;
-    own->mu[contact] = kind == BOTH && own->low[i] < own->high[i] ? 1.0 : 0.0;
-    own->rolling[contact] = own->spinning[contact] = 0.0;
-    set_bounds(own, i, own->low[i], own->high[i]);
-}
-
+/* Where each given row is among the own ones, and the contacts that rows with bounds become. */
 static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws)
 {
     const int32_t first = own->rows - own->count;
-    int32_t contact = own->contacts, row = first, free = own->own_rows, i;
+    int32_t contact = own->contacts, row = first, free = own->own_rows;
 
-    for (i = 0; i < own->size; i++) {
+    for (int32_t i = 0; i < own->size; i++) {
         own->row[i] = i < first ? i : own->own_rows + own->free + i - own->rows;
         own->sign[i] = 1.0;
         own->shift[i] = 0.0;
     }
-    for (i = 0; i < own->count; i++) {
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t given = first + i;
+        int32_t kind;
+
         own->low[i] = lower_of(laws, i);
         own->high[i] = upper_of(laws, i);
-        if (kind_of(own, i) == NEITHER) {
+        kind = kind_of(own, i);
+        if (kind == NEITHER) {
             own->contact_of[i] = -1;
-            own->row[first + i] = free++;
+            own->row[given] = free++;
             continue;
         }
-        place_contact(own, i, contact, row);
+        own->contact_of[i] = contact;
+        own->row[given] = row + (kind == BOTH);
+        own->sign[given] = kind == UPPER ? -1.0 : 1.0;
+        own->dims[contact] = kind == BOTH ? 2 : 1;
+        own->two_sided[contact] = 0;
+        own->mu[contact] = kind == BOTH && own->low[i] < own->high[i] ? 1.0 : 0.0;
+        own->rolling[contact] = own->spinning[contact] = 0.0;
+        set_bounds(own, i, own->low[i], own->high[i]);
         row += own->dims[contact++];
     }
     own->given = own->free == 0;
-    for (own->shifts = 0, i = 0; i < own->size; i++) {
+    own->shifts = 0;
+    for (int32_t i = 0; i < own->size; i++) {
         own->shifts |= own->shift[i] != 0.0;
         own->given &= own->row[i] == i && own->sign[i] > 0.0;
     }
@@ -261,32 +252,6 @@ static void copy_delassus(perp__contact_bounded *own, perp__matrix *W)
     view(lines, size, size, W);
 }
 
-/* A power of two near x; 1 where there is none. */
-static double power_near(double x)
-{
-    int exponent = 0;
-
-    if (!(x > 0.0) || !(x < INFINITY))
-        return 1.0;
-    (void)frexp(x, &exponent);
-    return ldexp(1.0, exponent);
-}
-
-/* work := h M^-1 h' of each given row, were M its diagonal. */
-static void respond(perp__contact_bounded *own, const perp__matrix *M)
-{
-    const perp__contact_lines *H = &own->lines[0];
-    double *diagonal = own->f, *moved = own->w;
-
-    perp__delassus_diagonal(M, diagonal);
-    memset(moved, 0, (size_t)own->own_rows * sizeof *moved);
-    for (int32_t j = 0; j < own->n; j++)
-        for (int32_t k = H->starts[j]; k < H->starts[j + 1]; k++)
-            moved[H->indices[k]] += H->values[k] * (H->values[k] / diagonal[j]);
-    for (int32_t i = own->rows - own->count; i < own->rows; i++)
-        own->work[i] = own->row[i] < own->own_rows ? moved[own->row[i]] : 0.0;
-}
-
 /* c of the normals that move nothing, near what their rows respond by: work. */
 static void yield(perp__contact_bounded *own)
 {
@@ -294,7 +259,7 @@ static void yield(perp__contact_bounded *own)
         const int32_t given = own->rows - own->count + i;
 
         if (kind_of(own, i) == BOTH)
-            own->compliance[own->row[given] - 1] = power_near(own->work[given]);
+            own->compliance[own->row[given] - 1] = perp__contact_power_near(own->work[given]);
     }
 }
 
@@ -334,54 +299,27 @@ perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context 
         copy_rows(own, dynamics);
     else
         copy_delassus(own, W);
-    if (dynamics && dynamics->has_M)
-        respond(own, &dynamics->M);
-    else if (dynamics)
-        return PERP_OK; /* W will tell */
-    else
+    if (dynamics && !dynamics->has_M)
+        return PERP_OK; /* W will tell what rows respond by */
+    if (!dynamics) {
         perp__delassus_diagonal(&own->H, own->work);
+    } else { /* by h M^-1 h', were M its diagonal */
+        const perp__contact_lines *H = &own->lines[0];
+        double *diagonal = own->f, *moved = own->w;
+
+        perp__delassus_diagonal(&dynamics->M, diagonal);
+        memset(moved, 0, (size_t)own->own_rows * sizeof *moved);
+        for (int32_t j = 0; j < own->n; j++)
+            for (int32_t k = H->starts[j]; k < H->starts[j + 1]; k++)
+                moved[H->indices[k]] += H->values[k] * (H->values[k] / diagonal[j]);
+        for (int32_t i = own->rows - own->count; i < own->rows; i++)
+            own->work[i] = own->row[i] < own->own_rows ? moved[own->row[i]] : 0.0;
+    }
     yield(own);
     return PERP_OK;
 }
 
 /* ---- a call -------------------------------------------------------------------------------- */
-
-/* What the shifts do: f + H'shift, or q + W shift. */
-static void push(perp__contact_bounded *own, const double *given, double *to)
-{
-    memcpy(to, given, (size_t)own->n * sizeof *to);
-    if (!own->shifts)
-        return;
-    if (own->by_W) {
-        perp__multiply(&own->H, own->shift, to);
-        for (int32_t i = 0; i < own->n; i++)
-            to[i] += given[i];
-    } else {
-        for (int32_t j = 0; j < own->n; j++)
-            to[j] += perp__column_times(&own->H, j, own->shift);
-    }
-}
-
-static void offsets(perp__contact_bounded *own, const perp__contact_call *given)
-{
-    const double *compliance = own->compliance;
-
-    for (int32_t i = 0; i < own->size; i++) {
-        const double yields = compliance[own->row[i]] * own->shift[i];
-        const double w = own->by_W       ? own->work[i]
-                         : i < own->rows ? given->w[i]
-                         : given->b      ? given->b[i - own->rows]
-                                         : 0.0;
-
-        own->w[own->row[i]] = own->sign[i] * (w + yields);
-    }
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t row = own->row[own->rows - own->count + i];
-
-        if (kind_of(own, i) == BOTH)
-            own->w[row - 1] = -(compliance[row - 1] * own->bound[own->contact_of[i]]);
-    }
-}
 
 /* The number within the bounds that is nearest to 0. */
 static double nearest(const perp__contact_bounded *own, int32_t i)
@@ -425,35 +363,25 @@ void perp__contact_bounded_draw_in(perp__contact_bounded *own)
     }
 }
 
-static int32_t is_drawn_in(const perp__contact_bounded *own, int32_t i)
-{
-    return own->near_low[i] > own->low[i] || own->near_high[i] < own->high[i];
-}
-
-/* Whether x is at a bound that has been drawn in; what nothing drives stays there. */
-static int32_t is_reached(const perp__contact_bounded *own, int32_t i, double x, double u)
-{
-    const int32_t kind = kind_of(own, i);
-    const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
-
-    if (kind != BOTH)
-        return kind != NEITHER && is_drawn_in(own, i) && x <= 0.0 &&
-               (own->reach[i] > 0.0 || u > 0.0);
-    return (low && x <= -own->bound[own->contact_of[i]]) ||
-           (high && x >= own->bound[own->contact_of[i]]);
-}
-
 int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
                                     int32_t is_ray)
 {
     int32_t widened = 0;
 
     for (int32_t i = 0; i < own->count; i++) {
-        const int32_t row = own->row[own->rows - own->count + i];
+        const int32_t row = own->row[own->rows - own->count + i], kind = kind_of(own, i);
+        const int32_t low = own->near_low[i] > own->low[i], high = own->near_high[i] < own->high[i];
         const double next = fmax(WIDEN * own->reach[i], own->likely[i]);
+        int32_t is_reached;
 
-        if (kind_of(own, i) == NEITHER || !is_drawn_in(own, i) ||
-            (!is_ray && !is_reached(own, i, x[row], u[row])))
+        if (kind == NEITHER || (!low && !high))
+            continue;
+        if (kind == BOTH)
+            is_reached = (low && x[row] <= -own->bound[own->contact_of[i]]) ||
+                         (high && x[row] >= own->bound[own->contact_of[i]]);
+        else /* what nothing drives stays there */
+            is_reached = x[row] <= 0.0 && (own->reach[i] > 0.0 || u[row] > 0.0);
+        if (!is_reached && !is_ray)
             continue;
         own->reach[i] = is_ray || next == 0.0 ? INFINITY : next;
         widened = 1;
@@ -461,46 +389,46 @@ int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x,
     return widened;
 }
 
-int32_t perp__contact_bounded_narrow(perp__contact_bounded *own, const double *x)
-{
-    int32_t narrowed = 0;
-
-    for (int32_t i = 0; i < own->count; i++) {
-        const int32_t given = own->rows - own->count + i, kind = kind_of(own, i);
-        const double middle = nearest(own, i);
-        const double r = own->shift[given] + own->sign[given] * x[own->row[given]];
-        const double below = kind & LOWER ? middle - own->near_low[i] : 0.0;
-        const double above = kind & UPPER ? own->near_high[i] - middle : 0.0;
-        const double away = fabs(r - middle), extent = fmax(below, above);
-
-        if (kind == NEITHER || away >= DROWNED * extent)
-            continue;
-        own->reach[i] = WIDEN * (away + 8.0 * DBL_EPSILON * extent);
-        narrowed = 1;
-    }
-    return narrowed;
-}
-
-/* The start, within the bounds; what lies beyond is clipped by the law. */
-static void start(perp__contact_bounded *own, const double *r0)
-{
-    for (int32_t k = 0; k < own_size(own); k++)
-        own->r0[k] = 0.0;
-    for (int32_t i = 0; i < own->size; i++)
-        own->r0[own->row[i]] = own->sign[i] * (r0[i] - own->shift[i]);
-    for (int32_t i = 0; i < own->count; i++)
-        if (kind_of(own, i) == BOTH)
-            own->r0[own->row[own->rows - own->count + i] - 1] = own->bound[own->contact_of[i]];
-}
-
 void perp__contact_bounded_pose(perp__contact_bounded *own, const perp__contact_call *given,
                                 perp__contact_call *call)
 {
+    const int32_t first = own->rows - own->count;
+    const double *load = own->by_W ? given->q : given->f, *yields = own->compliance;
+    double *moved = own->by_W ? own->work : own->f;
+
+    /* 1. f + H'shift, or q + W shift. */
+    memcpy(moved, load, (size_t)own->n * sizeof *moved);
+    if (own->shifts && own->by_W)
+        perp__multiply(&own->H, own->shift, moved);
+    for (int32_t j = 0; j < own->n && own->shifts; j++)
+        moved[j] += own->by_W ? load[j] : perp__column_times(&own->H, j, own->shift);
+
+    /* 2. w and b of the own rows, and of normals that move nothing. */
+    for (int32_t i = 0; i < own->size; i++) {
+        const int32_t row = own->row[i];
+        const double w = own->by_W       ? own->work[i]
+                         : i < own->rows ? given->w[i]
+                         : given->b      ? given->b[i - own->rows]
+                                         : 0.0;
+
+        own->w[row] = own->sign[i] * (w + yields[row] * own->shift[i]);
+    }
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t row = own->row[first + i];
+
+        if (kind_of(own, i) == BOTH)
+            own->w[row - 1] = -(yields[row - 1] * own->bound[own->contact_of[i]]);
+    }
+
+    /* 3. The start, within the bounds; what lies beyond is clipped by the law. */
+    for (int32_t k = 0; k < own_size(own) && given->r0; k++)
+        own->r0[k] = 0.0;
+    for (int32_t i = 0; i < own->size && given->r0; i++)
+        own->r0[own->row[i]] = own->sign[i] * (given->r0[i] - own->shift[i]);
+    for (int32_t i = 0; i < own->count && given->r0; i++)
+        if (kind_of(own, i) == BOTH)
+            own->r0[own->row[first + i] - 1] = own->bound[own->contact_of[i]];
     *call = *given;
-    push(own, own->by_W ? given->q : given->f, own->by_W ? own->work : own->f);
-    offsets(own, given);
-    if (given->r0)
-        start(own, given->r0);
     call->f = own->f;
     call->w = own->w;
     call->b = own->w + own->own_rows;
@@ -530,24 +458,6 @@ void perp__contact_bounded_velocities(const perp__contact_bounded *own, const do
         u[i] = own->sign[i] < 0.0 ? 0.0 - x[own->row[i]] : x[own->row[i]];
 }
 
-static int32_t mode_of(const perp__contact_bounded *own, int32_t i, int32_t mode, double x,
-                       double u)
-{
-    const int32_t kind = kind_of(own, i);
-    int32_t inside;
-
-    if (kind == NEITHER)
-        return PERP_CONTACT_STICK;
-    if (kind != BOTH && (mode != PERP_CONTACT_SEPARATE || is_drawn_in(own, i)))
-        return PERP_CONTACT_STICK;
-    if (kind != BOTH)
-        return kind == UPPER ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
-    inside = fabs(x) < own->mu[own->contact_of[i]] * own->bound[own->contact_of[i]];
-    if (mode == PERP_CONTACT_STICK || (inside && u == 0.0))
-        return PERP_CONTACT_STICK;
-    return (inside ? 0.0 - u : x) > 0.0 ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
-}
-
 void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
                                  const double *x, const double *u, int32_t *given)
 {
@@ -555,8 +465,18 @@ void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t 
         given[k] = modes[k];
     for (int32_t i = 0; i < own->count; i++) {
         const int32_t row = own->row[own->rows - own->count + i], contact = own->contact_of[i];
+        const int32_t kind = kind_of(own, i), mode = contact < 0 ? 0 : modes[contact];
+        int32_t *to = &given[own->contacts + i], inside;
 
-        given[own->contacts + i] =
-            mode_of(own, i, contact < 0 ? 0 : modes[contact], x[row], u[row]);
+        *to = PERP_CONTACT_STICK;
+        if (kind == BOTH) {
+            inside = fabs(x[row]) < own->mu[contact] * own->bound[contact];
+            if (mode != PERP_CONTACT_STICK && !(inside && u[row] == 0.0))
+                *to = (inside ? 0.0 - u[row] : x[row]) > 0.0 ? PERP_CONTACT_UPPER
+                                                             : PERP_CONTACT_LOWER;
+        } else if (kind != NEITHER && mode == PERP_CONTACT_SEPARATE &&
+                   !(own->near_low[i] > own->low[i] || own->near_high[i] < own->high[i])) {
+            *to = kind == UPPER ? PERP_CONTACT_UPPER : PERP_CONTACT_LOWER;
+        }
     }
 }

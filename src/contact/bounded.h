@@ -76,10 +76,6 @@ void perp__contact_bounded_draw_in(perp__contact_bounded *own);
 int32_t perp__contact_bounded_widen(perp__contact_bounded *own, const double *x, const double *u,
                                     int32_t is_ray);
 
-/* Draws bounds in once more, around impulses x that are much smaller than was likely. Returns 0 if
- * there are none. */
-int32_t perp__contact_bounded_narrow(perp__contact_bounded *own, const double *x);
-
 /* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
 void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance);
 

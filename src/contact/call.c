@@ -1,11 +1,61 @@
-/* What a solve is called with, what it asks on the way, and what it hands back. */
+/* What the caller chooses, what a solve is called with, what it asks on the way, and what it hands
+ * back. */
+#include <math.h>
 #include <string.h>
 
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "contact/settings.h"
 #include "contact/solver.h"
+
+PERP__INIT_WITH(perp_contact_laws, .dim = 3)
+
+PERP__INIT(perp_contact_dynamics)
+
+PERP__INIT_WITH(perp_contact_settings, .tol = 1e-8)
+
+PERP__INIT(perp_contact_result)
+
+PERP__WORDS(perp_contact_mode_text, "unknown mode", "separate", "stick", "slip", "lower", "upper")
+
+PERP__WORDS(perp_contact_method_text, "unknown method", "auto", "sweep", "newton", "lemke",
+            "polish", "admm", "proximal")
+
+int32_t perp__contact_method_named(int32_t method)
+{
+    return method == PERP_CONTACT_METHOD_NEWTON ? PERP_CONTACT_METHOD_PROXIMAL : method;
+}
+
+static perp_status check_method(perp_context *context, const perp_contact_settings *own)
+{
+    if (own->method == PERP_CONTACT_METHOD_POLISH)
+        return perp__refuse(context, "settings.method is %d, which is only ever reported",
+                            (int)own->method);
+    if (own->cone < 0 || own->cone == 1 || own->cone == 2 || own->cone > PERP__CONTACT_MOST_EDGES)
+        return perp__refuse(context, "settings.cone is %d, expected 0 (exact) or 3 .. %d edges",
+                            (int)own->cone, (int)PERP__CONTACT_MOST_EDGES);
+    if (own->cone > 0 && own->method != PERP_CONTACT_METHOD_AUTO &&
+        own->method != PERP_CONTACT_METHOD_LEMKE)
+        return perp__refuse(
+            context,
+            "settings.cone is %d, a polyhedron, which the method %s can't take: use "
+            "lemke or auto",
+            (int)own->cone, perp_contact_method_text(own->method));
+    return PERP_OK;
+}
+
+static const perp__field fields[] = {
+    PERP__INTEGER(perp_contact_settings, method, 0, PERP_CONTACT_METHOD_PROXIMAL),
+    PERP__INTEGER(perp_contact_settings, max_iterations, 0, INFINITY),
+    PERP__INTEGER(perp_contact_settings, reserved, 0, 0),
+    PERP__REAL(perp_contact_settings, tol, "()", 0, INFINITY),
+    PERP__REAL(perp_contact_settings, time_limit, "[]", 0, INFINITY),
+};
+
+PERP__SETTINGS_READER(perp__contact_settings_read, perp_contact_settings, fields,
+                      check_method(context, &read))
 
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call)
@@ -23,18 +73,18 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                             "_setup_delassus first");
     status = perp__struct_check(context, "result", call->result, sizeof *call->result,
                                 PERP__FIRST(perp_contact_result));
-    if (status == PERP_OK && size > 0)
-        status = perp__check_pointer(context, "r", call->r);
-    if (status == PERP_OK && by_W)
-        status = perp__check_vector(context, "q", call->q, (size_t)size);
-    if (status == PERP_OK && !by_W)
-        status = perp__check_vector(context, "f", call->f, (size_t)solver->dynamics.n);
-    if (status == PERP_OK && !by_W)
-        status = perp__check_vector(context, "w", call->w, (size_t)rows);
-    if (status == PERP_OK && !by_W && call->b)
-        status = perp__check_vector(context, "b", call->b, (size_t)(size - rows));
-    if (status == PERP_OK && call->r0)
-        status = perp__check_vector(context, "r0", call->r0, (size_t)size);
+    if (size > 0)
+        PERP__THEN(status, perp__check_pointer(context, "r", call->r));
+    if (by_W)
+        PERP__THEN(status, perp__check_vector(context, "q", call->q, (size_t)size));
+    if (!by_W) {
+        PERP__THEN(status, perp__check_vector(context, "f", call->f, (size_t)solver->dynamics.n));
+        PERP__THEN(status, perp__check_vector(context, "w", call->w, (size_t)rows));
+    }
+    if (!by_W && call->b)
+        PERP__THEN(status, perp__check_vector(context, "b", call->b, (size_t)(size - rows)));
+    if (call->r0)
+        PERP__THEN(status, perp__check_vector(context, "r0", call->r0, (size_t)size));
     return status;
 }
 
@@ -80,64 +130,45 @@ int32_t perp__contact_polish_step(perp_contact_solver *solver)
     return 1;
 }
 
-static void write_result(const perp_contact_solver *solver, const perp__contact_call *call,
-                         double started)
-{
-    const perp__contact_worth *worth = &solver->best.worth;
-    perp_contact_result own = {0};
-
-    own.outcome = solver->best.outcome;
-    own.method = solver->best.method;
-    own.iterations = solver->iterations;
-    own.residual = perp__told(worth->tested);
-    own.natural_residual = perp__told(worth->natural);
-    own.backward_error = perp__told(worth->backward);
-    own.signorini_velocity = perp__told(worth->signorini_velocity);
-    own.signorini_impulse = perp__told(worth->signorini_impulse);
-    own.cone = perp__told(worth->cone);
-    own.dissipation_velocity = perp__told(worth->dissipation_velocity);
-    own.dissipation_impulse = perp__told(worth->dissipation_impulse);
-    own.bilateral = perp__told(worth->bilateral);
-    own.seconds = perp__now() - started;
-    if (own.outcome == PERP_OUTCOME_RAY) {
-        own.has_ray = 1;
-        own.certificate = solver->certificate;
-    }
-    perp__struct_write(call->result, &own, sizeof own);
-}
-
-/* In the caller's rows. */
-static void write_translated(const perp_contact_solver *solver, const perp__contact_call *call)
-{
-    const perp__contact_bounded *bounded = &solver->bounded;
-
-    perp__contact_bounded_impulses(bounded, solver->best.r, call->r);
-    if (call->u)
-        perp__contact_bounded_velocities(bounded, solver->best.u, call->u);
-    if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
-        perp__contact_bounded_velocities(bounded, solver->ray, call->ray);
-    if (call->modes)
-        perp__contact_bounded_modes(bounded, solver->best.modes, solver->best.r, solver->best.u,
-                                    call->modes);
-}
-
-static void write_rows(const perp_contact_solver *solver, const perp__contact_call *call)
-{
-    perp__copy(call->r, solver->best.r, solver->size);
-    perp__copy(call->u, solver->best.u, solver->size);
-    if (solver->best.outcome == PERP_OUTCOME_RAY)
-        perp__copy(call->ray, solver->ray, solver->size);
-    for (int32_t k = 0; call->modes && k < solver->contacts; k++)
-        call->modes[k] = solver->best.modes[k];
-}
-
 void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_call *call,
                              double started)
 {
+    const perp__contact_candidate *best = &solver->best;
+    const perp__contact_bounded *bounded = &solver->bounded;
+    const int32_t has_ray = best->outcome == PERP_OUTCOME_RAY;
+    perp_contact_result own = {0};
+
     perp__copy(call->v, solver->best_v, solver->n);
-    if (solver->bounded.count > 0)
-        write_translated(solver, call);
-    else
-        write_rows(solver, call);
-    write_result(solver, call, started);
+    if (bounded->count > 0) { /* in the caller's rows */
+        perp__contact_bounded_impulses(bounded, best->r, call->r);
+        if (call->u)
+            perp__contact_bounded_velocities(bounded, best->u, call->u);
+        if (call->ray && has_ray)
+            perp__contact_bounded_velocities(bounded, solver->ray, call->ray);
+        if (call->modes)
+            perp__contact_bounded_modes(bounded, best->modes, best->r, best->u, call->modes);
+    } else {
+        perp__copy(call->r, best->r, solver->size);
+        perp__copy(call->u, best->u, solver->size);
+        if (has_ray)
+            perp__copy(call->ray, solver->ray, solver->size);
+        for (int32_t k = 0; call->modes && k < solver->contacts; k++)
+            call->modes[k] = best->modes[k];
+    }
+    own.outcome = best->outcome;
+    own.method = best->method;
+    own.iterations = solver->iterations;
+    own.residual = perp__told(best->worth.tested);
+    own.natural_residual = perp__told(best->worth.natural);
+    own.backward_error = perp__told(best->worth.backward);
+    own.signorini_velocity = perp__told(best->worth.signorini_velocity);
+    own.signorini_impulse = perp__told(best->worth.signorini_impulse);
+    own.cone = perp__told(best->worth.cone);
+    own.dissipation_velocity = perp__told(best->worth.dissipation_velocity);
+    own.dissipation_impulse = perp__told(best->worth.dissipation_impulse);
+    own.bilateral = perp__told(best->worth.bilateral);
+    own.seconds = perp__now() - started;
+    own.has_ray = has_ray;
+    own.certificate = has_ray ? solver->certificate : 0;
+    perp__struct_write(call->result, &own, sizeof own);
 }

@@ -124,10 +124,30 @@ static int32_t condense(const perp_contact_solver *solver, perp__contact_condens
     return good;
 }
 
-static void keep_laws(perp_contact_solver *inner, const perp_contact_solver *solver)
+/* A solver of the contacts alone, whose numbers need no checks. */
+static perp_status set_up(const perp_contact_solver *solver, perp__contact_condensed *own)
 {
     const size_t contacts = (size_t)solver->contacts;
+    perp_status status =
+        own->solver ? PERP_OK : perp__contact_create(solver->context, &own->solver, NULL);
+    perp_contact_solver *inner = own->solver;
 
+    if (status != PERP_OK)
+        return status;
+    inner->settings = solver->settings;
+    inner->settings.method = PERP_CONTACT_METHOD_AUTO;
+    inner->entrance = PERP__NO_PROBLEM;
+    inner->contacts = inner->constraints = solver->contacts;
+    inner->rows = inner->size = solver->rows;
+    inner->proves = 0;
+    inner->brief = inner->is_condensed = 1;
+    inner->sizes[0] = inner->sizes[2] = contacts;
+    inner->sizes[1] = (size_t)solver->rows;
+    inner->setups++;
+    status = perp__arena_fit_sizes(&inner->arena, inner->context, perp__contact_lay_out, inner,
+                                   inner->fitted, inner->sizes, 5);
+    if (status != PERP_OK)
+        return status;
     memcpy(inner->starts, solver->starts, (contacts + 1) * sizeof *inner->starts);
     memcpy(inner->dims, solver->dims, contacts * sizeof *inner->dims);
     memcpy(inner->two_sided, solver->two_sided, contacts * sizeof *inner->two_sided);
@@ -142,32 +162,6 @@ static void keep_laws(perp_contact_solver *inner, const perp_contact_solver *sol
     inner->has_discs = solver->has_discs;
     inner->holds_both = solver->holds_both;
     inner->has_bounds = solver->has_bounds;
-}
-
-/* A solver of the contacts alone, whose numbers need no checks. */
-static perp_status set_up(const perp_contact_solver *solver, perp__contact_condensed *own)
-{
-    perp_status status =
-        own->solver ? PERP_OK : perp__contact_create(solver->context, &own->solver, NULL);
-    perp_contact_solver *inner = own->solver;
-
-    if (status != PERP_OK)
-        return status;
-    inner->settings = solver->settings;
-    inner->settings.method = PERP_CONTACT_METHOD_AUTO;
-    inner->entrance = PERP__NO_PROBLEM;
-    inner->contacts = inner->constraints = solver->contacts;
-    inner->rows = inner->size = solver->rows;
-    inner->proves = 0;
-    inner->brief = inner->is_condensed = 1;
-    inner->sizes[0] = inner->sizes[2] = (size_t)solver->contacts;
-    inner->sizes[1] = (size_t)solver->rows;
-    inner->setups++;
-    status = perp__arena_fit_sizes(&inner->arena, inner->context, perp__contact_lay_out, inner,
-                                   inner->fitted, inner->sizes, 5);
-    if (status != PERP_OK)
-        return status;
-    keep_laws(inner, solver);
     inner->W = (perp__matrix){.rows = solver->rows,
                               .columns = solver->rows,
                               .row_stride = 1,
@@ -177,27 +171,6 @@ static perp_status set_up(const perp_contact_solver *solver, perp__contact_conde
     if (status == PERP_OK)
         inner->entrance = PERP__ENTRANCE_DELASSUS;
     return status;
-}
-
-/* The contacts' answer, with what joints have to do with it: a candidate. */
-static perp_status hand_back(perp_contact_solver *solver, perp__contact_condensed *own)
-{
-    const perp_contact_solver *inner = own->solver;
-    const size_t rows = (size_t)solver->rows, joints = (size_t)own->block.columns;
-    double *r = solver->r + rows;
-    perp__contact_worth worth;
-
-    for (size_t i = 0; i < joints; i++)
-        r[i] = -own->driven[i];
-    for (size_t j = 0; j < rows; j++) {
-        solver->r[j] = inner->best.r[j];
-        for (size_t i = 0; i < joints && solver->r[j] != 0.0; i++)
-            r[i] -= own->response[i + j * joints] * solver->r[j];
-    }
-    if (rows > 0)
-        memcpy(solver->modes, inner->best.modes, (size_t)solver->contacts);
-    return perp__contact_consider(
-        solver, rows > 0 ? inner->best.method : PERP_CONTACT_METHOD_POLISH, solver->modes, &worth);
 }
 
 /* Once for the same rows: what goes on from there is what this did not solve. */
@@ -211,25 +184,29 @@ int32_t perp__contact_condenses(const perp_contact_solver *solver)
 perp_status perp__contact_solve_condensed(perp_contact_solver *solver, int32_t *found)
 {
     perp__contact_condensed *own = &solver->condensed;
+    const size_t rows = (size_t)solver->rows, joints = (size_t)(solver->size - solver->rows);
     perp__contact_call call = {0};
-    int32_t made = 1;
+    int32_t made = 1, method = PERP_CONTACT_METHOD_POLISH;
+    double *joint_r = solver->r + rows;
+    perp__contact_worth worth;
     perp_status status = perp__contact_delassus(solver, &made);
 
+    /* 1. The contacts alone. */
     if (status != PERP_OK || !made)
         return status;
-    own->sizes[0] = (size_t)solver->rows;
-    own->sizes[1] = (size_t)(solver->size - solver->rows);
+    own->sizes[0] = rows;
+    own->sizes[1] = joints;
     own->sizes[2] = (size_t)solver->W.column_starts[solver->size];
     status = perp__arena_fit_sizes(&own->arena, solver->context, lay_out, own, own->fitted,
                                    own->sizes, 3);
     PERP__THEN(status, factor_joints(solver, own, &made));
     if (status != PERP_OK || !made || !condense(solver, own))
         return status;
-    if (solver->rows > 0)
+    if (rows > 0)
         status = set_up(solver, own);
     if (status == PERP_ERROR_ARGUMENT || status == PERP_ERROR_NOT_FINITE)
         return PERP_OK; /* numbers too far apart */
-    if (solver->rows > 0 && status == PERP_OK) {
+    if (rows > 0 && status == PERP_OK) {
         call.q = own->q;
         call.r0 = solver->call->r0;
         status = perp__contact_find(own->solver, &call, solver->deadline);
@@ -237,5 +214,20 @@ perp_status perp__contact_solve_condensed(perp_contact_solver *solver, int32_t *
         own->solver->call = NULL;
     }
     *found = status == PERP_OK;
-    return status == PERP_OK ? hand_back(solver, own) : status;
+    if (status != PERP_OK)
+        return status;
+
+    /* 2. Their answer, with what joints have to do with it: a candidate. */
+    for (size_t i = 0; i < joints; i++)
+        joint_r[i] = -own->driven[i];
+    for (size_t j = 0; j < rows; j++) {
+        solver->r[j] = own->solver->best.r[j];
+        for (size_t i = 0; i < joints && solver->r[j] != 0.0; i++)
+            joint_r[i] -= own->response[i + j * joints] * solver->r[j];
+    }
+    if (rows > 0) {
+        memcpy(solver->modes, own->solver->best.modes, (size_t)solver->contacts);
+        method = own->solver->best.method;
+    }
+    return perp__contact_consider(solver, method, solver->modes, &worth);
 }

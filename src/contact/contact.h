@@ -85,8 +85,7 @@ typedef struct perp__rigid_problem {
                               that turns carries; NULL: nothing is known to be carried by those */
     const perp__rigid_rows *rows; /* contacts, then joints */
     const double *warm;           /* impulses to start from, 3 for each of rows; NULL: none */
-    double tol;                   /* tested residual that counts as solved. At 1e-6 and above the
-                                     verdict is in plain doubles, else in doubled precision */
+    double tol;                   /* tested residual that counts as solved */
     int32_t method;               /* PERP_CONTACT_METHOD_... */
     int32_t cone;                 /* 0: exact; k: polyhedron, as perp_contact_settings.cone */
     int32_t max_iterations;       /* of each method; 0: their own; -1: none, the start alone
@@ -114,8 +113,7 @@ typedef struct perp__rigid_answer {
     int32_t held;   /* velocities are those of hold */
     int64_t iterations;
     double joints;                /* largest tested residual of a joint's rows */
-    double tested, own, backward; /* what the outcome rests on; backward is 1 where it was not
-                                     asked for, and own, in plain doubles, may be too large */
+    double tested, own, backward; /* what the outcome rests on */
     int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */
 } perp__rigid_answer;
 
@@ -135,14 +133,6 @@ void perp__rigid_destroy(perp__rigid_solver *solver);
  * Allocates nothing after the first call of a size (third-party factorisations excepted). */
 perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *answer,
                               const perp__rigid_problem *problem);
-
-/* Whether the impulses problem->warm are none to `tol`, no less than 1e-6, of contacts that do not
- * give way and of bodies whose masses are within 1e6 of each other. Then the answer is written as
- * perp__rigid_solve does with max_iterations -1, at two fifths of its cost and without a set-up,
- * but `own` is INFINITY; else 0 is returned, which says nothing, and the answer is not to be read.
- */
-int32_t perp__rigid_refute(perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                           double tol);
 
 /* One body that a few contacts join with the world at rest: whether the impulses problem->warm are
  * an answer to tol, and with them the velocities that what holds leaves to problem->tol. Then the

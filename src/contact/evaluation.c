@@ -1,58 +1,13 @@
-/* What impulses are worth, from the caller's data. */
+/* What impulses are worth, from the caller's data; and the best point so far: what every method,
+ * start and polish has to offer goes through here. */
 #include <math.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "base/outcome.h"
 #include "contact/law.h"
 #include "contact/rigid/rigid.h"
 #include "contact/solver.h"
-
-/* A part that nothing drives has no impulses: beside which size any could be right, nobody knows.
- * Normals that are bounds stay what they are. */
-static void rest(perp_contact_solver *solver)
-{
-    const perp__contact_problem *p = &solver->problem;
-
-    for (int32_t i = 0; solver->rests && i < p->size; i++) {
-        const int32_t k = solver->constraint_of[i];
-
-        if (solver->drive[solver->part[k]] == 0.0 &&
-            (k >= p->contacts || i >= perp__contact_first_row(p, k)))
-            solver->r[i] = 0.0;
-    }
-}
-
-/* Finite data may make numbers that no double holds. */
-static perp_status check_load(perp_contact_solver *solver)
-{
-    for (int32_t i = 0; i < solver->size; i++)
-        if (!isfinite(solver->q[i]))
-            return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
-                              "row %d of q = H M^-1 f + w is %g", (int)i, solver->q[i]);
-    for (int32_t k = 0; k < solver->constraints; k++)
-        if (!(solver->omega[k] < INFINITY))
-            return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
-                              "%s %d: omega, the largest |q| / sqrt(t) of its part, is %g",
-                              k < solver->contacts ? "contact" : "bilateral row",
-                              (int)(k < solver->contacts ? k : k - solver->contacts),
-                              solver->omega[k]);
-    return PERP_OK;
-}
-
-/* load := |q| of a constraint's rows, or, if that is more, share of it. Returns the largest. */
-static double grant(const perp_contact_solver *solver, int32_t begin, int32_t end, double share)
-{
-    double most = 0.0;
-
-    for (int32_t i = begin; i < end; i++) {
-        const double size = fabs(solver->q[i]), least = share * solver->load[i];
-        const int32_t is_granted = least > size && least < INFINITY;
-
-        solver->load[i] = is_granted ? least : size;
-        most = is_granted && least > most ? least : most;
-    }
-    return most;
-}
 
 /* load := |q|, or where that is more, 16 eps / tol of the terms that it is made of: they have
  * roundings, and of rows that depend on each other no impulses remove those. omega is no less. */
@@ -62,12 +17,18 @@ static void grant_rounding(perp_contact_solver *solver)
     int32_t raised = 0;
 
     for (int32_t k = 0; k < solver->constraints; k++) {
-        const int32_t row = solver->rows + k - solver->contacts;
-        const double most = k < solver->contacts
-                                ? grant(solver, solver->starts[k], solver->starts[k + 1], share)
-                                : grant(solver, row, row + 1, share);
-        double *drive = &solver->drive[solver->part[k]];
+        const int32_t is_contact = k < solver->contacts;
+        const int32_t begin = is_contact ? solver->starts[k] : solver->rows + k - solver->contacts;
+        const int32_t end = is_contact ? solver->starts[k + 1] : begin + 1;
+        double *drive = &solver->drive[solver->part[k]], most = 0.0;
 
+        for (int32_t i = begin; i < end; i++) {
+            const double size = fabs(solver->q[i]), least = share * solver->load[i];
+            const int32_t is_granted = least > size && least < INFINITY;
+
+            solver->load[i] = is_granted ? least : size;
+            most = is_granted && least > most ? least : most;
+        }
         if (most > solver->root[k] * *drive && *drive > 0.0 && most / solver->root[k] < INFINITY) {
             perp__raise_to(drive, most / solver->root[k]);
             raised = 1;
@@ -109,7 +70,20 @@ perp_status perp__contact_load(perp_contact_solver *solver)
     solver->rests = 0;
     for (int32_t p = 0; p < solver->parts; p++)
         solver->rests |= solver->drive[p] == 0.0;
-    return check_load(solver);
+
+    /* finite data may make numbers that no double holds */
+    for (int32_t i = 0; i < solver->size; i++)
+        if (!isfinite(solver->q[i]))
+            return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
+                              "row %d of q = H M^-1 f + w is %g", (int)i, solver->q[i]);
+    for (int32_t k = 0; k < solver->constraints; k++)
+        if (!(solver->omega[k] < INFINITY))
+            return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
+                              "%s %d: omega, the largest |q| / sqrt(t) of its part, is %g",
+                              k < solver->contacts ? "contact" : "bilateral row",
+                              (int)(k < solver->contacts ? k : k - solver->contacts),
+                              solver->omega[k]);
+    return PERP_OK;
 }
 
 /* u = W r + q, or with dynamics H v + w, v = M^-1 (f + H'r + G's). */
@@ -120,8 +94,6 @@ static perp_status compute_velocities(perp_contact_solver *solver)
 
     if (solver->is_free && perp__is_zero(solver->r, solver->size)) {
         perp__copy(solver->u, solver->q, solver->size);
-        for (int32_t i = 0; solver->is_lean && i < solver->size; i++)
-            solver->scale[i] = fabs(solver->q[i]);
         return PERP_OK;
     }
     solver->is_free = 0;
@@ -177,22 +149,6 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes, int32_
     return changed;
 }
 
-/* A contact without a normal impulse separates, and one with presses, whatever was said of it. */
-static void reconcile(perp_contact_solver *solver, const int8_t *modes)
-{
-    const perp__contact_problem *p = &solver->problem;
-
-    for (int32_t k = 0; k < p->contacts; k++) {
-        if (modes)
-            solver->modes[k] = modes[k];
-        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0 &&
-            !perp__contact_is_bound(p, k))
-            solver->modes[k] = PERP_CONTACT_SEPARATE;
-        else if (solver->modes[k] == PERP_CONTACT_SEPARATE)
-            solver->modes[k] = PERP_CONTACT_SLIP;
-    }
-}
-
 perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
                                    perp__contact_worth *worth)
 {
@@ -201,7 +157,16 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
 
     for (int32_t k = 0; k < p->contacts; k++)
         perp__contact_clip(p, k, solver->r);
-    rest(solver);
+
+    /* a part that nothing drives has no impulses: beside which size any could be right, nobody
+     * knows; normals that are bounds stay what they are */
+    for (int32_t i = 0; solver->rests && i < p->size; i++) {
+        const int32_t k = solver->constraint_of[i];
+
+        if (solver->drive[solver->part[k]] == 0.0 &&
+            (k >= p->contacts || i >= perp__contact_first_row(p, k)))
+            solver->r[i] = 0.0;
+    }
     if (modes)
         separate(solver, modes, 0);
     status = compute_velocities(solver);
@@ -215,7 +180,18 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
         if (status == PERP_OK)
             perp__contact_measure(solver, worth);
     }
-    reconcile(solver, modes);
+
+    /* a contact without a normal impulse separates, and one with presses, whatever was said of it
+     */
+    for (int32_t k = 0; k < p->contacts; k++) {
+        if (modes)
+            solver->modes[k] = modes[k];
+        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0 &&
+            !perp__contact_is_bound(p, k))
+            solver->modes[k] = PERP_CONTACT_SEPARATE;
+        else if (solver->modes[k] == PERP_CONTACT_SEPARATE)
+            solver->modes[k] = PERP_CONTACT_SLIP;
+    }
     if (status == PERP_OK)
         perp__contact_weigh(solver, worth);
     return status;
@@ -235,4 +211,47 @@ void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes,
     }
     for (int32_t i = p->rows; i < p->size; i++)
         u[i] = 0.0;
+}
+
+/* ---- the best point so far ---- */
+
+/* Whether the point under evaluation takes the place of the best. */
+static int32_t is_better(const perp_contact_solver *solver, const perp__contact_candidate *point)
+{
+    const perp__contact_candidate *best = &solver->best;
+
+    if (best->method < 0)
+        return 1;
+    if (perp__is_good(point->outcome) != perp__is_good(best->outcome))
+        return perp__is_good(point->outcome);
+    if (point->worth.sound != best->worth.sound)
+        return point->worth.sound;
+    return point->worth.tested < best->worth.tested;
+}
+
+perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
+                                   perp__contact_worth *found)
+{
+    perp__contact_candidate point = {0}, *best = &solver->best;
+    perp_status status = perp__contact_evaluate(solver, modes, &point.worth);
+
+    if (status != PERP_OK)
+        return status;
+    point.evidence = solver->evidence;
+    point.method = method;
+    point.outcome = perp__contact_verdict(solver, &point, solver->said);
+    *found = point.worth;
+    if (!is_better(solver, &point))
+        return PERP_OK;
+    best->worth = point.worth;
+    best->outcome = point.outcome;
+    best->method = method;
+    if (solver->parts > 0)
+        memcpy(best->evidence, solver->evidence, (size_t)solver->parts * sizeof *best->evidence);
+    perp__copy(best->r, solver->r, solver->size);
+    perp__copy(best->u, solver->u, solver->size);
+    if (solver->contacts > 0)
+        memcpy(best->modes, solver->modes, (size_t)solver->contacts);
+    perp__copy(solver->best_v, solver->v, solver->n);
+    return PERP_OK;
 }

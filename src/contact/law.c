@@ -9,6 +9,7 @@
 #include <perp/contact.h>
 
 #include "base/outcome.h"
+#include "linalg/spatial.h"
 
 /* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
  * the quotient of two such. */
@@ -101,19 +102,9 @@ static int32_t polygon_excess(int32_t edges, double radius, const double x[2], d
     return 1;
 }
 
-/* hypot, by the square root where no square leaves the range of doubles. */
-static inline double norm2(double a, double b)
-{
-    const double sum = a * a + b * b;
-
-    if (sum >= SMALL && sum <= 1.0 / SMALL)
-        return sqrt(sum);
-    return a == 0.0 && b == 0.0 ? 0.0 : hypot(a, b);
-}
-
 static inline double norm(const double *x, int32_t size)
 {
-    return size == 1 ? fabs(x[0]) : norm2(x[0], x[1]);
+    return size == 1 ? fabs(x[0]) : perp__length2(x[0], x[1]);
 }
 
 void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double *r)
@@ -185,7 +176,7 @@ static int32_t part_map(const perp__contact_problem *problem, const perp__contac
 static double polygon_change(int32_t edges, double radius, const double *r, const double *u)
 {
     const double pi = 3.14159265358979323846;
-    const double speed = norm2(u[0], u[1]);
+    const double speed = perp__length2(u[0], u[1]);
     int32_t j = (int32_t)floor(atan2(r[1], r[0]) * edges / (2.0 * pi));
     double angle = pi * (2 * j + 1) / edges, width = 0.0, along;
 
@@ -239,7 +230,7 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     length = norm(x, part->size);
     if (mu * length <= -x_n || (mu == 0.0 && x_n <= 0.0)) {
         *mode = PERP_CONTACT_SEPARATE;
-        return norm2(r_n, norm(r, part->size));
+        return perp__length2(r_n, norm(r, part->size));
     }
     if (mu == 0.0) {
         *mode = length > 0.0 ? PERP_CONTACT_SLIP : PERP_CONTACT_STICK;
@@ -247,7 +238,7 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     }
     if (length <= mu * x_n) {
         *mode = PERP_CONTACT_STICK;
-        return norm2(d_n, norm(d, part->size));
+        return perp__length2(d_n, norm(d, part->size));
     }
     *mode = PERP_CONTACT_SLIP;
     over = norm(r, part->size) - mu * r_n + mu * d_n;
@@ -256,87 +247,58 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     c = over / (1.0 + mu * mu);
     out_n = d_n - mu * c;
     for (sum = 0.0, i = 0; i < part->size; i++)
-        sum = norm2(sum, d[i] + c * (x[i] / length));
-    return norm2(out_n, sum);
-}
-
-/* A contact's impulse and velocity: along the normal, as its law sees them, and everywhere. */
-typedef struct state {
-    const double *r, *u;
-    double r_n, u_n, t;
-} state;
-
-/* Normal and parts one by one: contacts that roll or spin, and polyhedra. */
-static void judge_parts(const perp__contact_problem *problem, const perp__contact_part *parts,
-                        int32_t count, const state *s, perp__contact_law *law)
-{
-    int32_t p, i, slips = 0;
-
-    for (p = 0; p < count; p++) {
-        const double radius = parts[p].coefficient * s->r_n;
-        const double *r_p = s->r + parts[p].row, *u_p = s->u + parts[p].row;
-        double d[2] = {0.0, 0.0}, out[2] = {0.0, 0.0}, length;
-
-        for (i = 0; i < parts[p].size; i++)
-            d[i] = u_p[i] / s->t;
-        slips |= part_map(problem, &parts[p], radius, r_p, d, out);
-        length = norm(r_p, parts[p].size) - radius;
-        law->cone = fmax(law->cone, length);
-        law->dissipation = norm2(law->dissipation, norm(out, parts[p].size));
-        if (s->r_n > 0.0)
-            law->change = norm2(law->change, part_change(problem, &parts[p], radius, r_p, u_p));
-    }
-    law->natural = norm2(law->signorini, law->dissipation);
-    law->mode = s->r_n <= s->u_n / s->t ? PERP_CONTACT_SEPARATE
-                : slips                 ? PERP_CONTACT_SLIP
-                                        : PERP_CONTACT_STICK;
-}
-
-/* Both ways: u_N = 0, and the parts beside |r_N|. One that carries nothing slips where it moves. */
-static void judge_two_sided(const perp__contact_problem *problem, int32_t k, const double *r,
-                            const double *u, perp__contact_law *law)
-{
-    const int32_t row = problem->starts[k], both = problem->two_sided[k];
-    const double speed = perp__contact_length(u, row, row + both);
-    const state s = {r, u, perp__contact_pressure(problem, k, r), -INFINITY, problem->trace[k]};
-    perp__contact_part parts[3];
-    const int32_t count = perp__contact_parts(problem, k, parts);
-
-    law->signorini = law->cone = law->dissipation = 0.0;
-    law->change = speed;
-    law->bilateral = speed / s.t;
-    judge_parts(problem, parts, count, &s, law);
-    law->natural = norm2(law->bilateral, law->dissipation);
+        sum = perp__length2(sum, d[i] + c * (x[i] / length));
+    return perp__length2(out_n, sum);
 }
 
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law)
 {
-    const int32_t row = problem->starts[k];
-    const int32_t given = perp__contact_first_row(problem, k) > row;
-    const state s = {r, u, given ? problem->bound[k] : r[row], given ? 0.0 : u[row],
-                     problem->trace[k]};
+    const int32_t row = problem->starts[k], both = perp__contact_two_sided(problem, k);
+    const int32_t given = perp__contact_is_bound(problem, k);
+    const double t = problem->trace[k], speed = perp__contact_length(u, row, row + both);
+    const double r_n = given ? problem->bound[k] : perp__contact_pressure(problem, k, r);
+    const double u_n = both > 0 ? -INFINITY : given ? 0.0 : u[row];
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
-    double d[2] = {0.0, 0.0};
+    double d[2] = {0.0, 0.0}, out[2];
+    int32_t slips = 0;
 
-    if (perp__contact_two_sided(problem, k) > 0) {
-        judge_two_sided(problem, k, r, u, law);
-        return;
+    /* 1. The normal law; u_N = 0 of one that holds both ways. */
+    law->signorini = law->bilateral = law->cone = law->dissipation = 0.0;
+    if (both > 0) {
+        law->bilateral = speed / t;
+        law->change = speed;
+    } else {
+        law->signorini = fabs(fmin(r_n, u_n / t));
+        law->change = r_n > 0.0 ? fabs(u_n) : fmax(0.0, 0.0 - u_n);
     }
-    law->signorini = fabs(fmin(s.r_n, s.u_n / s.t));
-    law->cone = law->dissipation = law->bilateral = 0.0;
-    law->change = s.r_n > 0.0 ? fabs(s.u_n) : fmax(0.0, 0.0 - s.u_n);
-    judge_parts(problem, parts, count, &s, law);
-    if (count != 1 || problem->cone > 0 || given || problem->mu[k] > PERP__STEEP)
-        return;
-    for (int32_t i = 0; i < parts[0].size; i++)
-        d[i] = u[parts[0].row + i] / s.t;
-    law->natural =
-        cone_map(&parts[0], s.r_n, s.u_n / s.t + parts[0].coefficient * norm(d, parts[0].size),
-                 r + parts[0].row, d, &law->mode);
+    /* 2. Each part beside r_n or |r_N|. One that carries nothing slips where it moves. */
+    for (int32_t p = 0; p < count; p++) {
+        const double radius = parts[p].coefficient * r_n;
+        const double *r_p = r + parts[p].row, *u_p = u + parts[p].row;
+
+        for (int32_t i = 0; i < parts[p].size; i++)
+            d[i] = u_p[i] / t;
+        slips |= part_map(problem, &parts[p], radius, r_p, d, out);
+        law->cone = fmax(law->cone, norm(r_p, parts[p].size) - radius);
+        law->dissipation = perp__length2(law->dissipation, norm(out, parts[p].size));
+        if (r_n > 0.0)
+            law->change =
+                perp__length2(law->change, part_change(problem, &parts[p], radius, r_p, u_p));
+    }
+    law->natural = perp__length2(both > 0 ? law->bilateral : law->signorini, law->dissipation);
+    law->mode = r_n <= u_n / t ? PERP_CONTACT_SEPARATE
+                : slips        ? PERP_CONTACT_SLIP
+                               : PERP_CONTACT_STICK;
+    /* 3. The cone as a whole, where it is one; d is that of the one part. */
+    if (count == 1 && both == 0 && !given && problem->cone == 0 && problem->mu[k] <= PERP__STEEP)
+        law->natural =
+            cone_map(&parts[0], r_n, u_n / t + parts[0].coefficient * norm(d, parts[0].size),
+                     r + parts[0].row, d, &law->mode);
 }
 
+/* Of a contact with an ordinary cone, its own r and u, normal first. */
 double perp__contact_natural_of(double mu, int32_t tangents, double t, const double *r,
                                 const double *u, int32_t *mode)
 {
@@ -367,6 +329,25 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
     return law.natural;
 }
 
+double perp__contact_tested(const perp__contact_problem *problem, const double *r, const double *u)
+{
+    const int32_t constraints = problem->contacts + problem->size - problem->rows;
+    double most = 0.0;
+    int32_t mode;
+
+    for (int32_t k = 0; k < constraints; k++) {
+        const double t = problem->trace[k];
+        const double natural = k < problem->contacts
+                                   ? perp__contact_natural(problem, k, r, u, &mode)
+                                   : fabs(u[perp__contact_first_row(problem, k)]) / t;
+        const double tested = sqrt(t) / problem->omega[k] * natural;
+
+        if (!(tested <= most) && !isnan(most)) /* NaN stays */
+            most = tested;
+    }
+    return most;
+}
+
 double perp__contact_length(const double *x, int32_t begin, int32_t end)
 {
     double sum = 0.0, length = 0.0;
@@ -381,18 +362,6 @@ double perp__contact_length(const double *x, int32_t begin, int32_t end)
     return length;
 }
 
-/* |q| / sqrt(trace), with one rounding less where that leaves no square out of range. */
-static double share(const double *q, int32_t begin, int32_t end, double trace)
-{
-    double sum = 0.0;
-
-    for (int32_t i = begin; i < end; i++)
-        sum += q[i] * q[i];
-    if (sum >= SMALL && sum <= 1.0 / SMALL && trace >= SMALL && trace <= 1.0 / SMALL)
-        return sqrt(sum / trace);
-    return perp__contact_length(q, begin, end) / sqrt(trace);
-}
-
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
                           double *drive, double *omega)
 {
@@ -401,24 +370,28 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
     for (int32_t k = 0; k < parts; k++)
         drive[k] = 0.0;
     for (int32_t k = 0; k < constraints; k++) {
-        const double own = share(problem->q, perp__contact_first_row(problem, k),
-                                 perp__contact_end_row(problem, k), problem->trace[k]);
+        const int32_t begin = perp__contact_first_row(problem, k);
+        const int32_t end = perp__contact_end_row(problem, k);
+        const double trace = problem->trace[k];
+        double sum = 0.0, share = perp__contact_length(problem->q, begin, end) / sqrt(trace);
 
-        perp__raise_to(&drive[part ? part[k] : 0], own);
+        for (int32_t i = begin; i < end; i++)
+            sum += problem->q[i] * problem->q[i];
+        /* with one rounding less where that leaves no square out of range */
+        if (sum >= SMALL && sum <= 1.0 / SMALL && trace >= SMALL && trace <= 1.0 / SMALL)
+            share = sqrt(sum / trace);
+        perp__raise_to(&drive[part ? part[k] : 0], share);
     }
-    for (int32_t k = 0; k < constraints; k++) {
-        const double own = drive[part ? part[k] : 0];
-
-        omega[k] = own == 0.0 ? 1.0 : own;
-    }
+    for (int32_t k = 0; k < constraints; k++)
+        omega[k] = drive[part ? part[k] : 0] == 0.0 ? 1.0 : drive[part ? part[k] : 0];
 }
 
-/* Within what has an inverse. */
-static double power_near(double x)
+double perp__contact_power_near(double x)
 {
-    int32_t exponent = 0;
+    int exponent = 0;
 
-    (void)frexp(x, &exponent);
+    if (x > 0.0 && x < INFINITY)
+        (void)frexp(x, &exponent);
     return ldexp(1.0, exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent);
 }
 
@@ -427,6 +400,6 @@ void perp__contact_units(const perp__contact_problem *problem, int32_t k, double
 {
     const double root = sqrt(problem->trace[k]);
 
-    *impulse = power_near(problem->omega[k] / root);
-    *velocity = power_near(problem->omega[k] * root);
+    *impulse = perp__contact_power_near(problem->omega[k] / root);
+    *velocity = perp__contact_power_near(problem->omega[k] * root);
 }

@@ -84,6 +84,9 @@ double perp__contact_natural_of(double mu, int32_t tangents, double t, const dou
 double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
                              const double *u, int32_t *mode);
 
+/* The tested residual of impulses r within their cones, with the velocities u. */
+double perp__contact_tested(const perp__contact_problem *problem, const double *r, const double *u);
+
 /* |x| of the entries begin .. end-1. */
 double perp__contact_length(const double *x, int32_t begin, int32_t end);
 
@@ -101,6 +104,9 @@ static inline double perp__contact_pressure(const perp__contact_problem *problem
  * as they are. part: NULL if there is only one part. */
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
                           double *drive, double *omega);
+
+/* A power of two near x, within what has an inverse; 1 where there is none. */
+double perp__contact_power_near(double x);
 
 /* Constraints of contact or bilateral row k in which traces and omegas are 1, as near as powers of
  * two come: what an LCP of its rows is given in. */

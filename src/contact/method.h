@@ -15,6 +15,7 @@
 #define PERP_CONTACT_METHOD_H
 
 #include "base/arena.h"
+#include "base/clock.h"
 #include "linalg/matrix.h"
 
 struct perp__bodies; /* contact/bodies/bodies.h */
@@ -27,6 +28,17 @@ typedef struct perp__contact_control {
     perp_status (*patience)(void *tick_user, int64_t *patience);
     void *tick_user;
 } perp__contact_control;
+
+/* -1 to go on, or the outcome to stop with. */
+static inline int32_t perp__contact_asks_to_stop(const perp__contact_control *control,
+                                                 int64_t iterations, double residual)
+{
+    if (control && control->tick && control->tick(control->tick_user, iterations, residual) != 0)
+        return PERP_OUTCOME_STOPPED;
+    if (control && control->deadline > 0.0 && perp__now() > control->deadline)
+        return PERP_OUTCOME_TIME_LIMIT;
+    return -1;
+}
 
 typedef struct perp__contact_problem {
     perp_context *context;
@@ -91,7 +103,7 @@ typedef struct perp__contact_method {
     perp_status (*check)(const perp__contact_problem *problem);
     /* Takes the workspace arrays; `work` is the method's struct, problem its first member. */
     void (*layout)(perp__arena *arena, void *work);
-    /* PERP_OK with iterate->outcome, or PERP_ERROR_MEMORY / _CALLBACK. */
+    /* PERP_OK with iterate->outcome, or PERP_ERROR_MEMORY. */
     perp_status (*solve)(void *work, perp__contact_iterate *iterate);
     /* Releases what is not in the arena (factorisations); may be NULL. */
     void (*release)(void *work);

@@ -31,80 +31,6 @@ static void lay_out(perp__arena *arena, void *object)
     own->push = perp__arena_take(arena, (size_t)own->whole, sizeof(double));
 }
 
-/* Rows with gaps, then equations, as the methods number them. */
-static void list(const perp_contact_solver *solver, const perp_contact_step *s,
-                 perp__contact_opening *own)
-{
-    const perp__contact_bounded *bounded = &solver->bounded;
-
-    for (int32_t i = 0; i < own->size; i++) {
-        const int32_t given = i < s->gap_count ? s->gap_rows[i] : s->rows + i - s->gap_count;
-
-        own->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
-        own->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
-        own->dims[i] = 1;
-    }
-    for (int32_t i = 0; i < own->whole; i++)
-        own->position[i] = -1;
-    for (int32_t i = 0; i < own->size; i++)
-        own->position[own->rows[i]] = i;
-}
-
-static void copy(const perp_contact_solver *solver, const perp_contact_step *s,
-                 perp__contact_opening *own, double yield)
-{
-    const perp__index_set set = {own->size, own->rows, own->position};
-    const size_t size = (size_t)own->size;
-
-    perp__principal_dense(&solver->W, &set, own->W, 1, size);
-    for (size_t j = 0; j < size; j++)
-        for (size_t i = 0; i < size; i++)
-            own->W[i + j * size] *= own->sign[i] * own->sign[j];
-    for (size_t i = 0; i < (size_t)s->gap_count; i++)
-        own->W[i * (size + 1)] *= 1.0 + yield;
-}
-
-static void find_drift(const perp_contact_step *s, perp__contact_opening *own)
-{
-    for (int32_t i = 0; i < own->size; i++) {
-        const double gap = i < s->gap_count ? (*s->gaps)[s->gap_sources[i]] : 0.0;
-
-        own->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
-    }
-}
-
-static perp_status set_up(perp_contact_solver *solver, const perp_contact_step *s,
-                          perp__contact_opening *own)
-{
-    perp_contact_laws laws;
-
-    perp_contact_laws_init(&laws, sizeof laws);
-    laws.contacts = s->gap_count;
-    laws.dims = own->dims;
-    laws.bilateral = s->bilateral;
-    return perp__contact_set_up_inner(solver, &own->solver, &laws, own->size, own->W);
-}
-
-/* shift := M^-1 (A'p + G'q) */
-static perp_status write_shift(perp_contact_solver *solver, const perp_contact_step *s,
-                               const perp__contact_opening *own)
-{
-    memset(own->push, 0, (size_t)own->whole * sizeof *own->push);
-    for (int32_t i = 0; i < own->size; i++)
-        own->push[own->rows[i]] += own->sign[i] * own->r[i];
-    return perp__dynamics_velocities(&solver->dynamics, NULL, own->push, s->shift,
-                                     solver->push_low);
-}
-
-/* W, where it is not there, for this once: methods choose by whether it is. */
-static perp_status find_W(perp_contact_solver *solver, int32_t *made)
-{
-    *made = 1;
-    return solver->problem.W ? PERP_OK
-                             : perp__delassus_of_bodies(&solver->delassus, solver->context,
-                                                        &solver->bodies, &solver->W, made);
-}
-
 /* Whether the matrix or what is to be opened overflows where the gaps' rows are by themselves: then
  * no velocity opens them, and the step is none the worse. */
 static int32_t refuses(perp_status status)
@@ -116,12 +42,24 @@ static int32_t refuses(perp_status status)
 static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s,
                          perp__contact_opening *own, double yield, int32_t *solved)
 {
+    const perp__index_set set = {own->size, own->rows, own->position};
+    const size_t size = (size_t)own->size;
     perp_contact_result result;
     perp__contact_call call = {.r = own->r, .result = &result, .q = own->q};
+    perp_contact_laws laws;
     perp_status status = perp_contact_result_init(&result, sizeof result);
 
-    copy(solver, s, own, yield);
-    PERP__THEN(status, set_up(solver, s, own));
+    perp__principal_dense(&solver->W, &set, own->W, 1, size);
+    for (size_t j = 0; j < size; j++)
+        for (size_t i = 0; i < size; i++)
+            own->W[i + j * size] *= own->sign[i] * own->sign[j];
+    for (size_t i = 0; i < (size_t)s->gap_count; i++)
+        own->W[i * (size + 1)] *= 1.0 + yield;
+    perp_contact_laws_init(&laws, sizeof laws);
+    laws.contacts = s->gap_count;
+    laws.dims = own->dims;
+    laws.bilateral = s->bilateral;
+    PERP__THEN(status, perp__contact_set_up_inner(solver, &own->solver, &laws, own->size, own->W));
     if (status != PERP_OK)
         return refuses(status) ? PERP_OK : status;
     own->solver->proves = 0;
@@ -135,13 +73,28 @@ static perp_status solve(perp_contact_solver *solver, const perp_contact_step *s
 static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
                         perp__contact_opening *own)
 {
+    const perp__contact_bounded *bounded = &solver->bounded;
     int32_t solved = 0;
     perp_status status = PERP_OK;
 
-    list(solver, s, own);
-    find_drift(s, own);
+    /* 1. Rows with gaps, then equations, as the methods number them; and g. */
+    for (int32_t i = 0; i < own->whole; i++)
+        own->position[i] = -1;
+    for (int32_t i = 0; i < own->size; i++) {
+        const int32_t has_gap = i < s->gap_count;
+        const int32_t given = has_gap ? s->gap_rows[i] : s->rows + i - s->gap_count;
+        const double gap = has_gap ? (*s->gaps)[s->gap_sources[i]] : 0.0;
+
+        own->rows[i] = bounded->count > 0 ? bounded->row[given] : given;
+        own->sign[i] = bounded->count > 0 ? bounded->sign[given] : 1.0;
+        own->dims[i] = 1;
+        own->position[own->rows[i]] = i;
+        own->q[i] = (s->correction * fmin(gap + s->slop, 0.0) + fmax(gap, 0.0)) / s->h;
+    }
     if (!perp__all_finite(own->q, (size_t)own->size)) /* overflowed: no velocity opens that */
         return status;
+
+    /* 2. p, and where overlaps contradict each other, that of rows that yield. */
     if (own->patience == 0) {
         status = solve(solver, s, own, 0.0, &solved);
         own->patience = solved ? 0 : PATIENCE;
@@ -155,7 +108,13 @@ static perp_status open(perp_contact_solver *solver, perp_contact_step *s,
         return status;
     memcpy(own->start, own->r, (size_t)own->size * sizeof *own->r);
     own->gaps = s->gap_count;
-    status = write_shift(solver, s, own);
+
+    /* 3. shift := M^-1 (A'p + G'q) */
+    memset(own->push, 0, (size_t)own->whole * sizeof *own->push);
+    for (int32_t i = 0; i < own->size; i++)
+        own->push[own->rows[i]] += own->sign[i] * own->r[i];
+    status =
+        perp__dynamics_velocities(&solver->dynamics, NULL, own->push, s->shift, solver->push_low);
     s->shifts = status == PERP_OK && perp__all_finite(s->shift, (size_t)s->n);
     return status;
 }
@@ -164,7 +123,7 @@ perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s
 {
     perp__contact_opening *own = &solver->opening;
     const int32_t size = own->size, whole = own->whole;
-    int32_t made = 0;
+    int32_t made = 1;
     perp_status status;
 
     s->shifts = 0;
@@ -175,6 +134,8 @@ perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s
     if (own->size != size || own->whole != whole)
         own->gaps = -1; /* the last answer is gone */
     status = perp__arena_fit(&own->arena, solver->context, lay_out, own);
-    PERP__THEN(status, find_W(solver, &made));
+    if (!solver->problem.W) /* for this once: methods choose by whether it is there */
+        PERP__THEN(status, perp__delassus_of_bodies(&solver->delassus, solver->context,
+                                                    &solver->bodies, &solver->W, &made));
     return status == PERP_OK && made ? open(solver, s, own) : status;
 }

@@ -79,57 +79,47 @@ static void visit_bodies(const perp_contact_solver *solver, look *l)
     }
 }
 
-/* What a piece has of coordinate i, the largest of its rows. */
-static double share_of(const perp__bodies *b, int64_t at, int32_t i)
-{
-    const int32_t constraint = b->block_constraints[at];
-    const double *P = b->values + b->piece_values[b->block_pieces[at]] + i;
-    double most = 0.0;
-
-    for (int32_t row = b->rows[constraint]; row < b->rows[constraint + 1]; row++, P += b->width)
-        most = fabs(*P) > most ? fabs(*P) : most;
-    return most;
-}
-
-/* The same in one coordinate of a block: constraints that act on others of its coordinates have
- * nothing of each other, however much of the block is theirs. */
-static void visit_coordinate(const perp_contact_solver *solver, look *l, int32_t block, int32_t i)
-{
-    const perp__bodies *b = &solver->bodies;
-    double *shares = solver->wide, most = 0.0;
-    int32_t first = -1;
-
-    for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
-        const int32_t constraint = b->block_constraints[at];
-
-        shares[constraint] = share_of(b, at, i) / solver->root[constraint];
-        if (shares[constraint] > most) {
-            most = shares[constraint];
-            first = constraint;
-        }
-    }
-    for (int64_t at = b->block_starts[block]; first >= 0 && at < b->block_starts[block + 1]; at++)
-        visit(l, first, b->block_constraints[at], most * shares[b->block_constraints[at]]);
-}
-
-static int32_t is_in_one_part(const perp__bodies *b, look *l, int32_t block)
-{
-    const int64_t begin = b->block_starts[block], end = b->block_starts[block + 1];
-    int64_t at = begin + 1;
-
-    while (at < end && perp__root_of(l->part, b->block_constraints[at]) ==
-                           perp__root_of(l->part, b->block_constraints[begin]))
-        at++;
-    return at >= end;
-}
-
-/* A pile hangs together by the first coordinates: the others are not looked at. */
+/* The same in single coordinates of blocks: constraints that act on others of its coordinates have
+ * nothing of each other, however much of the block is theirs. A pile hangs together by the first
+ * coordinates: the others are not looked at. */
 static void visit_coordinates(const perp_contact_solver *solver, look *l)
 {
-    for (int32_t i = 0; i < solver->bodies.width && l->parts > 1; i++)
-        for (int32_t block = 0; block < solver->bodies.blocks; block++)
-            if (!is_in_one_part(&solver->bodies, l, block))
-                visit_coordinate(solver, l, block, i);
+    const perp__bodies *b = &solver->bodies;
+    double *shares = solver->wide;
+
+    for (int32_t at = 0; at < b->width * b->blocks && l->parts > 1; at++) {
+        const int32_t i = at / b->blocks, block = at % b->blocks;
+        const int64_t begin = b->block_starts[block], end = b->block_starts[block + 1];
+        int32_t first = -1;
+        double most = 0.0;
+        int64_t p = begin + 1;
+
+        /* 1. Not where all are in one part. */
+        while (p < end && perp__root_of(l->part, b->block_constraints[p]) ==
+                              perp__root_of(l->part, b->block_constraints[begin]))
+            p++;
+        if (p >= end)
+            continue;
+
+        /* 2. The share of each, the largest of its rows; the largest is coupled with all. */
+        for (p = begin; p < end; p++) {
+            const int32_t constraint = b->block_constraints[p];
+            const double *P = b->values + b->piece_values[b->block_pieces[p]] + i;
+            double largest = 0.0;
+
+            for (int32_t row = b->rows[constraint]; row < b->rows[constraint + 1]; row++) {
+                largest = fabs(*P) > largest ? fabs(*P) : largest;
+                P += b->width;
+            }
+            shares[constraint] = largest / solver->root[constraint];
+            if (shares[constraint] > most) {
+                most = shares[constraint];
+                first = constraint;
+            }
+        }
+        for (p = begin; first >= 0 && p < end; p++)
+            visit(l, first, b->block_constraints[p], most * shares[b->block_constraints[p]]);
+    }
 }
 
 static look begin(const perp_contact_solver *solver, int32_t *part, double least)

@@ -67,36 +67,6 @@ static double bound_near(const perp__contact_problem *problem, int32_t k, double
     return copysign(problem->mu[k] * problem->bound[k], r);
 }
 
-/* The side of the kink on which each contact and each part lies. */
-static void read_set(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
-                     const double *u)
-{
-    for (int32_t k = 0; k < problem->contacts; k++) {
-        const int32_t normal = problem->starts[k];
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-
-        const double pressure = perp__contact_pressure(problem, k, r);
-
-        p->presses[k] = perp__contact_two_sided(problem, k) > 0 ||
-                        perp__contact_is_bound(problem, k) ||
-                        r[normal] > u[normal] / problem->trace[k];
-        for (int32_t c = 0; c < count; c++) {
-            const int32_t row = parts[c].row;
-            double x[2] = {0.0, 0.0};
-
-            for (int32_t i = 0; i < parts[c].size; i++)
-                x[i] = r[row + i] - u[row + i] / problem->trace[k];
-            p->parts[3 * k + c] =
-                !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
-                : perp__length(x, parts[c].size) > parts[c].coefficient * pressure &&
-                        perp__length(r + row, parts[c].size) > 0.0
-                    ? PERP__PART_SLIPS
-                    : PERP__PART_STICKS;
-        }
-    }
-}
-
 static void add_row(perp__contact_polish *p, int32_t row)
 {
     p->place[row] = p->n;
@@ -129,32 +99,17 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
                 r[i] = 0.0;
 }
 
-/* |r_p| = coefficient r_n in the row `a` of K, whose entries are 0, in the units of velocities. */
-static void write_length(perp__contact_polish *p, const perp__contact_problem *problem,
-                         const perp__contact_part *part, int32_t k, const double *r)
-{
-    const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
-    const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
-    const double length = perp__length(r + part->row, part->size), t = problem->trace[k];
-    const double pressure = perp__contact_pressure(problem, k, r);
-
-    for (int32_t i = 0; i < part->size; i++)
-        p->K[a + (a + (size_t)i) * n] = t * (r[part->row + i] / length);
-    if (both == 0 && p->place[normal] >= 0)
-        p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
-    for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
-        p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
-    p->rhs[a] = -t * (length - part->coefficient * pressure);
-}
-
-/* The equations of a part that slips: in the first row its length, then r_p x u_p / |r_p|. */
+/* The equations of a part that slips, in rows a and b of K: |r_p| = coefficient r_n, in the units
+ * of velocities, then r_p x u_p / |r_p|. */
 static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
                        const perp__contact_part *part, int32_t k, const double *r, const double *u,
                        const double *then)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
     const double *x = r + part->row, *y = u + part->row, *goal = then + part->row;
-    const double length = perp__length(x, part->size);
+    const double length = perp__length(x, part->size), t = problem->trace[k];
+    const double pressure = perp__contact_pressure(problem, k, r);
+    const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
 
     for (size_t j = 0; j < n; j++) {
         double *column = p->K + j * n;
@@ -168,43 +123,24 @@ static void write_slip(perp__contact_polish *p, const perp__contact_problem *pro
         p->K[b + b * n] -= y[0] / length;
         p->rhs[b] = -(x[0] * goal[1] - x[1] * goal[0]) / length;
     }
-    write_length(p, problem, part, k, r);
+    for (int32_t i = 0; i < part->size; i++)
+        p->K[a + (a + (size_t)i) * n] = t * (x[i] / length);
+    if (both == 0 && p->place[normal] >= 0)
+        p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
+    for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
+        p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
+    p->rhs[a] = -t * (length - part->coefficient * pressure);
 }
 
-/* Those of impulses; velocities are multiplied by the weights. */
-static void set_unit(perp__contact_polish *p, const perp__contact_problem *problem, int32_t row,
-                     int32_t k)
+/* K and the right-hand side. */
+static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
+                   const double *u)
 {
-    const double root = sqrt(problem->trace[k]);
-
-    p->units[p->place[row]] = problem->omega[k] / root;
-    p->weights[p->place[row]] = 1.0 / (root * problem->omega[k]);
-}
-
-/* K and the right-hand side in units in which traces and omegas are 1. */
-static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
-{
+    const perp__index_set set = {p->n, p->rows, p->place};
     const size_t n = (size_t)p->n;
-
-    for (int32_t k = 0; k < problem->contacts; k++)
-        for (int32_t row = problem->starts[k]; row < problem->starts[k + 1]; row++)
-            if (p->place[row] >= 0)
-                set_unit(p, problem, row, k);
-    for (int32_t row = problem->rows; row < problem->size; row++)
-        set_unit(p, problem, row, problem->contacts + row - problem->rows);
-    for (size_t j = 0; j < n; j++) {
-        p->rhs[j] *= p->weights[j];
-        for (size_t i = 0; i < n; i++)
-            p->K[i + j * n] *= p->weights[i] * p->units[j];
-    }
-}
-
-/* u in the rows of the system, once what is at a bound will be there. */
-static const double *at_bounds(perp__contact_polish *p, const perp__contact_problem *problem,
-                               const double *r, const double *u)
-{
     const double *then = u;
 
+    /* 1. u in the rows of the system, once what is at a bound will be there. */
     for (int32_t k = 0; problem->bound && k < problem->contacts; k++) {
         const int32_t row = problem->starts[k] + 1;
         const double change =
@@ -215,27 +151,7 @@ static const double *at_bounds(perp__contact_polish *p, const perp__contact_prob
         for (int32_t i = 0; change != 0.0 && i < p->n; i++)
             p->then[p->rows[i]] += perp__entry(problem->W, p->rows[i], row) * change;
     }
-    return then;
-}
-
-static void put_at_bounds(const perp__contact_polish *p, const perp__contact_problem *problem,
-                          double *r)
-{
-    for (int32_t k = 0; problem->bound && k < problem->contacts; k++) {
-        const int32_t row = problem->starts[k] + 1;
-
-        if (is_at_bound(p, problem, k))
-            r[row] = bound_near(problem, k, r[row]);
-    }
-}
-
-/* K and the right-hand side. */
-static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
-                   const double *u)
-{
-    const perp__index_set set = {p->n, p->rows, p->place};
-    const double *then = at_bounds(p, problem, r, u);
-
+    /* 2. Velocities to 0, but of parts that slip. */
     perp__principal_dense(problem->W, &set, p->K, 1, (size_t)p->n);
     for (int32_t i = 0; i < p->n; i++)
         p->rhs[i] = -then[p->rows[i]];
@@ -247,7 +163,19 @@ static void set_up(perp__contact_polish *p, const perp__contact_problem *problem
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
                 write_slip(p, problem, &parts[c], k, r, u, then);
     }
-    scale(p, problem);
+    /* 3. Units in which traces and omegas are 1: `units` of impulses, and weights of velocities. */
+    for (int32_t i = 0; i < p->n; i++) {
+        const int32_t k = problem->constraint_of[p->rows[i]];
+        const double root = sqrt(problem->trace[k]);
+
+        p->units[i] = problem->omega[k] / root;
+        p->weights[i] = 1.0 / (root * problem->omega[k]);
+    }
+    for (size_t j = 0; j < n; j++) {
+        p->rhs[j] *= p->weights[j];
+        for (size_t i = 0; i < n; i++)
+            p->K[i + j * n] *= p->weights[i] * p->units[j];
+    }
 }
 
 /* The factors of K, so regularised. Returns 0 where that is singular. */
@@ -283,16 +211,6 @@ static void solve_step(perp__contact_polish *p)
     }
 }
 
-/* The same of a set that contradicts itself. Returns 0 where there is none. */
-static int32_t soften_step(perp__contact_polish *p)
-{
-    if (!factor(p, SOFT))
-        return 0;
-    memcpy(p->step, p->rhs, (size_t)p->n * sizeof(double));
-    perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->step, 0);
-    return isfinite(perp__largest_or_nan(p->step, p->n));
-}
-
 static void velocities(perp_contact_solver *solver)
 {
     if (solver->polish.enough > 0.0) {
@@ -310,32 +228,45 @@ static void velocities(perp_contact_solver *solver)
 static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
 {
     const perp__contact_problem *problem = &solver->problem;
-    double least = INFINITY;
+    double least = INFINITY, size;
 
     p->is_soft = 0;
     velocities(solver);
     for (int32_t step = 0; step < STEPS && !p->is_soft; step++) {
-        double size;
-
+        /* 1. Whether to take one. */
         set_up(p, problem, solver->r, solver->u);
         size = perp__largest_or_nan(p->rhs, p->n);
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
         least = size;
-
         if (p->enough > 0.0 && solver->polished >= p->last)
             return 0;
         if (!perp__contact_polish_step(solver))
             return step > 0;
+
+        /* 2. The step; a proximal one of a set that contradicts itself. */
         if (!factor(p, p->regular))
             return 0;
         solve_step(p);
         p->is_soft = p->enough > 0.0 && !(perp__largest_or_nan(p->step, p->n) <= FAR);
-        if (p->is_soft ? !soften_step(p) : !isfinite(perp__largest_or_nan(p->step, p->n)))
+        if (p->is_soft) {
+            if (!factor(p, SOFT))
+                return 0;
+            memcpy(p->step, p->rhs, (size_t)p->n * sizeof(double));
+            perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->step, 0);
+        }
+        if (!isfinite(perp__largest_or_nan(p->step, p->n)))
             return 0;
+
+        /* 3. Impulses and velocities there. */
         for (int32_t i = 0; i < p->n; i++)
             solver->r[p->rows[i]] += p->step[i] * p->units[i];
-        put_at_bounds(p, problem, solver->r);
+        for (int32_t k = 0; problem->bound && k < problem->contacts; k++)
+            if (is_at_bound(p, problem, k)) {
+                double *r = solver->r + problem->starts[k] + 1;
+
+                *r = bound_near(problem, k, *r);
+            }
         velocities(solver);
     }
     return 1;
@@ -387,7 +318,7 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
 }
 
 /* From set to set. Returns whether that ended, within so many, with one that stays. */
-static int32_t settle(perp_contact_solver *solver, perp__contact_polish *p, int32_t most)
+static int32_t follow_sets(perp_contact_solver *solver, perp__contact_polish *p, int32_t most)
 {
     for (int32_t sets = 0; sets < most; sets++) { /* two may take turns without any step */
         number_rows(p, &solver->problem, solver->r);
@@ -424,13 +355,39 @@ static void write_modes(const perp__contact_polish *p, const perp__contact_probl
     }
 }
 
+/* The active set that r and u show; `most` steps. */
 static void begin(perp_contact_solver *solver, perp__contact_polish *p, double enough, int64_t most)
 {
+    const perp__contact_problem *problem = &solver->problem;
+    const double *r = solver->r, *u = solver->u;
+
     p->enough = enough;
     p->last = solver->polished + most;
     p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
-    read_set(p, &solver->problem, solver->r, solver->u);
+    for (int32_t k = 0; k < problem->contacts; k++) { /* the side of the kink on which each lies */
+        const int32_t normal = problem->starts[k];
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+        const double pressure = perp__contact_pressure(problem, k, r);
+
+        p->presses[k] = perp__contact_two_sided(problem, k) > 0 ||
+                        perp__contact_is_bound(problem, k) ||
+                        r[normal] > u[normal] / problem->trace[k];
+        for (int32_t c = 0; c < count; c++) {
+            const int32_t row = parts[c].row;
+            double x[2] = {0.0, 0.0};
+
+            for (int32_t i = 0; i < parts[c].size; i++)
+                x[i] = r[row + i] - u[row + i] / problem->trace[k];
+            p->parts[3 * k + c] =
+                !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                : perp__length(x, parts[c].size) > parts[c].coefficient * pressure &&
+                        perp__length(r + row, parts[c].size) > 0.0
+                    ? PERP__PART_SLIPS
+                    : PERP__PART_STICKS;
+        }
+    }
 }
 
 perp_status perp__contact_polish_run(perp_contact_solver *solver)
@@ -480,32 +437,13 @@ int32_t perp__contact_polish_suits(const perp_contact_solver *solver)
            solver->problem.cone == 0;
 }
 
-/* u, and the tested residual of r, in plain doubles. */
-static double residual(perp_contact_solver *solver)
-{
-    const perp__contact_problem *problem = &solver->problem;
-    double most = 0.0;
-    int32_t mode;
-
-    velocities(solver);
-    for (int32_t k = 0; k < solver->constraints; k++) {
-        const double t = problem->trace[k];
-        const double speed =
-            k < solver->contacts
-                ? t * perp__contact_natural(problem, k, solver->r, solver->u, &mode)
-                : fabs(solver->u[solver->rows + k - solver->contacts]);
-
-        perp__raise_to(&most, speed / solver->root[k] / solver->omega[k]);
-    }
-    return most;
-}
-
 int32_t perp__contact_is_near(perp_contact_solver *solver)
 {
     solver->polish.enough = solver->settings.tol;
     for (int32_t k = 0; k < solver->contacts; k++)
         perp__contact_clip(&solver->problem, k, solver->r);
-    return residual(solver) <= solver->settings.tol;
+    velocities(solver);
+    return perp__contact_tested(&solver->problem, solver->r, solver->u) <= solver->settings.tol;
 }
 
 perp_status perp__contact_polish_start(perp_contact_solver *solver)
@@ -519,7 +457,7 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     p->enough = ENOUGH * solver->settings.tol;
     velocities(solver);
     begin(solver, p, p->enough, START_STEPS);
-    if (!settle(solver, p, START_STEPS + 1))
+    if (!follow_sets(solver, p, START_STEPS + 1))
         return PERP_OK;
     write_modes(p, &solver->problem, solver->modes);
     status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
@@ -536,42 +474,37 @@ static double draw(uint64_t *seed)
     return (double)(perp__next_random(seed) >> 11) * 0x1p-52 - 1.0;
 }
 
-/* Modes, and impulses that have them, up to a few times what the problem drives with. */
-static void draw_set(perp_contact_solver *solver, perp__contact_polish *p, uint64_t *seed)
-{
-    const perp__contact_problem *problem = &solver->problem;
-
-    for (int32_t k = 0; k < problem->contacts; k++) {
-        const int32_t both = perp__contact_two_sided(problem, k);
-        const double unit = problem->omega[k] / sqrt(problem->trace[k]);
-        const double size = ldexp(unit, (int)(3.0 * draw(seed)));
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-
-        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-            solver->r[i] = size * draw(seed);
-        p->presses[k] = both > 0 || solver->r[problem->starts[k]] > 0.0;
-        for (int32_t c = 0; c < count; c++)
-            p->parts[3 * k + c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
-                                  : draw(seed) > 0.0                            ? PERP__PART_SLIPS
-                                                                                : PERP__PART_STICKS;
-        perp__contact_clip(problem, k, solver->r);
-    }
-}
-
 perp_status perp__contact_polish_search(perp_contact_solver *solver)
 {
+    const perp__contact_problem *problem = &solver->problem;
     perp__contact_polish *p = &solver->polish;
     perp__contact_worth worth;
     uint64_t seed = 1;
     perp_status status = fit(solver, p);
 
-    for (int32_t k = 0; k < DRAWS && status == PERP_OK && solver->ended < 0; k++) {
+    for (int32_t set = 0; set < DRAWS && status == PERP_OK && solver->ended < 0; set++) {
         begin(solver, p, ENOUGH * solver->settings.tol, DRAWN_STEPS);
-        draw_set(solver, p, &seed);
-        if (!settle(solver, p, ROUNDS))
+        /* modes, and impulses that have them, up to a few times what the problem drives with */
+        for (int32_t k = 0; k < problem->contacts; k++) {
+            const double unit = problem->omega[k] / sqrt(problem->trace[k]);
+            const double size = ldexp(unit, (int)(3.0 * draw(&seed)));
+            int8_t *states = p->parts + 3 * k;
+            perp__contact_part parts[3];
+            const int32_t count = perp__contact_parts(problem, k, parts);
+
+            for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+                solver->r[i] = size * draw(&seed);
+            p->presses[k] =
+                perp__contact_two_sided(problem, k) > 0 || solver->r[problem->starts[k]] > 0.0;
+            for (int32_t c = 0; c < count; c++)
+                states[c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                            : draw(&seed) > 0.0                           ? PERP__PART_SLIPS
+                                                                          : PERP__PART_STICKS;
+            perp__contact_clip(problem, k, solver->r);
+        }
+        if (!follow_sets(solver, p, ROUNDS))
             continue;
-        write_modes(p, &solver->problem, solver->modes);
+        write_modes(p, problem, solver->modes);
         status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
         if (perp__is_good(solver->best.outcome))
             break;

@@ -62,25 +62,6 @@ perp_status perp__contact_check_dims(perp_context *context, const char *name,
     return PERP_OK;
 }
 
-/* Rolling and spinning, of contacts that may have them. */
-static perp_status check_turns(perp_context *context, const perp_contact_laws *laws)
-{
-    for (int32_t k = 0; k < laws->contacts; k++) {
-        const int32_t both = both_of(laws, k) > 0, dim = perp__contact_dim(laws, k);
-        const int32_t rolls = is_positive(laws->rolling, k) && (both || dim < 2);
-
-        if (!rolls && !(is_positive(laws->spinning, k) && (both || dim < 3)))
-            continue;
-        return perp__refuse(context, "laws.%s[%d] is %g, but contact %d %s",
-                            rolls ? "rolling" : "spinning", (int)k,
-                            rolls ? laws->rolling[k] : laws->spinning[k], (int)k,
-                            both       ? "holds both ways"
-                            : dim == 1 ? "has dimension 1"
-                                       : "has dimension 2");
-    }
-    return PERP_OK;
-}
-
 static const perp__field counts[] = {
     PERP__INTEGER(perp_contact_laws, contacts, 0, INFINITY),
     PERP__INTEGER(perp_contact_laws, bilateral, 0, INFINITY),
@@ -107,45 +88,45 @@ perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *ow
     if (status == PERP_OK && !own->dims && (own->dim < 1 || own->dim > 3))
         status = perp__refuse(context, "laws.dim is %d, expected 1, 2 or 3", (int)own->dim);
     PERP__THEN(status, perp__contact_check_dims(context, "laws", own));
-    PERP__THEN(status, check_turns(context, own));
-    for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++)
+    for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++) {
+        const int32_t both = both_of(own, k) > 0, dim = perp__contact_dim(own, k);
+        const int32_t rolls = is_positive(own->rolling, k) && (both || dim < 2);
+
         sum += rows_of(own, k);
+        if (rolls || (is_positive(own->spinning, k) && (both || dim < 3)))
+            status = perp__refuse(context, "laws.%s[%d] is %g, but contact %d %s",
+                                  rolls ? "rolling" : "spinning", (int)k,
+                                  rolls ? own->rolling[k] : own->spinning[k], (int)k,
+                                  both       ? "holds both ways"
+                                  : dim == 1 ? "has dimension 1"
+                                             : "has dimension 2");
+    }
     if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral - 2 * own->bounded)
         status = perp__refuse(context, "laws.contacts is %d, too many rows", (int)own->contacts);
     *rows = (int32_t)sum;
     return status;
 }
 
-static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
-{
-    const size_t constraints = (size_t)s->constraints, size = (size_t)s->size;
-    double **const numbers[] = {&s->root, &s->omega, &s->drive,      &s->terms,
-                                &s->lack, &s->wide,  &s->most_speed, &s->most_energy};
-    const size_t count = sizeof numbers / sizeof *numbers;
-    double *all = perp__arena_take(arena, constraints, count * sizeof(double));
-
-    s->constraint_of = perp__arena_take(arena, size, sizeof(int32_t));
-    PERP__INTEGERS(arena, constraints, &s->part, &s->near, &s->number);
-    s->evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
-    s->best.evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
-    for (size_t k = 0; k < count; k++)
-        *numbers[k] = all ? all + k * constraints : NULL; /* none while the arena only measures */
-}
-
 void perp__contact_lay_out(perp__arena *arena, void *object)
 {
     perp_contact_solver *s = object;
     const size_t contacts = (size_t)s->contacts, size = (size_t)s->size;
-    const size_t n = (size_t)s->n;
+    const size_t constraints = (size_t)s->constraints, n = (size_t)s->n;
 
     s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
     PERP__INTEGERS(arena, contacts, &s->dims, &s->two_sided);
     PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning, &s->bound);
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
-    lay_out_parts(arena, s);
+    s->constraint_of = perp__arena_take(arena, size, sizeof(int32_t));
+    PERP__INTEGERS(arena, constraints, &s->part, &s->near, &s->number);
+    s->evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
+    s->best.evidence = perp__arena_take(arena, constraints, sizeof(perp__evidence));
+    PERP__DOUBLES(arena, constraints, &s->root, &s->omega, &s->drive, &s->terms, &s->lack, &s->wide,
+                  &s->most_speed, &s->most_energy);
     PERP__DOUBLES(arena, size, &s->q, &s->load, &s->scale, &s->high, &s->low, &s->r, &s->u,
                   &s->start, &s->ray, &s->best.r, &s->best.u);
+    s->balance = perp__arena_take(arena, (size_t)s->size, sizeof *s->balance);
     PERP__DOUBLES(arena, n, &s->push, &s->push_low, &s->v, &s->v_low, &s->best_v);
     s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
     s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));
@@ -233,23 +214,10 @@ static perp_status read_traces(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-/* Whether some row does that moves. */
-static int32_t yields(const perp_contact_solver *solver)
-{
-    int32_t some = 0;
-
-    for (int32_t k = 0; k < solver->contacts; k++)
-        for (int32_t i = perp__contact_first_row(&solver->problem, k); i < solver->starts[k + 1];
-             i++)
-            some |= solver->compliance[i] > 0.0;
-    for (int32_t i = solver->rows; i < solver->size; i++)
-        some |= solver->compliance[i] > 0.0;
-    return some;
-}
-
 static void present(perp_contact_solver *solver)
 {
     perp__contact_problem *p = &solver->problem;
+    int32_t yields = 0; /* whether some row does that moves */
 
     memset(p, 0, sizeof *p);
     p->context = solver->context;
@@ -273,7 +241,10 @@ static void present(perp_contact_solver *solver)
     p->parts = solver->parts;
     p->leaks = solver->leaks;
     p->W = solver->has_bodies ? NULL : &solver->W;
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && p->W && !yields(solver))
+    for (int32_t i = 0; i < solver->size; i++)
+        yields |= solver->compliance[i] > 0.0 &&
+                  i >= perp__contact_first_row(p, solver->constraint_of[i]);
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && p->W && !yields)
         p->half = perp__dynamics_half(&solver->dynamics, &p->half_stride);
     p->half_rows = p->half ? solver->dynamics.n : 0;
     p->bodies = solver->has_bodies ? &solver->bodies : NULL;
@@ -284,36 +255,34 @@ perp_status perp__contact_finish_setup(perp_contact_solver *solver)
 {
     perp_status status = read_traces(solver);
 
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
         perp__contact_find_parts(solver);
-    present(solver);
+        present(solver);
+    }
     return status;
-}
-
-static perp_status read_bodies(perp_contact_solver *solver)
-{
-    perp__bodies_input input = {0};
-
-    solver->has_bodies = 0;
-    if (solver->entrance != PERP__ENTRANCE_DYNAMICS || !solver->dynamics.has_M)
-        return PERP_OK;
-    input.n = solver->dynamics.n;
-    input.contacts = solver->contacts;
-    input.size = solver->size;
-    input.starts = solver->starts;
-    input.M = &solver->dynamics.M;
-    input.H = &solver->dynamics.H;
-    input.G = solver->dynamics.G.rows > 0 ? &solver->dynamics.G : NULL;
-    input.compliance = solver->complies ? solver->compliance : NULL;
-    return perp__bodies_setup(&solver->bodies, &input, &solver->has_bodies);
 }
 
 /* The matrix of the methods, or the bodies, after the laws were kept. */
 static perp_status make_matrices(perp_contact_solver *solver)
 {
     const size_t size = (size_t)solver->size;
-    perp_status status = read_bodies(solver);
+    perp__bodies_input input = {0};
+    perp_status status = PERP_OK;
 
+    /* 1. Bodies, where M falls into blocks. */
+    solver->has_bodies = 0;
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.has_M) {
+        input.n = solver->dynamics.n;
+        input.contacts = solver->contacts;
+        input.size = solver->size;
+        input.starts = solver->starts;
+        input.M = &solver->dynamics.M;
+        input.H = &solver->dynamics.H;
+        input.G = solver->dynamics.G.rows > 0 ? &solver->dynamics.G : NULL;
+        input.compliance = solver->complies ? solver->compliance : NULL;
+        status = perp__bodies_setup(&solver->bodies, &input, &solver->has_bodies);
+    }
+    /* 2. Else W. */
     if (status != PERP_OK)
         return status;
     if (solver->entrance == PERP__ENTRANCE_DELASSUS)

@@ -15,8 +15,6 @@ static void release(void *object)
     perp__lcp_destroy(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
-    perp__contact_destroy(solver->apart.solver);
-    perp__arena_release(&solver->apart.arena);
     perp__contact_destroy(solver->condensed.solver);
     perp__sparse_cholesky_release(&solver->condensed.cholesky);
     perp__arena_release(&solver->condensed.arena);

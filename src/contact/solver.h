@@ -63,22 +63,7 @@ typedef struct perp__contact_ray {
     int32_t count;              /* rows of the block below */
     int32_t *active, *pivots;   /* n */
     double *K, *step;           /* n by n; n */
-    double *zeros;              /* as many as velocities or rows */
 } perp__contact_ray;
-
-/* A part by itself, with a solver of its own. */
-typedef struct perp__contact_apart {
-    perp_contact_solver *solver; /* NULL until it is first needed */
-    perp__arena arena;
-    int32_t room; /* rows */
-    int32_t size, contacts, bilateral;
-    double least;                      /* tested residual so far */
-    int32_t *rows, *numbers;           /* of the whole: size; contacts */
-    int32_t *position;                 /* of the whole's rows in the part, or -1 */
-    int32_t *dims, *two_sided, *modes; /* contacts */
-    double *mu, *rolling, *spinning;
-    double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
-} perp__contact_apart;
 
 /* What is left where joints are taken out: condensed.c. */
 typedef struct perp__contact_condensed {
@@ -108,9 +93,6 @@ typedef struct perp__contact_opening {
     double *push;                     /* whole */
 } perp__contact_opening;
 
-/* Most rows of a part that is solved by itself: W is dense. */
-enum { PERP__APART_MOST = 600 };
-
 struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
@@ -121,7 +103,6 @@ struct perp_contact_solver {
     int32_t brief;                           /* no last resorts */
     int32_t is_condensed;                    /* the contacts of another, joints taken out */
     int32_t n;                               /* velocities; 0 where W was given */
-    int32_t is_lean;                         /* no more is measured than the outcome needs */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
     int64_t setups;
     int32_t contacts, rows, size;
@@ -162,6 +143,7 @@ struct perp_contact_solver {
     double *push, *push_low; /* n: work */
     double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
     double *best_v;
+    double *balance; /* size: impulses of what rests */
     int32_t is_free;
     int8_t *modes;
     double *ray; /* best one, largest entry 1 */
@@ -179,7 +161,6 @@ struct perp_contact_solver {
     perp__contact_control control;
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
-    perp__contact_apart apart;
     perp__contact_opening opening;
     perp__contact_condensed condensed;
     perp__contact_polish polish;
@@ -220,7 +201,7 @@ void perp__contact_find_near(perp_contact_solver *solver);
 perp_status perp__contact_load(perp_contact_solver *solver);
 
 /* Evaluates solver->r, with the modes of the method's active set or NULL, and keeps it if it is the
- * best so far: candidate.c. */
+ * best so far: evaluation.c. */
 perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
                                    perp__contact_worth *worth);
 
@@ -235,10 +216,6 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth);
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
-
-/* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
- * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
-perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
 
 /* Whether joints are taken out first; and that: *found where it comes to a candidate. condensed.c.
  * PERP_OK or a negative status. */
@@ -257,6 +234,10 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
  * _MEMORY: held.c. */
 perp_status perp__contact_hold_best(perp_contact_solver *solver);
 
+/* Whether it rests altogether, of what hardly moves; then v and u say so: statics/rest.c. */
+perp_status perp__contact_rest(perp_contact_solver *solver, const perp__contact_call *call,
+                               double deadline, int32_t *rests);
+
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);
 
@@ -265,7 +246,7 @@ void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes,
 perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
 
 /* Asks whether velocities exist that keep every u_n >= 0; if not, the proof is in solver->ray, and
- * has_ray and certificate are set: ray_search.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
+ * has_ray and certificate are set: ray.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_find_ray(perp_contact_solver *solver);
 
 /* Whether such a proof can exist: some contact is to open, or some joint to move: ray.c. */

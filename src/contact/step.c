@@ -8,22 +8,6 @@
 
 PERP__INIT(perp_contact_step)
 
-static int32_t is_other(const perp_contact_step *s)
-{
-    for (int32_t i = 0; i < s->watch_count; i++) {
-        const perp_contact_watch *w = &s->watches[i];
-        const char *seen = w->seen;
-
-        if (w->count > 0 && !*w->at)
-            return 1;
-        for (int32_t k = 0; k < w->count; k++)
-            if (memcmp((const char *)*w->at + w->offset + (size_t)k * (size_t)w->stride,
-                       seen + (size_t)k * (size_t)w->bytes, (size_t)w->bytes) != 0)
-                return 1;
-    }
-    return 0;
-}
-
 /* Whether that changes *place. */
 static int32_t put(double *place, double value)
 {
@@ -62,20 +46,6 @@ static int32_t gather_rows(double *to, const double *J, const int32_t *rows, con
     return changes;
 }
 
-static int32_t gather_H(const perp_contact_step *s)
-{
-    if (s->by_rows)
-        return gather_rows(s->H, *s->J, s->H_rows, s->row_scale, s->rows, s->n);
-    return gather(s->H, *s->J, s->H_sources, s->H_scale, s->H_entries);
-}
-
-static int32_t gather_G(const perp_contact_step *s)
-{
-    if (s->by_rows)
-        return gather_rows(s->G, *s->J, s->G_rows, NULL, s->bilateral, s->n);
-    return gather(s->G, *s->J, s->G_sources, NULL, s->G_entries);
-}
-
 /* Entries of M between two of its diagonal, without branches: which are there has no order. */
 static int32_t gather_some(const perp_contact_step *s, int32_t begin, int32_t end)
 {
@@ -107,53 +77,13 @@ static int32_t gather_mass(const perp_contact_step *s)
     return changes | gather_some(s, begin, s->M_entries);
 }
 
-static int32_t gather_terms(perp_contact_step *s)
-{
-    int32_t changes = 0;
-
-    s->least_gap = 0.0;
-    for (int32_t k = 0; k < s->gap_count; k++) {
-        const double gap = (*s->gaps)[s->gap_sources[k]];
-
-        s->least_gap = fmin(s->least_gap, gap);
-        changes |= put(&s->w[s->gap_rows[k]], gap <= 0.0 ? 0.0 : gap / s->h); /* NaN: NaN */
-    }
-    for (int32_t k = 0; k < s->bilateral; k++)
-        changes |= put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
-    return changes;
-}
-
-/* f = M velocity + h force; work: n. */
-static int32_t gather_momentum(const perp_contact_step *s, const perp__matrix *M, double *work)
-{
-    int32_t changes = 0;
-
-    perp__multiply(M, s->velocity, work);
-    for (int32_t i = 0; i < s->n; i++)
-        changes |= put(&s->f[i], work[i] + s->h * s->force[i]);
-    return changes;
-}
-
-static void hand_back_rows(const perp_contact_step *s)
-{
-    double *force = s->row_force ? *s->row_force : NULL;
-
-    if (!force)
-        return;
-    memset(force, 0, (size_t)s->J_rows * sizeof *force);
-    for (int32_t i = 0; i < s->rows; i++)
-        force[s->H_rows[i]] = (s->row_scale ? s->row_scale[i] : 1.0) * s->r[i] / s->h;
-    for (int32_t i = 0; i < s->bilateral; i++)
-        force[s->G_rows[i]] = s->r[s->rows + i] / s->h;
-}
-
 static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
 {
     /* as the caller gave them */
     const int32_t bounded = solver->bounded.count > 0;
     const perp__matrix *H = bounded ? &solver->bounded.H : &solver->dynamics.H;
     const perp__matrix *G = bounded ? &solver->bounded.G : &solver->dynamics.G;
-    double largest = 0.0;
+    double *force = s->row_force ? *s->row_force : NULL, largest = 0.0;
 
     s->slips = 0;
     for (int32_t k = 0; k < s->contacts; k++)
@@ -169,29 +99,16 @@ static void hand_back(perp_contact_solver *solver, perp_contact_step *s)
     s->driven = 0.0;
     for (int32_t i = 0; i < s->rows; i++)
         s->driven = fmax(s->driven, fabs(solver->q[bounded ? solver->bounded.row[i] : i]));
-    hand_back_rows(s);
+    if (force)
+        memset(force, 0, (size_t)s->J_rows * sizeof *force);
+    for (int32_t i = 0; i < s->rows && force; i++)
+        force[s->H_rows[i]] = (s->row_scale ? s->row_scale[i] : 1.0) * s->r[i] / s->h;
+    for (int32_t i = 0; i < s->bilateral && force; i++)
+        force[s->G_rows[i]] = s->r[s->rows + i] / s->h;
     s->rests = perp__is_good(solver->best.outcome) && largest == 0.0;
     for (int32_t i = 0; i < s->rows + s->bilateral; i++)
         if (put(&s->start[i], s->r[i]))
             s->rests = 0;
-}
-
-/* Places are 0 <= place < most. */
-static perp_status check_places(perp_context *context, const char *name, const int32_t *places,
-                                int32_t count, int32_t most)
-{
-    uint32_t outside = 0;
-
-    /* as unsigned numbers the negative are the largest: one test without a branch */
-    for (int32_t k = 0; k < count; k++)
-        outside |= (uint32_t)places[k] >= (uint32_t)most;
-    if (!outside)
-        return PERP_OK;
-    for (int32_t k = 0; k < count; k++)
-        if (places[k] < 0 || places[k] >= most)
-            return perp__refuse(context, "step.%s[%d] is %d, expected 0 to %d", name, (int)k,
-                                (int)places[k], (int)most - 1);
-    return PERP_OK;
 }
 
 static perp_status check_arrays(perp_context *context, const perp_contact_step *s)
@@ -236,6 +153,7 @@ static perp_status check_arrays(perp_context *context, const perp_contact_step *
     return PERP_OK;
 }
 
+/* Places are 0 <= place < most. */
 static perp_status check_indices(perp_context *context, const perp_contact_step *s)
 {
     const struct {
@@ -251,26 +169,24 @@ static perp_status check_indices(perp_context *context, const perp_contact_step 
                  {"G_rows", s->G_rows, s->bilateral, s->J_rows}};
     perp_status status = PERP_OK;
 
-    for (size_t k = 0; status == PERP_OK && k < sizeof lists / sizeof *lists; k++)
-        status =
-            check_places(context, lists[k].name, lists[k].places, lists[k].count, lists[k].most);
+    for (size_t k = 0; status == PERP_OK && k < sizeof lists / sizeof *lists; k++) {
+        const int32_t *places = lists[k].places;
+        uint32_t outside = 0;
+
+        /* as unsigned numbers the negative are the largest: one test without a branch */
+        for (int32_t i = 0; i < lists[k].count; i++)
+            outside |= (uint32_t)places[i] >= (uint32_t)lists[k].most;
+        for (int32_t i = 0; outside && status == PERP_OK && i < lists[k].count; i++)
+            if (places[i] < 0 || places[i] >= lists[k].most)
+                status = perp__refuse(context, "step.%s[%d] is %d, expected 0 to %d", lists[k].name,
+                                      (int)i, (int)places[i], (int)lists[k].most - 1);
+    }
     for (int32_t i = 1; status == PERP_OK && i < s->n; i++)
         if (s->mass_diagonal[i] <= s->mass_diagonal[i - 1])
             status = perp__refuse(context,
                                   "step.mass_diagonal[%d] is %d, expected more than the one before",
                                   (int)i, (int)s->mass_diagonal[i]);
     return status;
-}
-
-static perp_status check_watches(perp_context *context, const perp_contact_step *s)
-{
-    for (int32_t k = 0; k < s->watch_count; k++) {
-        const perp_contact_watch *w = &s->watches[k];
-
-        if (w->count < 0 || w->bytes < 0 || w->offset < 0 || !w->at || (w->count > 0 && !w->seen))
-            return perp__refuse(context, "step.watches[%d] has a NULL or a number below 0", (int)k);
-    }
-    return PERP_OK;
 }
 
 /* What is needed to look at the watches. */
@@ -292,16 +208,16 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         ((int64_t)s->rows * s->n != s->H_entries || (int64_t)s->bilateral * s->n != s->G_entries))
         return perp__refuse(context,
                             "step.by_rows is set, but H_entries or G_entries are not rows times n");
-    status =
-        s->watch_count > 0 ? perp__check_pointer(context, "step.watches", s->watches) : PERP_OK;
-    return status == PERP_OK ? check_watches(context, s) : status;
-}
+    if (s->watch_count > 0)
+        status = perp__check_pointer(context, "step.watches", s->watches);
+    for (int32_t k = 0; k < s->watch_count && status == PERP_OK; k++) {
+        const perp_contact_watch *w = &s->watches[k];
 
-static perp_status check(perp_context *context, const perp_contact_step *s)
-{
-    const perp_status status = check_arrays(context, s);
-
-    return status == PERP_OK ? check_indices(context, s) : status;
+        if (w->count < 0 || w->bytes < 0 || w->offset < 0 || !w->at || (w->count > 0 && !w->seen))
+            status =
+                perp__refuse(context, "step.watches[%d] has a NULL or a number below 0", (int)k);
+    }
+    return status;
 }
 
 /* Whether the problem that is set up is one of the step's size, with an M to multiply. */
@@ -339,6 +255,7 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
         s->v, s->r, s->u, s->modes, NULL, result, s->f, s->w, s->b, NULL, s->warm ? s->start : NULL,
         0};
     const int32_t keeps = s->warm && s->rests && !changes;
+    double *momentum;
     perp_status status = PERP_OK;
 
     s->rests = 0;
@@ -348,7 +265,12 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     PERP__THEN(status, perp__contact_open(solver, s));
     if (status != PERP_OK)
         return status;
-    s->was_known = !gather_momentum(s, &solver->dynamics.M, solver->push) && keeps;
+    momentum = solver->push;
+    perp__multiply(&solver->dynamics.M, s->velocity, momentum);
+    changes = 0;
+    for (int32_t i = 0; i < s->n; i++) /* f = M velocity + h force */
+        changes |= put(&s->f[i], momentum[i] + s->h * s->force[i]);
+    s->was_known = !changes && keeps;
     return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
 }
 
@@ -359,20 +281,44 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
     perp_status status = check_counts(solver->context, s);
     int32_t changes;
 
-    if (status == PERP_OK) {
-        s->was_known = 0;
-        s->is_other = is_other(s);
+    /* 1. Whether the problem is another one than was told. */
+    if (status == PERP_OK)
+        s->was_known = s->is_other = 0;
+    for (int32_t i = 0; status == PERP_OK && i < s->watch_count && !s->is_other; i++) {
+        const perp_contact_watch *w = &s->watches[i];
+        const char *seen = w->seen;
+
+        s->is_other = w->count > 0 && !*w->at;
+        for (int32_t k = 0; k < w->count && !s->is_other; k++)
+            s->is_other = memcmp((const char *)*w->at + w->offset + (size_t)k * (size_t)w->stride,
+                                 seen + (size_t)k * (size_t)w->bytes, (size_t)w->bytes) != 0;
     }
     if (status == PERP_OK && !s->is_other)
-        status = check(solver->context, s);
+        status = check_arrays(solver->context, s);
+    if (status == PERP_OK && !s->is_other)
+        status = check_indices(solver->context, s);
     if (status != PERP_OK || s->is_other)
         return status;
+
+    /* 2. M, H, G, w and b. */
     changes = gather_mass(s);
     if (s->H_entries > 0)
-        changes |= gather_H(s);
+        changes |= s->by_rows ? gather_rows(s->H, *s->J, s->H_rows, s->row_scale, s->rows, s->n)
+                              : gather(s->H, *s->J, s->H_sources, s->H_scale, s->H_entries);
     if (s->G_entries > 0)
-        changes |= gather_G(s);
-    changes |= gather_terms(s);
+        changes |= s->by_rows ? gather_rows(s->G, *s->J, s->G_rows, NULL, s->bilateral, s->n)
+                              : gather(s->G, *s->J, s->G_sources, NULL, s->G_entries);
+    s->least_gap = 0.0;
+    for (int32_t k = 0; k < s->gap_count; k++) {
+        const double gap = (*s->gaps)[s->gap_sources[k]];
+
+        s->least_gap = fmin(s->least_gap, gap);
+        changes |= put(&s->w[s->gap_rows[k]], gap <= 0.0 ? 0.0 : gap / s->h); /* NaN: NaN */
+    }
+    for (int32_t k = 0; k < s->bilateral; k++)
+        changes |= put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
+
+    /* 3. The answer. */
     status = solve(solver, s, changes, result, laws, dynamics);
     if (status == PERP_OK)
         hand_back(solver, s);
@@ -391,7 +337,8 @@ static perp_status hand_back_checked(perp_contact_solver *solver, perp_contact_s
 {
     perp_status status = check_counts(solver->context, s);
 
-    PERP__THEN(status, check(solver->context, s));
+    PERP__THEN(status, check_arrays(solver->context, s));
+    PERP__THEN(status, check_indices(solver->context, s));
     PERP__THEN(status, check_sizes(solver, s));
     PERP__THEN(status, perp__check_finite(solver->context, "step.v", s->v, (size_t)s->n));
     PERP__THEN(status, perp__check_finite(solver->context, "step.r", s->r,

@@ -17,6 +17,7 @@
 
 #include "contact/law.h"
 #include "contact/solver.h"
+#include "linalg/spatial.h"
 
 /* Of its terms: a contact that closes faster than this has none that cancel, and what others around
  * it carry is no excuse. One that opens faster keeps its impulse of 0, and excuses nobody. */
@@ -40,41 +41,6 @@ static void absolute(perp_contact_solver *solver, const double *x, const double 
         perp__absolute_product(&solver->W, x, add, out);
 }
 
-static void judge_contact(perp_contact_solver *solver, int32_t k, int32_t heeds,
-                          perp__contact_worth *worth)
-{
-    const perp__contact_problem *p = &solver->problem;
-    perp__evidence *part = &solver->evidence[solver->part[k]];
-    const double t = p->trace[k];
-    perp__contact_law law;
-
-    perp__contact_judge(p, k, solver->r, solver->u, &law);
-    if (!heeds)
-        solver->modes[k] = (int8_t)law.mode;
-    solver->lack[k] = t * law.natural;
-    perp__raise_to(&worth->natural, law.natural);
-    perp__raise_to(&part->tested, solver->root[k] * law.natural / solver->omega[k]);
-    perp__raise_to(&part->backward, relative_change(law.change, solver->terms[k]));
-    perp__raise_to(&worth->signorini_impulse, law.signorini);
-    perp__raise_to(&worth->signorini_velocity, t * law.signorini);
-    perp__raise_to(&worth->bilateral, t * law.bilateral);
-    perp__raise_to(&worth->cone, law.cone);
-    perp__raise_to(&worth->dissipation_impulse, law.dissipation);
-    perp__raise_to(&worth->dissipation_velocity, t * law.dissipation);
-}
-
-static void judge_bilateral(perp_contact_solver *solver, int32_t k, perp__contact_worth *worth)
-{
-    perp__evidence *part = &solver->evidence[solver->part[k]];
-    const double speed = fabs(solver->u[perp__contact_first_row(&solver->problem, k)]);
-
-    solver->lack[k] = speed;
-    perp__raise_to(&worth->natural, speed / solver->trace[k]);
-    perp__raise_to(&part->tested, speed / solver->root[k] / solver->omega[k]);
-    perp__raise_to(&part->backward, relative_change(speed, solver->terms[k]));
-    perp__raise_to(&worth->bilateral, speed);
-}
-
 static void gather(const perp_contact_solver *solver, perp__contact_worth *worth)
 {
     worth->tested = worth->own = worth->backward = 0.0;
@@ -85,110 +51,56 @@ static void gather(const perp_contact_solver *solver, perp__contact_worth *worth
     }
 }
 
-static void clear(perp_contact_solver *solver, perp__contact_worth *worth)
+void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth)
 {
+    const perp__contact_problem *problem = &solver->problem;
+    const perp__contact_bounded *bounded = &solver->bounded;
+    const double *r = solver->r, *load = solver->load;
+
     memset(worth, 0, sizeof *worth);
     if (solver->parts > 0)
         memset(solver->evidence, 0, (size_t)solver->parts * sizeof *solver->evidence);
-}
-
-static void find_terms(perp_contact_solver *solver)
-{
+    /* 1. S of each row. Beside bounds that are far off, W shift would excuse what all rows lack:
+     * then S is that of what the impulses nearest to 0 leave open, and of impulses from there on.
+     */
+    for (int32_t i = 0; i < solver->size && solver->is_far; i++)
+        solver->high[i] = solver->r[i] + bounded->away[i];
+    if (solver->is_far) {
+        r = solver->high;
+        load = bounded->load;
+    }
+    absolute(solver, r, load, solver->scale);
     for (int32_t k = 0; k < solver->constraints; k++)
-        solver->terms[k] =
-            perp__contact_length(solver->scale, perp__contact_first_row(&solver->problem, k),
-                                 perp__contact_end_row(&solver->problem, k));
-}
+        solver->terms[k] = perp__contact_length(solver->scale, perp__contact_first_row(problem, k),
+                                                perp__contact_end_row(problem, k));
+    /* 2. What each constraint lacks of its law. */
+    for (int32_t k = 0; k < solver->constraints; k++) {
+        perp__evidence *part = &solver->evidence[solver->part[k]];
+        const double t = problem->trace[k];
+        perp__contact_law law = {0};
 
-/* scale := S of each row. Beside bounds that are far off, W shift would excuse what all rows lack:
- * then S is that of what the impulses nearest to 0 leave open, and of impulses from there on. */
-static void find_scale(perp_contact_solver *solver)
-{
-    const perp__contact_bounded *bounded = &solver->bounded;
-    double *moved = solver->high;
-
-    if (!solver->is_far) {
-        absolute(solver, solver->r, solver->load, solver->scale);
-        return;
+        if (k < solver->contacts) {
+            perp__contact_judge(problem, k, solver->r, solver->u, &law);
+            solver->modes[k] = (int8_t)law.mode;
+            solver->lack[k] = t * law.natural;
+            perp__raise_to(&part->tested, solver->root[k] * law.natural / solver->omega[k]);
+            perp__raise_to(&worth->bilateral, t * law.bilateral);
+        } else { /* u = 0 */
+            law.change = fabs(solver->u[perp__contact_first_row(problem, k)]);
+            law.natural = law.change / t;
+            solver->lack[k] = law.change;
+            perp__raise_to(&part->tested, law.change / solver->root[k] / solver->omega[k]);
+            perp__raise_to(&worth->bilateral, law.change);
+        }
+        perp__raise_to(&part->backward, relative_change(law.change, solver->terms[k]));
+        perp__raise_to(&worth->natural, law.natural);
+        perp__raise_to(&worth->signorini_impulse, law.signorini);
+        perp__raise_to(&worth->signorini_velocity, t * law.signorini);
+        perp__raise_to(&worth->cone, law.cone);
+        perp__raise_to(&worth->dissipation_impulse, law.dissipation);
+        perp__raise_to(&worth->dissipation_velocity, t * law.dissipation);
     }
-    for (int32_t i = 0; i < solver->size; i++)
-        moved[i] = solver->r[i] + bounded->away[i];
-    absolute(solver, moved, bounded->load, solver->scale);
-}
-
-/* All numbers. heeds: the modes stay. */
-static void measure_all(perp_contact_solver *solver, int32_t heeds, perp__contact_worth *worth)
-{
-    int32_t k;
-
-    clear(solver, worth);
-    find_scale(solver);
-    find_terms(solver);
-    for (k = 0; k < solver->contacts; k++)
-        judge_contact(solver, k, heeds, worth);
-    for (; k < solver->constraints; k++)
-        judge_bilateral(solver, k, worth);
     gather(solver, worth);
-}
-
-/* The tested residual and the modes; `scale` came with the velocities. */
-static void measure_lean(perp_contact_solver *solver, perp__contact_worth *worth)
-{
-    int32_t k, mode;
-
-    clear(solver, worth);
-    find_terms(solver);
-    for (k = 0; k < solver->contacts; k++) {
-        const double natural =
-            perp__contact_natural(&solver->problem, k, solver->r, solver->u, &mode);
-
-        solver->modes[k] = (int8_t)mode;
-        solver->lack[k] = solver->trace[k] * natural;
-        perp__raise_to(&worth->natural, natural);
-        perp__raise_to(&solver->evidence[solver->part[k]].tested,
-                       solver->root[k] * natural / solver->omega[k]);
-    }
-    for (; k < solver->constraints; k++)
-        judge_bilateral(solver, k, worth);
-    for (k = 0; k < solver->parts; k++)
-        solver->evidence[k].backward = 1.0; /* no claim */
-    gather(solver, worth);
-}
-
-void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth)
-{
-    if (solver->is_lean)
-        measure_lean(solver, worth);
-    else
-        measure_all(solver, 0, worth);
-}
-
-/* How fast a contact closes that is said to separate. A normal that is a bound has no velocity that
- * could. */
-static double closing_speed(const perp_contact_solver *solver, int32_t k)
-{
-    return k < solver->contacts && solver->modes[k] == PERP_CONTACT_SEPARATE &&
-                   perp__contact_first_row(&solver->problem, k) == solver->starts[k]
-               ? 0.0 - solver->u[solver->starts[k]]
-               : 0.0;
-}
-
-/* What is said of a contact must hold beside its own terms: one that presses does not move along
- * its normal, one that sticks not at all. */
-static void heed_modes(perp_contact_solver *solver)
-{
-    for (int32_t k = 0; k < solver->contacts; k++) {
-        const int32_t row = solver->starts[k];
-
-        if (solver->modes[k] == PERP_CONTACT_SEPARATE)
-            continue;
-        perp__raise_to(
-            &solver->lack[k],
-            perp__contact_length(solver->u, row,
-                                 solver->modes[k] == PERP_CONTACT_STICK
-                                     ? solver->starts[k + 1]
-                                     : row + perp__contact_normals(&solver->problem, k)));
-    }
 }
 
 /* own := the largest lack[k] / terms[k] of each part. */
@@ -199,17 +111,6 @@ static void compare(perp_contact_solver *solver, const double *terms)
     for (int32_t k = 0; k < solver->constraints; k++)
         perp__raise_to(&solver->evidence[solver->part[k]].own,
                        relative_change(solver->lack[k], terms[k]));
-}
-
-/* Whether the terms of the contacts alone leave something open that may still be an answer. */
-static int32_t is_open(const perp_contact_solver *solver)
-{
-    const double tol = solver->settings.tol;
-
-    for (int32_t p = 0; p < solver->parts; p++)
-        if (!(solver->evidence[p].own <= tol) && solver->evidence[p].tested <= sqrt(tol))
-            return 1;
-    return 0;
 }
 
 /* Terms of contact k that impulses have to do with, and in push[...], zeros before, what these may
@@ -231,9 +132,9 @@ static double answerable(const perp_contact_solver *solver, int32_t k, double *p
         solver->u[row] > CLOSING * normal)
         return 0.0;
     for (int32_t i = 0; i < count; i++)
-        terms = hypot(terms, fmin(parts[i].coefficient * most,
-                                  perp__contact_length(solver->scale, parts[i].row,
-                                                       parts[i].row + parts[i].size)));
+        terms = perp__length2(terms, fmin(parts[i].coefficient * most,
+                                          perp__contact_length(solver->scale, parts[i].row,
+                                                               parts[i].row + parts[i].size)));
     for (int32_t i = row; i < first; i++)
         push[i] = (first - row > 1 ? terms : solver->scale[i]) / t; /* one answers to u_n alone */
     for (int32_t i = 0; i < count; i++)
@@ -281,12 +182,19 @@ static void widen(perp_contact_solver *solver, double *wide)
     }
     absolute(solver, push, solver->scale, moves);
     for (int32_t k = 0; k < solver->constraints; k++) {
+        /* one that is said to separate and closes; a normal that is a bound has no velocity that
+         * could */
+        const int32_t row = k < solver->contacts ? solver->starts[k] : -1;
+        const int32_t closes = row >= 0 && solver->modes[k] == PERP_CONTACT_SEPARATE &&
+                               perp__contact_first_row(&solver->problem, k) == row &&
+                               0.0 - solver->u[row] > CLOSING * solver->terms[k];
+
         wide[k] = perp__contact_length(moves, perp__contact_first_row(&solver->problem, k),
                                        perp__contact_end_row(&solver->problem, k)) +
                   share * fmin(solver->most_speed[solver->near[k]],
                                solver->root[k] * solver->most_energy[solver->near[k]]);
         /* then the contact's own terms are all that is known */
-        if (!(wide[k] < INFINITY) || closing_speed(solver, k) > CLOSING * solver->terms[k])
+        if (!(wide[k] < INFINITY) || closes)
             wide[k] = solver->terms[k];
     }
 }
@@ -311,14 +219,25 @@ static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_w
 
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)
 {
-    heed_modes(solver);
-    compare(solver, solver->terms);
-    if (solver->is_lean && is_open(solver)) {
-        measure_all(solver, 1, worth);
-        heed_modes(solver);
-        compare(solver, solver->terms);
+    const double tol = solver->settings.tol;
+    int32_t is_open = 0;
+
+    /* 1. What is said of a contact must hold beside its own terms: one that presses does not move
+     * along its normal, one that sticks not at all. */
+    for (int32_t k = 0; k < solver->contacts; k++) {
+        const int32_t row = solver->starts[k], sticks = solver->modes[k] == PERP_CONTACT_STICK;
+        const int32_t end =
+            sticks ? solver->starts[k + 1] : row + perp__contact_normals(&solver->problem, k);
+
+        if (solver->modes[k] != PERP_CONTACT_SEPARATE)
+            perp__raise_to(&solver->lack[k], perp__contact_length(solver->u, row, end));
     }
-    if (is_open(solver)) {
+    /* 2. The own residuals, beside the terms of the contacts alone, or beside all where those leave
+     * something open that may still be an answer. */
+    compare(solver, solver->terms);
+    for (int32_t p = 0; p < solver->parts; p++)
+        is_open |= !(solver->evidence[p].own <= tol) && solver->evidence[p].tested <= sqrt(tol);
+    if (is_open) {
         widen(solver, solver->wide);
         compare(solver, solver->wide);
     }

@@ -9,16 +9,13 @@
 
 int32_t perp__is_game(const perp_lcp_solver *solver)
 {
-    int32_t game = solver->M.column_starts == NULL;
+    perp__cursor c = perp__first(&solver->M);
+    int32_t game = 1;
 
-    for (int32_t i = 0; i < solver->n && game; i++) {
+    for (int32_t i = 0; i < solver->n && game; i++)
         game = solver->q[i] < 0.0 && solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
-        for (int32_t j = 0; j < solver->n && game; j++) {
-            const double entry = perp__entry(&solver->M, i, j);
-
-            game = i == j ? entry == 0.0 : entry >= 0.0;
-        }
-    }
+    while (game && perp__advance(&c))
+        game = c.i == c.j ? c.value == 0.0 : c.value >= 0.0;
     return game;
 }
 

@@ -40,20 +40,6 @@ static void start_from(perp_lcp_solver *solver, const double *z0)
     }
 }
 
-/* The method's point is beyond the range of doubles: the start is more modest, or else 0. */
-static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
-{
-    perp__evaluation worth;
-
-    start_from(solver, z0);
-    worth = perp__evaluate(solver);
-    if (!isfinite(worth.tested)) {
-        start_from(solver, NULL);
-        worth = perp__evaluate(solver);
-    }
-    return worth;
-}
-
 /* Whether a candidate takes the place of the best so far. A verified ray is an answer: only a
  * solution beats it. */
 static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
@@ -75,19 +61,12 @@ static int32_t may_go_on(const perp_lcp_solver *solver)
     return solver->ended < 0 && solver->problem.tol > 1e-4 * solver->settings.tol;
 }
 
-/* Whether a point of a loose tolerance is there, or the method goes on from it, which costs less
- * than to polish what is unsettled. */
-static int32_t is_rough_enough(const perp_lcp_solver *solver, const perp__evaluation *worth)
-{
-    return solver->settings.tol >= PERP__ROUGH_TOLERANCE && worth->tested <= solver->settings.tol &&
-           may_go_on(solver);
-}
-
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                            const perp__lcp_iterate *iterate, const double *z0)
 {
-    const int32_t is_polished =
-        solver->settings.polish && said != PERP_OUTCOME_RAY && !step->rough && !iterate->far_off;
+    const int32_t is_polished = solver->settings.polish && said != PERP_OUTCOME_RAY &&
+                                !step->rough && !iterate->far_off && !perp__is_late(solver);
+    const double tol = solver->settings.tol;
     perp__evaluation worth;
     perp_status status = PERP_OK;
     perp_outcome outcome;
@@ -95,22 +74,32 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     perp__find_product(solver);
     if (!is_polished || !perp__polish_correct(solver, &worth)) {
         worth = perp__evaluate_product(solver);
+        /* 1. A point beyond the range of doubles: the start is more modest, or else 0. */
         if (!isfinite(worth.tested)) {
-            worth = fall_back(solver, z0);
+            start_from(solver, z0);
+            worth = perp__evaluate(solver);
+            if (!isfinite(worth.tested)) {
+                start_from(solver, NULL);
+                worth = perp__evaluate(solver);
+            }
             said = PERP_OUTCOME_STALLED;
         }
-        if (is_polished && isfinite(worth.tested) && !is_rough_enough(solver, &worth)) {
+        /* 2. The polish; but a point of a loose tolerance is there, or the method goes on from it,
+         * which costs less than to polish what is unsettled. */
+        if (is_polished && isfinite(worth.tested) &&
+            !(tol >= PERP__ROUGH_TOLERANCE && worth.tested <= tol && may_go_on(solver))) {
             if (!iterate->has_places)
                 perp__read_places(solver, solver->places);
+            outcome = perp__lcp_judge(solver, &worth, said); /* it may make a good one worse */
+            if (perp__is_good(outcome) && is_better(&solver->best, &worth, outcome))
+                keep(solver, &worth, outcome, step->method);
             status = perp__polish_run(solver, &worth);
             if (status != PERP_OK)
                 return status;
         }
     }
-    if (is_polished && worth.finite)
-        perp__polish_hidden(solver, &worth);
     outcome = perp__lcp_judge(solver, &worth, said);
-    solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
+    solver->refused = worth.tested <= tol && !perp__is_good(outcome);
     if (is_better(&solver->best, &worth, outcome))
         keep(solver, &worth, outcome, step->method);
     return PERP_OK;
@@ -125,62 +114,37 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
         keep(solver, &worth, outcome, method);
 }
 
-/* Keeps a ray that stood the check. The last word on it comes after all attempts. */
-static void keep_ray(perp_lcp_solver *solver)
+/* ---- the search ---- */
+
+/* What is left to do when a time limit ends a method: the last point and the start are evaluated,
+ * each by two passes over M that take twice as long as reading it. */
+#define LAST_READINGS 8.0
+
+/* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
+#define PERP__EXACT (4.0 * DBL_EPSILON)
+#define PERP__LOOSE 1e-8
+
+/* Keeps solver->ray if it stands the check. The last word on it comes after all attempts. */
+static int32_t keep_ray(perp_lcp_solver *solver)
 {
     double largest;
 
+    if (!perp__ray_verify(solver))
+        return 0;
     solver->rays++;
     solver->best_certificate =
         perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
     largest = perp__largest(solver->z, solver->n);
     for (int32_t i = 0; i < solver->n; i++)
         solver->best_ray[i] = solver->z[i] / largest;
+    return 1;
 }
 
-/* A start that names the right active set solves the problem without any method. */
-static perp_status try_start(perp_lcp_solver *solver, const double *z0)
-{
-    perp__evaluation worth;
-    perp_outcome outcome;
-    perp_status status;
-
-    start_from(solver, z0);
-    worth = perp__evaluate(solver);
-    solver->correct = NULL;
-    perp__read_places(solver, solver->places);
-    status = perp__polish_run(solver, &worth);
-    if (status != PERP_OK)
-        return status;
-    outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
-    if (perp__is_good(outcome))
-        keep(solver, &worth, outcome, PERP_LCP_POLISH);
-    return status;
-}
-
-/* A solve that failed returns the best point it met; the start is one of them, unless an index set
- * was solved as well as doubles can and the residual only tells how large the numbers are. */
-static void consider_start(perp_lcp_solver *solver, const double *z0)
-{
-    perp__evaluation worth;
-
-    start_from(solver, z0);
-    worth = perp__evaluate(solver);
-    if (worth.tested < solver->best.worth.tested &&
-        !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
-        keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
-             solver->best.method);
-}
-
-/* ---- the search ---- */
-
-/* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
-#define PERP__EXACT (4.0 * DBL_EPSILON)
-#define PERP__LOOSE 1e-8
-
-static void present(perp_lcp_solver *solver, const perp__plan_step *step)
+/* The problem as the step's method sees it, and the method's slot; NULL if no method takes it. */
+static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *step)
 {
     perp__lcp_problem *p = &solver->problem;
+    perp__method_slot *found = NULL;
 
     p->context = solver->context;
     p->n = solver->n;
@@ -201,32 +165,18 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
     solver->control.deadline = solver->deadline;
     if (solver->deadline > 0.0 && step->share < 1.0)
         solver->control.deadline -= (1.0 - step->share) * solver->settings.time_limit;
-}
-
-static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
-{
-    for (int32_t k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS && !found; k++) {
         const perp__lcp_method *candidate = solver->slots[k].method;
 
-        if (candidate->id == method && (!candidate->suits || candidate->suits(&solver->problem)))
-            return &solver->slots[k];
+        if (candidate->id == step->method && (!candidate->suits || candidate->suits(p)))
+            found = &solver->slots[k];
     }
-    return NULL;
+    return found;
 }
 
 int32_t perp__is_late(const perp_lcp_solver *solver)
 {
     return solver->deadline > 0.0 && perp__now() > solver->deadline;
-}
-
-/* Remembers that the monitor or the clock ended the solve; not only a step's share of its time. */
-static void note_end(perp_lcp_solver *solver, perp_outcome said)
-{
-    if (said == PERP_OUTCOME_STOPPED ||
-        (said == PERP_OUTCOME_TIME_LIMIT && solver->control.deadline >= solver->deadline))
-        solver->ended = said;
-    else if (perp__is_late(solver))
-        solver->ended = PERP_OUTCOME_TIME_LIMIT;
 }
 
 /* A step that has used up its share has reached a limit, but not the caller's. */
@@ -256,12 +206,9 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
     if (status != PERP_OK)
         return status;
-    if (iterate.outcome == PERP_OUTCOME_RAY) {
-        if (perp__ray_verify(solver))
-            keep_ray(solver);
-        else
-            iterate.outcome = PERP_OUTCOME_STALLED;
-    }
+    /* 1. The ray, and the point in the caller's units. */
+    if (iterate.outcome == PERP_OUTCOME_RAY && !keep_ray(solver))
+        iterate.outcome = PERP_OUTCOME_STALLED;
     for (int32_t i = 0; i < solver->n; i++) {
         solver->z[i] = perp__z_exact(solver, i, solver->iterate[i]);
         if (!isfinite(solver->z[i])) { /* a method that overflowed has no point to offer */
@@ -273,7 +220,12 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     }
     solver->correct = iterate.has_places ? iterate.correct : NULL;
     solver->correct_work = slot->space.work;
-    note_end(solver, iterate.outcome);
+    /* 2. Whether the monitor or the clock ended the solve; not only a step's share of its time. */
+    if (iterate.outcome == PERP_OUTCOME_STOPPED)
+        solver->ended = PERP_OUTCOME_STOPPED;
+    else if (perp__is_late(solver))
+        solver->ended = PERP_OUTCOME_TIME_LIMIT;
+    /* 3. The candidate. */
     if (attempt + 1 == slot->method->attempts || solver->ended >= 0)
         iterate.far_off = 0;
     solver->improvable = iterate.improvable;
@@ -291,39 +243,6 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     return status;
 }
 
-/* A method that stops where the first witness is content goes on from there where the second is
- * not, up to a hundredth and a ten-thousandth of tol, as far as its iterations reach. */
-static int32_t goes_on(perp_lcp_solver *solver)
-{
-    if (!solver->refused || !may_go_on(solver))
-        return 0;
-    solver->problem.tol *= 1e-2;
-    return 1;
-}
-
-/* What the step and the caller's budget leave for the next attempt; false if that is nothing. */
-static int32_t has_iterations_left(perp_lcp_solver *solver, const perp__plan_step *step)
-{
-    const int64_t budget = solver->settings.max_iterations;
-    int64_t *limit = &solver->problem.iteration_limit;
-
-    *limit = step->iteration_limit;
-    if (budget > 0 && (*limit <= 0 || *limit > budget - solver->spent))
-        *limit = budget - solver->spent;
-    if (budget <= 0 || *limit > 0)
-        return 1;
-    solver->ended = PERP_OUTCOME_ITERATION_LIMIT;
-    return 0;
-}
-
-/* Solved, but not to the last digits, and the method may find them. */
-static int32_t is_improvable(const perp_lcp_solver *solver)
-{
-    return solver->improvable && perp__is_good(solver->best.outcome) && solver->ended < 0 &&
-           solver->best.worth.backward > PERP__EXACT && solver->settings.polish &&
-           solver->settings.tol < PERP__LOOSE;
-}
-
 static int32_t ends_the_search(const perp_lcp_solver *solver)
 {
     return perp__is_good(solver->best.outcome) || solver->ended >= 0 ||
@@ -335,34 +254,55 @@ static int32_t ends_the_search(const perp_lcp_solver *solver)
  * only if another covering vector ends in a verified ray too. */
 static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, const double *z0)
 {
-    perp__method_slot *slot;
+    const perp_lcp_settings *settings = &solver->settings;
+    perp__method_slot *slot = pose(solver, step);
     const double *start = z0;
-    int32_t attempts, attempt = 0, paused = 0;
+    int32_t attempts, attempt = 0, paused = 0, goes_on = 1;
     int64_t iterations = 0;
     perp_status status;
 
-    present(solver, step);
-    slot = slot_of(solver, step->method);
     if (!slot)
         return perp__refuse(solver->context, "settings.method %s cannot take this problem",
                             perp_lcp_method_text(step->method));
-    attempts = slot->method->attempts;
+    attempts = settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC ? 1 : slot->method->attempts;
     status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
     PERP__THEN(status,
                perp__workspace_fit(&slot->space, solver->context, slot->method->work_size,
                                    slot->method->layout, &solver->problem,
                                    slot->method->by_shape ? solver->shape : solver->setups));
-    if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
-        attempts = 1;
-    while (status == PERP_OK && has_iterations_left(solver, step)) {
+    while (status == PERP_OK && goes_on) {
+        int64_t *limit = &solver->problem.iteration_limit;
+
+        /* 1. What the step and the caller's budget leave. */
+        *limit = step->iteration_limit;
+        if (settings->max_iterations > 0 &&
+            (*limit <= 0 || *limit > settings->max_iterations - solver->spent))
+            *limit = settings->max_iterations - solver->spent;
+        if (settings->max_iterations > 0 && *limit <= 0) {
+            solver->ended = PERP_OUTCOME_ITERATION_LIMIT;
+            break;
+        }
         status = run_once(solver, slot, step, attempt, &paused, &iterations, start);
         start = z0;
-        if (status == PERP_OK && !paused && goes_on(solver))
-            start = solver->z;
-        else if (status != PERP_OK || (ends_the_search(solver) && !is_improvable(solver)) ||
-                 (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1) ||
-                 (++attempt >= attempts && !paused))
+        if (status != PERP_OK)
             break;
+        if (!paused && solver->refused && may_go_on(solver)) {
+            /* 2. It stopped where the first witness is content: where the second is not, it goes on
+             * from there, up to a hundredth and a ten-thousandth of tol. */
+            solver->problem.tol *= 1e-2;
+            start = solver->z;
+        } else {
+            /* 3. Solved, but not to the last digits, and the method may find them; or failed. */
+            const int32_t is_improvable =
+                solver->improvable && perp__is_good(solver->best.outcome) && solver->ended < 0 &&
+                solver->best.worth.backward > PERP__EXACT && settings->polish &&
+                settings->tol < PERP__LOOSE;
+
+            goes_on = (!ends_the_search(solver) || is_improvable) &&
+                      !(step->method == PERP_LCP_LEMKE && /* two say nothing of other methods */
+                        solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1) &&
+                      (++attempt < attempts || paused);
+        }
     }
     if (paused)
         solver->spent += iterations;
@@ -372,38 +312,19 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     return status;
 }
 
-/* Looks at the structure of a sparse matrix, once a set-up. */
-static perp_status read_block(perp_lcp_solver *solver)
-{
-    perp_status status;
-
-    if (!solver->M.column_starts)
-        return PERP_OK;
-    perp__sparse_block_restart(&solver->block);
-    if (solver->block_read == solver->setups)
-        return PERP_OK;
-    solver->block_read = 0;
-    status = perp__sparse_block_read(&solver->block, &solver->M, solver->factors);
-    if (status == PERP_OK)
-        solver->block_read = solver->setups;
-    return status;
-}
-
-/* Whether Lemke's method has ended in a ray that proves nothing, as it always does on games. */
-static int32_t may_play(const perp_lcp_solver *solver)
-{
-    return solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
-           solver->settings.pivot_rule == PERP_PIVOT_HARRIS && perp__is_game(solver);
-}
-
-/* Lemke's method from each of Lemke and Howson's starts; any may be the one that does not end in a
- * ray. */
+/* Where Lemke's method has ended in a ray that proves nothing, as it always does on games: the same
+ * from each of Lemke and Howson's starts; any may be the one that does not end in a ray. */
 static perp_status play(perp_lcp_solver *solver)
 {
-    static const perp__plan_step lemke = {.method = PERP_LCP_LEMKE, .share = 1.0};
+    /* a path from such a start is as long as any, not as one from next to the solution */
+    const perp__plan_step lemke = {
+        .method = PERP_LCP_LEMKE, .share = 1.0, .iteration_limit = 200 + 50 * (int64_t)solver->n};
+    const int32_t may_play = solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
+                             solver->settings.pivot_rule == PERP_PIVOT_HARRIS &&
+                             perp__is_game(solver);
     perp_status status = PERP_OK;
 
-    for (int32_t j = 0; j < solver->n && status == PERP_OK; j++) {
+    for (int32_t j = 0; may_play && j < solver->n && status == PERP_OK; j++) {
         if (!perp__game_start(solver, j))
             continue;
         status = run(solver, &lemke, solver->game_start);
@@ -413,30 +334,56 @@ static perp_status play(perp_lcp_solver *solver)
     return status;
 }
 
-/* A point that a shorter way than the methods' has found, if the gate says that it solves. */
-static int32_t keep_solved(perp_lcp_solver *solver, const perp__evaluation *worth, int32_t method)
+/* What needs no method: small problems, and a start that names the right index set. Where that
+ * solves the problem best.method says by what. */
+static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
 {
-    const perp_outcome outcome = perp__lcp_judge(solver, worth, PERP_OUTCOME_STALLED);
-
-    if (outcome == PERP_OUTCOME_SOLVED)
-        keep(solver, worth, outcome, method);
-    return outcome == PERP_OUTCOME_SOLVED;
-}
-
-/* What needs no method, for `auto`: small problems and triangles. */
-static int32_t try_shortest(perp_lcp_solver *solver, const double *z0)
-{
+    const int32_t method = solver->settings.method;
+    const perp__matrix *M = &solver->M;
     perp__evaluation worth;
+    perp_outcome outcome;
+    perp_status status = PERP_OK;
 
+    /* 1. The shortest way; a monitor that ends it ends the methods, too. */
     solver->control.method = PERP_LCP_LEMKE;
-    if (solver->settings.method != PERP_LCP_AUTO || perp__is_late(solver) ||
-        perp__lcp_tick(&solver->control, 1, INFINITY) >= 0)
-        return 0; /* which the methods will find, too */
-    if (perp__small_solve(solver, z0, &worth) &&
-        keep_solved(solver, &worth, z0 && solver->spent == 0 ? PERP_LCP_POLISH : PERP_LCP_LEMKE))
-        return 1;
-    solver->spent = 1;
-    return perp__triangle_solve(solver, &worth) && keep_solved(solver, &worth, PERP_LCP_PGS);
+    if (method == PERP_LCP_AUTO && !perp__is_late(solver) &&
+        perp__lcp_tick(&solver->control, 1, INFINITY) < 0 &&
+        perp__small_solve(solver, z0, &worth)) {
+        outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+        if (outcome == PERP_OUTCOME_SOLVED) {
+            keep(solver, &worth, outcome,
+                 z0 && solver->spent == 0 ? PERP_LCP_POLISH : PERP_LCP_LEMKE);
+            return PERP_OK;
+        }
+    }
+    /* 2. What all others need: the structure of a sparse matrix, once a set-up. */
+    solver->spent = 0;
+    if (M->column_starts) {
+        if (solver->block_read != solver->setups) {
+            solver->block_read = 0;
+            status = perp__sparse_block_read(&solver->block, M, solver->factors);
+            solver->block_read = status == PERP_OK ? solver->setups : 0;
+        }
+        if (solver->deadline > 0.0)
+            solver->deadline -=
+                LAST_READINGS * solver->block.pace * (double)M->column_starts[solver->n];
+        perp__sparse_block_restart(&solver->block, solver->deadline);
+    }
+    if (status == PERP_OK && solver->settings.polish)
+        status = perp__polish_fit(solver);
+    /* 3. The index set of the start. */
+    if (status == PERP_OK && z0 && solver->settings.polish &&
+        (method == PERP_LCP_AUTO || method == PERP_LCP_LEMKE)) {
+        start_from(solver, z0);
+        worth = perp__evaluate(solver);
+        solver->correct = NULL;
+        perp__read_places(solver, solver->places);
+        status = perp__polish_run(solver, &worth);
+        outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+        if (status == PERP_OK && perp__is_good(outcome))
+            keep(solver, &worth, outcome, PERP_LCP_POLISH);
+    }
+    return status;
 }
 
 static perp_status search(perp_lcp_solver *solver, const double *z0)
@@ -449,89 +396,65 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
     solver->ended = -1;
-    if (try_shortest(solver, z0))
-        return PERP_OK;
-    solver->spent = 0;
-    status = read_block(solver);
-    if (status == PERP_OK && solver->settings.polish)
-        status = perp__polish_fit(solver);
-    if (status == PERP_OK && z0 && solver->settings.polish &&
-        (solver->settings.method == PERP_LCP_AUTO || solver->settings.method == PERP_LCP_LEMKE))
-        status = try_start(solver, z0);
+    /* 1. What needs no method. */
+    status = try_without_method(solver, z0);
     if (status != PERP_OK || solver->best.method >= 0)
         return status;
+    /* 2. The plan's methods; a ray that proves nothing leaves the next one its chance. */
     count = perp__make_plan(solver, steps);
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, &steps[k], z0);
-        if (status == PERP_OK && steps[k].method == PERP_LCP_LEMKE && may_play(solver))
+        if (status == PERP_OK && steps[k].method == PERP_LCP_LEMKE)
             status = play(solver);
-        if (status == PERP_OK && ends_the_search(solver))
-            break; /* a ray that proves nothing leaves the next method its chance */
+        if (ends_the_search(solver))
+            break;
     }
+    /* 3. The tree of index sets. */
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
-    if (status == PERP_OK && solver->settings.method == PERP_LCP_AUTO && !ends_the_search(solver))
-        status = perp__solve_apart(solver, z0);
+    /* 4. A solve that failed returns the best point it met; the start is one of them, unless an
+     * index set was solved as well as doubles can and the residual only tells how large the numbers
+     * are. */
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
+        perp__evaluation worth;
+
+        if (solver->ended < 0 && solver->block.late)
+            solver->ended = PERP_OUTCOME_TIME_LIMIT;
         if (solver->ended >= 0)
             solver->best.outcome = solver->ended;
-        consider_start(solver, z0);
+        start_from(solver, z0);
+        worth = perp__evaluate(solver);
+        if (worth.tested < solver->best.worth.tested &&
+            !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
+            keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
+                 solver->best.method);
     }
     return status;
-}
-
-static perp_status check_call(perp_lcp_solver *solver, const double *z,
-                              const perp_lcp_result *result, const double *q, const double *z0)
-{
-    perp_context *context = solver->context;
-    perp_status status;
-
-    if (!solver->setups)
-        return perp__refuse(context,
-                            "the solver has no problem yet: call perp_lcp_solver_setup first");
-    status = PERP__CHECK(perp_lcp_result, context, result);
-    if (status == PERP_OK && solver->n > 0)
-        status = perp__check_pointer(context, "z", z);
-    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
-    PERP__THEN(status, perp__check_finite(context, "z0", z0, (size_t)solver->n));
-    return status;
-}
-
-static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray,
-                      perp_lcp_result *result, double seconds)
-{
-    size_t bytes = (size_t)solver->n * sizeof(double);
-    perp_lcp_result own = {.outcome = solver->best.outcome,
-                           .method = solver->best.method,
-                           .iterations = solver->spent,
-                           .residual = perp__told(solver->best.worth.tested),
-                           .natural_residual = perp__told(solver->best.worth.natural),
-                           .backward_error = perp__told(solver->best.worth.backward),
-                           .seconds = seconds};
-
-    if (own.outcome == PERP_OUTCOME_RAY) {
-        own.has_ray = 1;
-        own.certificate = solver->best_certificate;
-        if (ray && solver->n > 0)
-            memcpy(ray, solver->best_ray, bytes);
-    }
-    if (solver->n > 0) {
-        memcpy(z, solver->best.z, bytes);
-        if (w)
-            memcpy(w, solver->best.w, bytes);
-    }
-    perp__struct_write(result, &own, sizeof own);
 }
 
 perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
                             perp_lcp_result *result, const double *q, const double *z0)
 {
-    double started = perp__now();
-    perp_status status = check_call(solver, z, result, q, z0);
+    const double started = perp__now();
+    const size_t n = (size_t)solver->n, bytes = n * sizeof(double);
+    const perp__candidate *best = &solver->best;
+    perp_context *context = solver->context;
+    perp_lcp_result own = {0};
+    perp_status status;
 
+    /* 1. What the caller gave. */
+    if (!solver->setups)
+        return perp__refuse(context,
+                            "the solver has no problem yet: call perp_lcp_solver_setup first");
+    status = PERP__CHECK(perp_lcp_result, context, result);
+    if (status == PERP_OK && n > 0)
+        status = perp__check_pointer(context, "z", z);
+    PERP__THEN(status, perp__check_vector(context, "q", q, n));
+    PERP__THEN(status, perp__check_finite(context, "z0", z0, n));
     if (status != PERP_OK)
         return status;
+    /* 2. The solve. */
     perp__scale_problem(solver, q);
     memset(&solver->control, 0, sizeof solver->control);
     solver->control.monitor = solver->settings.monitor;
@@ -540,7 +463,24 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
     solver->control.deadline = solver->deadline;
     status = search(solver, z0);
-    if (status == PERP_OK)
-        write_out(solver, z, w, ray, result, perp__now() - started);
-    return status;
+    if (status != PERP_OK)
+        return status;
+    /* 3. Its answer. */
+    own.outcome = best->outcome;
+    own.method = best->method;
+    own.iterations = solver->spent;
+    own.residual = perp__told(best->worth.tested);
+    own.natural_residual = perp__told(best->worth.natural);
+    own.backward_error = perp__told(best->worth.backward);
+    own.has_ray = own.outcome == PERP_OUTCOME_RAY;
+    own.certificate = own.has_ray ? solver->best_certificate : PERP_CERTIFICATE_NONE;
+    if (own.has_ray && ray && n > 0)
+        memcpy(ray, solver->best_ray, bytes);
+    if (n > 0)
+        memcpy(z, best->z, bytes);
+    if (w && n > 0)
+        memcpy(w, best->w, bytes);
+    own.seconds = perp__now() - started;
+    perp__struct_write(result, &own, sizeof own);
+    return PERP_OK;
 }

@@ -21,6 +21,16 @@ enum perp__place {
     PERP__FIXED = PERP_PLACE_FIXED
 };
 
+/* The place of a row by the natural map, above = z - l, below = z - u: the side of z - w on which z
+ * lies. */
+static inline int8_t perp__place(int32_t is_fixed, double above, double below, double w)
+{
+    return is_fixed     ? PERP__FIXED
+           : above <= w ? PERP__AT_LOWER
+           : below >= w ? PERP__AT_UPPER
+                        : PERP__BETWEEN;
+}
+
 /* Stop requests, told apart by the front door. Filled by perp__lcp_tick. */
 typedef struct perp__lcp_control {
     perp_lcp_monitor monitor;

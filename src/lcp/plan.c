@@ -18,27 +18,13 @@
 /* Sweeps that cost about as much as half a direct solve: n / 16 passes over a dense matrix; a
  * sparse factorisation has no such law, and on obstacle problems 64 sweeps are a fifth of it. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
+/* The rate of sweeps counts after so many. */
+#define PERP__FIRST_LOOK 4
 
 /* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that
  * many n^3, some seconds, and some more steps. */
 #define PERP__NEWTON_WORK 1e11
 #define PERP__NEWTON_STEPS 30
-
-/* A direct solve's seconds on a slow machine, compared with a time limit and with sweeps. */
-#define PERP__SECONDS_DENSE 3e-10      /* times n^3 */
-#define PERP__SECONDS_SPARSE 3e-7      /* times n^1.5: nested dissection on a plane grid */
-#define PERP__SECONDS_BAND 1e-9        /* times n and the bandwidth squared */
-#define PERP__STEPS_GENERAL 10.0       /* times the last, without symmetry */
-#define PERP__SECONDS_GRID 1e-5        /* times n: nested iteration with multigrid */
-#define PERP__SECONDS_TRIDIAGONAL 1e-7 /* times n */
-#define PERP__SECONDS_SWEEP 4e-9       /* of a sweep, times the entries */
-#define PERP__MOST_SWEEPS 500
-/* What sweeps may take of a direct solve, and what of it before their rate counts: where q is
- * carried along with a flow, it shows late. */
-#define PERP__SHARE_SWEEPS 0.3
-#define PERP__SHARE_PATIENCE 0.1
-/* Else the rate of sweeps counts after so many. */
-#define PERP__FIRST_LOOK 4
 
 static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 {
@@ -47,40 +33,6 @@ static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
     steps[count].share = 1.0;
     steps[count].leads = steps[count].rough = 0;
     return count + 1;
-}
-
-static double bandwidth(const perp__matrix *M)
-{
-    int32_t widest = 0;
-
-    for (int32_t j = 0; j < M->columns; j++) {
-        const int32_t first = M->column_starts[j], end = M->column_starts[j + 1];
-
-        if (first < end && j - M->row_indices[first] > widest)
-            widest = j - M->row_indices[first];
-        if (first < end && M->row_indices[end - 1] - j > widest)
-            widest = M->row_indices[end - 1] - j;
-    }
-    return widest;
-}
-
-/* What a direct solve takes, by the structure of the matrix. */
-static double direct_seconds(const perp_lcp_solver *solver)
-{
-    const double n = solver->n;
-    double band;
-
-    if (!solver->M.column_starts)
-        return PERP__SECONDS_DENSE * n * n * n;
-    if (solver->block.kind == PERP__SPARSE_TRIDIAGONAL)
-        return PERP__SECONDS_TRIDIAGONAL * n;
-    if (solver->block.suits_grid)
-        return PERP__SECONDS_GRID * n;
-    band = bandwidth(&solver->M);
-    band = PERP__SECONDS_BAND * n * (1.0 + band * band);
-    if (solver->block.kind == PERP__SPARSE_GENERAL)
-        band *= PERP__STEPS_GENERAL;
-    return fmin(PERP__SECONDS_SPARSE * n * sqrt(n), band);
 }
 
 /* Sweeps after which the residual of a diagonally dominant problem is below tol: each takes the
@@ -105,72 +57,51 @@ static double sweeps_needed(const perp_lcp_solver *solver)
 static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
     const int32_t is_sparse = solver->M.column_starts != NULL;
-    const double direct = direct_seconds(solver);
-    const int32_t is_short =
-        solver->settings.time_limit > 0.0 && solver->settings.time_limit < direct;
-    const int32_t is_loose = solver->settings.tol >= PERP__ROUGH_TOLERANCE;
-    const int32_t is_rough = is_loose && solver->n >= PERP__ROUGH_SIZE &&
-                             !(is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL);
-    /* the LU of a matrix without symmetry costs so much that sweeps may always be tried */
-    const int32_t is_dear =
-        is_sparse && solver->block.kind == PERP__SPARSE_GENERAL && solver->n > PERP__SMALL_SPARSE;
-    const double n = solver->n;
-    const double worth = /* sweeps that cost as much */
-        direct /
-        (PERP__SECONDS_SWEEP * (is_sparse ? solver->M.column_starts[solver->n] + 1.0 : n * n));
+    const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
+    const int32_t is_limited = solver->settings.time_limit > 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
-    if (is_sparse && solver->n >= PERP__LARGE_SPARSE) {
-        const double sweeps = sweeps_needed(solver);
-
-        if (sweeps <= PERP__MOST_SWEEPS && sweeps < PERP__SHARE_SWEEPS * worth) {
-            steps[0].iteration_limit = (int64_t)sweeps + 1;
-            return 1;
-        }
+    if (is_sparse && solver->n >= PERP__LARGE_SPARSE &&
+        sweeps_needed(solver) < PERP__ROUGH_SWEEPS_SPARSE) {
+        steps[0].iteration_limit = PERP__ROUGH_SWEEPS_SPARSE;
+        return 1;
     }
-    steps[0].rough = is_loose || is_short;
+    if (solver->n < PERP__ROUGH_SIZE || is_tridiagonal ||
+        (solver->settings.tol < PERP__ROUGH_TOLERANCE && !is_limited))
+        return 0;
+    steps[0].rough = 1;
     steps[0].leads = PERP__FIRST_LOOK;
-    steps[0].iteration_limit = is_dear || is_short ? (int64_t)(PERP__SHARE_SWEEPS * worth) + 1
-                               : is_sparse         ? PERP__ROUGH_SWEEPS_SPARSE
-                                                   : solver->n / 16;
-    if (is_dear)
-        steps[0].leads += (int32_t)(PERP__SHARE_PATIENCE * worth);
-    if (is_short) { /* whatever their rate */
-        steps[0].share = 0.5;
-        steps[0].leads = 0;
-    }
-    return is_rough || is_short || is_dear;
+    steps[0].iteration_limit = is_sparse ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
+    steps[0].share = is_limited ? 0.5 : 1.0;
+    return 1;
 }
 
-/* Active sets first where the signs promise that they settle. Pivoting before Newton's method on
- * sparse matrices without a positive diagonal, as friction makes them: there Newton's equations
- * are near singular, and fill in. Else Newton's method first where a dense tableau would be large
- * beside the sparse matrix. */
-static int32_t plan_sparse(const perp_lcp_solver *solver, perp__plan_step *steps, int32_t count)
+int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
-    const int32_t path = solver->n <= PERP__LARGEST_PATH;
-    const int32_t path_first = path && !solver->block.has_positive_diagonal;
+    const perp__sparse_block *block = &solver->block;
+    const int32_t is_sparse = solver->M.column_starts != NULL;
+    const int32_t sweeps =
+        is_sparse ? block->has_positive_diagonal : perp__diagonal_is_positive(&solver->M);
+    int32_t count;
 
-    if (solver->block.kind != PERP__SPARSE_GENERAL || solver->block.is_nearly_z ||
-        solver->block.has_z_signs)
-        count = add(steps, count, PERP_LCP_ACTIVE_SET);
-    if (path_first)
-        count = add(steps, count, PERP_LCP_LEMKE);
-    count = add(steps, count, PERP_LCP_FISCHER);
-    return path && !path_first ? add(steps, count, PERP_LCP_LEMKE) : count;
-}
+    if (solver->settings.method != PERP_LCP_AUTO)
+        return add(steps, 0, solver->settings.method);
+    count = sweeps ? add_sweeps_first(solver, steps) : 0;
+    if (is_sparse && solver->n > PERP__SMALL_SPARSE) {
+        /* Active sets first where the signs promise that they settle. Pivoting before Newton's
+         * method on matrices without a positive diagonal, as friction makes them: there Newton's
+         * equations are near singular, and fill in. Else Newton's method first where a dense
+         * tableau would be large beside the sparse matrix. */
+        const int32_t path = solver->n <= PERP__LARGEST_PATH;
 
-/* Lemke is exact and processes any M. */
-static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
-{
-    const int32_t sparse = solver->M.column_starts != NULL && solver->n > PERP__SMALL_SPARSE;
-    const int32_t sweeps = (solver->M.column_starts ? solver->block.has_positive_diagonal
-                                                    : perp__diagonal_is_positive(&solver->M));
-    int32_t count = sweeps ? add_sweeps_first(solver, steps) : 0;
-
-    if (sparse) {
-        count = plan_sparse(solver, steps, count);
-    } else {
+        if (block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs)
+            count = add(steps, count, PERP_LCP_ACTIVE_SET);
+        if (path && !block->has_positive_diagonal)
+            count = add(steps, count, PERP_LCP_LEMKE);
+        count = add(steps, count, PERP_LCP_FISCHER);
+        if (path && block->has_positive_diagonal)
+            count = add(steps, count, PERP_LCP_LEMKE);
+    } else { /* Lemke is exact and processes any M */
         const double n = solver->n;
 
         count = add(steps, count, PERP_LCP_LEMKE);
@@ -179,10 +110,4 @@ static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
             (int64_t)(PERP__NEWTON_WORK / (n * n * n + 1.0)) + PERP__NEWTON_STEPS;
     }
     return sweeps ? add(steps, count, PERP_LCP_PGS) : count;
-}
-
-int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
-{
-    return solver->settings.method == PERP_LCP_AUTO ? plan_auto(solver, steps)
-                                                    : add(steps, 0, solver->settings.method);
 }

@@ -32,21 +32,6 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
     return -1;
 }
 
-static void dense_from_csc(const perp__lcp_problem *problem, double sign, double *dense, size_t ld)
-{
-    const perp__matrix *M = problem->M;
-    const double *d = problem->factors;
-
-    for (int32_t j = 0; j < problem->n; j++) {
-        double *column = dense + (size_t)j * ld;
-        const double d_j = sign * d[j];
-
-        memset(column, 0, (size_t)problem->n * sizeof *column);
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
-    }
-}
-
 PERP__MULTIVERSION(dense_from_columns,
                    (const perp__lcp_problem *problem, double sign, double *dense, size_t ld),
                    (problem, sign, dense, ld))
@@ -95,12 +80,21 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
 void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
                            size_t leading_dimension)
 {
-    if (problem->M->column_starts)
-        dense_from_csc(problem, sign, dense, leading_dimension);
-    else if (problem->M->row_stride == 1)
+    const perp__matrix *M = problem->M;
+    const double *d = problem->factors;
+
+    if (M->row_stride == 1 && !M->column_starts)
         dense_from_columns(problem, sign, dense, leading_dimension);
-    else
+    else if (!M->column_starts)
         dense_from_rows(problem, sign, dense, leading_dimension);
+    for (int32_t j = 0; M->column_starts && j < problem->n; j++) {
+        double *column = dense + (size_t)j * leading_dimension;
+        const double d_j = sign * d[j];
+
+        memset(column, 0, (size_t)problem->n * sizeof *column);
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
+    }
 }
 
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)

@@ -23,9 +23,6 @@ enum {
 #define SLACK 1e-12
 /* A pivot of this size beside its column makes a basis to start from. */
 #define SMALLEST_START 1e-8
-/* A q this small beside the largest hides from common units: perp__polish_hidden looks for such
- * rows. */
-#define HIDDEN 0x1p-70
 
 /* Where the column of a nonbasic variable begins: what it was before that pivot. */
 typedef struct column {
@@ -115,29 +112,14 @@ int32_t perp__small_equilibrate(perp_lcp_solver *solver)
     return 1;
 }
 
-/* Whether the bounds are 0 and +inf, M is one part, and nothing is asked for that takes a method of
- * its own. */
-static int32_t is_plain(const perp_lcp_solver *solver)
+int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)
 {
     const perp_lcp_settings *s = &solver->settings;
 
-    return solver->is_small && solver->parts == 1 && solver->powers_normal && s->polish &&
-           s->pivot_rule == PERP_PIVOT_HARRIS;
-}
-
-/* Whether a row is so small beside others that perp__polish_hidden is to look at it. */
-static int32_t is_hidden(const perp_lcp_solver *solver)
-{
-    for (int32_t i = 0; i < solver->n; i++)
-        if (solver->q[i] != 0.0 && fabs(solver->q_scaled[i]) <= HIDDEN)
-            return 1;
-    return 0;
-}
-
-int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)
-{
-    if (!is_plain(solver) || !fastest()->solve(solver, z0))
+    /* bounds 0 and +inf, M of one part, and nothing asked for that takes a method of its own */
+    if (!solver->is_small || solver->parts != 1 || !solver->powers_normal || !s->polish ||
+        s->pivot_rule != PERP_PIVOT_HARRIS || !fastest()->solve(solver, z0))
         return 0;
     *worth = perp__evaluate_product(solver);
-    return perp__is_exact(solver, worth) && (worth->small || !is_hidden(solver));
+    return perp__is_exact(solver, worth);
 }

@@ -35,16 +35,12 @@ static const perp__field fields[] = {
     PERP__INTEGER(perp_lcp_settings, crash, 0, 1),
 };
 
-static perp_status check_method(perp_context *context, const perp_lcp_settings *read)
-{
-    if (read->method != PERP_LCP_POLISH && read->method != PERP_LCP_PATTERNS)
-        return PERP_OK;
-    return perp__refuse(context, "settings.method is %d, which is only ever reported",
-                        (int)read->method);
-}
-
 PERP__SETTINGS_READER(perp__lcp_settings_read, perp_lcp_settings, fields,
-                      check_method(context, &read))
+                      read.method != PERP_LCP_POLISH && read.method != PERP_LCP_PATTERNS
+                          ? PERP_OK
+                          : perp__refuse(context,
+                                         "settings.method is %d, which is only ever reported",
+                                         (int)read.method))
 
 /* ---- life ---- */
 
@@ -60,7 +56,6 @@ static void release(void *object)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
     perp__arena_release(&solver->polish.arena);
     perp__last_word_release(solver);
-    perp__workspace_release(&solver->apart, perp__apart_release);
     perp__sparse_block_release(&solver->block);
     perp__arena_release(&solver->arena);
 }
@@ -102,13 +97,38 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->row_norms, &s->z_down, &s->z_up, &s->w_down,
                   &s->q_scaled, &s->q_own, &s->z, &s->w_high, &s->w_low, &s->factors,
                   &s->lower_scaled, &s->upper_scaled, &s->iterate, &s->ray, &s->covering);
-    PERP__INTEGERS(arena, n, &s->exponents, &s->row_size, &s->order);
+    s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     PERP__INTEGERS(arena, 2 * n, &s->work, &s->part, &s->omega, &s->part_omega);
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     PERP__DOUBLES(arena, entries, &s->columns, &s->scaled);
     PERP__DOUBLES(arena, n, &s->best.z, &s->best.w, &s->best_ray, &s->game_start);
+}
+
+/* Room for problems of n rows; without it that for the last one's stays. */
+static perp_status make_room(perp_lcp_solver *solver, int32_t n)
+{
+    const int32_t before = solver->n;
+    perp_status status;
+
+    solver->n = n;
+    status = perp__arena_fit(&solver->arena, solver->context, layout, solver);
+    if (status != PERP_OK) {
+        solver->n = before;
+        if (solver->setups > 0) /* the block is there */
+            perp__arena_fit(&solver->arena, solver->context, layout, solver);
+        return status;
+    }
+    solver->length = n;
+    if (n > 0 && n <= PERP__SMALL_LENGTH) { /* zeros beyond n, so that vectors may reach there */
+        const int32_t lanes = perp__widest_vectors() == PERP__VECTOR_AVX512 ? 8 : 4;
+
+        solver->length = (n + lanes - 1) / lanes * lanes;
+        memset(solver->lower, 0, (size_t)((char *)solver->lower_scaled - (char *)solver->lower));
+        memset(solver->columns, 0, (size_t)n * PERP__SMALL_LENGTH * sizeof *solver->columns);
+    }
+    return PERP_OK;
 }
 
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
@@ -136,36 +156,6 @@ static void equilibrate(perp_lcp_solver *solver)
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
 }
 
-/* Zeros beyond n, so that vectors may reach there. */
-static void pad(perp_lcp_solver *solver)
-{
-    solver->length = solver->n;
-    if (solver->n == 0 || solver->n > PERP__SMALL_LENGTH)
-        return;
-    solver->length = perp__widest_vectors() == PERP__VECTOR_AVX512 ? (solver->n + 7) / 8 * 8
-                                                                   : (solver->n + 3) / 4 * 4;
-    memset(solver->lower, 0, (size_t)((char *)solver->lower_scaled - (char *)solver->lower));
-    memset(solver->columns, 0, (size_t)solver->n * PERP__SMALL_LENGTH * sizeof *solver->columns);
-}
-
-/* Room for problems of n rows; without it that for the last one's stays. */
-static perp_status fit(perp_lcp_solver *solver, int32_t n)
-{
-    const int32_t before = solver->n;
-    perp_status status;
-
-    solver->n = n;
-    status = perp__arena_fit(&solver->arena, solver->context, layout, solver);
-    if (status == PERP_OK) {
-        pad(solver);
-        return PERP_OK;
-    }
-    solver->n = before;
-    if (solver->setups > 0) /* the block is there */
-        perp__arena_fit(&solver->arena, solver->context, layout, solver);
-    return status;
-}
-
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper)
 {
@@ -178,7 +168,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     other_shape = solver->setups == 0 || own.rows != solver->n || own.column_starts ||
                   solver->M.column_starts;
     if (solver->setups == 0 || own.rows != solver->n)
-        status = fit(solver, own.rows);
+        status = make_room(solver, own.rows);
     if (status != PERP_OK)
         return status;
     solver->M = own;

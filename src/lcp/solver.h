@@ -69,8 +69,6 @@ struct perp_lcp_solver {
     double *factors;          /* D */
     int32_t *exponents;       /* log2 of D, see linalg/scale.h */
     int32_t *work;            /* 2 n */
-    int32_t *order;           /* n: of rows to solve one by one; see triangle.c */
-    int64_t ordered;          /* the set-up that it is of; negative: that has none */
     double *row_norms;        /* 1-norms of the rows of D M D */
     int32_t balanced;         /* perp__equilibrate looked for noise */
     const double *q;          /* the caller's, during a solve, or q_own */
@@ -84,7 +82,6 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
-    int32_t *row_size;     /* n: see evaluate.c, recompute */
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
@@ -108,7 +105,6 @@ struct perp_lcp_solver {
     perp__polish polish;
     struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t insists;            /* on larger ones, too */
-    perp__workspace apart;      /* of parts solved one by one */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */
@@ -205,9 +201,6 @@ int32_t perp__small_equilibrate(perp_lcp_solver *solver);
  * digits: nothing but the point and solver->spent has changed then. */
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);
 
-/* triangle.c: the same for matrices whose rows can be solved one after the other. */
-int32_t perp__triangle_solve(perp_lcp_solver *solver, perp__evaluation *worth);
-
 /* games.c: whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP;
  * game_start := the point that strategy j gives, false if none. */
 int32_t perp__is_game(const perp_lcp_solver *solver);
@@ -220,12 +213,6 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
 
 /* Keeps solver->z as it is, by this method which said this, if it is the best so far. */
 void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome said);
-
-/* apart.c: solves the parts that M falls into, rows with their columns, one by one where the best
- * point so far does not solve them, and considers what they make together. PERP_OK, _MEMORY, or
- * _CALLBACK if the monitor aborts. */
-perp_status perp__solve_apart(perp_lcp_solver *solver, const double *z0);
-void perp__apart_release(void *work);
 
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);
@@ -253,14 +240,6 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
  * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or
  * _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
-
-/* The first row of the point just evaluated that is wrong beside its own terms, where those are
- * hidden by the rounding of others; -1: there is none. */
-int32_t perp__find_hidden(perp_lcp_solver *solver, const perp__evaluation *worth);
-
-/* Brings such rows to their terms: one entry of z for each, where the others hardly feel it. *worth
- * and the point stay where that does not mend them all. */
-void perp__polish_hidden(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left

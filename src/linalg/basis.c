@@ -36,32 +36,18 @@ static perp__square kernel_of(const perp__basis *basis)
     return K;
 }
 
-/* A factorisation with room for every kernel there can be. */
-static perp_status make_factor(perp__basis *basis, perp_context *context)
+/* Sets single entries aside with their rows, and splits the other columns into K and R. Returns how
+ * many single ones are among these: their rows were taken. */
+static int32_t split_columns(perp__basis *basis, const int32_t *columns,
+                             const perp__columns *source)
 {
-    perp_status status;
+    int32_t at = 0, left = 0, inner = 0, outer = 0, r, p, c, k;
 
-    if (basis->factor && basis->factor_order >= basis->capacity)
-        return PERP_OK;
-    perp__basis_release(basis);
-    status = perp__factor_with_room(context, &basis->factor, basis->capacity, basis->starts,
-                                    basis->rows);
-    if (status == PERP_OK)
-        basis->factor_order = basis->capacity;
-    return status;
-}
-
-/* Sets single entries aside; the other columns are left one after the other, as they were read.
- * Returns how many single ones are among them: their rows were taken. */
-static int32_t read_columns(perp__basis *basis, int32_t n, const int32_t *columns,
-                            const perp__columns *source)
-{
-    int32_t at = 0, left = 0, r, p;
-
+    /* 1. Columns that are not set aside one after the other, as they are read. */
     basis->kernel = 0;
-    for (r = 0; r < n; r++)
+    for (r = 0; r < basis->n; r++)
         basis->kernel_row[r] = 0;
-    for (p = 0; p < n; p++) {
+    for (p = 0; p < basis->n; p++) {
         int32_t *rows = basis->rows + at;
         double *values = basis->values + at;
         int32_t count = source->read(source->user, columns[p], rows, values);
@@ -79,80 +65,72 @@ static int32_t read_columns(perp__basis *basis, int32_t n, const int32_t *column
         at += count;
     }
     basis->starts[basis->kernel] = at;
-    for (r = 0, p = 0; r < n; r++)
+    for (r = 0, p = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             basis->kernel_row[r] = p++;
-    return left;
-}
-
-/* Splits the columns read into K, in their place, and R. */
-static void split_columns(perp__basis *basis)
-{
-    int32_t inner = 0, outer = 0, c, k;
-
-    for (c = 0; c < basis->kernel; c++) {
-        const int32_t from = basis->starts[c], to = basis->starts[c + 1];
+    /* 2. K in their place, and R. */
+    for (c = 0, at = 0; c < basis->kernel; c++) {
+        const int32_t to = basis->starts[c + 1];
 
         basis->starts[c] = inner;
         basis->outer_starts[c] = outer;
-        for (k = from; k < to; k++) {
+        for (k = at; k < to; k++) {
             const int32_t row = basis->kernel_row[basis->rows[k]];
-            const double value = basis->values[k];
 
             if (row >= 0) {
                 basis->rows[inner] = row;
-                basis->values[inner++] = value;
+                basis->values[inner++] = basis->values[k];
             } else {
                 basis->outer_positions[outer] = -1 - row;
-                basis->outer_values[outer++] = value;
+                basis->outer_values[outer++] = basis->values[k];
             }
         }
+        at = to;
     }
     basis->starts[basis->kernel] = inner;
     basis->outer_starts[basis->kernel] = outer;
-}
-
-/* Whether every column of the kernel has its own row in it. */
-static int32_t is_principal(const perp__basis *basis)
-{
-    for (int32_t c = 0; c < basis->kernel; c++)
-        if (basis->kernel_row[basis->position_of[c]] != c)
-            return 0;
-    return 1;
-}
-
-static perp_status factor_kernel(perp__basis *basis, const perp__principal *principal)
-{
-    perp__square K = kernel_of(basis);
-    perp_status status;
-
-    basis->principal.block = NULL;
-    if (principal && is_principal(basis)) {
-        basis->principal = *principal;
-        for (int32_t c = 0; c < basis->kernel; c++)
-            basis->active[c] = principal->index[basis->position_of[c]];
-        return perp__sparse_block_factor(principal->block, basis->active, basis->kernel,
-                                         principal->rho);
-    }
-    status = perp__factor_klu.reanalyse(basis->factor, &K);
-    return status == PERP_OK ? perp__factor_klu.factor(basis->factor, &K, 0) : status;
+    return left;
 }
 
 perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t n,
                              const int32_t *columns, const perp__columns *source,
                              const perp__principal *principal)
 {
-    perp_status status = make_factor(basis, context);
-    int32_t left;
+    perp_status status = PERP_OK;
+    int32_t is_principal;
 
-    if (status != PERP_OK)
-        return status;
+    /* 1. A factorisation with room for every kernel there can be. */
+    if (!basis->factor || basis->factor_order < basis->capacity) {
+        perp__basis_release(basis);
+        status = perp__factor_with_room(context, &basis->factor, basis->capacity, basis->starts,
+                                        basis->rows);
+        if (status != PERP_OK)
+            return status;
+        basis->factor_order = basis->capacity;
+    }
+    /* 2. The kernel, and whether every column of it has its own row in it. */
     basis->n = n;
     basis->spikes = 0;
     basis->spike_starts[0] = 0;
-    left = read_columns(basis, n, columns, source);
-    split_columns(basis);
-    return factor_kernel(basis, left == 0 ? principal : NULL);
+    is_principal = split_columns(basis, columns, source) == 0 && principal;
+    for (int32_t c = 0; c < basis->kernel && is_principal; c++)
+        is_principal = basis->kernel_row[basis->position_of[c]] == c;
+    /* 3. Its factors. */
+    basis->principal.block = NULL;
+    if (is_principal) {
+        basis->principal = *principal;
+        for (int32_t c = 0; c < basis->kernel; c++)
+            basis->active[c] = principal->index[basis->position_of[c]];
+        status = perp__sparse_block_factor(principal->block, basis->active, basis->kernel,
+                                           principal->rho);
+    } else {
+        const perp__square K = kernel_of(basis);
+
+        status = perp__factor_klu.reanalyse(basis->factor, &K);
+        if (status == PERP_OK)
+            status = perp__factor_klu.factor(basis->factor, &K, 0);
+    }
+    return status;
 }
 
 /* part := K^-1 part, or K^-T part */
@@ -171,9 +149,9 @@ static void solve_kernel(perp__basis *basis, int32_t transposed)
         basis->part[c] = -p->sign[basis->position_of[c]] * basis->wide[basis->active[c]];
 }
 
-/* B_0^-1: the kernel first, then the single entries. */
-static void solve_loaded(perp__basis *basis, const double *a, double *x)
+void perp__basis_solve(perp__basis *basis, const double *a, double *x)
 {
+    /* 1. B_0^-1: the kernel first, then the single entries. */
     for (int32_t r = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             basis->part[basis->kernel_row[r]] = a[r];
@@ -193,11 +171,7 @@ static void solve_loaded(perp__basis *basis, const double *a, double *x)
     for (int32_t p = 0; p < basis->n; p++)
         if (basis->single_row[p] >= 0)
             x[p] /= basis->single[p];
-}
-
-void perp__basis_solve(perp__basis *basis, const double *a, double *x)
-{
-    solve_loaded(basis, a, x);
+    /* 2. The spikes, in their order. */
     for (int32_t j = 0; j < basis->spikes; j++) {
         const int32_t r = basis->spike_position[j];
         double value = x[r];
@@ -211,9 +185,17 @@ void perp__basis_solve(perp__basis *basis, const double *a, double *x)
     }
 }
 
-/* B_0^-T: the single entries first, then the kernel. */
-static void solve_loaded_transposed(perp__basis *basis, const double *e, double *y)
+void perp__basis_solve_transposed(perp__basis *basis, double *e, double *y)
 {
+    /* 1. The spikes, from the last. */
+    for (int32_t j = basis->spikes - 1; j >= 0; j--) {
+        double sum = e[basis->spike_position[j]];
+
+        for (size_t k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
+            sum -= basis->spike_values[k] * e[basis->spike_rows[k]];
+        e[basis->spike_position[j]] = sum / basis->spike_pivot[j];
+    }
+    /* 2. B_0^-T: the single entries first, then the kernel. */
     for (int32_t p = 0; p < basis->n; p++)
         if (basis->single_row[p] >= 0)
             y[basis->single_row[p]] = e[p] / basis->single[p];
@@ -228,18 +210,6 @@ static void solve_loaded_transposed(perp__basis *basis, const double *e, double 
     for (int32_t r = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             y[r] = basis->part[basis->kernel_row[r]];
-}
-
-void perp__basis_solve_transposed(perp__basis *basis, double *e, double *y)
-{
-    for (int32_t j = basis->spikes - 1; j >= 0; j--) {
-        double sum = e[basis->spike_position[j]];
-
-        for (size_t k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
-            sum -= basis->spike_values[k] * e[basis->spike_rows[k]];
-        e[basis->spike_position[j]] = sum / basis->spike_pivot[j];
-    }
-    solve_loaded_transposed(basis, e, y);
 }
 
 int32_t perp__basis_has_room(const perp__basis *basis)

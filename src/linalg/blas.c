@@ -20,6 +20,10 @@ void dpotrf_(const char *uplo, const int *n, double *A, const int *lda, int *inf
              size_t uplo_length);
 void dpotrs_(const char *uplo, const int *n, const int *columns, const double *A, const int *lda,
              double *B, const int *ldb, int *info, size_t uplo_length);
+void dtrsm_(const char *side, const char *uplo, const char *trans, const char *diag, const int *m,
+            const int *n, const double *alpha, const double *A, const int *lda, double *B,
+            const int *ldb, size_t side_length, size_t uplo_length, size_t trans_length,
+            size_t diag_length);
 void dtrsv_(const char *uplo, const char *trans, const char *diag, const int *n, const double *A,
             const int *lda, double *x, const int *incx, size_t uplo_length, size_t trans_length,
             size_t diag_length);
@@ -105,6 +109,28 @@ int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
     return info;
 }
 
+int32_t perp__cholesky_panel(int32_t rows, int32_t n, double *A, int32_t lda)
+{
+    const int below = rows - n;
+    int info = 0;
+
+    if (n <= SMALL_CHOLESKY)
+        return perp__loops_cholesky_panel(rows, n, A, lda);
+    dpotrf_("L", &n, A, &lda, &info, 1);
+    if (info == 0 && below > 0)
+        dtrsm_("R", "L", "T", "N", &below, &n, &plus_one, A, &lda, A + n, &lda, 1, 1, 1, 1);
+    return info;
+}
+
+void perp__cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *x,
+                               int32_t transposed)
+{
+    if (n <= SMALL_CHOLESKY)
+        perp__loops_cholesky_half_solve(n, L, lda, x, transposed);
+    else
+        dtrsv_("L", transposed ? "T" : "N", "N", &n, L, &lda, x, &one, 1, 1, 1);
+}
+
 void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
                           int32_t ldb)
 {
@@ -113,8 +139,8 @@ void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t l
     if (n <= SMALL_CHOLESKY) {
         perp__loops_cholesky_solve(n, columns, L, lda, B, ldb);
     } else if (columns == 1) { /* dpotrs would copy L for the sake of one column */
-        dtrsv_("L", "N", "N", &n, L, &lda, B, &one, 1, 1, 1);
-        dtrsv_("L", "T", "N", &n, L, &lda, B, &one, 1, 1, 1);
+        perp__cholesky_half_solve(n, L, lda, B, 0);
+        perp__cholesky_half_solve(n, L, lda, B, 1);
     } else {
         dpotrs_("L", &n, &columns, L, &lda, B, &ldb, &info, 1);
     }

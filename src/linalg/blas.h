@@ -27,6 +27,11 @@ void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t
 /* A = L L' by the lower triangle of A, which L replaces; the rest of A is neither read nor written.
  * Returns 0, or the 1-based index of the first pivot that is not positive. */
 int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda);
+/* The same of the square on top of `rows` by n, and what is below it, B, becomes B L^-T. */
+int32_t perp__cholesky_panel(int32_t rows, int32_t n, double *A, int32_t lda);
+/* x := L^-1 x, or L^-T x. */
+void perp__cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *x,
+                               int32_t transposed);
 /* B := A^-1 B with that L; B has `columns` columns. */
 void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
                           int32_t ldb);

@@ -93,27 +93,11 @@ void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t
         perp__loops_lu_solve(n, A, lda, pivots, B + at(0, j, ldb), transposed);
 }
 
-/* A(k:, k:next) -= L(k:, :k) L(k:next, :k)', the second factor copied in slices. */
-static void subtract_square(int32_t n, int32_t k, int32_t width, double *A, int32_t lda)
-{
-    double slice[DEPTH * PANEL];
-
-    for (int32_t p = 0; p < k; p += DEPTH) {
-        const int32_t depth = smaller(DEPTH, k - p);
-
-        for (int32_t i = 0; i < depth; i++)
-            for (int32_t j = 0; j < width; j++)
-                slice[at(i, j, DEPTH)] = A[at(k + j, p + i, lda)];
-        perp__gemm_subtract(n - k, width, depth, A + at(k, p, lda), lda, slice, DEPTH,
-                            A + at(k, k, lda), lda);
-    }
-}
-
 /* Left-looking: bring a panel up to date, factor its square, divide the rows below by that. The
  * panel's strict upper triangle is put aside meanwhile. */
-int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
+int32_t perp__cholesky_panel(int32_t rows, int32_t n, double *A, int32_t lda)
 {
-    double above[PANEL * PANEL];
+    double above[PANEL * PANEL], slice[DEPTH * PANEL];
 
     for (int32_t k = 0; k < n; k += PANEL) {
         const int32_t width = smaller(PANEL, n - k);
@@ -123,7 +107,16 @@ int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
         for (int32_t j = 0; j < width; j++)
             for (int32_t i = 0; i < j; i++)
                 above[at(i, j, PANEL)] = square[at(i, j, lda)];
-        subtract_square(n, k, width, A, lda);
+        /* A(k:, k:next) -= L(k:, :k) L(k:next, :k)', the second factor copied in slices */
+        for (int32_t p = 0; p < k; p += DEPTH) {
+            const int32_t depth = smaller(DEPTH, k - p);
+
+            for (int32_t i = 0; i < depth; i++)
+                for (int32_t j = 0; j < width; j++)
+                    slice[at(i, j, DEPTH)] = A[at(k + j, p + i, lda)];
+            perp__gemm_subtract(rows - k, width, depth, A + at(k, p, lda), lda, slice, DEPTH,
+                                square, lda);
+        }
         for (int32_t j = 0; j < width; j++)
             for (int32_t i = 0; i < j; i++)
                 square[at(i, j, lda)] = above[at(i, j, PANEL)];
@@ -133,12 +126,23 @@ int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
         for (int32_t j = 0; j < width; j++) {
             double *column = below + at(0, j, lda);
 
-            perp__loops_gemv_subtract(n - k - width, j, below, lda, square + j, lda, column);
-            for (int32_t p = 0; p < n - k - width; p++)
+            perp__loops_gemv_subtract(rows - k - width, j, below, lda, square + j, lda, column);
+            for (int32_t p = 0; p < rows - k - width; p++)
                 column[p] /= square[at(j, j, lda)];
         }
     }
     return 0;
+}
+
+int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
+{
+    return perp__cholesky_panel(n, n, A, lda);
+}
+
+void perp__cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *x,
+                               int32_t transposed)
+{
+    perp__loops_cholesky_half_solve(n, L, lda, x, transposed);
 }
 
 void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,

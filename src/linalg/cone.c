@@ -73,43 +73,37 @@ static void normalise(double *x, int32_t count)
         x[k] /= largest;
 }
 
-/* The largest entry of T in rows that are not chosen yet; row 0 comes first. False if it is 0. */
-static int32_t find_pivot(const perp__cone *cone, const double *T, int32_t rank, int32_t *row,
-                          int32_t *column)
-{
-    double best = tolerance;
-
-    *row = -1;
-    for (int32_t i = 0; i < (rank == 0 ? 1 : cone->rows); i++) {
-        int32_t used = 0;
-
-        for (int32_t k = 0; k < rank; k++)
-            used |= cone->chosen[k] == i;
-        for (int32_t j = 0; j < cone->dimension && !used; j++)
-            if (fabs(T[i * cone->dimension + j]) > best) {
-                best = fabs(T[i * cone->dimension + j]);
-                *row = i;
-                *column = j;
-            }
-    }
-    return *row >= 0;
-}
-
-/* Complete elimination with full pivoting on a copy of A, which stays in `work`. chosen: pivot
- * rows, then (from `dimension` on) pivot columns. Returns the rank. */
+/* Complete elimination with full pivoting on a copy of A, which stays in `work`; row 0 comes first.
+ * chosen: pivot rows, then (from `dimension` on) pivot columns. Returns the rank. */
 static int32_t eliminate(perp__cone *cone)
 {
     const int32_t width = cone->dimension;
     double *T = cone->work;
-    int32_t rank = 0, row, column = 0, i, j;
+    int32_t rank, i, j;
 
     memcpy(T, cone->A, (size_t)cone->rows * (size_t)width * sizeof *T);
-    while (rank < width && find_pivot(cone, T, rank, &row, &column)) {
-        double *pivot_row = T + row * width;
-        const double pivot = pivot_row[column];
+    for (rank = 0; rank < width; rank++) {
+        double best = tolerance, *pivot_row, pivot;
+        int32_t row = -1, column = 0;
 
+        for (i = 0; i < (rank == 0 ? 1 : cone->rows); i++) {
+            int32_t used = 0;
+
+            for (int32_t k = 0; k < rank; k++)
+                used |= cone->chosen[k] == i;
+            for (j = 0; j < width && !used; j++)
+                if (fabs(T[i * width + j]) > best) {
+                    best = fabs(T[i * width + j]);
+                    row = i;
+                    column = j;
+                }
+        }
+        if (row < 0)
+            break;
+        pivot_row = T + row * width;
+        pivot = pivot_row[column];
         cone->chosen[rank] = row;
-        cone->chosen[width + rank++] = column;
+        cone->chosen[width + rank] = column;
         for (j = 0; j < width; j++)
             pivot_row[j] = j == column ? 1.0 : pivot_row[j] / pivot;
         for (i = 0; i < cone->rows; i++) {
@@ -120,29 +114,6 @@ static int32_t eliminate(perp__cone *cone)
         }
     }
     return rank;
-}
-
-/* The null space of A, a line for every column without a pivot, behind the work of eliminate. */
-static void find_lines(perp__cone *cone, int32_t rank)
-{
-    const int32_t width = cone->dimension;
-
-    cone->lines = 0;
-    for (int32_t j = 0; j < width; j++) {
-        double *line = cone->work + (size_t)(cone->rows + cone->lines) * (size_t)width;
-        int32_t is_pivot = 0;
-
-        for (int32_t k = 0; k < rank; k++)
-            is_pivot |= cone->chosen[width + k] == j;
-        if (is_pivot)
-            continue;
-        memset(line, 0, (size_t)width * sizeof *line);
-        line[j] = 1.0;
-        for (int32_t k = 0; k < rank; k++)
-            line[cone->chosen[width + k]] = -cone->work[cone->chosen[k] * width + j];
-        normalise(line, width);
-        cone->lines++;
-    }
 }
 
 static void mark(perp__cone *cone, int32_t ray, int32_t row)
@@ -225,24 +196,35 @@ static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, i
     return PERP_OK;
 }
 
-static double value_at(const perp__cone *cone, int32_t row, int32_t ray)
-{
-    const double *a = cone->A + (size_t)row * (size_t)cone->dimension;
-    const double *x = cone->x + (size_t)ray * (size_t)cone->dimension;
-    double sum = 0.0;
-
-    for (int32_t j = 0; j < cone->dimension; j++)
-        sum += a[j] * x[j];
-    return fabs(sum) <= tolerance ? 0.0 : sum;
-}
-
-/* Leaves the rays on the right side of row `row`, of the first `total`. */
-static void drop_outside(perp__cone *cone, int32_t total, int32_t row)
+/* Cuts the cone with one more half-space. */
+static perp_status cut(perp__cone *cone, int32_t row, int32_t rank)
 {
     const size_t width = (size_t)cone->dimension;
-    int32_t kept = 0, k;
+    perp_status status = PERP_OK;
+    int32_t total = cone->rays, kept = 0;
 
-    for (k = 0; k < total; k++) {
+    /* 1. On which side rays are. */
+    for (int32_t a = 0; a < cone->rays; a++) {
+        const double sum =
+            perp__dot(cone->A + (size_t)row * width, cone->x + (size_t)a * width, cone->dimension);
+
+        cone->values[a] = fabs(sum) <= tolerance ? 0.0 : sum;
+    }
+    /* 2. A new one between every two neighbours on different sides. */
+    for (int32_t a = 0; a < cone->rays && status == PERP_OK; a++) {
+        if (!(cone->values[a] > 0.0))
+            continue;
+        cone->effort += cone->rays;
+        for (int32_t b = 0; b < cone->rays && status == PERP_OK; b++) {
+            if (!(cone->values[b] < 0.0) || !are_adjacent(cone, a, b, rank))
+                continue;
+            status = combine(cone, total++, a, b, row);
+            if (status == PERP_OK && cone->effort > PERP__MOST_EFFORT)
+                status = PERP__CONE_TOO_LARGE;
+        }
+    }
+    /* 3. Those on the right side stay. */
+    for (int32_t k = 0; k < total && status == PERP_OK; k++) {
         if (cone->values[k] < 0.0)
             continue;
         if (cone->values[k] == 0.0)
@@ -253,46 +235,40 @@ static void drop_outside(perp__cone *cone, int32_t total, int32_t row)
         cone->tight[2 * kept + 1] = cone->tight[2 * k + 1];
         kept++;
     }
-    cone->rays = kept;
-}
-
-/* Cuts the cone with one more half-space. */
-static perp_status cut(perp__cone *cone, int32_t row, int32_t rank)
-{
-    int32_t total = cone->rays, a, b;
-
-    for (a = 0; a < cone->rays; a++)
-        cone->values[a] = value_at(cone, row, a);
-    for (a = 0; a < cone->rays; a++) {
-        if (!(cone->values[a] > 0.0))
-            continue;
-        cone->effort += cone->rays;
-        for (b = 0; b < cone->rays; b++) {
-            perp_status status;
-
-            if (!(cone->values[b] < 0.0) || !are_adjacent(cone, a, b, rank))
-                continue;
-            status = combine(cone, total++, a, b, row);
-            if (status != PERP_OK)
-                return status;
-            if (cone->effort > PERP__MOST_EFFORT)
-                return PERP__CONE_TOO_LARGE;
-        }
-    }
-    drop_outside(cone, total, row);
-    return PERP_OK;
+    if (status == PERP_OK)
+        cone->rays = kept;
+    return status;
 }
 
 perp_status perp__cone_enumerate(perp__cone *cone)
 {
     const size_t width = (size_t)cone->dimension;
+    double *lines = cone->work + (size_t)cone->rows * width;
     perp_status status = PERP_OK;
     int32_t rank;
 
     for (int32_t i = 0; i < cone->rows; i++)
         normalise(cone->A + (size_t)i * width, cone->dimension);
     rank = eliminate(cone);
-    find_lines(cone, rank);
+    /* 1. The null space of A, a line for every column without a pivot, behind that work. */
+    cone->lines = 0;
+    for (int32_t j = 0; j < cone->dimension; j++) {
+        double *line = lines + (size_t)cone->lines * width;
+        int32_t is_pivot = 0;
+
+        for (int32_t k = 0; k < rank; k++)
+            is_pivot |= cone->chosen[cone->dimension + k] == j;
+        if (is_pivot)
+            continue;
+        memset(line, 0, width * sizeof *line);
+        line[j] = 1.0;
+        for (int32_t k = 0; k < rank; k++)
+            line[cone->chosen[cone->dimension + k]] =
+                -cone->work[cone->chosen[k] * cone->dimension + j];
+        normalise(line, cone->dimension);
+        cone->lines++;
+    }
+    /* 2. Rays: those of the chosen rows, cut by one row after the other. */
     start(cone, rank);
     for (int32_t i = 0; i < cone->rows && status == PERP_OK; i++) {
         int32_t used = 0;
@@ -302,9 +278,10 @@ perp_status perp__cone_enumerate(perp__cone *cone)
         if (!used)
             status = cut(cone, i, rank);
     }
+    /* 3. The lines come behind them. */
     PERP__THEN(status, reserve(cone, cone->rays + cone->lines));
     if (status == PERP_OK && cone->lines > 0)
-        memcpy(cone->x + (size_t)cone->rays * width, cone->work + (size_t)cone->rows * width,
+        memcpy(cone->x + (size_t)cone->rays * width, lines,
                (size_t)cone->lines * width * sizeof *cone->x);
     return status;
 }

@@ -35,52 +35,42 @@ static int32_t balancing_exponent(double row, double column)
     return 0;
 }
 
-/* Scales a row by 1/f and its column by f, f a power of two that brings their norms together.
- * Returns whether that was worth it. */
-static int32_t balance_row(const square *A, int32_t i)
-{
-    double row = 0.0, column = 0.0, f;
-
-    for (int32_t j = 0; j < A->n; j++)
-        if (j != i) {
-            row += fabs(*at(A, i, j));
-            column += fabs(*at(A, j, i));
-        }
-    if (!(row > 0.0 && column > 0.0 && row + column <= DBL_MAX))
-        return 0;
-    f = ldexp(1.0, balancing_exponent(row, column));
-    if (!(row / f + column * f < 0.95 * (row + column)) || !isfinite(f) || f <= DBL_MIN)
-        return 0;
-    for (int32_t j = 0; j < A->n; j++)
-        *at(A, i, j) /= f;
-    for (int32_t j = 0; j < A->n; j++)
-        *at(A, j, i) *= f;
-    return 1;
-}
-
+/* Scales rows by 1/f and their columns by f, f powers of two that bring their norms together, as
+ * long as that is worth it. */
 static void balance(const square *A)
 {
-    int32_t round, i, changed = 1;
+    int32_t changed = 1;
 
-    for (round = 0; changed && round < 100; round++)
-        for (i = 0, changed = 0; i < A->n; i++)
-            changed |= balance_row(A, i);
+    for (int32_t round = 0; changed && round < 100; round++) {
+        changed = 0;
+        for (int32_t i = 0; i < A->n; i++) {
+            double row = 0.0, column = 0.0, f;
+
+            for (int32_t j = 0; j < A->n; j++)
+                if (j != i) {
+                    row += fabs(*at(A, i, j));
+                    column += fabs(*at(A, j, i));
+                }
+            if (!(row > 0.0 && column > 0.0 && row + column <= DBL_MAX))
+                continue;
+            f = ldexp(1.0, balancing_exponent(row, column));
+            if (!(row / f + column * f < 0.95 * (row + column)) || !isfinite(f) || f <= DBL_MIN)
+                continue;
+            for (int32_t j = 0; j < A->n; j++)
+                *at(A, i, j) /= f;
+            for (int32_t j = 0; j < A->n; j++)
+                *at(A, j, i) *= f;
+            changed = 1;
+        }
+    }
 }
 
-static void exchange(const square *A, int32_t m, int32_t p)
+static void exchange(double *x, double *y)
 {
-    for (int32_t j = m - 1; j < A->n; j++) {
-        const double kept = *at(A, p, j);
+    const double moved = *x;
 
-        *at(A, p, j) = *at(A, m, j);
-        *at(A, m, j) = kept;
-    }
-    for (int32_t j = 0; j < A->n; j++) {
-        const double kept = *at(A, j, p);
-
-        *at(A, j, p) = *at(A, j, m);
-        *at(A, j, m) = kept;
-    }
+    *x = *y;
+    *y = moved;
 }
 
 static void to_hessenberg(const square *A)
@@ -91,8 +81,10 @@ static void to_hessenberg(const square *A)
         for (p = m, i = m + 1; i < A->n; i++)
             if (fabs(*at(A, i, m - 1)) > fabs(*at(A, p, m - 1)))
                 p = i;
-        if (p != m)
-            exchange(A, m, p);
+        for (int32_t j = m - 1; j < A->n && p != m; j++)
+            exchange(at(A, p, j), at(A, m, j));
+        for (int32_t j = 0; j < A->n && p != m; j++)
+            exchange(at(A, j, p), at(A, j, m));
         for (i = m + 1; i < A->n && *at(A, m, m - 1) != 0.0; i++) {
             const double y = *at(A, i, m - 1) / *at(A, m, m - 1);
 
@@ -125,63 +117,13 @@ static int32_t block_start(const square *A, int32_t last, double norm)
     return l;
 }
 
-/* Eigenvalues of the 2 by 2 block that ends at `last`. */
-static void pair(const square *A, int32_t last, double shift, double *real, double *imaginary)
-{
-    const double x = *at(A, last, last), y = *at(A, last - 1, last - 1);
-    const double w = *at(A, last, last - 1) * *at(A, last - 1, last);
-    const double p = 0.5 * (y - x), q = p * p + w, root = sqrt(fabs(q));
-
-    if (q >= 0.0) {
-        const double z = p + copysign(root, p);
-
-        real[last - 1] = x + shift + z;
-        real[last] = z != 0.0 ? x + shift - w / z : real[last - 1];
-        imaginary[last - 1] = imaginary[last] = 0.0;
-    } else {
-        real[last - 1] = real[last] = x + shift + p;
-        imaginary[last - 1] = root;
-        imaginary[last] = -root;
-    }
-}
-
-typedef struct bulge {
-    double p, q, r;
-} bulge;
-
-/* Where two successive small entries below the diagonal allow the sweep to start. */
-static int32_t sweep_start(const square *A, int32_t l, int32_t last, double x, double y, double w,
-                           bulge *b)
-{
-    int32_t m;
-
-    for (m = last - 2; m >= l; m--) {
-        const double z = *at(A, m, m), r = x - z, s = y - z;
-        double size, u, v;
-
-        b->p = (r * s - w) / *at(A, m + 1, m) + *at(A, m, m + 1);
-        b->q = *at(A, m + 1, m + 1) - z - r - s;
-        b->r = *at(A, m + 2, m + 1);
-        size = fabs(b->p) + fabs(b->q) + fabs(b->r);
-        b->p /= size;
-        b->q /= size;
-        b->r /= size;
-        if (m == l)
-            break;
-        u = fabs(*at(A, m, m - 1)) * (fabs(b->q) + fabs(b->r));
-        v = fabs(b->p) * (fabs(*at(A, m - 1, m - 1)) + fabs(z) + fabs(*at(A, m + 1, m + 1)));
-        if (u <= DBL_EPSILON * v)
-            break;
-    }
-    return m;
-}
-
-/* Applies the reflection (1, q, r) to the rows and columns k, k + 1 and, if `three`, k + 2. */
+/* Applies the reflection (1, q, r) to the rows and columns k, k + 1 and, if `three`, k + 2. b: its
+ * vector before s is added to its first entry. */
 static void reflect(const square *A, int32_t k, int32_t l, int32_t last, int32_t three, double s,
-                    bulge *b)
+                    const double *b)
 {
-    const double p0 = b->p + s, x = p0 / s, y = b->q / s, z = b->r / s;
-    const double q = b->q / p0, r = b->r / p0;
+    const double p0 = b[0] + s, x = p0 / s, y = b[1] / s, z = b[2] / s;
+    const double q = b[1] / p0, r = b[2] / p0;
     const int32_t bottom = last < k + 3 ? last : k + 3;
 
     for (int32_t j = k; j <= last; j++) {
@@ -206,105 +148,133 @@ static void reflect(const square *A, int32_t k, int32_t l, int32_t last, int32_t
     }
 }
 
+/* b := b / the sum of its sizes, which is returned; not where that is 0. */
+static double normalise(double *b)
+{
+    const double size = fabs(b[0]) + fabs(b[1]) + fabs(b[2]);
+
+    for (int32_t k = 0; k < 3 && size != 0.0; k++)
+        b[k] /= size;
+    return size;
+}
+
 /* One double-shift QR step on rows l to last. */
 static void sweep(const square *A, int32_t l, int32_t last, double x, double y, double w)
 {
-    bulge b = {0.0, 0.0, 0.0};
-    const int32_t m = sweep_start(A, l, last, x, y, w, &b);
+    double b[3];
+    int32_t m;
 
+    /* 1. It starts where two successive small entries below the diagonal allow it. */
+    for (m = last - 2; m >= l; m--) {
+        const double z = *at(A, m, m), r = x - z, s = y - z;
+        double u, v;
+
+        b[0] = (r * s - w) / *at(A, m + 1, m) + *at(A, m, m + 1);
+        b[1] = *at(A, m + 1, m + 1) - z - r - s;
+        b[2] = *at(A, m + 2, m + 1);
+        normalise(b);
+        if (m == l)
+            break;
+        u = fabs(*at(A, m, m - 1)) * (fabs(b[1]) + fabs(b[2]));
+        v = fabs(b[0]) * (fabs(*at(A, m - 1, m - 1)) + fabs(z) + fabs(*at(A, m + 1, m + 1)));
+        if (u <= DBL_EPSILON * v)
+            break;
+    }
     for (int32_t i = m + 2; i <= last; i++) {
         *at(A, i, i - 2) = 0.0;
         if (i != m + 2)
             *at(A, i, i - 3) = 0.0;
     }
+    /* 2. Reflections chase the bulge down. */
     for (int32_t k = m; k < last; k++) {
         const int32_t three = k != last - 1;
         double size = 0.0, s;
 
         if (k != m) {
-            b.p = *at(A, k, k - 1);
-            b.q = *at(A, k + 1, k - 1);
-            b.r = three ? *at(A, k + 2, k - 1) : 0.0;
-            size = fabs(b.p) + fabs(b.q) + fabs(b.r);
+            b[0] = *at(A, k, k - 1);
+            b[1] = *at(A, k + 1, k - 1);
+            b[2] = three ? *at(A, k + 2, k - 1) : 0.0;
+            size = normalise(b);
             if (size == 0.0)
                 continue;
-            b.p /= size;
-            b.q /= size;
-            b.r /= size;
         }
-        s = copysign(sqrt(b.p * b.p + b.q * b.q + b.r * b.r), b.p);
+        s = copysign(sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]), b[0]);
         if (s == 0.0)
             continue;
         if (k != m)
             *at(A, k, k - 1) = -s * size;
         else if (l != m)
             *at(A, k, k - 1) = -*at(A, k, k - 1);
-        reflect(A, k, l, last, three, s, &b);
+        reflect(A, k, l, last, three, s, b);
     }
 }
 
 static int32_t iterate(const square *A, double norm, double *real, double *imaginary)
 {
-    int32_t last = A->n - 1, rounds = 0, i;
+    int32_t last = A->n - 1, rounds = 0;
     double shift = 0.0;
 
     while (last >= 0) {
-        const int32_t l = block_start(A, last, norm);
+        const int32_t l = block_start(A, last, norm), before = last > 0 ? last - 1 : 0;
+        double x = *at(A, last, last), y = *at(A, before, before);
+        double w = *at(A, last, before) * *at(A, before, last);
 
-        if (l >= last - 1) {
-            if (l == last) {
-                real[last] = *at(A, last, last) + shift;
-                imaginary[last] = 0.0;
+        if (l == last) { /* 1. An eigenvalue is found, */
+            real[last] = x + shift;
+            imaginary[last] = 0.0;
+        } else if (l == last - 1) { /* 2. or two, those of a block of 2 by 2. */
+            const double p = 0.5 * (y - x), q = p * p + w, root = sqrt(fabs(q));
+
+            if (q >= 0.0) {
+                const double z = p + copysign(root, p);
+
+                real[before] = x + shift + z;
+                real[last] = z != 0.0 ? x + shift - w / z : real[before];
+                imaginary[before] = imaginary[last] = 0.0;
             } else {
-                pair(A, last, shift, real, imaginary);
+                real[before] = real[last] = x + shift + p;
+                imaginary[before] = root;
+                imaginary[last] = -root;
             }
+        }
+        if (l >= last - 1) {
             last = l - 1;
             rounds = 0;
-        } else {
-            double x = *at(A, last, last), y = *at(A, last - 1, last - 1);
-            double w = *at(A, last, last - 1) * *at(A, last - 1, last);
-
-            if (++rounds > 90)
-                return 1;
-            if (rounds % 10 == 0) { /* the shifts go round in circles: others */
-                const double s = fabs(*at(A, last, last - 1)) + fabs(*at(A, last - 1, last - 2));
-
-                shift += x;
-                for (i = 0; i <= last; i++)
-                    *at(A, i, i) -= x;
-                x = y = 0.75 * s;
-                w = -0.4375 * s * s;
-            }
-            sweep(A, l, last, x, y, w);
+            continue;
         }
+        /* 3. Another step. */
+        if (++rounds > 90)
+            return 1;
+        if (rounds % 10 == 0) { /* the shifts go round in circles: others */
+            const double s = fabs(*at(A, last, before)) + fabs(*at(A, before, before - 1));
+
+            shift += x;
+            for (int32_t i = 0; i <= last; i++)
+                *at(A, i, i) -= x;
+            x = y = 0.75 * s;
+            w = -0.4375 * s * s;
+        }
+        sweep(A, l, last, x, y, w);
     }
     return 0;
-}
-
-/* Where products of a few entries might leave the range of doubles, A := A / 2^e with a largest
- * entry in [1/2, 1). Returns e, else 0. */
-static int32_t scale(const square *A)
-{
-    const size_t entries = (size_t)A->n * (size_t)A->n;
-    int exponent;
-
-    frexp(perp__largest_or_nan(A->a, A->n * A->n), &exponent);
-    if (abs(exponent) < 200)
-        return 0;
-    for (size_t k = 0; k < entries; k++)
-        A->a[k] = ldexp(A->a[k], -exponent);
-    return exponent;
 }
 
 int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
 {
     const square view = {n, A};
     double norm = 0.0;
-    int32_t failed = !isfinite(perp__largest_or_nan(view.a, view.n * view.n)), exponent = 0, i, j;
+    int32_t failed = !isfinite(perp__largest_or_nan(A, n * n)), i, j;
+    int exponent = 0;
 
     if (!failed) {
         balance(&view);
-        exponent = scale(&view);
+        /* Where products of a few entries might leave the range of doubles, A := A / 2^e with a
+         * largest entry in [1/2, 1). */
+        frexp(perp__largest_or_nan(A, n * n), &exponent);
+        if (abs(exponent) < 200)
+            exponent = 0;
+        for (i = 0; i < n * n && exponent != 0; i++)
+            A[i] = ldexp(A[i], -exponent);
         to_hessenberg(&view);
         for (j = 0; j < n; j++)
             for (i = 0; i < n && i <= j + 1; i++)

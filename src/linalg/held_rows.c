@@ -6,9 +6,6 @@
 
 #include "linalg/matrix.h"
 
-/* A direction is determined if no more than this of it is outside of the rows' span. */
-#define SPAN 1e-10
-
 void perp__held_rows_layout(perp__held_rows *held, perp__arena *arena, size_t entries, size_t most,
                             size_t n)
 {
@@ -47,10 +44,6 @@ void perp__held_rows_take(perp__held_rows *held, double target)
 
 /* ---- the modified Gram-Schmidt process with threshold pivoting ---- */
 
-/* Rows have length 1; a remainder below the square root of rounding counts as dependent. Such a row
- * would determine a direction only with more error than the impulses that act on it have. */
-#define RANK_TOLERANCE 1e-8
-
 /* The first row with at least this share of the largest remainder is taken: among rows that serve
  * equally well the order of the caller decides, not rounding. */
 #define PIVOT_THRESHOLD 0.5
@@ -87,23 +80,6 @@ static double length_of(const double *row, int32_t n)
     return sqrt(perp__dot(row + s.first, row + s.first, s.count));
 }
 
-/* The row to take next, or -1 if none is left that is independent. One with a norm that is no
- * number, or too large for one, never is. */
-static int32_t choose_row(const double *norms, int32_t m)
-{
-    double largest = 0.0;
-    int32_t i;
-
-    for (i = 0; i < m; i++)
-        if (norms[i] <= DBL_MAX)
-            largest = fmax(largest, norms[i]);
-    if (!(largest > RANK_TOLERANCE))
-        return -1;
-    for (i = 0; !(norms[i] >= PIVOT_THRESHOLD * largest && norms[i] <= DBL_MAX); i++)
-        ;
-    return i;
-}
-
 /* Takes row `pick` as the next vector q of the basis. Returns the component of y_0 along it. */
 static double new_direction(const perp__held_rows *held, double *q, int32_t pick)
 {
@@ -130,19 +106,6 @@ static double new_direction(const perp__held_rows *held, double *q, int32_t pick
     return eta / length;
 }
 
-/* Removes the direction q from row i. */
-static void remove_direction(perp__held_rows *held, int32_t i, const double *q, span s, double eta)
-{
-    double *row = held->rows + (size_t)i * (size_t)held->n;
-    const double share = perp__dot(row + s.first, q + s.first, s.count);
-
-    if (share == 0.0)
-        return;
-    add(row + s.first, -share, q + s.first, s.count);
-    held->targets[i] -= share * eta;
-    held->norms[i] = length_of(row, held->n);
-}
-
 void perp__held_rows_solve(perp__held_rows *held)
 {
     const int32_t n = held->n;
@@ -152,20 +115,37 @@ void perp__held_rows_solve(perp__held_rows *held)
     for (int32_t i = 0; i < held->count; i++)
         held->norms[i] = length_of(held->rows + (size_t)i * (size_t)n, n);
     for (held->rank = 0; held->rank < n; held->rank++) {
-        double *q = held->basis + (size_t)held->rank * (size_t)n, eta;
-        const int32_t pick = choose_row(held->norms, held->count);
+        double *q = held->basis + (size_t)held->rank * (size_t)n, largest = 0.0, eta;
+        int32_t pick = 0;
         span s;
 
-        if (pick < 0)
+        /* 1. The row to take next. One with a norm that is no number, or too large for one, never
+         * is. */
+        for (int32_t i = 0; i < held->count; i++)
+            if (held->norms[i] <= DBL_MAX)
+                largest = fmax(largest, held->norms[i]);
+        if (!(largest > PERP__RANK_TOLERANCE))
             break;
+        while (!(held->norms[pick] >= PIVOT_THRESHOLD * largest && held->norms[pick] <= DBL_MAX))
+            pick++;
+        /* 2. What is left of it is a direction of the basis. */
         eta = new_direction(held, q, pick);
         held->taken[pick] = 1;
         held->norms[pick] = 0.0;
         s = span_of(q, n);
         add(held->particular + s.first, eta, q + s.first, s.count);
-        for (int32_t i = 0; i < held->count; i++)
-            if (!held->taken[i])
-                remove_direction(held, i, q, s, eta);
+        /* 3. The other rows lose it. */
+        for (int32_t i = 0; i < held->count; i++) {
+            double *row = held->rows + (size_t)i * (size_t)n;
+            const double share =
+                held->taken[i] ? 0.0 : perp__dot(row + s.first, q + s.first, s.count);
+
+            if (share == 0.0)
+                continue;
+            add(row + s.first, -share, q + s.first, s.count);
+            held->targets[i] -= share * eta;
+            held->norms[i] = length_of(row, n);
+        }
     }
 }
 
@@ -190,8 +170,8 @@ void perp__held_rows_free(perp__held_rows *held, double *y)
     perp__project_out(held->basis, held->rank, held->n, y);
     for (int32_t k = 0; k < held->n; k++)
         y[k] += held->particular[k];
-    for (int32_t k = 0; k < held->rank;
-         k++) /* exactly 0 where other bodies' rows alone have targets */
+    /* exactly 0 where other bodies' rows alone have targets */
+    for (int32_t k = 0; k < held->rank; k++)
         held->components[k] =
             perp__dot(held->basis + (size_t)k * (size_t)held->n, held->particular, held->n);
 }
@@ -211,5 +191,5 @@ int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count)
     if (!(share > 0.5)) /* far off, as most are: not worth the exact test */
         return 0;
     perp__project_out(held->basis, held->rank, held->n, unit);
-    return sqrt(perp__dot(unit, unit, held->n)) <= SPAN;
+    return sqrt(perp__dot(unit, unit, held->n)) <= PERP__SPAN;
 }

@@ -7,6 +7,13 @@
 
 #include "base/arena.h"
 
+/* Rows have length 1; a remainder below the square root of rounding counts as dependent. Such a row
+ * would determine a direction only with more error than the impulses that act on it have. */
+#define PERP__RANK_TOLERANCE 1e-8
+
+/* A direction is determined if no more than this of it is outside of the rows' span. */
+#define PERP__SPAN 1e-10
+
 typedef struct perp__held_rows {
     int32_t n, count, rank;
     double *rows, *targets, *norms;          /* most by n, most, most */

@@ -112,32 +112,9 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     return PERP_OK;
 }
 
-static perp_status check_column(perp_context *context, const char *name, const perp__matrix *M,
-                                int32_t j)
-{
-    const int32_t *rows = M->row_indices;
-
-    for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-        if (rows[k] < 0 || rows[k] >= M->rows)
-            return perp__refuse(context, "%s.row_indices[%d] = %d in column %d is outside 0 .. %d",
-                                name, (int)k, (int)rows[k], (int)j, (int)M->rows - 1);
-        if (k > M->column_starts[j] && rows[k] <= rows[k - 1])
-            return perp__refuse(context,
-                                "%s.row_indices[%d] = %d is not above %s.row_indices[%d] = %d in "
-                                "column %d",
-                                name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1],
-                                (int)j);
-        if (M->values && !isfinite(M->values[k]))
-            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%d,%d) = %s.values[%d] is %s",
-                              name, (int)rows[k], (int)j, name, (int)k, text_of(M->values[k]));
-    }
-    return PERP_OK;
-}
-
 perp_status perp__matrix_check_csc(perp_context *context, const char *name, const perp__matrix *M)
 {
-    const int32_t *starts = M->column_starts;
-    perp_status status = PERP_OK;
+    const int32_t *starts = M->column_starts, *rows = M->row_indices;
 
     if (starts[0] != 0)
         return perp__refuse(context, "%s.column_starts[0] is %d, 0 expected", name, (int)starts[0]);
@@ -146,27 +123,24 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
             return perp__refuse(context,
                                 "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d",
                                 name, (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
-    if (starts[M->columns] > 0 && !M->row_indices)
+    if (starts[M->columns] > 0 && !rows)
         return perp__refuse(context, "%s.row_indices is NULL", name);
-    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++)
-        status = check_column(context, name, M, j);
-    return status;
-}
-
-static perp_status read_csc(perp_context *context, const char *name, perp__matrix *read,
-                            const perp_matrix *M)
-{
-    read->row_stride = 1;
-    read->column_stride = 1;
-    if (!M->column_starts && M->columns > 0)
-        return perp__refuse(context, "%s.column_starts is NULL", name);
-    if (!M->column_starts) /* no columns: as good as a dense matrix of no entries */
-        return PERP_OK;
-    read->column_starts = M->column_starts;
-    read->row_indices = M->row_indices;
-    if (M->column_starts[M->columns] > 0 && M->row_indices && !M->values)
-        return perp__refuse(context, "%s.values is NULL", name);
-    return perp__matrix_check_csc(context, name, read);
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = starts[j]; k < starts[j + 1]; k++) {
+            if (rows[k] < 0 || rows[k] >= M->rows)
+                return perp__refuse(context,
+                                    "%s.row_indices[%d] = %d in column %d is outside 0 .. %d", name,
+                                    (int)k, (int)rows[k], (int)j, (int)M->rows - 1);
+            if (k > starts[j] && rows[k] <= rows[k - 1])
+                return perp__refuse(
+                    context,
+                    "%s.row_indices[%d] = %d is not above %s.row_indices[%d] = %d in column %d",
+                    name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1], (int)j);
+            if (M->values && !isfinite(M->values[k]))
+                return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%d,%d) = %s.values[%d] is %s",
+                                  name, (int)rows[k], (int)j, name, (int)k, text_of(M->values[k]));
+        }
+    return PERP_OK;
 }
 
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
@@ -190,8 +164,18 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
     read.rows = M.rows;
     read.columns = M.columns;
     read.values = M.values;
-    status = M.storage == PERP_STORAGE_CSC ? read_csc(context, name, &read, &M)
-                                           : read_dense(context, name, &read, &M);
+    read.row_stride = read.column_stride = 1;
+    if (M.storage != PERP_STORAGE_CSC) {
+        status = read_dense(context, name, &read, &M);
+    } else if (M.column_starts) {
+        read.column_starts = M.column_starts;
+        read.row_indices = M.row_indices;
+        if (M.column_starts[M.columns] > 0 && M.row_indices && !M.values)
+            return perp__refuse(context, "%s.values is NULL", name);
+        status = perp__matrix_check_csc(context, name, &read);
+    } else if (M.columns > 0) { /* no columns: as good as a dense matrix of no entries */
+        return perp__refuse(context, "%s.column_starts is NULL", name);
+    }
     if (status == PERP_OK)
         *own = read;
     return status;

@@ -126,10 +126,6 @@ double perp__sum_of_sizes(const double *x, int32_t n);
 /* sum_i M_ij x_i, in the order of i. */
 double perp__column_times(const perp__matrix *M, int32_t j, const double *x);
 
-/* in_rows[i] := the largest |M_ij| D_j, in_columns[j] := the largest D_i |M_ij|. M dense. */
-void perp__largest_entries(const perp__matrix *M, const double *D, double *in_rows,
-                           double *in_columns);
-
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
 

@@ -1,6 +1,5 @@
 /* Products and norms in working precision, in a fixed order of summation. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/groups.h"
@@ -8,13 +7,9 @@
 #include "base/sort.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
-#include "linalg/lanes/vectors.h"
 #include "linalg/scale.h"
 
 enum { LANES = 8 };
-
-/* Bits of a word. */
-enum { BLOCK = 64 };
 
 PERP__MULTIVERSION(add_4_columns,
                    (size_t rows, const double *const *a, const double *x, double *restrict y),
@@ -46,17 +41,21 @@ PERP__MULTIVERSION(by_rows, (const perp__matrix *M, const double *x, double *y),
     }
 }
 
-/* Columns of zeros in x cost nothing. */
-static void by_columns(const perp__matrix *M, const double *x, double *y)
+void perp__multiply_add(const perp__matrix *M, const double *x, double *y)
 {
     const size_t rows = (size_t)M->rows;
     const double *columns[4];
     double factors[4];
-    size_t pending = 0, i, k;
+    size_t pending = 0;
 
     for (int32_t j = 0; j < M->columns; j++) {
         if (x[j] == 0.0)
             continue;
+        if (M->column_starts) {
+            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+                y[M->row_indices[k]] += M->values[k] * x[j];
+            continue;
+        }
         columns[pending] = M->values + (size_t)j * M->column_stride;
         factors[pending] = x[j];
         if (++pending == 4) {
@@ -64,27 +63,9 @@ static void by_columns(const perp__matrix *M, const double *x, double *y)
             pending = 0;
         }
     }
-    for (k = 0; k < pending; k++)
-        for (i = 0; i < rows; i++)
+    for (size_t k = 0; k < pending; k++)
+        for (size_t i = 0; i < rows; i++)
             y[i] += columns[k][i] * factors[k];
-}
-
-static void by_sparse_columns(const perp__matrix *M, const double *x, double *y)
-{
-    for (int32_t j = 0; j < M->columns; j++) {
-        if (x[j] == 0.0)
-            continue;
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            y[M->row_indices[k]] += M->values[k] * x[j];
-    }
-}
-
-void perp__multiply_add(const perp__matrix *M, const double *x, double *y)
-{
-    if (M->column_starts)
-        by_sparse_columns(M, x, y);
-    else
-        by_columns(M, x, y);
 }
 
 void perp__multiply(const perp__matrix *M, const double *x, double *y)
@@ -190,173 +171,51 @@ PERP__MULTIVERSION(row_norms, (const perp__matrix *M, const int32_t *e, double *
     }
 }
 
-static void sparse_row_norms(const perp__matrix *M, const int32_t *e, double *sums)
-{
-    for (int32_t j = 0; j < M->columns; j++)
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-
-            sums[i] += scaled(M->values[k], e[i], e[j]);
-        }
-}
-
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums)
 {
     for (int32_t i = 0; i < M->rows; i++)
         row_sums[i] = 0.0;
-    if (M->column_starts)
-        sparse_row_norms(M, exponents, row_sums);
-    else if (M->row_stride == 1)
+    for (int32_t j = 0; j < M->columns && M->column_starts; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            row_sums[i] += scaled(M->values[k], exponents[i], exponents[j]);
+        }
+    if (!M->column_starts && M->row_stride == 1)
         add_norms(M, exponents, row_sums);
-    else
+    else if (!M->column_starts)
         row_norms(M, exponents, row_sums);
 }
 
-/* ---- the largest entries of lines ---- */
-
-typedef struct kernels {
-    int32_t least; /* n */
-    double (*raise)(size_t n, const double *line, const double *D, double own, double *across);
-    void (*mark)(size_t n, const double *first, size_t stride, const double *D,
-                 const double *bounds, uint64_t *bits);
-} kernels;
-
-#define TEMPLATE "linalg/lines_vector.h"
-#include "linalg/lanes/each_set.h"
-
-static const kernels *kernels_for(int32_t n)
-{
-    static const kernels *const sets[] = {PERP__OF_EACH_SET(&kernels)};
-    int32_t k = (int32_t)perp__widest_vectors();
-
-    while (n < sets[k]->least && k > 0)
-        k--;
-    return sets[k];
-}
-
-void perp__largest_entries(const perp__matrix *M, const double *D, double *in_rows,
-                           double *in_columns)
-{
-    double *across = perp__lines_are_rows(M) ? in_columns : in_rows;
-    double *along = perp__lines_are_rows(M) ? in_rows : in_columns;
-    const kernels *fast = kernels_for(M->rows);
-
-    memset(across, 0, (size_t)M->rows * sizeof *across);
-    for (int32_t j = 0; j < M->rows; j++)
-        along[j] = fast->raise((size_t)M->rows, perp__line_of(M, j).values, D, D[j], across);
-}
-
 /* ---- parts ---- */
-
-/* Exponents within which no product of a number and one power of two is on the wrong side of a
- * bound of a product of two. */
-#define MODERATE 200
-
-/* Entry by entry. */
-static void join_entries(const perp__matrix *M, const int32_t *exponents, double least,
-                         int32_t *part)
-{
-    for (perp__cursor c = perp__first(M); perp__advance(&c);) {
-        const int32_t e = exponents ? exponents[c.i] + exponents[c.j] : 0;
-
-        if (part[c.i] != part[M->rows + c.j] && fabs(c.value) * perp__power_of_two(e) >= least)
-            perp__join(part, c.i, M->rows + c.j);
-    }
-}
-
-/* Joins lines and others that hang together within a block: line k with those of bits[k]. */
-static void join_block(uint64_t *bits, int32_t count, int32_t *part, int32_t line, int32_t other)
-{
-    for (int32_t k = 0; k < count; k++) {
-        uint64_t held = bits[k], before = 0;
-
-        while (held != before) {
-            before = held;
-            for (int32_t l = k + 1; l < count; l++) {
-                if ((bits[l] & held) == 0)
-                    continue;
-                held |= bits[l];
-                bits[l] = 0;
-                perp__join(part, line + k, line + l);
-            }
-        }
-        for (int32_t b = 0; b < BLOCK && held >> b != 0; b++)
-            if ((held >> b & 1) != 0)
-                perp__join(part, line + k, other + b);
-    }
-}
-
-static int32_t is_one_part(int32_t *part, int32_t first, int32_t count, int32_t root)
-{
-    int32_t k = 0;
-
-    while (k < count && perp__root_of(part, first + k) == root)
-        k++;
-    return k == count;
-}
-
-/* The same of a dense matrix, a block after the other; the last ones may overlap those before. D: n
- * entries. */
-static void join_lines(const perp__matrix *M, const int32_t *exponents, double least, int32_t *part,
-                       double *D)
-{
-    const int32_t n = M->rows, lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
-    const int32_t blocks = (n + BLOCK - 1) / BLOCK;
-    const int32_t width = blocks > 0 ? (n + blocks - 1) / blocks : 0;
-    const size_t stride = lines == 0 ? M->row_stride : M->column_stride;
-    const kernels *fast = kernels_for(n);
-    double bounds[BLOCK];
-    uint64_t bits[BLOCK];
-
-    for (int32_t k = 0; k < n; k++)
-        D[k] = exponents ? perp__power_of_two(exponents[k]) : 1.0;
-    for (int32_t j = 0; j < n; j += width) {
-        const int32_t first = j + width < n ? j : n - width;
-
-        for (int32_t k = 0; k < width; k++)
-            bounds[k] = least / D[first + k];
-        for (int32_t i = 0; i < n; i += width) {
-            const int32_t other = i + width < n ? i : n - width;
-            const int32_t root = perp__root_of(part, lines + first);
-
-            if (is_one_part(part, lines + first, width, root) &&
-                is_one_part(part, others + other, width, root))
-                continue;
-            fast->mark((size_t)width, M->values + (size_t)first * stride + other, stride, D + other,
-                       bounds, bits);
-            join_block(bits, width, part, lines + first, others + other);
-        }
-    }
-}
 
 int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
                                      const int32_t *tied, int32_t *part, double *work)
 {
     const int32_t n = M->rows;
-    int32_t moderate = 1;
 
     for (int32_t i = 0; i < 2 * n; i++)
         part[i] = i;
     for (int32_t i = 0; i < n; i++) {
-        moderate &= !exponents || abs(exponents[i]) <= MODERATE;
+        work[i] = exponents ? perp__power_of_two(exponents[i]) : 1.0;
         if (tied && tied[i])
             perp__join(part, i, n + i);
     }
-    if (M->column_starts || !moderate)
-        join_entries(M, exponents, least, part);
-    else
-        join_lines(M, exponents, least, part, work);
+    for (perp__cursor c = perp__first(M); perp__advance(&c);)
+        if (part[c.i] != part[n + c.j] && fabs(c.value) * (work[c.i] * work[c.j]) >= least)
+            perp__join(part, c.i, n + c.j);
     return perp__number_parts(part, 2 * n);
 }
 
-/* Whether one of the first rows and columns of a dense M has no zero: the column joins all rows to
- * one another, the row all columns to them. */
-static int32_t is_in_one_piece(const perp__matrix *M)
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *work)
 {
     enum { LOOKED_AT = 4 };
     const int32_t n = M->rows;
+    int32_t is_one = 0;
 
-    for (int32_t k = 0; k < n && k < LOOKED_AT && !M->column_starts; k++) {
+    /* most dense matrices: one of the first rows and columns has no zero. The column joins all rows
+     * to one another, the row all columns to them */
+    for (int32_t k = 0; k < n && k < LOOKED_AT && !M->column_starts && !is_one; k++) {
         const double *row = M->values + (size_t)k * M->row_stride;
         const double *column = M->values + (size_t)k * M->column_stride;
         int32_t i = 0;
@@ -364,17 +223,10 @@ static int32_t is_in_one_piece(const perp__matrix *M)
         while (i < n && row[(size_t)i * M->column_stride] != 0.0 &&
                column[(size_t)i * M->row_stride] != 0.0)
             i++;
-        if (i == n)
-            return 1;
+        is_one = i == n;
     }
-    return 0;
-}
-
-int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *work)
-{
-    if (is_in_one_piece(M)) {
-        memset(part, 0, 2 * (size_t)M->rows * sizeof *part);
-        return 1;
-    }
-    return perp__find_significant_parts(M, NULL, 0.0, NULL, part, work);
+    if (!is_one)
+        return perp__find_significant_parts(M, NULL, 0.0, NULL, part, work);
+    memset(part, 0, 2 * (size_t)n * sizeof *part);
+    return 1;
 }

@@ -21,75 +21,64 @@ static void swap_rows(double *a, double *b, int32_t n)
     }
 }
 
-/* Brings the largest entry of what is left to (k,k); returns its size. */
-static double bring_pivot(perp__pivoting *p, int32_t k)
-{
-    const int32_t n = p->n;
-    double *K = p->K, largest = -1.0;
-    int32_t row = k, column = k;
-
-    for (int32_t i = k; i < n; i++)
-        for (int32_t j = k; j < n; j++)
-            if (fabs(K[i * n + j]) > largest) {
-                largest = fabs(K[i * n + j]);
-                row = i;
-                column = j;
-            }
-    if (row != k) {
-        swap_rows(K + row * n, K + k * n, n);
-        exchange(p->rows, row, k);
-    }
-    for (int32_t i = 0; i < n && column != k; i++) {
-        const double kept = K[i * n + column];
-
-        K[i * n + column] = K[i * n + k];
-        K[i * n + k] = kept;
-    }
-    exchange(p->columns, column, k);
-    if ((row != k) != (column != k))
-        p->sign = -p->sign;
-    return largest;
-}
-
-/* Column k is a column of E from here on. */
-static void eliminate(perp__pivoting *p, int32_t k)
-{
-    const int32_t n = p->n;
-    double *pivot_row = p->K + k * n;
-    const double pivot = pivot_row[k];
-
-    if (pivot < 0.0)
-        p->sign = -p->sign;
-    p->product *= fabs(pivot);
-    p->least = fmin(p->least, fabs(pivot));
-    pivot_row[k] = 1.0;
-    for (int32_t j = 0; j < n; j++)
-        pivot_row[j] /= pivot;
-    for (int32_t i = 0; i < n; i++) {
-        double *row = p->K + i * n;
-        const double factor = row[k];
-
-        if (i == k || factor == 0.0)
-            continue;
-        row[k] = 0.0;
-        for (int32_t j = 0; j < n; j++)
-            row[j] -= factor * pivot_row[j];
-    }
-}
-
 void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
 {
-    for (int32_t i = 0; i < p->n; i++)
+    const int32_t n = p->n;
+    double *K = p->K;
+
+    for (int32_t i = 0; i < n; i++)
         p->columns[i] = p->rows[i] = i;
     p->sign = 1;
     p->product = 1.0;
     p->least = INFINITY;
-    for (p->rank = 0; p->rank < p->n; p->rank++) {
-        if (p->rank == most || !(bring_pivot(p, p->rank) > singular)) {
-            p->sign = 0;
-            return;
+    for (p->rank = 0; p->rank < n; p->rank++) {
+        const int32_t k = p->rank;
+        double *pivot_row = K + k * n, largest = -1.0, pivot;
+        int32_t row = k, column = k;
+
+        /* 1. The largest entry of what is left goes to (k,k). */
+        for (int32_t i = k; i < n && k != most; i++)
+            for (int32_t j = k; j < n; j++)
+                if (fabs(K[i * n + j]) > largest) {
+                    largest = fabs(K[i * n + j]);
+                    row = i;
+                    column = j;
+                }
+        if (row != k) {
+            swap_rows(K + row * n, pivot_row, n);
+            exchange(p->rows, row, k);
         }
-        eliminate(p, p->rank);
+        for (int32_t i = 0; i < n && column != k; i++) {
+            const double moved = K[i * n + column];
+
+            K[i * n + column] = K[i * n + k];
+            K[i * n + k] = moved;
+        }
+        exchange(p->columns, column, k);
+        if (!(largest > singular)) {
+            p->sign = 0;
+            break;
+        }
+        /* 2. The sign and the size of the determinant. */
+        pivot = pivot_row[k];
+        if (((row != k) != (column != k)) != (pivot < 0.0))
+            p->sign = -p->sign;
+        p->product *= fabs(pivot);
+        p->least = fmin(p->least, fabs(pivot));
+        /* 3. Column k is a column of E from here on. */
+        pivot_row[k] = 1.0;
+        for (int32_t j = 0; j < n; j++)
+            pivot_row[j] /= pivot;
+        for (int32_t i = 0; i < n; i++) {
+            double *other = K + i * n;
+            const double factor = other[k];
+
+            if (i == k || factor == 0.0)
+                continue;
+            other[k] = 0.0;
+            for (int32_t j = 0; j < n; j++)
+                other[j] -= factor * pivot_row[j];
+        }
     }
 }
 
@@ -141,45 +130,40 @@ int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, c
     return 1;
 }
 
-/* Rows below k of (U | X) lose their entry of column k. */
-static int32_t eliminate_column(double (*U)[6], int32_t n, double *X, int32_t columns, int32_t k)
-{
-    int32_t pivot = k;
-
-    for (int32_t i = k + 1; i < n; i++)
-        if (fabs(U[i][k]) > fabs(U[pivot][k]))
-            pivot = i;
-    if (!(fabs(U[pivot][k]) > 0.0))
-        return 0;
-    if (pivot != k) {
-        swap_rows(U[k], U[pivot], n);
-        swap_rows(X + k * columns, X + pivot * columns, columns);
-    }
-    for (int32_t i = k + 1; i < n; i++) {
-        const double factor = U[i][k] / U[k][k];
-
-        if (factor == 0.0)
-            continue;
-        for (int32_t j = k + 1; j < n; j++)
-            U[i][j] -= factor * U[k][j];
-        for (int32_t j = 0; j < columns; j++)
-            X[i * columns + j] -= factor * X[k * columns + j];
-    }
-    return 1;
-}
-
 int32_t perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns)
 {
     double U[6][6];
+    int32_t regular = 1;
 
     for (int32_t i = 0; i < n; i++)
         memcpy(U[i], A + stride * i, (size_t)n * sizeof **U);
-    for (int32_t k = 0; k < n; k++)
-        if (!eliminate_column(U, n, X, columns, k)) {
-            memset(X, 0, (size_t)n * (size_t)columns * sizeof *X);
-            return 0;
+    /* 1. Rows below k of (U | X) lose their entry of column k. */
+    for (int32_t k = 0; k < n && regular; k++) {
+        int32_t pivot = k;
+
+        for (int32_t i = k + 1; i < n; i++)
+            if (fabs(U[i][k]) > fabs(U[pivot][k]))
+                pivot = i;
+        regular = fabs(U[pivot][k]) > 0.0;
+        if (pivot != k) {
+            swap_rows(U[k], U[pivot], n);
+            swap_rows(X + k * columns, X + pivot * columns, columns);
         }
-    for (int32_t i = n; i-- > 0;)
+        for (int32_t i = k + 1; i < n && regular; i++) {
+            const double factor = U[i][k] / U[k][k];
+
+            if (factor == 0.0)
+                continue;
+            for (int32_t j = k + 1; j < n; j++)
+                U[i][j] -= factor * U[k][j];
+            for (int32_t j = 0; j < columns; j++)
+                X[i * columns + j] -= factor * X[k * columns + j];
+        }
+    }
+    if (!regular)
+        memset(X, 0, (size_t)n * (size_t)columns * sizeof *X);
+    /* 2. Backward substitution. */
+    for (int32_t i = n; i-- > 0 && regular;)
         for (int32_t c = 0; c < columns; c++) {
             double sum = X[i * columns + c];
 
@@ -187,5 +171,5 @@ int32_t perp__solve_small(const double *A, int32_t n, int32_t stride, double *X,
                 sum -= U[i][j] * X[j * columns + c];
             X[i * columns + c] = sum / U[i][i];
         }
-    return 1;
+    return regular;
 }

@@ -16,8 +16,6 @@
 
 enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, DONE = -3, NO_ENTRY = INT32_MIN };
 
-/* Sizes below this are not trusted to have kept their digits. */
-#define LEAST_SIZE 0x1p-900
 /* Rounds of balancing; each halves what is left of the exponents. */
 #define ROUNDS 16
 
@@ -41,21 +39,6 @@ static const double *find_entry(const perp__matrix *M, int32_t i, int32_t j)
     const int32_t k = perp__lower_bound(l.indices, l.count, i);
 
     return k < l.count && l.indices[k] == i ? l.values + k : NULL;
-}
-
-/* Where entry i of line j is stored, or NULL. */
-static inline const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
-{
-    return M->column_starts ? find_entry(M, i, j) : perp__line_of(M, j).values + i;
-}
-
-static int has_symmetric_pattern(const perp__matrix *M)
-{
-    for (int32_t j = 0; M->column_starts && j < M->columns; j++)
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (!find_entry(M, j, M->row_indices[k]))
-                return 0;
-    return 1;
 }
 
 /* The rows of one level follow each other in the queue. Until a level is complete, `exponents`
@@ -94,58 +77,48 @@ static void couple(search *s, int32_t from, int32_t to, double value)
         s->exponents[to] = exponent;
 }
 
-/* log2 of the larger of two couplings to row j, scaled on its side. */
-static int32_t coupling(const search *s, int32_t j, double first, double second)
+/* One level from the rows queue[begin..end), which are on `level`. */
+static void spread_once(search *s, int32_t begin, int32_t end, int32_t level)
 {
-    const double larger = fabs(first) > fabs(second) ? fabs(first) : fabs(second);
+    const perp__matrix *M = s->M;
+    const size_t rows = M->row_stride, columns = M->column_stride;
 
-    return larger == 0.0 ? NO_ENTRY : perp__exponent_of(larger) + s->exponents[j];
-}
-
-/* All rows of a dense matrix that the search reaches from queue[begin..end). */
-static void couple_dense(search *s, int32_t begin, int32_t end, int32_t level)
-{
-    const size_t rows = s->M->row_stride, columns = s->M->column_stride;
-
-    for (int32_t i = 0; i < s->M->rows; i++) {
-        const double *row = s->M->values + (size_t)i * rows;
-        const double *column = s->M->values + (size_t)i * columns;
+    /* 1. A dense matrix: the larger of the two couplings to each of them. */
+    for (int32_t i = 0; i < M->rows && !M->column_starts; i++) {
+        const double *row = M->values + (size_t)i * rows;
+        const double *column = M->values + (size_t)i * columns;
         int32_t strongest = NO_ENTRY;
 
-        if (s->level[i] != s->wanted)
-            continue;
-        for (int32_t k = begin; k < end; k++) {
+        for (int32_t k = begin; k < end && s->level[i] == s->wanted; k++) {
             const size_t j = (size_t)s->queue[k];
-            const int32_t found = coupling(s, s->queue[k], row[j * columns], column[j * rows]);
+            const double first = fabs(row[j * columns]), second = fabs(column[j * rows]);
+            const double larger = first > second ? first : second;
+            const int32_t found =
+                larger == 0.0 ? NO_ENTRY : perp__exponent_of(larger) + s->exponents[j];
 
             strongest = found > strongest ? found : strongest;
         }
         if (strongest != NO_ENTRY)
             enqueue(s, i, strongest, level + 1);
     }
-}
+    /* 2. A sparse one: the couplings in their columns, and the mirror images of these; */
+    for (int32_t q = begin; q < end && M->column_starts; q++) {
+        const int32_t j = s->queue[q];
+        const perp__line l = perp__line_of(M, j);
 
-/* The couplings of row j to rows after its level: those in its column, and their mirror images. */
-static void couple_column(search *s, int32_t j)
-{
-    const perp__line l = perp__line_of(s->M, j);
+        for (int32_t k = 0; k < l.count; k++) {
+            const int32_t i = l.indices[k];
 
-    for (int32_t k = 0; k < l.count; k++) {
-        const int32_t i = l.indices[k];
-
-        if (s->level[i] >= 0 && s->level[i] <= s->level[j])
-            continue;
-        couple(s, j, i, l.values[k]);
-        if (s->symmetric)
-            couple(s, j, i, *find_entry(s->M, j, i));
+            if (s->level[i] >= 0 && s->level[i] <= s->level[j])
+                continue;
+            couple(s, j, i, l.values[k]);
+            if (s->symmetric)
+                couple(s, j, i, *find_entry(M, j, i));
+        }
     }
-}
-
-/* The couplings in the rows of `level`: somewhere in the columns after it. */
-static void couple_rows(search *s, int32_t level)
-{
-    for (int32_t j = 0; j < s->M->columns; j++) {
-        const perp__line l = perp__line_of(s->M, j);
+    /* 3. without mirror images, those in their rows, which are somewhere in the columns after. */
+    for (int32_t j = 0; j < M->columns && !s->symmetric; j++) {
+        const perp__line l = perp__line_of(M, j);
 
         if (s->level[j] >= 0 && s->level[j] <= level)
             continue;
@@ -153,17 +126,6 @@ static void couple_rows(search *s, int32_t level)
             if (s->level[l.indices[k]] == level)
                 couple(s, l.indices[k], j, l.values[k]);
     }
-}
-
-/* One level from the rows queue[begin..end), which are on `level`. */
-static void spread_once(search *s, int32_t begin, int32_t end, int32_t level)
-{
-    if (!s->M->column_starts)
-        couple_dense(s, begin, end, level);
-    for (int32_t k = begin; k < end && s->M->column_starts; k++)
-        couple_column(s, s->queue[k]);
-    if (!s->symmetric)
-        couple_rows(s, level);
     for (int32_t k = end; k < s->queued; k++)
         s->exponents[s->queue[k]] = clamp(-s->exponents[s->queue[k]]);
 }
@@ -183,34 +145,6 @@ static void spread(search *s)
         s->level[s->queue[--s->queued]] = DONE;
 }
 
-/* Most problems: every diagonal is positive, and nothing else counts. False where one is not. */
-static int32_t scale_by_diagonal(const perp__matrix *M, const int32_t *without, int32_t *exponents)
-{
-    for (int32_t i = 0; i < M->rows; i++) {
-        const double *diagonal = entry_of(M, i, i);
-
-        if (!diagonal || !(*diagonal > 0.0) || (without && without[i]))
-            return 0;
-        exponents[i] = unit_diagonal(*diagonal);
-    }
-    return 1;
-}
-
-/* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */
-static void start_at_diagonals(search *s, const int32_t *without)
-{
-    for (int32_t i = 0; i < s->M->rows; i++) {
-        const double *diagonal = entry_of(s->M, i, i);
-
-        if (!diagonal || (without && without[i]))
-            continue;
-        if (*diagonal > 0.0)
-            enqueue(s, i, unit_diagonal(*diagonal), 0);
-        else if (*diagonal != 0.0)
-            s->level[i] = UNSET_OTHER, s->others++;
-    }
-}
-
 /* Rows whose diagonal has the other sign: the largest of it and of the couplings to the first ones
  * to a unit. A coupling that is noise beside the diagonal gives no row its scale. */
 static void scale_other_diagonals(search *s)
@@ -225,7 +159,7 @@ static void scale_other_diagonals(search *s)
         if (s->level[i] == UNSET_OTHER)
             enqueue(s, i, LARGEST, 0);
     for (int32_t k = begin; k < s->queued; k++) {
-        const int32_t own = unit_diagonal(*entry_of(s->M, s->queue[k], s->queue[k]));
+        const int32_t own = unit_diagonal(perp__diagonal_entry(s->M, s->queue[k]));
 
         s->level[s->queue[k]] = 0;
         if (own < s->exponents[s->queue[k]])
@@ -280,37 +214,13 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
     }
 }
 
-/* The same of a dense matrix, in vectors: false where a number may have left the range of doubles.
- * work: 3 n entries. */
-static int32_t find_largest_dense(const perp__matrix *M, const int32_t *exponents, int32_t *largest,
-                                  double *work)
-{
-    const int32_t n = M->rows;
-    double *D = work, *in_rows = work + n, *in_columns = in_rows + n;
-    int32_t good = 1;
-
-    for (int32_t i = 0; i < n; i++)
-        D[i] = perp__power_of_two(exponents[i]);
-    perp__largest_entries(M, D, in_rows, in_columns);
-    for (int32_t i = 0; i < n && good; i++) {
-        const double most = fmax(in_rows[i], in_columns[i]);
-
-        good = most >= LEAST_SIZE && most <= 1.0 / LEAST_SIZE;
-        largest[i] = perp__exponent_of(most) + exponents[i];
-    }
-    return good;
-}
-
-/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. work: 3 n
- * entries, or NULL. */
-static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest,
-                    double *work)
+/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. */
+static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest)
 {
     int32_t round, i, changed = 1;
 
     for (round = 0; round < ROUNDS && changed; round++) {
-        if (!work || M->column_starts || !find_largest_dense(M, exponents, largest, work))
-            find_largest(M, exponents, largest);
+        find_largest(M, exponents, largest);
         changed = 0;
         for (i = 0; i < M->rows; i++) {
             free[i] |= largest[i] >= PERP__NOISE;
@@ -322,11 +232,11 @@ static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, in
     }
 }
 
-void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work, double *sizes)
+void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work)
 {
     for (int32_t i = 0; i < M->rows; i++)
         work[i] = 1;
-    balance(M, work, exponents, work + M->rows, sizes);
+    balance(M, work, exponents, work + M->rows);
 }
 
 /* Where entries of 2^40 and more are left, the scale of a row came from noise: such rows are
@@ -338,13 +248,11 @@ void perp__balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wor
 
     find_largest(M, exponents, largest);
     for (i = 0; i < M->rows; i++) {
-        const double *diagonal = entry_of(M, i, i);
-
         noisy |= largest[i] >= PERP__NOISE;
-        work[i] = !(diagonal && *diagonal > 0.0);
+        work[i] = !(perp__diagonal_entry(M, i) > 0.0);
     }
     if (noisy)
-        balance(M, work, exponents, largest, NULL);
+        balance(M, work, exponents, largest);
 }
 
 void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
@@ -355,20 +263,41 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
                 .level = work,
                 .queue = work + M->rows,
                 .unset = M->rows,
+                .symmetric = 1,
                 .wanted = UNSET};
+    int32_t i = 0;
 
-    if (scale_by_diagonal(M, without, exponents))
+    /* 1. Most problems: every diagonal is positive, and nothing else counts. */
+    while (i < M->rows && perp__diagonal_entry(M, i) > 0.0 && !(without && without[i])) {
+        exponents[i] = unit_diagonal(perp__diagonal_entry(M, i));
+        i++;
+    }
+    if (i == M->rows)
         return;
-    for (int32_t i = 0; i < M->rows; i++)
+    /* 2. Rows whose diagonal is positive are on level 0; those with a negative one are marked. */
+    for (i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
-    start_at_diagonals(&s, without);
-    s.symmetric = has_symmetric_pattern(M);
+    for (i = 0; i < M->rows; i++) {
+        const double diagonal = without && without[i] ? 0.0 : perp__diagonal_entry(M, i);
+
+        if (diagonal > 0.0) {
+            enqueue(&s, i, unit_diagonal(diagonal), 0);
+        } else if (diagonal != 0.0) {
+            s.level[i] = UNSET_OTHER;
+            s.others++;
+        }
+    }
+    /* 3. Breadth first from there, over columns alone where the pattern is symmetric. */
+    for (int32_t j = 0; M->column_starts && j < M->columns && s.symmetric; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            s.symmetric &= find_entry(M, j, M->row_indices[k]) != NULL;
     scale_other_diagonals(&s);
     spread(&s);
-    if (s.unset == 0)
-        return;
-    start_at_lowest(&s);
-    spread(&s);
+    /* 4. What is left has no diagonal at all. */
+    if (s.unset > 0) {
+        start_at_lowest(&s);
+        spread(&s);
+    }
 }
 
 int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
@@ -391,36 +320,12 @@ int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *expon
     return 1;
 }
 
-static int32_t find_omega(int32_t n, const double *q, const int32_t *exponents)
-{
-    int32_t largest = INT32_MIN, i;
-
-    for (i = 0; i < n; i++) {
-        int32_t exponent;
-
-        if (q[i] == 0.0)
-            continue;
-        exponent = perp__exponent_of(q[i]) + exponents[i];
-        if (exponent > largest)
-            largest = exponent;
-    }
-    return largest == INT32_MIN ? 0 : largest;
-}
-
 int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,
                           int32_t *of_part, int32_t *omegas, int32_t known)
 {
     const int32_t n = parts->n, *part = parts->of;
     int32_t changed = !known, i;
 
-    if (parts->count == 1) {
-        const int32_t omega = find_omega(n, q, exponents);
-
-        changed = !known || omegas[0] != omega;
-        for (i = 0; i < 2 * n && changed; i++)
-            omegas[i] = omega;
-        return changed;
-    }
     for (i = 0; i < parts->count; i++)
         of_part[i] = INT32_MIN;
     for (i = 0; i < n; i++) {

@@ -40,8 +40,8 @@ void perp__balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wor
 
 /* Goes on from `exponents` to the largest entry of every row and column near 1 (Ruiz,
  * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is.
- * work: 2 n entries, sizes: 3 n. */
-void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work, double *sizes);
+ * work: 2 n entries. */
+void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work);
 
 /* Rows 0 .. n - 1 and columns n .. 2 n - 1 by what hangs together: perp__find_parts. */
 typedef struct perp__parts {

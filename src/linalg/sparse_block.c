@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
+
 /* ---- what a sparse matrix is like, as far as one pass tells ---- */
 
 /* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
@@ -98,6 +100,15 @@ int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 #define PERP__PLANE 5 /* entries a row */
 /* Conjugate gradient steps: as many take about as long as a factorisation */
 #define PERP__STEPS 80
+/* A product in a dense front takes a tenth of what an entry takes in a sparse product: a
+ * factorisation as many steps without a preconditioner. Below so many, these are not tried. */
+#define PERP__ENTRY 10.0
+#define PERP__LEAST_STEPS 500.0
+
+/* What an ordering takes for each entry, and LU for each product, in units of what reading an entry
+ * takes: 20 to 110 and 0.2 to 0.3, on grids in the plane and in space. Only a time limit asks. */
+#define ORDERING 110.0
+#define PRODUCT 0.25
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -106,7 +117,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t diagonals = b->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0;
 
     PERP__INTEGERS(arena, n, &b->active, &b->local);
-    b->x = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &b->x, &b->residual, &b->direction, &b->product, &b->diagonal);
     perp__tridiagonal_layout(arena, &b->T, diagonals);
     perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);
 }
@@ -122,16 +133,10 @@ static void layout_general(perp__arena *arena, void *object)
     b->values = perp__arena_take(arena, entries, sizeof(double));
 }
 
-static void layout_grid(perp__arena *arena, void *object)
-{
-    perp__sparse_block *b = object;
-
-    b->residual = perp__arena_take(arena, (size_t)b->M->columns, sizeof(double));
-}
-
 perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
                                     const double *scale)
 {
+    const double started = perp__now();
     const int32_t positive = has_positive_diagonal(M);
     int32_t symmetric;
     perp_status status;
@@ -141,6 +146,8 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->factored = 0;
     block->on_grid = 0;
     block->ordered = 0;
+    block->by_steps = 0;
+    block->steps = -1;
     block->grid_built = 0;
     block->suits_grid = block->is_nearly_z = 0;
     block->has_positive_diagonal = positive;
@@ -156,6 +163,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
         block->kind = PERP__SPARSE_SYMMETRIC;
     block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
     block->suits_grid = symmetric && block->is_nearly_z;
+    block->pace = (perp__now() - started) / (M->column_starts[M->columns] + 1.0);
     return PERP_OK;
 }
 
@@ -198,31 +206,35 @@ static perp__square extract(perp__sparse_block *b)
     return A;
 }
 
-/* An LU factorisation with room for every block. */
-static perp_status make_lu(perp__sparse_block *b)
+/* Whether there is no time left for something that takes as long as reading so many entries. */
+static int32_t is_late(perp__sparse_block *b, double entries)
 {
-    perp_status status;
-
-    perp__factor_klu.destroy(b->lu);
-    b->lu = NULL;
-    b->lu_capacity = 0;
-    status = perp__factor_with_room(b->context, &b->lu, b->M->columns, b->starts, b->rows);
-    if (status == PERP_OK)
-        b->lu_capacity = b->M->columns;
-    return status;
+    if (b->deadline > 0.0 && perp__now() + b->pace * entries > b->deadline)
+        b->late = 1;
+    return b->late;
 }
 
 static perp_status factor_general(perp__sparse_block *b)
 {
-    perp__square A;
     perp_status status = perp__arena_fit(&b->general_arena, b->context, layout_general, b);
+    perp__square A;
 
-    if (status == PERP_OK && b->lu_capacity < b->M->columns)
-        status = make_lu(b);
+    if (status == PERP_OK && b->lu_capacity < b->M->columns) { /* room for every block */
+        perp__factor_klu.destroy(b->lu);
+        b->lu = NULL;
+        b->lu_capacity = 0;
+        status = perp__factor_with_room(b->context, &b->lu, b->M->columns, b->starts, b->rows);
+        if (status == PERP_OK)
+            b->lu_capacity = b->M->columns;
+    }
     if (status != PERP_OK)
         return status;
     A = extract(b);
+    if (is_late(b, ORDERING * (double)A.column_starts[A.n]))
+        return PERP__FACTOR_SINGULAR;
     status = perp__factor_klu.reanalyse(b->lu, &A);
+    if (status == PERP_OK && is_late(b, PRODUCT * perp__factor_klu_products(b->lu)))
+        return PERP__FACTOR_SINGULAR;
     return status == PERP_OK ? perp__factor_klu.factor(b->lu, &A, 0) : status;
 }
 
@@ -231,14 +243,14 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
     perp_status status = PERP_OK;
 
     *grid = NULL;
-    if (!block->suits_grid || block->grid_built < 0)
+    if (!block->suits_grid || block->grid_built < 0 || block->late)
         return PERP_OK;
+    block->grid.deadline = block->deadline;
     if (!block->grid_built) {
         block->grid.context = block->context;
         status = perp__multigrid_build(&block->grid, block->M, block->scale);
-        if (status == PERP_OK)
-            status = perp__arena_fit(&block->grid_arena, block->context, layout_grid, block);
-        if (status != PERP_OK)
+        block->late |= status == PERP_OK && block->grid.levels == 0;
+        if (status != PERP_OK || block->late)
             return status;
         block->grid_built = 1;
     }
@@ -249,26 +261,19 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
     return PERP_OK;
 }
 
-void perp__sparse_block_restart(perp__sparse_block *block)
+void perp__sparse_block_restart(perp__sparse_block *block, double deadline)
 {
+    block->deadline = deadline;
+    block->late = 0;
+    if (block->by_steps) { /* the steps that there are for a block do not tell from what came before
+                            */
+        block->by_steps = 0;
+        block->count = -1;
+    }
     if (block->grid_built < 0) {
         block->grid_built = 1;
         block->factored = 0;
     }
-}
-
-static perp_status factor_symmetric(perp__sparse_block *b)
-{
-    if (!b->ordered) {
-        perp_status status =
-            perp__sparse_cholesky_analyse(&b->cholesky, b->context, b->M, b->scale);
-
-        if (status != PERP_OK)
-            return status;
-        b->ordered = 1;
-    }
-    b->by_lu = !perp__sparse_cholesky_factor(&b->cholesky, b->active, b->count, b->rho);
-    return b->by_lu ? factor_general(b) : PERP_OK;
 }
 
 /* Whether it holds the factors, or else the coarse matrices, of this block. */
@@ -288,20 +293,68 @@ static void take(perp__sparse_block *b, const int32_t *active, int32_t count, do
     b->by_lu = 0;
     b->factored = 0;
     b->on_grid = 0;
+    b->by_steps = b->by_steps < 0 ? -1 : 0;
+}
+
+/* The fronts of the matrix, but where they cost more than `most` products; PERP__FACTOR_SINGULAR
+ * where that would be late. */
+static perp_status find_fronts(perp__sparse_block *b, double most)
+{
+    const perp__matrix *M = b->M;
+    perp_status status;
+
+    if (is_late(b, ORDERING * (double)M->column_starts[M->columns]))
+        return PERP__FACTOR_SINGULAR;
+    b->fronts.is_symmetric = b->fronts.takes_blocks = 1;
+    b->fronts.most_products = most;
+    status = perp__fronts_analyse(&b->fronts, b->context, M->columns, 1, M->column_starts,
+                                  M->row_indices);
+    b->ordered = status == PERP_OK && !b->fronts.is_too_large;
+    return status;
+}
+
+/* Cholesky's factors; PERP__FACTOR_SINGULAR where the block is not positive definite. */
+static perp_status factor_definite(perp__sparse_block *b)
+{
+    const perp__matrix *M = b->M;
+    const perp_status status = b->ordered ? PERP_OK : find_fronts(b, 0.0);
+
+    if (status != PERP_OK)
+        return status;
+    b->fronts.deadline = b->deadline;
+    perp__fronts_take(&b->fronts, b->active, b->count);
+    for (int32_t c = 0; c < b->count; c++) {
+        const int32_t j = b->active[c];
+
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            b->fronts.values[k] = M->values[k] * (b->scale[i] * b->scale[j]);
+            if (i == j)
+                b->fronts.values[k] += b->weights ? b->weights[j] : b->rho;
+        }
+    }
+    if (is_late(b, 0.0) || !perp__fronts_factor(&b->fronts, 0, b->count))
+        return PERP__FACTOR_SINGULAR;
+    return PERP_OK;
 }
 
 static perp_status factor(perp__sparse_block *b)
 {
-    perp_status status;
+    perp_status status = PERP__FACTOR_SINGULAR;
 
-    if (b->kind == PERP__SPARSE_TRIDIAGONAL)
-        status = perp__tridiagonal_factorise(&b->tridiagonal, &b->T, b->active, b->count, b->rho)
-                     ? PERP_OK
-                     : PERP__FACTOR_SINGULAR;
-    else if (b->kind == PERP__SPARSE_SYMMETRIC)
-        status = factor_symmetric(b);
-    else
-        status = factor_general(b);
+    if (is_late(b, 0.0))
+        return status;
+    if (b->kind == PERP__SPARSE_TRIDIAGONAL && !b->weights) {
+        if (perp__tridiagonal_factorise(&b->tridiagonal, &b->T, b->active, b->count, b->rho))
+            status = PERP_OK;
+    } else {
+        if (b->kind == PERP__SPARSE_SYMMETRIC)
+            status = factor_definite(b);
+        b->by_lu = status == PERP__FACTOR_SINGULAR && !is_late(b, 0.0);
+        if (b->by_lu)
+            status = factor_general(b);
+    }
     b->factored = status == PERP_OK;
     return status;
 }
@@ -322,22 +375,20 @@ perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int3
 
     take(block, active, count, NAN); /* nobody asks for these again */
     block->weights = weights;
-    block->by_lu = 1;
-    status = factor_general(block);
+    status = factor(block);
     block->weights = NULL;
-    block->factored = status == PERP_OK;
     return status;
 }
 
 void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
     if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
-        perp__sparse_cholesky_solve(&block->cholesky, x);
+        perp__fronts_solve(&block->fronts, 0, block->count, x);
         return;
     }
     for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
-    if (block->by_lu || block->kind != PERP__SPARSE_TRIDIAGONAL)
+    if (block->by_lu)
         perp__factor_klu.solve(block->lu, block->x, transposed);
     else if (transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
@@ -345,6 +396,84 @@ void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t tran
         perp__tridiagonal_solve(&block->tridiagonal, block->x);
     for (int32_t k = 0; k < block->count; k++)
         x[block->active[k]] = block->x[k];
+}
+
+/* How many steps of conjugate gradients cost as much as factors of the matrix; by_steps stays 0
+ * where these are cheap. */
+static perp_status count_steps(perp__sparse_block *b)
+{
+    const double step = PERP__ENTRY * b->M->column_starts[b->M->columns];
+    const perp_status status = b->steps < 0 ? find_fronts(b, PERP__LEAST_STEPS * step) : PERP_OK;
+
+    if (status == PERP_OK && b->steps < 0)
+        b->steps = b->ordered ? 0 : (int32_t)fmin(b->fronts.products / step, b->M->columns);
+    b->by_steps = status == PERP_OK ? b->steps : 0;
+    if (b->by_steps == 0)
+        return status;
+    for (int32_t i = 0; i < b->M->columns; i++) {
+        b->diagonal[i] = perp__diagonal_entry(b->M, i) * b->scale[i] * b->scale[i];
+        b->direction[i] = 0.0;
+    }
+    return PERP_OK;
+}
+
+/* x_A := S_AA^-1 x_A up to PERP__ROUGH, with the diagonal as preconditioner (Saad, "Iterative
+ * Methods for Sparse Linear Systems" (2003), algorithm 9.1). Returns 0 if the steps do not suffice,
+ * or the block is not positive definite. */
+static int32_t solve_by_steps(perp__sparse_block *b, const double *right)
+{
+    const perp__matrix *M = b->M;
+    double square = 0.0, goal = 0.0, rho = 0.0;
+
+    for (int32_t k = 0; k < b->count; k++) {
+        const int32_t i = b->active[k];
+
+        b->residual[i] = right[i];
+        b->x[i] = b->direction[i] = 0.0;
+        goal += right[i] * right[i];
+    }
+    square = goal;
+    goal *= PERP__ROUGH * PERP__ROUGH;
+    for (int32_t step = 0, fresh = 1; square > goal; step++, fresh = 0) {
+        const double before = rho;
+        double curvature = 0.0, length;
+
+        if (step == b->by_steps || perp__is_past(b->deadline))
+            break;
+        rho = 0.0;
+        for (int32_t k = 0; k < b->count; k++)
+            rho +=
+                b->residual[b->active[k]] * b->residual[b->active[k]] / b->diagonal[b->active[k]];
+        for (int32_t k = 0; k < b->count; k++) { /* scale times the direction */
+            const int32_t i = b->active[k];
+
+            b->direction[i] = b->scale[i] * (b->residual[i] / b->diagonal[i]) +
+                              (fresh ? 0.0 : rho / before * b->direction[i]);
+        }
+        for (int32_t k = 0; k < b->count; k++) {
+            const int32_t j = b->active[k];
+            double sum = 0.0;
+
+            for (int32_t e = M->column_starts[j]; e < M->column_starts[j + 1]; e++)
+                sum += M->values[e] * b->direction[M->row_indices[e]];
+            b->product[j] = b->scale[j] * sum;
+            curvature += sum * b->direction[j];
+        }
+        if (!(curvature > 0.0) || !isfinite(curvature))
+            break;
+        length = rho / curvature;
+        square = 0.0;
+        for (int32_t k = 0; k < b->count; k++) {
+            const int32_t i = b->active[k];
+
+            b->x[i] += length * (b->direction[i] / b->scale[i]);
+            b->residual[i] -= length * b->product[i];
+            square += b->residual[i] * b->residual[i];
+        }
+    }
+    for (int32_t k = 0; k < b->count; k++)
+        b->direction[b->active[k]] = 0.0;
+    return square <= goal;
 }
 
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
@@ -356,7 +485,8 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
     perp__multigrid *grid = NULL;
     perp_status status = PERP_OK;
 
-    if ((block->factored || block->on_grid) && holds(block, active, count, 0.0))
+    if ((block->factored || block->on_grid || block->by_steps > 0) &&
+        holds(block, active, count, 0.0))
         return PERP_OK;
     if (count >= largest && block->kind != PERP__SPARSE_TRIDIAGONAL)
         status = perp__sparse_block_grid(block, &grid);
@@ -364,28 +494,39 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
         return status;
     take(block, active, count, 0.0);
     block->on_grid = grid && perp__multigrid_take_block(grid, 0, block->active, count);
-    return block->on_grid ? PERP_OK : factor(block);
-}
-
-/* Returns 0 if multigrid does not get there. */
-static int32_t solve_on_grid(perp__sparse_block *b, double *x)
-{
-    for (int32_t k = 0; k < b->count; k++)
-        b->residual[b->active[k]] = x[b->active[k]];
-    if (perp__multigrid_solve(&b->grid, b->residual, b->x, PERP__ROUGH, PERP__STEPS) < 0)
-        return 0;
-    for (int32_t k = 0; k < b->count; k++)
-        x[b->active[k]] = b->x[b->active[k]];
-    return 1;
+    if (block->on_grid)
+        return PERP_OK;
+    if (block->kind == PERP__SPARSE_SYMMETRIC && block->by_steps == 0 && !is_late(block, 0.0))
+        status = count_steps(block);
+    return status != PERP_OK || block->by_steps > 0 ? status : factor(block);
 }
 
 perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x)
 {
     perp_status status = PERP_OK;
 
-    if (block->on_grid && solve_on_grid(block, x))
+    if (block->by_steps > 0 && solve_by_steps(block, x)) {
+        for (int32_t k = 0; k < block->count; k++)
+            x[block->active[k]] = block->x[block->active[k]];
         return PERP_OK;
+    }
+    if (block->by_steps > 0) {
+        if (is_late(block, 0.0))
+            return PERP__FACTOR_SINGULAR;
+        block->by_steps = -1;
+        status = factor(block);
+    }
     if (block->on_grid) {
+        for (int32_t k = 0; k < block->count; k++)
+            block->residual[block->active[k]] = x[block->active[k]];
+        if (perp__multigrid_solve(&block->grid, block->residual, block->x, PERP__ROUGH,
+                                  PERP__STEPS) >= 0) {
+            for (int32_t k = 0; k < block->count; k++)
+                x[block->active[k]] = block->x[block->active[k]];
+            return PERP_OK;
+        }
+        if (is_late(block, 0.0))
+            return PERP__FACTOR_SINGULAR;
         block->grid_built = -1;
         block->on_grid = 0;
         status = factor(block);
@@ -399,9 +540,8 @@ void perp__sparse_block_release(perp__sparse_block *block)
 {
     perp__arena_release(&block->arena);
     perp__arena_release(&block->general_arena);
-    perp__arena_release(&block->grid_arena);
     perp__multigrid_release(&block->grid);
-    perp__sparse_cholesky_release(&block->cholesky);
+    perp__fronts_release(&block->fronts);
     perp__factor_klu.destroy(block->lu);
     block->lu = NULL;
     block->lu_capacity = 0;

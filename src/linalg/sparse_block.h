@@ -1,13 +1,14 @@
 /* Principal blocks of one sparse matrix, factored in the cheapest way its structure allows:
  * tridiagonal elimination, Cholesky, LU, or not at all: large blocks of matrices like Laplace's are
- * solved by conjugate gradients with multigrid. Factors are kept until the next block is asked for.
+ * solved by conjugate gradients with multigrid, those whose factors would fill in by conjugate
+ * gradients alone. Factors are kept until the next block is asked for.
  */
 #ifndef PERP_LINALG_SPARSE_BLOCK_H
 #define PERP_LINALG_SPARSE_BLOCK_H
 
 #include "linalg/factor/factor.h"
+#include "linalg/fronts/fronts.h"
 #include "linalg/multigrid/multigrid.h"
-#include "linalg/sparse_cholesky.h"
 #include "linalg/tridiagonal.h"
 
 /* What a solve without factors leaves of a residual. */
@@ -31,10 +32,15 @@ typedef struct perp__sparse_block {
     int32_t is_nearly_z; /* positive entries beside a positive diagonal are small */
     int32_t suits_grid;  /* S is large, symmetric and nearly Z: multigrid may serve */
     int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
+    double deadline; /* on perp__now()'s clock; 0: none. What cannot be factored by then is not: */
+    int32_t late;    /* 1, and so is nothing else until perp__sparse_block_restart */
+    double pace;     /* seconds that reading the matrix took for each of its entries */
     /* the last factorisation */
     int32_t factored; /* 1: holds factors */
-    int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite; with weights */
+    int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite */
     int32_t on_grid;  /* instead of factors there are the coarse matrices */
+    int32_t
+        by_steps; /* conjugate gradients instead, so many at most, 0: no; -1: they have failed */
     double rho;
     const double *weights; /* in place of rho, while factors are made */
     int32_t count;
@@ -42,15 +48,15 @@ typedef struct perp__sparse_block {
     perp__arena arena;
     perp__tridiagonal T;
     perp__tridiagonal_factor tridiagonal;
-    perp__sparse_cholesky cholesky;
-    int32_t ordered; /* the Cholesky factorisation knows this matrix */
+    perp__fronts fronts; /* of Cholesky's factors */
+    int32_t ordered;     /* they are of this matrix' pattern */
+    int32_t steps;       /* of conjugate gradients, as cheap as these; 0: few; -1: not known yet */
     perp__arena general_arena;
     int32_t *local, *starts, *rows; /* n; n + 1; entries + n */
     double *values;
-    double *x; /* n */
+    double *x, *residual;                   /* n */
+    double *direction, *product, *diagonal; /* n, of conjugate gradients */
     perp__multigrid grid;
-    double *residual; /* n */
-    perp__arena grid_arena;
     perp__factor *lu;
     int32_t lu_capacity;
 } perp__sparse_block;
@@ -61,12 +67,12 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
                                     const double *scale);
 
 /* Factors S_AA + rho I for A = active[0] < active[1] < ...; nothing to do if these are the factors
- * it holds. The factors do not depend on what was factored before. PERP_OK, PERP__FACTOR_SINGULAR
- * or PERP_ERROR_MEMORY. */
+ * it holds. The factors do not depend on what was factored before. PERP_OK, PERP__FACTOR_SINGULAR,
+ * also where that would be late, or PERP_ERROR_MEMORY. */
 perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
                                       int32_t count, double rho);
 
-/* Factors S_AA + W_AA by LU, W = diag(weights). */
+/* Factors S_AA + W_AA, W = diag(weights). */
 perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int32_t *active,
                                            int32_t count, const double *weights);
 
@@ -75,12 +81,12 @@ perp_status perp__sparse_block_factor_with(perp__sparse_block *block, const int3
 void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t transposed);
 
 /* As perp__sparse_block_factor with rho = 0, for rough solves only: large blocks that multigrid
- * serves are not factored. */
+ * serves are not factored, nor those whose factors cost more than many products with them. */
 perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
                                         int32_t count);
 
 /* x_A := S_AA^-1 x_A after either; without factors the residual falls to PERP__ROUGH of what it
- * was. Where multigrid fails, the block is factored after all: PERP_OK, PERP__FACTOR_SINGULAR or
+ * was. Where that fails, the block is factored after all: PERP_OK, PERP__FACTOR_SINGULAR or
  * PERP_ERROR_MEMORY. */
 perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x);
 
@@ -88,8 +94,9 @@ perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *
  * What the caller does with it makes the block forget its factors. PERP_OK or _MEMORY. */
 perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid);
 
-/* Forgets that multigrid failed: the same bits whatever was solved before. */
-void perp__sparse_block_restart(perp__sparse_block *block);
+/* Forgets that multigrid failed: the same bits whatever was solved before. There is a deadline from
+ * now on, or none. */
+void perp__sparse_block_restart(perp__sparse_block *block, double deadline);
 
 void perp__sparse_block_release(perp__sparse_block *block);
 

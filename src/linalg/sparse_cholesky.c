@@ -77,32 +77,18 @@ static void count_columns(perp__sparse_cholesky *c)
         c->starts[k + 1] = c->starts[k] + (size_t)c->column_counts[k];
 }
 
-static int32_t is_known(const perp__sparse_cholesky *c, const perp__matrix *M)
-{
-    const size_t n = (size_t)M->columns;
-
-    return c->pattern_size == M->columns &&
-           !memcmp(c->pattern_starts, M->column_starts, (n + 1) * sizeof(int32_t)) &&
-           !memcmp(c->pattern_rows, M->row_indices, (size_t)M->column_starts[n] * sizeof(int32_t));
-}
-
-static void keep_pattern(perp__sparse_cholesky *c, const perp__matrix *M)
-{
-    const size_t n = (size_t)M->columns;
-
-    memcpy(c->pattern_starts, M->column_starts, (n + 1) * sizeof(int32_t));
-    memcpy(c->pattern_rows, M->row_indices, (size_t)M->column_starts[n] * sizeof(int32_t));
-    c->pattern_size = M->columns;
-}
-
 perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_context *context,
                                           const perp__matrix *M, const double *scale)
 {
+    const size_t starts = ((size_t)M->columns + 1) * sizeof(int32_t);
+    const size_t rows = (size_t)M->column_starts[M->columns] * sizeof(int32_t);
     perp_status status;
 
     cholesky->M = M;
     cholesky->scale = scale;
-    if (is_known(cholesky, M))
+    if (cholesky->pattern_size == M->columns &&
+        !memcmp(cholesky->pattern_starts, M->column_starts, starts) &&
+        !memcmp(cholesky->pattern_rows, M->row_indices, rows))
         return PERP_OK;
     cholesky->pattern_size = 0;
     status = perp__arena_fit(&cholesky->arena, context, layout, cholesky);
@@ -112,28 +98,32 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
     if (amd_order(M->columns, (int *)M->column_starts, (int *)M->row_indices, cholesky->order, NULL,
                   NULL) < AMD_OK)
         return perp__fail_memory(context, "an ordering");
-    for (int32_t i = 0; i < M->columns; i++)
-        cholesky->local[i] = 0;
+    memset(cholesky->local, 0, (size_t)M->columns * sizeof *cholesky->local);
     number_block(cholesky);
     count_columns(cholesky);
     cholesky->entries = cholesky->starts[M->columns];
     status = perp__arena_fit(&cholesky->factor_arena, context, layout_factor, cholesky);
-    if (status == PERP_OK)
-        keep_pattern(cholesky, M);
+    if (status == PERP_OK) {
+        memcpy(cholesky->pattern_starts, M->column_starts, starts);
+        memcpy(cholesky->pattern_rows, M->row_indices, rows);
+        cholesky->pattern_size = M->columns;
+    }
     return status;
 }
 
-/* Puts row k of the block's matrix into work, and the pattern of row k of L onto the stack, from
- * stack[top] to the end, in topological order. Returns top. */
-static int32_t scatter_row(perp__sparse_cholesky *c, int32_t k)
+/* Row k of L and pivot k. */
+static void eliminate_row(perp__sparse_cholesky *c, int32_t k, double rho)
 {
     const perp__matrix *M = c->M;
     const int32_t j = c->node[k];
-    int32_t top = c->count, p;
+    int32_t top = c->count;
+    double pivot;
 
+    /* 1. Row k of the block's matrix goes into work, and the pattern of row k of L onto the stack,
+     * from stack[top] to the end, in topological order. */
     c->mark[k] = k;
     c->column_counts[k] = 0;
-    for (p = M->column_starts[j]; p < M->column_starts[j + 1]; p++) {
+    for (int32_t p = M->column_starts[j]; p < M->column_starts[j + 1]; p++) {
         const int32_t row = M->row_indices[p];
         int32_t i = c->local[row], length = 0;
 
@@ -147,15 +137,8 @@ static int32_t scatter_row(perp__sparse_cholesky *c, int32_t k)
         while (length > 0)
             c->stack[--top] = c->stack[--length];
     }
-    return top;
-}
-
-/* Row k of L and pivot k. */
-static void eliminate_row(perp__sparse_cholesky *c, int32_t k, double rho)
-{
-    int32_t top = scatter_row(c, k);
-    double pivot = c->work[k] + rho;
-
+    /* 2. The triangular solve. */
+    pivot = c->work[k] + rho;
     c->work[k] = 0.0;
     for (; top < c->count; top++) {
         const int32_t i = c->stack[top];

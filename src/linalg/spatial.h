@@ -23,6 +23,14 @@ static inline double perp__dot3(const double *a, const double *b)
 }
 
 /* Neither overflows nor loses small numbers where a sum of squares would. */
+static inline double perp__length2(double a, double b)
+{
+    const double square = a * a + b * b;
+
+    return (square > 1e-280 && square < 1e280) || (a == 0.0 && b == 0.0) ? sqrt(square)
+                                                                         : hypot(a, b);
+}
+
 static inline double perp__length3(const double *a)
 {
     const double square = perp__dot3(a, a);

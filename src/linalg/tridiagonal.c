@@ -50,31 +50,25 @@ void perp__tridiagonal_factor_layout(perp__arena *arena, perp__tridiagonal_facto
     factor->exchanged = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
-/* Entry (k, k+1) of the block: neighbours in the block that are none in T do not couple. */
-static double block_above(const perp__tridiagonal *T, const int32_t *active, int32_t count,
-                          int32_t k)
+/* Entry k of a diagonal beside the main one of the block: neighbours in the block that are none in
+ * T do not couple. */
+static double beside(const double *diagonal, const int32_t *active, int32_t count, int32_t k)
 {
-    return k + 1 < count && active[k + 1] == active[k] + 1 ? T->above[active[k]] : 0.0;
-}
-
-static double block_below(const perp__tridiagonal *T, const int32_t *active, int32_t count,
-                          int32_t k)
-{
-    return k + 1 < count && active[k + 1] == active[k] + 1 ? T->below[active[k]] : 0.0;
+    return k + 1 < count && active[k + 1] == active[k] + 1 ? diagonal[active[k]] : 0.0;
 }
 
 int32_t perp__tridiagonal_factorise(perp__tridiagonal_factor *factor, const perp__tridiagonal *T,
                                     const int32_t *active, int32_t count, double rho)
 {
     double pivot = count > 0 ? T->diagonal[active[0]] + rho : 1.0;
-    double above = block_above(T, active, count, 0);
+    double above = beside(T->above, active, count, 0);
     int32_t regular = 1, k;
 
     factor->n = count;
     for (k = 0; k < count; k++) {
-        const double below = block_below(T, active, count, k);
+        const double below = beside(T->below, active, count, k);
         const double next = k + 1 < count ? T->diagonal[active[k + 1]] + rho : 0.0;
-        const double next_above = block_above(T, active, count, k + 1);
+        const double next_above = beside(T->above, active, count, k + 1);
 
         factor->exchanged[k] = fabs(below) > fabs(pivot);
         if (factor->exchanged[k]) {

@@ -70,54 +70,38 @@ void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n)
     v->pivots = perp__arena_take(arena, count, sizeof(int32_t));
 }
 
-/* sum_l |R_il| (row sum l of |A|): what the rounding of row i of R A is measured by. */
-static double weighted_sum(const perp__verified *v, int32_t i)
-{
-    const double *row = v->inverse + (size_t)i * (size_t)v->n;
-    double sum = 0.0;
-
-    for (int32_t l = 0; l < v->n; l++)
-        sum += fabs(row[l]) * v->row_sums[l];
-    return perp__raise(sum, 2.0 * v->n);
-}
-
-/* What underflow can have done to a row of R A. */
-static double underflow_of(const perp__verified *v, int32_t i)
-{
-    const double n = v->n;
-    const double sizes = perp__sum_of_sizes(v->inverse + (size_t)i * (size_t)v->n, v->n) +
-                         perp__sum_of_sizes(v->row_sums, v->n);
-
-    return perp__raise(DBL_MIN * (8.0 * n * (n + 1.0) + n * sizes), 4.0 * n);
-}
-
-/* Row i of I - R A, in doubled precision. */
-static double alpha_in_doubled(const perp__verified *v, int32_t i, double weighted)
-{
-    const size_t n = (size_t)v->n;
-    double *unit = v->work, *high = unit + n, *low = high + n;
-    const perp__matrix A = {v->n, v->n, 1, n, v->transposed, NULL, NULL};
-    double sum;
-
-    memset(unit, 0, n * sizeof *unit);
-    unit[i] = -1.0;
-    perp__multiply_doubled(&A, v->inverse + (size_t)i * n, unit, high, low);
-    sum = perp__sum_of_sizes(high, v->n) + perp__sum_of_sizes(low, v->n);
-    return perp__raise(sum + perp__doubled_error(v->n) * (weighted + 1.0) + underflow_of(v, i),
-                       2.0 * v->n);
-}
-
 static void find_alphas(perp__verified *v)
 {
+    const size_t n = (size_t)v->n;
+    const perp__matrix A = {v->n, v->n, 1, n, v->transposed, NULL, NULL};
+    double *unit = v->work, *high = unit + n, *low = high + n;
+    const double m = v->n;
+
     v->contraction = 0.0;
     for (int32_t i = 0; i < v->n; i++) {
-        const double weighted = weighted_sum(v, i);
-        const double sum = perp__sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
-        double alpha = perp__raise(
-            sum + PERP__GAMMA(v->n + 2.0) * (weighted + 1.0) + underflow_of(v, i), 2.0 * v->n);
+        const double *row = v->inverse + (size_t)i * n;
+        const double sizes = perp__sum_of_sizes(row, v->n) + perp__sum_of_sizes(v->row_sums, v->n);
+        const double underflow = /* what it can have done to a row of R A */
+            perp__raise(DBL_MIN * (8.0 * m * (m + 1.0) + m * sizes), 4.0 * m);
+        double sum = 0.0, weighted, alpha;
 
-        if (!(alpha < 0.125) && v->n <= PERP__LARGEST_DOUBLED)
-            alpha = alpha_in_doubled(v, i, weighted);
+        /* 1. sum_l |R_il| (row sum l of |A|): what the rounding of row i of R A is measured by. */
+        for (int32_t l = 0; l < v->n; l++)
+            sum += fabs(row[l]) * v->row_sums[l];
+        weighted = perp__raise(sum, 2.0 * v->n);
+        /* 2. Row i of I - R A in working precision. */
+        sum = perp__sum_of_sizes(v->defect + (size_t)i * n, v->n);
+        alpha =
+            perp__raise(sum + PERP__GAMMA(v->n + 2.0) * (weighted + 1.0) + underflow, 2.0 * v->n);
+        /* 3. And in doubled precision. */
+        if (!(alpha < 0.125) && v->n <= PERP__LARGEST_DOUBLED) {
+            memset(unit, 0, n * sizeof *unit);
+            unit[i] = -1.0;
+            perp__multiply_doubled(&A, row, unit, high, low);
+            sum = perp__sum_of_sizes(high, v->n) + perp__sum_of_sizes(low, v->n);
+            alpha = perp__raise(sum + perp__doubled_error(v->n) * (weighted + 1.0) + underflow,
+                                2.0 * v->n);
+        }
         v->alpha[i] = alpha;
         v->contraction = perp__larger(v->contraction, alpha);
     }
@@ -160,32 +144,25 @@ void perp__verified_apply(const perp__verified *v, const double *r, double *x)
         x[i] = -x[i];
 }
 
-/* A bound of |R r|_i over all r in the interval. */
-static double bound_of_row(const perp__verified *v, int32_t i, const double *middle,
-                           const double *width)
-{
-    const double *row = v->inverse + (size_t)i * (size_t)v->n;
-    const double gamma = PERP__GAMMA(v->n + 2.0);
-    double sum = 0.0, sizes = 0.0, spread = 0.0;
-
-    for (int32_t l = 0; l < v->n; l++) {
-        const double size = fabs(row[l]);
-
-        sum += row[l] * middle[l];
-        spread += size * (width[l] + gamma * fabs(middle[l]) + 2.0 * DBL_MIN);
-        sizes += size + fabs(middle[l]) + width[l];
-    }
-    return perp__raise(fabs(sum) + spread + DBL_MIN * (8.0 * v->n + sizes), 6.0 * v->n);
-}
-
 void perp__verified_bound(const perp__verified *v, const double *middle, const double *width,
                           double *delta)
 {
     /* d = A^-1 r obeys d = R r + (I - R A) d, so ||d|| <= ||R r|| / (1 - ||I - R A||) */
+    const double gamma = PERP__GAMMA(v->n + 2.0);
     double norm = 0.0;
 
-    for (int32_t i = 0; i < v->n; i++) {
-        delta[i] = bound_of_row(v, i, middle, width);
+    for (int32_t i = 0; i < v->n; i++) { /* a bound of |R r|_i over all r in the interval */
+        const double *row = v->inverse + (size_t)i * (size_t)v->n;
+        double sum = 0.0, sizes = 0.0, spread = 0.0;
+
+        for (int32_t l = 0; l < v->n; l++) {
+            const double size = fabs(row[l]);
+
+            sum += row[l] * middle[l];
+            spread += size * (width[l] + gamma * fabs(middle[l]) + 2.0 * DBL_MIN);
+            sizes += size + fabs(middle[l]) + width[l];
+        }
+        delta[i] = perp__raise(fabs(sum) + spread + DBL_MIN * (8.0 * v->n + sizes), 6.0 * v->n);
         norm = perp__larger(norm, delta[i]);
     }
     norm = perp__raise(norm / (1.0 - v->contraction), 4.0);
@@ -202,26 +179,19 @@ void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, i
     PERP__DOUBLES(arena, (size_t)n, &d->v, &d->positive);
 }
 
-static void compare(perp__dominance *d)
-{
-    const perp__square *A = &d->A;
-
-    d->is_z_matrix = 1;
-    for (int32_t j = 0; j < A->n; j++)
-        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
-            const double size = fabs(A->values[k]);
-
-            d->comparison[k] = A->row_indices[k] == j ? size : -size;
-            d->is_z_matrix &= d->comparison[k] == A->values[k];
-        }
-}
-
 perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
 {
     perp__square C = d->A;
     perp_status status;
 
-    compare(d);
+    d->is_z_matrix = 1;
+    for (int32_t j = 0; j < C.n; j++)
+        for (int32_t k = C.column_starts[j]; k < C.column_starts[j + 1]; k++) {
+            const double size = fabs(C.values[k]);
+
+            d->comparison[k] = C.row_indices[k] == j ? size : -size;
+            d->is_z_matrix &= d->comparison[k] == C.values[k];
+        }
     C.values = d->comparison;
     status = perp__kept_factor_analyse(&d->kept, context, &perp__factor_klu, &d->A);
     if (status == PERP_OK)
@@ -234,18 +204,27 @@ perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
     return status;
 }
 
-/* positive := a lower bound of C v, all rounding and underflow counted. True if it is positive, and
- * v too. */
-static int32_t is_positive(perp__dominance *d)
+int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
+                              double *delta)
 {
     const perp__square *A = &d->A;
     const double rounding = PERP__GAMMA(d->n + 4.0), underflow = DBL_MIN * (8.0 * d->n + 8.0);
+    double largest = 0.0, factor = 0.0;
+    int32_t is_positive = 1;
 
+    /* 1. v near C^-1 |r| makes the bound sharp in every component; the floor keeps it positive. */
+    for (int32_t i = 0; i < d->n; i++) {
+        delta[i] = perp__raise(fabs(middle[i]) + width[i] + DBL_MIN, 2.0);
+        largest = perp__larger(largest, delta[i]);
+    }
+    for (int32_t i = 0; i < d->n; i++)
+        d->v[i] = fmax(delta[i], 1e-3 * largest);
+    perp__factor_klu.solve(d->is_z_matrix ? d->kept.factor : d->kept_comparison.factor, d->v, 0);
+    /* 2. positive := a lower bound of C v, all rounding and underflow counted. */
     memset(d->positive, 0, (size_t)d->n * sizeof *d->positive);
-    for (int32_t j = 0; j < d->n; j++) {
-        if (!(d->v[j] >= DBL_MIN))
-            return 0;
-        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < d->n && is_positive; j++) {
+        is_positive = d->v[j] >= DBL_MIN;
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1] && is_positive; k++) {
             const double product = d->comparison[k] * d->v[j];
 
             /* its part of the sum's error, and of this subtraction's */
@@ -253,29 +232,13 @@ static int32_t is_positive(perp__dominance *d)
                 product - (4.0 * rounding * fabs(product) + DBL_MIN * (d->v[j] + 1.0));
         }
     }
-    for (int32_t i = 0; i < d->n; i++) {
+    for (int32_t i = 0; i < d->n && is_positive; i++) {
         d->positive[i] -= underflow;
-        if (!(d->positive[i] > 0.0))
-            return 0;
+        is_positive = d->positive[i] > 0.0;
     }
-    return 1;
-}
-
-int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
-                              double *delta)
-{
-    double largest = 0.0, factor = 0.0;
-
-    for (int32_t i = 0; i < d->n; i++) {
-        delta[i] = perp__raise(fabs(middle[i]) + width[i] + DBL_MIN, 2.0);
-        largest = perp__larger(largest, delta[i]);
-    }
-    /* v near C^-1 |r| makes the bound sharp in every component; the floor keeps it positive */
-    for (int32_t i = 0; i < d->n; i++)
-        d->v[i] = fmax(delta[i], 1e-3 * largest);
-    perp__factor_klu.solve(d->is_z_matrix ? d->kept.factor : d->kept_comparison.factor, d->v, 0);
-    if (!is_positive(d))
+    if (!is_positive)
         return 0;
+    /* 3. |r| <= factor C v. */
     for (int32_t i = 0; i < d->n; i++)
         factor = perp__larger(factor, delta[i] / d->positive[i]);
     factor = perp__raise(factor + DBL_MIN, 4.0);

@@ -16,11 +16,9 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
- * Units are not unique: a diagonal that is tiny beside the couplings of its row or of its column,
- * as in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and
- * nobody knows; nor where a coupling that the units of a row were found from leaves others of
- * 2^20, or 2^-30 of couplings that are as large as any, as in [[0, 1, e], [1, 0, 1], [e, 1, 0]].
- * Then the caller's units are balanced too, and the worse ones count. */
+ * Units are not unique. Those of the equilibration come from diagonals and from couplings to them:
+ * where one of these may be noise, as in [[1e-13, 4], [-4, 0]], the caller's units are balanced
+ * instead. */
 #include "linalg/witness.h"
 
 #include <float.h>
@@ -34,6 +32,13 @@
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
 
+/* A diagonal below this is noise beside a coupling; log2 of an entry that no unit explains. */
+#define NOISE_DIAGONAL 0x1p-38
+#define UNEXPLAINED 20
+
+/* Exponents of units of the size that a caller may have chosen. */
+#define CHOSEN_UNIT 100
+
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
 
@@ -42,235 +47,82 @@
 #define FARTHEST_UNIT 500
 #define FARTHEST 1400
 
-/* The point and the units that it is looked at in. */
-typedef struct view {
-    const perp__witness_point *point;
-    const int32_t *units, *cut;
-    int32_t n;
-    double least; /* couplings from this on are significant */
-} view;
-
 static double violation_of_row(const perp__witness_point *p, int32_t i)
 {
     return perp__row_violation(p->z[i], p->lower[i], p->upper[i], p->w[i]);
 }
 
 /* |M_ij| in these units, which are clamped so that the power is a normal number. */
-static double entry(const int32_t *units, const perp__cursor *c)
+static double entry(const perp__witness *t, const perp__cursor *c)
 {
-    return fabs(c->value) * perp__power_of_two(units[c->i] + units[c->j]);
+    return fabs(c->value) * perp__power_of_two(t->exponents[c->i] + t->exponents[c->j]);
 }
 
-/* Marks the rows that hang together with their columns. Returns whether all do. */
-static int32_t find_tied(const perp__witness_units *u, int32_t n, int32_t *tied)
+/* cut := the parts of M by couplings of at least `least`, and by the rows and columns that are
+ * tied; is_free := which rows hang together with their columns then. Returns whether all do. */
+static int32_t cut_and_tie(perp__witness *t, const perp__matrix *M, double least,
+                           const int32_t *tied)
 {
     int32_t all = 1;
 
-    for (int32_t i = 0; i < n; i++) {
-        tied[i] = u->cut[i] == u->cut[n + i];
-        all &= tied[i];
+    perp__find_significant_parts(M, t->exponents, least, tied, t->cut, t->scales);
+    for (int32_t i = 0; i < M->rows; i++) {
+        t->is_free[i] = t->cut[i] == t->cut[M->rows + i];
+        all &= t->is_free[i];
     }
     return all;
 }
 
-static void find_cut(perp__witness *t, const perp__witness_point *p, perp__witness_units *u,
-                     double least, const int32_t *tied)
+/* Whether a diagonal that a row's unit is found from is noise beside a coupling, in the caller's
+ * units and in any: then it is small beside both diagonals, which units far apart do not make it.
+ * Or whether a coupling is that no unit explains, since that which gave a row its unit was noise.
+ * The caller's units tell what is noise, but nobody chose any that are very far apart. */
+static int32_t has_noise(perp__witness *t, const perp__witness_point *p)
 {
-    perp__find_significant_parts(p->M, u->exponents, least, tied, u->cut, t->sizes);
-}
+    int32_t *e = t->exponents, found = 0, is_far = 0;
+    double *diagonal = t->carried;
 
-/* z_i and w_i hang together unless M, but for noise, falls into parts between them: then there is
- * no common size. */
-static void tie(perp__witness *t, const perp__witness_point *p)
-{
-    const int32_t n = p->M->rows;
-
-    for (int32_t k = 0; k < t->count && !t->tied; k++) {
-        perp__witness_units *u = &t->units[k];
-
-        if (find_tied(u, n, t->is_free)) /* so much the more by smaller couplings */
-            continue;
-        find_cut(t, p, u, NOISE, NULL);
-        find_tied(u, n, t->is_free);
-        find_cut(t, p, u, sqrt(p->tol), t->is_free);
+    for (int32_t i = 0; i < p->M->rows; i++) {
+        diagonal[i] = fabs(perp__diagonal_entry(p->M, i));
+        is_far |= abs(p->exponents[i]) > CHOSEN_UNIT;
     }
-    t->tied = 1;
+    if (is_far)
+        return 0;
+    perp__equilibrate_but(p->M, NULL, e, t->omegas);
+    for (perp__cursor c = perp__first(p->M); !found && perp__advance(&c);) {
+        const double size = fabs(c.value), noise = NOISE_DIAGONAL * size;
+        const double a = diagonal[c.i], b = diagonal[c.j];
+
+        if (c.i == c.j)
+            continue;
+        found = ((a != 0.0 && a <= noise) || (b != 0.0 && b <= noise)) && a * b <= noise * size;
+        found |= perp__exponent_of(size) + e[c.i] + e[c.j] >= UNEXPLAINED;
+    }
+    return found;
 }
 
-/* Units and the parts that are left when couplings below sqrt(tol) are cut; nothing is tied. */
-static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
+/* Units, and the parts that are left when couplings below sqrt(tol) are cut. z_i and w_i hang
+ * together unless M, but for noise, falls into parts between them: then there is no common size. */
+static void find_units(perp__witness *t, const perp__witness_point *p)
 {
-    if (!t->known)
-        perp__witness_find_starts(t, p);
-    for (int32_t k = 0; k < t->count && !t->balanced; k++)
-        perp__balance(p->M, t->units[k].exponents, t->omegas, t->sizes);
-    t->balanced = 1;
+    const size_t bytes = (size_t)p->M->rows * sizeof *t->exponents;
+
+    if (!t->known) {
+        if (has_noise(t, p))
+            memset(t->exponents, 0, bytes);
+        else
+            memcpy(t->exponents, p->exponents, bytes);
+        perp__balance(p->M, t->exponents, t->omegas);
+        t->known = 1;
+        t->tol = 0.0;
+    }
     if (t->tol == p->tol)
         return;
-    for (int32_t k = 0; k < t->count; k++)
-        find_cut(t, p, &t->units[k], sqrt(p->tol), NULL);
     t->tol = p->tol;
-    t->tied = 0;
-}
-
-/* ---- a look at few rows of a dense matrix of numbers that no unit brings out of the range of
- * doubles ---- */
-
-#define MODERATE_NORM 0x1p40
-#define MODERATE_Q 0x1p150
-#define MODERATE_Z 0x1p100
-#define MODERATE_ROW 0x1p-60
-#define MODERATE_TERMS 0x1p-500
-
-static int32_t is_moderate(const perp__witness_point *p)
-{
-    int32_t good = p->row_norms && !p->M->column_starts;
-
-    for (int32_t i = 0; i < p->M->rows && good; i++) {
-        const double q = fabs(p->q[i]);
-
-        good =
-            abs(p->exponents[i]) <= PERP__MODERATE_UNIT / 2 && p->row_norms[i] <= MODERATE_NORM &&
-            (q == 0.0 || (q >= 1.0 / MODERATE_Q && q <= MODERATE_Q)) && fabs(p->z[i]) <= MODERATE_Z;
-    }
-    return good;
-}
-
-/* Whether violation <= tol (|q_i| + sum_j |M_ij z_j|), which it mostly is after a few terms. */
-static int32_t is_small_in_row(const perp__witness_point *p, int32_t i, double violation)
-{
-    const double *row = p->M->values + (size_t)i * p->M->row_stride;
-    double sum = fabs(p->q[i]);
-
-    for (int32_t j = 0; j < p->M->rows && !(violation <= p->tol * sum); j++)
-        sum += fabs(row[(size_t)j * p->M->column_stride] * p->z[j]);
-    return violation <= p->tol * sum;
-}
-
-/* What t_k is at least, from two of its terms; 0 if the row does not surely cancel. */
-static double cancelling_terms(const perp__witness_point *p, const int32_t *units, int32_t k)
-{
-    const double terms = fabs(p->q[k]) + fabs(perp__diagonal_entry(p->M, k) * p->z[k]);
-    const double scaled = perp__shift(terms, units[k]);
-
-    return fabs(p->w[k]) <= sqrt(p->tol) * terms && scaled >= MODERATE_TERMS ? scaled : 0.0;
-}
-
-/* ---- the same without units, if they are balanced from those of the caller alone ----
- *
- * Balancing starts from S = D M D of perp__equilibrate, and bounds on S bound what it does. Let 2^b
- * be more than half of the largest entry of S, and 2^L_i the same of row i. The first round takes
- * at most b / 2 off an exponent, and then no entry is 4 or more: later rounds only add, and never
- * so much that one is,
- *
- *     e_i - b / 2 <= u_i <= e_i + 2 + b / 2 - L_i.
- *
- * So entries of S of 2^b sqrt(tol) are significant in units u; and a row k that cancels and has a
- * significant entry in one column with row i excuses row i where, in units e, t_k is at least
- * 2^(2 + b - L_i) v_i / (tol floor). */
-typedef struct glance {
-    const perp__witness_point *point;
-    double *anchors; /* 2^e_k t_k at least, of rows k that cancel; 0 of others */
-    int32_t b;
-    double significant; /* entries of S; 0: not looked at anything yet */
-} glance;
-
-/* |S_ij| */
-static double scaled_entry(const perp__witness_point *p, int32_t i, int32_t j)
-{
-    return fabs(p->M->values[(size_t)i * p->M->row_stride + (size_t)j * p->M->column_stride]) *
-           perp__power_of_two(p->exponents[i] + p->exponents[j]);
-}
-
-static void look_around(glance *g)
-{
-    const perp__witness_point *p = g->point;
-    double largest = 1.0;
-
-    for (int32_t k = 0; k < p->M->rows; k++) {
-        g->anchors[k] = cancelling_terms(p, p->exponents, k);
-        largest = p->row_norms[k] > largest ? p->row_norms[k] : largest;
-    }
-    g->b = perp__exponent_of(largest);
-    g->significant = perp__power_of_two(g->b) * sqrt(p->tol);
-}
-
-/* Whether a row of `size` or more excuses those with a significant entry in column j. */
-static int32_t is_excused_in_column(const glance *g, int32_t j, double size)
-{
-    for (int32_t k = 0; k < g->point->M->rows; k++)
-        if (g->anchors[k] >= size && scaled_entry(g->point, k, j) >= g->significant)
-            return 1;
-    return 0;
-}
-
-static int32_t is_excused(const glance *g, int32_t i, double violation)
-{
-    const perp__witness_point *p = g->point;
-    double largest = MODERATE_ROW, size;
-
-    for (int32_t j = 0; j < p->M->rows; j++) {
-        const double found = scaled_entry(p, i, j);
-
-        largest = found > largest ? found : largest;
-    }
-    size = perp__shift(violation / (p->tol * perp__floor_of(p->tol)),
-                       p->exponents[i] + 2 + g->b - perp__exponent_of(largest));
-    if (size < MODERATE_TERMS) /* the anchors of rows that do not cancel are 0 */
-        size = MODERATE_TERMS;
-    for (int32_t j = 0; j < p->M->rows && largest >= g->significant; j++)
-        if (scaled_entry(p, i, j) >= g->significant && is_excused_in_column(g, j, size))
-            return 1;
-    return 0;
-}
-
-/* most := for each part what the largest t of a row that cancels is at least. Returns whether all
- * units are moderate. */
-static int32_t find_least_most(const perp__witness_point *p, const perp__witness_units *u,
-                               double *most)
-{
-    int32_t good = 1;
-
-    memset(most, 0, 2 * (size_t)p->M->rows * sizeof *most);
-    for (int32_t k = 0; k < p->M->rows; k++) {
-        good &= abs(u->exponents[k]) <= PERP__MODERATE_UNIT;
-        perp__raise_to(&most[u->cut[k]], cancelling_terms(p, u->exponents, k));
-    }
-    return good;
-}
-
-/* Whether every violation is small beside the terms of its row, or in all units beside the floor
- * of its part: sure where it is, and mostly so in a right answer. */
-static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
-{
-    double *const most[2] = {t->most, t->sizes};
-    int32_t looked = 0, good = 1, i, k;
-    glance g = {p, t->terms, 0, 0.0};
-
-    for (i = 0; i < p->M->rows && good; i++) {
-        const double v = violation_of_row(p, i);
-
-        if (v <= p->tol * fabs(p->q[i]) || is_small_in_row(p, i, v))
-            continue;
-        if (!t->known)
-            perp__witness_find_starts(t, p);
-        if (g.significant == 0.0 && t->count == 1)
-            look_around(&g);
-        if (t->count == 1 && is_excused(&g, i, v))
-            continue;
-        if (!looked++) {
-            look_at_matrix(t, p);
-            for (k = 0; k < t->count; k++)
-                good &= find_least_most(p, &t->units[k], most[k]);
-        }
-        for (k = 0; k < t->count;
-             k++) { /* where nothing cancels, not even what underflows is small */
-            const double floor = perp__floor_of(p->tol) * most[k][t->units[k].cut[i]];
-
-            good &= floor > 0.0 && perp__shift(v, t->units[k].exponents[i]) <= p->tol * floor;
-        }
-    }
-    return good;
+    if (cut_and_tie(t, p->M, sqrt(p->tol), NULL)) /* so much the more by smaller couplings */
+        return;
+    cut_and_tie(t, p->M, NOISE, NULL);
+    cut_and_tie(t, p->M, sqrt(p->tol), t->is_free);
 }
 
 /* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix. What
@@ -314,154 +166,115 @@ static int32_t is_near(double distance, int32_t shift, double near)
     return distance == 0.0 || (scaled >= DBL_MIN && scaled <= near);
 }
 
-/* v_i; z that is next to a bound, beside what it may carry, counts as on it, and is not free. */
-static double violation_near(const perp__witness_point *p, int32_t i, int32_t shift, double near,
-                             int32_t *is_free)
-{
-    const double lower = p->lower[i], upper = p->upper[i], z = p->z[i];
-    const int32_t at_lower = is_near(z - lower, shift, near);
-    const int32_t at_upper = is_near(upper - z, shift, near);
-
-    *is_free = !at_lower && !at_upper;
-    if (at_lower && at_upper)
-        return 0.0;
-    return perp__row_violation(at_lower ? lower : at_upper ? upper : z, lower, upper, p->w[i]);
-}
-
 /* carried := the size of z_j itself. */
-static void start_sizes(perp__witness *t, const view *v)
+static void start_sizes(perp__witness *t, const perp__witness_point *p)
 {
-    const perp__witness_point *p = v->point;
+    const int32_t n = p->M->rows;
 
-    for (int32_t j = 0; j < v->n; j++)
+    for (int32_t j = 0; j < n; j++)
         t->carried[j] = perp__shift(p->least ? fmax(fabs(p->z[j]), p->least[j]) : fabs(p->z[j]),
-                                    -v->units[j] - t->omegas[v->n + j]);
+                                    -t->exponents[j] - t->omegas[n + j]);
 }
 
-/* wrong := v; carried := |z_j|, for free z_j what its rows give comes next. A bound is near beside
- * all that z_j's rows, whether they cancel or not, would let it be. */
-static void find_violations(perp__witness *t, const view *v)
+/* wrong := v, where z that is next to a bound counts as on it, and is not free; carried := |z_j|,
+ * for free z_j what its rows give comes next. A bound is near beside all that z_j's rows, whether
+ * they cancel or not, would let it be. */
+static void find_violations(perp__witness *t, const perp__witness_point *p, double least)
 {
-    const perp__witness_point *p = v->point;
-    perp__cursor c = perp__first(p->M);
+    const int32_t n = p->M->rows;
 
-    start_sizes(t, v);
-    while (perp__advance(&c)) {
-        const double size = entry(v->units, &c);
+    start_sizes(t, p);
+    for (perp__cursor c = perp__first(p->M); perp__advance(&c);) {
+        const double size = entry(t, &c);
 
-        if (size >= v->least && !(t->terms[c.i] <= size * t->carried[c.j]))
+        if (size >= least && !(t->terms[c.i] <= size * t->carried[c.j]))
             t->carried[c.j] = t->terms[c.i] / size;
     }
-    for (int32_t i = 0; i < v->n; i++) {
-        const int32_t shift = v->units[i] - t->omegas[i];
+    for (int32_t i = 0; i < n; i++) {
+        const int32_t shift = t->exponents[i] - t->omegas[i];
         const double size = t->carried[i];
         const double near = size < INFINITY ? p->tol * size : 0.0; /* not next to everything */
+        const int32_t unit = -t->exponents[i] - t->omegas[n + i];
+        const int32_t at_lower = is_near(p->z[i] - p->lower[i], unit, near);
+        const int32_t at_upper = is_near(p->upper[i] - p->z[i], unit, near);
+        const double z = at_lower ? p->lower[i] : at_upper ? p->upper[i] : p->z[i];
+        const double v = perp__row_violation(z, p->lower[i], p->upper[i], p->w[i]);
 
-        t->wrong[i] = perp__shift(
-            violation_near(p, i, -v->units[i] - t->omegas[v->n + i], near, &t->is_free[i]), shift);
-        if (!(perp__shift(fabs(p->w[i]), shift) <= v->least * t->terms[i]))
+        t->is_free[i] = !at_lower && !at_upper;
+        t->wrong[i] = at_lower && at_upper ? 0.0 : perp__shift(v, shift);
+        if (!(perp__shift(fabs(p->w[i]), shift) <= least * t->terms[i]))
             t->rounding[i] = 0.0;
         else
             t->rounding[i] = t->terms[i];
     }
-    start_sizes(t, v);
+    start_sizes(t, p);
 }
 
 /* around := t + |M| s, most := the largest t of a row of a cut part that cancels. */
-static void find_neighbours(perp__witness *t, const view *v)
+static void find_neighbours(perp__witness *t, const perp__matrix *M, double least)
 {
-    perp__cursor c = perp__first(v->point->M);
+    for (perp__cursor c = perp__first(M); perp__advance(&c);) {
+        const double size = entry(t, &c);
 
-    while (perp__advance(&c)) {
-        const double size = entry(v->units, &c);
-
-        if (t->is_free[c.j] && size >= v->least && !(t->rounding[c.i] <= size * t->carried[c.j]))
+        if (t->is_free[c.j] && size >= least && !(t->rounding[c.i] <= size * t->carried[c.j]))
             t->carried[c.j] = t->rounding[c.i] / size;
     }
-    for (int32_t i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < M->rows; i++) {
         t->around[i] = t->terms[i];
-        t->most[i] = t->most[v->n + i] = 0.0;
+        t->most[i] = t->most[M->rows + i] = 0.0;
     }
-    for (c = perp__first(v->point->M); perp__advance(&c);)
-        t->around[c.i] += entry(v->units, &c) * t->carried[c.j];
-    for (int32_t i = 0; i < v->n; i++)
-        perp__raise_to(&t->most[v->cut[i]], t->rounding[i]);
+    for (perp__cursor c = perp__first(M); perp__advance(&c);)
+        t->around[c.i] += entry(t, &c) * t->carried[c.j];
+    for (int32_t i = 0; i < M->rows; i++)
+        perp__raise_to(&t->most[t->cut[i]], t->rounding[i]);
 }
 
-/* Whether numbers of row i, in these units, are or may have been beyond the range of doubles. */
-static int32_t is_extreme(const perp__witness *t, const view *v, int32_t i, double size)
+double perp__witness_own_residual(perp__witness *t, const perp__witness_point *point)
 {
-    const int32_t reach = abs(v->units[i]) + abs(t->omegas[i]);
-
-    return !(size >= LEAST_SIZE && size < INFINITY) || abs(v->units[i]) >= FARTHEST_UNIT ||
-           reach >= FARTHEST;
-}
-
-/* Such rows have no common unit with their neighbours: each violation beside its own terms, in the
- * caller's units. Terms that overflow excuse nothing. */
-static void look_at_extremes(perp__witness *t, const perp__witness_point *p, double *own)
-{
-    perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
-    for (int32_t i = 0; i < p->M->rows; i++) {
-        const double v = violation_of_row(p, i);
-
-        if (t->is_free[i] && v != 0.0)
-            perp__raise_to(own, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
-    }
-}
-
-static double own_residual(perp__witness *t, const perp__witness_point *p,
-                           const perp__witness_units *u)
-{
-    const view v = {p, u->exponents, u->cut, p->M->rows, sqrt(p->tol)};
-    const perp__parts parts = {v.n, p->parts, p->part};
+    const perp__witness_point *p = point;
+    const perp__parts parts = {p->M->rows, p->parts, p->part};
+    const double least = sqrt(p->tol); /* couplings from this on are significant */
     int32_t extremes = 0;
     double own = 0.0;
 
-    perp__find_omegas(&parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
-    perp__find_terms(p->M, p->q, p->z, u->exponents, t->omegas, t->terms);
-    find_violations(t, &v);
-    find_neighbours(t, &v);
-    for (int32_t i = 0; i < v.n; i++) {
-        const double size = t->around[i] + perp__floor_of(p->tol) * t->most[u->cut[i]];
+    if (is_small_in_rows(t, p))
+        return 0.0;
+    /* 1. Violations and what rows carry, in units. */
+    find_units(t, p);
+    perp__find_omegas(&parts, p->q, t->exponents, t->omega_of_part, t->omegas, 0);
+    perp__find_terms(p->M, p->q, p->z, t->exponents, t->omegas, t->terms);
+    find_violations(t, p, least);
+    find_neighbours(t, p->M, least);
+    for (int32_t i = 0; i < p->M->rows; i++) {
+        const double size = t->around[i] + perp__floor_of(p->tol) * t->most[t->cut[i]];
+        const int32_t unit = abs(t->exponents[i]);
+        const int32_t is_extreme = !(size >= LEAST_SIZE && size < INFINITY) ||
+                                   unit >= FARTHEST_UNIT || unit + abs(t->omegas[i]) >= FARTHEST;
 
-        t->is_free[i] = is_extreme(t, &v, i, size);
+        t->is_free[i] = is_extreme;
         extremes |= t->is_free[i];
         if (!t->is_free[i] && t->wrong[i] != 0.0)
             perp__raise_to(&own, t->wrong[i] / size);
     }
+    /* 2. Rows whose numbers are or may have been beyond the range of doubles have no common unit
+     * with their neighbours: each violation beside its own terms, in the caller's units. Terms that
+     * overflow excuse nothing. */
     if (extremes)
-        look_at_extremes(t, p, &own);
-    return own;
-}
+        perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
+    for (int32_t i = 0; i < p->M->rows && extremes; i++) {
+        const double v = violation_of_row(p, i);
 
-double perp__witness_own_residual(perp__witness *witness, const perp__witness_point *point)
-{
-    double own = 0.0;
-
-    if (is_moderate(point) ? is_surely_small(witness, point) : is_small_in_rows(witness, point))
-        return 0.0;
-    look_at_matrix(witness, point);
-    if (!witness->tied) {
-        tie(witness, point);
-        if (is_moderate(point) && is_surely_small(witness, point))
-            return 0.0;
+        if (t->is_free[i] && v != 0.0)
+            perp__raise_to(&own, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
     }
-    for (int32_t k = 0; k < witness->count; k++)
-        perp__raise_to(&own, own_residual(witness, point, &witness->units[k]));
     return own;
 }
 
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
 {
-    for (int32_t k = 0; k < 2; k++) {
-        witness->units[k].exponents = perp__arena_take(arena, n, sizeof(int32_t));
-        witness->units[k].cut = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    }
-    PERP__INTEGERS(arena, 2 * n, &witness->omegas, &witness->omega_of_part);
-    witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &witness->exponents, &witness->is_free);
+    PERP__INTEGERS(arena, 2 * n, &witness->cut, &witness->omegas, &witness->omega_of_part);
     PERP__DOUBLES(arena, n, &witness->terms, &witness->carried, &witness->rounding, &witness->wrong,
-                  &witness->around);
-    witness->sizes = perp__arena_take(arena, 3 * n, sizeof(double));
+                  &witness->around, &witness->scales);
     witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
 }

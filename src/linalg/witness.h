@@ -12,39 +12,27 @@
 typedef struct perp__witness_point {
     const perp__matrix *M;
     const int32_t *exponents; /* of perp__equilibrate */
-    int32_t balanced;         /* what that returned */
     const int32_t *part;      /* 2 n, of perp__find_parts */
     int32_t parts;
-    int32_t scaling; /* 0: the exponents are 0 by the caller's wish */
     const double *q, *lower, *upper, *z, *w;
-    const double *row_norms; /* of the matrix scaled by the exponents; NULL: not known */
-    const double *least;     /* what z_j carries at least, however small it is; NULL: nothing */
+    const double *least; /* what z_j carries at least, however small it is; NULL: nothing */
     double tol;
+    /* of no account any more: callers may leave them out */
+    int32_t balanced, scaling;
+    const double *row_norms;
 } perp__witness_point;
 
-/* Units of M: log2 of scales that bring the largest entry of every row and column near 1, and the
- * parts of M that hang together by couplings that are significant in them. */
-typedef struct perp__witness_units {
-    int32_t *exponents, *cut;
-} perp__witness_units;
-
+/* n entries; cut, omegas, omega_of_part and most: 2 n. */
 typedef struct perp__witness {
-    int32_t known;    /* the units are those of this matrix */
-    int32_t count;    /* 1, or 2 */
-    int32_t balanced; /* else their exponents are those that balancing starts from */
-    double tol;       /* that they are cut for; 0: none */
-    int32_t tied;     /* and rows are tied to their columns; else their parts are smaller */
-    perp__witness_units units[2];
+    int32_t known; /* the units are those of this matrix */
+    double tol;    /* that it is cut for; 0: none */
+    /* log2 of scales that bring the largest entry of every row and column of M near 1, and the
+     * parts of M that hang together by couplings that are significant in them */
+    int32_t *exponents, *cut;
     int32_t *omegas, *omega_of_part, *is_free;
-    double *terms, *carried, *rounding, *wrong, *around, *most; /* n, most 2 n: see witness.c */
-    double *sizes;                                              /* 3 n */
+    double *terms, *carried, *rounding, *wrong, *around, *most; /* see witness.c */
+    double *scales;                                             /* work */
 } perp__witness;
-
-/* Exponents of units of the size that a caller may have chosen. */
-#define PERP__MODERATE_UNIT 200
-
-/* For the witness alone: count, and the units that balancing starts from. */
-void perp__witness_find_starts(perp__witness *witness, const perp__witness_point *point);
 
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n);
 

@@ -31,13 +31,6 @@ perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *fr
     return perp__refuse(m->context, "h is %g, expected a length > 0", from->h);
 }
 
-perp_status perp__mechanism_check_outputs(perp_mechanism *m, const double *q, const double *v)
-{
-    const perp_status status = perp__check_pointer(m->context, "q", q);
-
-    return status == PERP_OK ? perp__check_pointer(m->context, "v", v) : status;
-}
-
 void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v)
 {
     memcpy(to->q, q, (size_t)m->coordinates * sizeof *to->q);
@@ -98,41 +91,34 @@ perp_status perp__advance_from(perp_mechanism *m, perp__motion *to, perp_mechani
     return status;
 }
 
-/* out: the caller's arrays; all but q and v may be NULL. */
-static perp_status advance(perp_mechanism *m, const perp__motion *out, perp_mechanism_step *step,
-                           const perp__start *from)
-{
-    perp__motion *to = &m->next;
-    perp_mechanism_step own;
-    perp_status status = perp__mechanism_check_outputs(m, out->q, out->v);
-
-    PERP__THEN(status, PERP__CHECK(perp_mechanism_step, m->context, step));
-    PERP__THEN(status, perp__mechanism_check_start(m, from));
-    m->keeps = 0; /* between calls what the callbacks read may have changed */
-    PERP__THEN(status, perp__advance_from(m, to, &own, from));
-    if (status != PERP_OK)
-        return status;
-    perp__copy(out->q, to->q, m->coordinates);
-    perp__copy(out->v, to->v, m->n);
-    perp__copy(out->r, to->r, m->rows);
-    perp__copy(out->u, to->u, m->rows);
-    if (out->modes)
-        memcpy(out->modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *out->modes);
-    if (own.has_ray)
-        perp__copy(out->ray, to->ray, m->rows);
-    perp__struct_write(step, &own, sizeof own);
-    return PERP_OK;
-}
-
 perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v, double *impulse,
                                    double *velocity, int32_t *modes, double *ray,
                                    perp_mechanism_step *step, double t, double h, const double *q0,
                                    const double *v0)
 {
-    const perp__motion out = {
-        .q = q, .v = v, .u = velocity, .r = impulse, .ray = ray, .modes = modes};
+    perp_mechanism *m = mechanism;
     const perp__start from = {t, h, q0, v0};
+    perp_mechanism_step own;
+    perp_status status = perp__mechanism_enter(m);
 
-    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
-                      advance(mechanism, &out, step, &from));
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(m->context, "q", q);
+    PERP__THEN(status, perp__check_pointer(m->context, "v", v));
+    PERP__THEN(status, PERP__CHECK(perp_mechanism_step, m->context, step));
+    PERP__THEN(status, perp__mechanism_check_start(m, &from));
+    m->keeps = 0; /* between calls what the callbacks read may have changed */
+    PERP__THEN(status, perp__advance_from(m, &m->next, &own, &from));
+    if (status == PERP_OK) {
+        perp__copy(q, m->next.q, m->coordinates);
+        perp__copy(v, m->next.v, m->n);
+        perp__copy(impulse, m->next.r, m->rows);
+        perp__copy(velocity, m->next.u, m->rows);
+        if (modes)
+            memcpy(modes, m->next.modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
+        if (own.has_ray)
+            perp__copy(ray, m->next.ray, m->rows);
+        perp__struct_write(step, &own, sizeof own);
+    }
+    return perp__leave(m->context, status);
 }

@@ -146,24 +146,6 @@ static void copy_row(double *to, const double *from, size_t n, size_t width)
     memset(to + n, 0, (width - n) * sizeof *to);
 }
 
-static void add_contact(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem,
-                        int32_t j)
-{
-    const size_t n = (size_t)m->n, width = (size_t)a->columns;
-
-    for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++) {
-        const size_t row = (size_t)(a->rows + i - m->starts[j]);
-
-        copy_row(a->H + row * width, problem->terms->J + (size_t)i * n, n, width);
-        a->w[row] = problem->terms->drift[i] + (m->normal_of[i] >= 0 ? problem->shift[j] : 0.0);
-    }
-    a->mu[a->contacts] = problem->friction[j];
-    a->dims[a->contacts] = m->dims[j];
-    a->two_sided[a->contacts] = m->two_sided[j];
-    a->source[a->contacts++] = j;
-    a->rows += m->dims[j];
-}
-
 static int32_t has_pressure(const perp_mechanism *m, const perp__velocity_problem *problem,
                             int32_t j)
 {
@@ -171,23 +153,16 @@ static int32_t has_pressure(const perp_mechanism *m, const perp__velocity_proble
            problem->friction[j] * problem->pressure[j] > 0.0;
 }
 
-static int32_t count_columns(const perp_mechanism *m, const perp__velocity_problem *problem)
-{
-    int32_t columns = m->n, i;
-
-    for (i = 0; i < m->contacts; i++)
-        columns += has_pressure(m, problem, i);
-    for (i = 0; i < m->dry; i++)
-        columns += problem->dry[i] > 0.0;
-    return columns;
-}
-
 static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem)
 {
     const size_t n = (size_t)m->n;
     size_t width;
 
-    a->columns = count_columns(m, problem);
+    a->columns = m->n;
+    for (int32_t i = 0; i < m->contacts; i++)
+        a->columns += has_pressure(m, problem, i);
+    for (int32_t i = 0; i < m->dry; i++)
+        a->columns += problem->dry[i] > 0.0;
     a->contacts = a->rows = 0;
     width = (size_t)a->columns;
     for (size_t i = 0; i < n; i++)
@@ -195,8 +170,20 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
     memset(a->M + n * width, 0, (width - n) * width * sizeof *a->M);
     memcpy(a->f, problem->momentum, n * sizeof *a->f);
     for (int32_t j = 0; j < m->contacts; j++)
-        if (problem->included[j])
-            add_contact(m, a, problem, j);
+        if (problem->included[j]) {
+            for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++) {
+                const size_t row = (size_t)(a->rows + i - m->starts[j]);
+
+                copy_row(a->H + row * width, problem->terms->J + (size_t)i * n, n, width);
+                a->w[row] =
+                    problem->terms->drift[i] + (m->normal_of[i] >= 0 ? problem->shift[j] : 0.0);
+            }
+            a->mu[a->contacts] = problem->friction[j];
+            a->dims[a->contacts] = m->dims[j];
+            a->two_sided[a->contacts] = m->two_sided[j];
+            a->source[a->contacts++] = j;
+            a->rows += m->dims[j];
+        }
     a->next_column = m->n;
     for (int32_t j = 0; j < m->contacts; j++)
         if (has_pressure(m, problem, j))
@@ -219,18 +206,6 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
  * it has without friction (docs/friction.md). What slides is taken to slide on, what rests to
  * stick. */
 
-/* Friction of contact j, whose rows start at `row`, in a->r. */
-static void start_contact(perp_mechanism *m, perp__assembly *a,
-                          const perp__velocity_problem *problem, int32_t j, int32_t row)
-{
-    const double size = problem->friction[j] * perp__length(a->r + row, m->two_sided[j]);
-    const double *u = m->start_velocity + m->tangent[j];
-    double *tangent = a->r + row + m->two_sided[j];
-
-    for (int32_t i = 0; i < m->tangents[j]; i++)
-        tangent[i] = m->start_speed[j] > 0.0 ? -size * (u[i] / m->start_speed[j]) : 0.0;
-}
-
 /* Whether friction of such contacts counts: then start := impulses without it, and with it on what
  * slides already. */
 static perp_status find_start(perp_mechanism *m, perp__assembly *a,
@@ -250,25 +225,20 @@ static perp_status find_start(perp_mechanism *m, perp__assembly *a,
     a->starts = status == PERP_OK && perp__is_good(answer->outcome);
     for (c = row = 0; c < a->contacts; row += a->dims[c++]) {
         const int32_t j = a->source[c];
+        double size;
 
         if (a->two_sided[c] == 0)
             continue;
         a->mu[c] = problem->friction[j];
-        start_contact(m, a, problem, j, row);
+        size = problem->friction[j] * perp__length(a->r + row, m->two_sided[j]);
+        for (int32_t i = 0; i < m->tangents[j]; i++)
+            a->r[row + m->two_sided[j] + i] =
+                m->start_speed[j] > 0.0
+                    ? -size * (m->start_velocity[m->tangent[j] + i] / m->start_speed[j])
+                    : 0.0;
     }
     memcpy(a->start, a->r, (size_t)(a->rows + m->bilateral) * sizeof *a->start);
     return status;
-}
-
-/* ---- the solution -------------------------------------------------------------------------- */
-
-/* A group that slides holds back with its bound, however small that is beside other impulses. */
-static void slide(const double *u, double bound, double *r, int32_t rows)
-{
-    const double speed = perp__length(u, rows);
-
-    for (int32_t i = 0; i < rows && speed > 0.0; i++)
-        r[i] = -bound * (u[i] / speed);
 }
 
 /* Contact c of the assembly, whose rows start at `row`. */
@@ -282,8 +252,13 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
     const int32_t normals = skip ? 1 : m->tangent[j] - m->starts[j];
     const int32_t first = m->tangent[j] - (skip ? 0 : normals);
 
-    if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2))
-        slide(a->u + row + 1, problem->dry[j - m->contacts], a->r + row + 1, a->dims[c] - 1);
+    /* a group that slides holds back with its bound, however small beside other impulses */
+    if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2)) {
+        const double speed = perp__length(a->u + row + 1, a->dims[c] - 1);
+
+        for (int32_t i = row + 1; i < row + a->dims[c] && speed > 0.0; i++)
+            a->r[i] = -problem->dry[j - m->contacts] * (a->u[i] / speed);
+    }
     for (int32_t i = skip; i < a->dims[c]; i++) {
         const int32_t at = first + i - skip;
 
@@ -300,27 +275,11 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
         answer->modes[j] = PERP_CONTACT_STICK;
 }
 
-static void take_solution(perp_mechanism *m, perp__assembly *a, perp__motion *answer,
-                          const perp__velocity_problem *problem)
-{
-    int32_t row = 0, c, i;
-
-    for (c = 0; c < a->contacts; c++) {
-        take_contact(m, a, answer, problem, c, row);
-        row += a->dims[c];
-    }
-    for (i = 0; i < m->bilateral; i++) {
-        answer->r[m->contact_rows + i] = a->r[row + i];
-        answer->ray[m->contact_rows + i] = a->ray[row + i];
-        answer->holds[m->contact_rows + i] = 1;
-    }
-    memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
-}
-
 perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem)
 {
     perp__assembly *a = &m->assembly;
+    int32_t c, row;
     perp_status status = perp__check_entries(m, "M v0 + h k", problem->momentum, m->n);
 
     if (status != PERP_OK)
@@ -337,7 +296,14 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
         PERP__THEN(status, perp__assembly_solve(m, a, m->bilateral, answer));
         if (status != PERP_OK)
             return status;
-        take_solution(m, a, answer, problem);
+        for (c = row = 0; c < a->contacts; row += a->dims[c++])
+            take_contact(m, a, answer, problem, c, row);
+        for (int32_t i = 0; i < m->bilateral; i++) {
+            answer->r[m->contact_rows + i] = a->r[row + i];
+            answer->ray[m->contact_rows + i] = a->ray[row + i];
+            answer->holds[m->contact_rows + i] = 1;
+        }
+        memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
     }
     perp__hold_velocities(m, answer, problem);
     perp__judge_motion(m, answer, problem);

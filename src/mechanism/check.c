@@ -36,12 +36,6 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &a->unit);
 }
 
-/* Rows that are gradients: normals and those of G. */
-static int32_t is_gradient(const perp_mechanism *m, int32_t j, int32_t row)
-{
-    return j >= m->contacts || row < m->tangent[j];
-}
-
 /* values := what the rows should be the gradients of. */
 static void collect(const perp_mechanism *m, const perp__terms *terms, double *values)
 {
@@ -52,68 +46,53 @@ static void collect(const perp_mechanism *m, const perp__terms *terms, double *v
         values[m->constraint_row[j]] = terms->c[j];
 }
 
-/* values := at t + dt, q + s rate. What is refused there is no fault of the model's here. */
-static perp_status evaluate(look *a, double *values, double dt, double s)
-{
-    perp_mechanism *m = a->m;
-    perp_status status;
-
-    for (int32_t i = 0; i < m->coordinates; i++)
-        m->moved[i] = a->q[i] + s * a->rate[i];
-    status = perp__evaluate_rows(m, &m->end, a->t + dt, m->moved, a->v);
-    if (status == PERP_ERROR_NOT_FINITE || status == PERP_ERROR_ARGUMENT)
-        return PERP__OUTSIDE;
-    if (status == PERP_OK)
-        collect(m, &m->end, values);
-    return status;
-}
-
-/* All four points. by_time: the step is one in time. */
-static perp_status sample(look *a, double step, int32_t by_time)
-{
-    double *const to[] = {a->far_high, a->near_high, a->far_low, a->near_low};
-    const double at[] = {step, 0.5 * step, -step, -0.5 * step};
-    perp_status status = PERP_OK;
-
-    for (int32_t k = 0; k < 4 && status == PERP_OK; k++)
-        status = evaluate(a, to[k], by_time ? at[k] : 0.0, by_time ? 0.0 : at[k]);
-    return status;
-}
-
-/* The derivative of row `row` from the samples of this step, if it is the most certain so far. */
-static void take(look *a, int32_t row, int32_t column, double step)
-{
-    const size_t at = (size_t)row * ((size_t)a->m->n + 1) + (size_t)column;
-    const double wide = (a->far_high[row] - a->far_low[row]) / (2.0 * step);
-    const double narrow = (a->near_high[row] - a->near_low[row]) / step;
-    const double best = narrow + (narrow - wide) / 3.0;
-    /* the jump of the derivative at a kink; of a smooth function this is of order step^3 */
-    const double far = (a->far_high[row] - a->here[row]) + (a->far_low[row] - a->here[row]);
-    const double near = (a->near_high[row] - a->here[row]) + (a->near_low[row] - a->here[row]);
-    const double size =
-        fabs(a->here[row]) + fabs(a->far_high[row]) + perp__gap_size(a->m, &a->m->begin, row, a->q);
-    const double uncertainty =
-        fabs(best - narrow) + fabs(4.0 * near - far) / step + ROUNDING * PERP__EPS * size / step;
-
-    if (!(uncertainty >= a->uncertainty[at])) {
-        a->uncertainty[at] = uncertainty;
-        a->difference[at] = best;
-    }
-}
-
 static double largest_entry(const perp_mechanism *m, int32_t row)
 {
     return perp__largest(m->begin.J + (size_t)row * (size_t)m->n, m->n);
 }
 
-/* Whether each row's derivative is known as well as it is going to be compared. */
-static int32_t suffices(const look *a, int32_t column)
+/* Samples at the four points of a step, by time or along the rate, and the derivatives of all rows
+ * from them, where they are the most certain so far; whether each is known as well as it is going
+ * to be compared. What is refused there is no fault of the model's here. */
+static perp_status sample(look *a, int32_t column, double step, int32_t *suffices)
 {
-    for (int32_t row = 0; row < a->m->rows; row++)
-        if (CERTAIN * a->uncertainty[(size_t)row * ((size_t)a->m->n + 1) + (size_t)column] >
-            0.1 * RELATIVE * largest_entry(a->m, row))
-            return 0;
-    return 1;
+    double *const to[] = {a->far_high, a->near_high, a->far_low, a->near_low};
+    const double at[] = {step, 0.5 * step, -step, -0.5 * step};
+    perp_mechanism *m = a->m;
+    perp_status status = PERP_OK;
+
+    for (int32_t k = 0; k < 4 && status == PERP_OK; k++) {
+        const double dt = column == m->n ? at[k] : 0.0, s = column == m->n ? 0.0 : at[k];
+
+        for (int32_t i = 0; i < m->coordinates; i++)
+            m->moved[i] = a->q[i] + s * a->rate[i];
+        status = perp__evaluate_rows(m, &m->end, a->t + dt, m->moved, a->v);
+        if (status == PERP_OK)
+            collect(m, &m->end, to[k]);
+    }
+    *suffices = status == PERP_OK;
+    for (int32_t row = 0; row < m->rows && status == PERP_OK; row++) {
+        const size_t entry = (size_t)row * ((size_t)m->n + 1) + (size_t)column;
+        const double wide = (a->far_high[row] - a->far_low[row]) / (2.0 * step);
+        const double narrow = (a->near_high[row] - a->near_low[row]) / step;
+        const double best = narrow + (narrow - wide) / 3.0;
+        /* the jump of the derivative at a kink; of a smooth function this is of order step^3 */
+        const double far = (a->far_high[row] - a->here[row]) + (a->far_low[row] - a->here[row]);
+        const double near = (a->near_high[row] - a->here[row]) + (a->near_low[row] - a->here[row]);
+        const double size =
+            fabs(a->here[row]) + fabs(a->far_high[row]) + perp__gap_size(m, &m->begin, row, a->q);
+        const double uncertainty = fabs(best - narrow) + fabs(4.0 * near - far) / step +
+                                   ROUNDING * PERP__EPS * size / step;
+
+        if (!(uncertainty >= a->uncertainty[entry])) {
+            a->uncertainty[entry] = uncertainty;
+            a->difference[entry] = best;
+        }
+        if (CERTAIN * a->uncertainty[entry] > 0.1 * RELATIVE * largest_entry(m, row))
+            *suffices = 0;
+    }
+    return status == PERP_ERROR_NOT_FINITE || status == PERP_ERROR_ARGUMENT ? PERP__OUTSIDE
+                                                                            : status;
 }
 
 /* Differences by velocity `column`, or by t. */
@@ -123,7 +102,7 @@ static perp_status differ(look *a, int32_t column)
     const int32_t by_time = column == m->n;
     double size = by_time ? fabs(a->t) : 0.0, speed = by_time, unit;
     perp_status status = PERP_OK;
-    int32_t defined = 0;
+    int32_t defined = 0, suffices = 0;
 
     memset(a->unit, 0, (size_t)m->n * sizeof *a->unit);
     memset(a->rate, 0, (size_t)m->coordinates * sizeof *a->rate);
@@ -138,15 +117,9 @@ static perp_status differ(look *a, int32_t column)
         speed = fmax(speed, fabs(a->rate[i]));
     }
     unit = ldexp(1.0, ilogb(fmax(size, 1.0) / (speed > 0.0 ? speed : 1.0)));
-    for (size_t k = 0; k < sizeof steps / sizeof *steps && status >= 0; k++) {
-        status = sample(a, steps[k] * unit, by_time);
-        if (status != PERP_OK)
-            continue;
-        defined = 1;
-        for (int32_t row = 0; row < m->rows; row++)
-            take(a, row, column, steps[k] * unit);
-        if (suffices(a, column))
-            break;
+    for (size_t k = 0; k < sizeof steps / sizeof *steps && status >= 0 && !suffices; k++) {
+        status = sample(a, column, steps[k] * unit, &suffices);
+        defined |= status == PERP_OK;
     }
     a->result.unchecked += !defined;
     return status < 0 ? status : PERP_OK;
@@ -226,74 +199,66 @@ static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tan
     return same || (of_x > 1 && of_y > 1);
 }
 
+PERP__INIT(perp_mechanism_check_result)
+
 static void judge(look *a)
 {
     const perp_mechanism *m = a->m;
     double worst = 0.0;
 
-    for (int32_t j = 0; j < m->contacts; j++)
-        for (int32_t row = m->starts[j]; row < m->starts[j + 1]; row++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
+        for (int32_t row = m->starts[j]; row < m->tangent[j]; row++)
+            compare(a, j, row, &worst);
+        for (int32_t row = m->tangent[j]; row < m->starts[j + 1]; row++) {
             int32_t parallel = 0;
 
-            if (is_gradient(m, j, row)) {
-                compare(a, j, row, &worst);
-                continue;
-            }
             for (int32_t normal = m->starts[j]; normal < m->tangent[j]; normal++)
                 parallel = parallel || are_parallel(m, normal, row);
             if (parallel) /* as wrong as what is wrong by all of itself */
                 blame(a, 1.0 / RELATIVE, &worst, PERP_MECHANISM_TANGENT, j, row);
         }
+    }
     for (int32_t j = 0; j < m->bilateral; j++)
         compare(a, m->contacts + j, m->contact_rows + j, &worst);
 }
 
-static perp_status check(perp_mechanism *m, perp_mechanism_check_result *result, double t,
-                         const double *q, const double *v)
-{
-    look *a = perp__work_create(m, sizeof *a, layout);
-    perp_status status = a ? PERP_OK : PERP_ERROR_MEMORY;
-
-    if (!a)
-        return status;
-    a->t = t;
-    a->q = q;
-    a->v = v;
-    a->result.part = a->result.index = a->result.row = a->result.column = -1;
-    m->keeps = 0;
-    status = perp__evaluate_rows(m, &m->begin, t, q, v);
-    if (status == PERP_OK)
-        collect(m, &m->begin, a->here);
-    for (size_t i = 0; i < (size_t)m->rows * ((size_t)m->n + 1); i++) {
-        a->difference[i] = 0.0;
-        a->uncertainty[i] = INFINITY;
-    }
-    for (int32_t column = 0; column <= m->n && status == PERP_OK; column++)
-        status = differ(a, column);
-    if (status == PERP__OUTSIDE)
-        status = perp__refuse(m->context, "q is outside of what the mechanism is defined for");
-    if (status == PERP_OK) {
-        judge(a);
-        *result = a->result;
-    }
-    perp__work_release(a);
-    return status;
-}
-
-PERP__INIT(perp_mechanism_check_result)
-
 perp_status perp_mechanism_check(perp_mechanism *mechanism, perp_mechanism_check_result *result,
                                  double t, const double *q, const double *v)
 {
-    perp_mechanism_check_result own;
-    perp_status status = perp__mechanism_enter(mechanism);
+    perp_mechanism *m = mechanism;
+    look *a = NULL;
+    perp_status status = perp__mechanism_enter(m);
 
     if (status != PERP_OK)
         return status;
-    status = PERP__CHECK(perp_mechanism_check_result, mechanism->context, result);
-    PERP__THEN(status, perp__mechanism_check_state(mechanism, t, q, v));
-    PERP__THEN(status, check(mechanism, &own, t, q, v));
-    if (status == PERP_OK)
-        perp__struct_write(result, &own, sizeof own);
-    return perp__leave(mechanism->context, status);
+    status = PERP__CHECK(perp_mechanism_check_result, m->context, result);
+    PERP__THEN(status, perp__mechanism_check_state(m, t, q, v));
+    if (status == PERP_OK) {
+        a = perp__work_create(m, sizeof *a, layout);
+        status = a ? PERP_OK : PERP_ERROR_MEMORY;
+    }
+    if (a) {
+        a->t = t;
+        a->q = q;
+        a->v = v;
+        a->result.part = a->result.index = a->result.row = a->result.column = -1;
+        m->keeps = 0;
+        status = perp__evaluate_rows(m, &m->begin, t, q, v);
+        if (status == PERP_OK)
+            collect(m, &m->begin, a->here);
+        for (size_t i = 0; i < (size_t)m->rows * ((size_t)m->n + 1); i++) {
+            a->difference[i] = 0.0;
+            a->uncertainty[i] = INFINITY;
+        }
+        for (int32_t column = 0; column <= m->n && status == PERP_OK; column++)
+            status = differ(a, column);
+        if (status == PERP__OUTSIDE)
+            status = perp__refuse(m->context, "q is outside of what the mechanism is defined for");
+        if (status == PERP_OK) {
+            judge(a);
+            perp__struct_write(result, &a->result, sizeof a->result);
+        }
+    }
+    perp__work_release(a);
+    return perp__leave(m->context, status);
 }

@@ -16,15 +16,6 @@ static perp_status judge(perp_mechanism *m, const char *name, int32_t answer)
     return answer > 0 ? PERP__OUTSIDE : PERP_OK;
 }
 
-static perp_status check(perp_mechanism *m, const char *name, const double *x, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(x[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s[%zu] of its callback is %g",
-                              name, i, x[i]);
-    return PERP_OK;
-}
-
 /* What a callback filled. */
 typedef struct filled {
     const char *name;
@@ -33,11 +24,13 @@ typedef struct filled {
     int32_t is_size; /* none may be negative */
 } filled;
 
-static perp_status check_all(perp_mechanism *m, perp_status status, const filled *list,
-                             int32_t count)
+static perp_status check(perp_mechanism *m, perp_status status, const filled *list, int32_t count)
 {
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
-        status = check(m, list[k].name, list[k].x, list[k].count);
+        for (size_t i = 0; i < list[k].count && status == PERP_OK; i++)
+            if (!isfinite(list[k].x[i]))
+                status = perp__fail(m->context, PERP_ERROR_NOT_FINITE,
+                                    "%s[%zu] of its callback is %g", list[k].name, i, list[k].x[i]);
         for (size_t i = 0; i < list[k].count && list[k].is_size && status == PERP_OK; i++)
             if (list[k].x[i] < 0.0)
                 status = perp__refuse(m->context, "%s[%zu] of its callback is %g, negative",
@@ -57,7 +50,7 @@ perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const dou
     else
         for (size_t i = 0; i < n; i++)
             terms->M[i * (n + 1)] = 1.0;
-    PERP__THEN(status, check(m, "M", terms->M, n * n));
+    status = check(m, status, &(filled){"M", terms->M, n * n, 0}, 1);
     PERP__THEN(status, perp__check_inertia(m->context, "M", m->n, terms->M, terms->factor));
     return status;
 }
@@ -73,87 +66,7 @@ perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const d
     if (m->contacts == 0)
         m->evaluations++;
     status = judge(m, "force", m->model.force(k, t, q, v, m->model.user));
-    return status == PERP_OK ? check(m, "k", k, (size_t)m->n) : status;
-}
-
-/* gap has a number for each normal; those that hold both ways are constraints. */
-static void take_constraints(const perp_mechanism *m, perp__terms *terms)
-{
-    int32_t from = 0, c = m->bilateral;
-
-    for (int32_t j = 0; j < m->contacts && m->constraints > m->bilateral; j++) {
-        if (m->two_sided[j] == 0)
-            terms->gap[j] = terms->gap[from++];
-        for (int32_t i = 0; i < m->two_sided[j]; i++)
-            terms->c[c++] = terms->gap[from++];
-        if (m->two_sided[j] > 0)
-            terms->gap[j] = 0.0;
-    }
-}
-
-static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, double t,
-                                     const double *q)
-{
-    const size_t rows = (size_t)m->contact_rows, n = (size_t)m->n, contacts = (size_t)m->contacts;
-    const size_t gaps = contacts + (size_t)(m->constraints - m->bilateral); /* at the most */
-    const filled list[] = {{"gap", terms->gap, gaps, 0},
-                           {"H", terms->J, rows * n, 0},
-                           {"drift (contacts)", terms->drift, rows, 0},
-                           {"mu", terms->mu, contacts, 1}};
-    perp_status status;
-    size_t i;
-
-    memset(terms->gap, 0, gaps * sizeof *terms->gap);
-    memcpy(terms->mu, m->mu, (size_t)m->contacts * sizeof *terms->mu);
-    m->evaluations++;
-    status = check_all(m,
-                       judge(m, "contact_rows",
-                             m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t,
-                                                   q, m->model.user)),
-                       list, 4);
-    for (int32_t j = 0; j < m->contacts && status == PERP_OK; j++)
-        for (int32_t row = m->starts[j]; row < m->tangent[j]; row++) {
-            const double *normal = terms->J + (size_t)row * n;
-
-            for (i = 0; i < n && normal[i] == 0.0; i++)
-                ;
-            if (i == n)
-                status = perp__refuse(
-                    m->context, "H of its callback: the normal of contact %d is zero", (int)j);
-        }
-    take_constraints(m, terms);
-    return status;
-}
-
-static perp_status evaluate_bilateral(perp_mechanism *m, perp__terms *terms, double t,
-                                      const double *q)
-{
-    const size_t rows = (size_t)m->bilateral, n = (size_t)m->n;
-    double *G = terms->J + (size_t)m->contact_rows * n;
-    double *drift = terms->drift + m->contact_rows;
-    const filled list[] = {
-        {"c", terms->c, rows, 0}, {"G", G, rows * n, 0}, {"drift (bilateral)", drift, rows, 0}};
-
-    memset(terms->c, 0, rows * sizeof *terms->c);
-    return check_all(m,
-                     judge(m, "bilateral_rows",
-                           m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user)),
-                     list, 3);
-}
-
-static perp_status evaluate_dry(perp_mechanism *m, perp__terms *terms, double t, const double *q,
-                                const double *v)
-{
-    const size_t first = (size_t)(m->contact_rows + m->bilateral), n = (size_t)m->n;
-    double *B = terms->J + first * n, *drift = terms->drift + first;
-    const filled list[] = {{"bound", terms->bound, (size_t)m->dry, 1},
-                           {"B", B, (size_t)m->dry_rows * n, 0},
-                           {"drift (dry)", drift, (size_t)m->dry_rows, 0}};
-
-    memset(terms->bound, 0, (size_t)m->dry * sizeof *terms->bound);
-    return check_all(
-        m, judge(m, "dry_rows", m->model.dry_rows(terms->bound, B, drift, t, q, v, m->model.user)),
-        list, 3);
+    return check(m, status, &(filled){"k", k, (size_t)m->n, 0}, 1);
 }
 
 void perp__keep_rows(perp_mechanism *m, double t, const double *q, const double *v)
@@ -164,41 +77,90 @@ void perp__keep_rows(perp_mechanism *m, double t, const double *q, const double 
     m->keeps = 1;
 }
 
-static int32_t is_kept(const perp_mechanism *m, double t, const double *q, const double *v)
+/* The normals must not be zero. gap has a number for each of them; those that hold both ways are
+ * constraints. */
+static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, double t,
+                                     const double *q)
 {
-    return m->keeps && t == m->kept_t &&
-           memcmp(q, m->kept_q, (size_t)m->coordinates * sizeof *q) == 0 &&
-           (m->dry == 0 || memcmp(v, m->kept_v, (size_t)m->n * sizeof *v) == 0);
-}
+    const size_t rows = (size_t)m->contact_rows, n = (size_t)m->n, contacts = (size_t)m->contacts;
+    const size_t gaps = contacts + (size_t)(m->constraints - m->bilateral); /* at the most */
+    const filled list[] = {{"gap", terms->gap, gaps, 0},
+                           {"H", terms->J, rows * n, 0},
+                           {"drift (contacts)", terms->drift, rows, 0},
+                           {"mu", terms->mu, contacts, 1}};
+    int32_t from = 0, c = m->bilateral;
+    perp_status status;
 
-static void copy_rows(const perp_mechanism *m, perp__terms *to, const perp__terms *from)
-{
-    memcpy(to->J, from->J, (size_t)m->rows * (size_t)m->n * sizeof *to->J);
-    memcpy(to->drift, from->drift, (size_t)m->rows * sizeof *to->drift);
-    memcpy(to->gap, from->gap, (size_t)m->contacts * sizeof *to->gap);
-    memcpy(to->mu, from->mu, (size_t)m->contacts * sizeof *to->mu);
-    memcpy(to->c, from->c, (size_t)m->constraints * sizeof *to->c);
-    memcpy(to->bound, from->bound, (size_t)m->dry * sizeof *to->bound);
+    memset(terms->gap, 0, gaps * sizeof *terms->gap);
+    memcpy(terms->mu, m->mu, contacts * sizeof *terms->mu);
+    m->evaluations++;
+    status = judge(
+        m, "contact_rows",
+        m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t, q, m->model.user));
+    status = check(m, status, list, 4);
+    for (int32_t j = 0; j < m->contacts && status == PERP_OK; j++)
+        for (int32_t row = m->starts[j]; row < m->tangent[j]; row++)
+            if (perp__largest(terms->J + (size_t)row * n, m->n) == 0.0)
+                status = perp__refuse(
+                    m->context, "H of its callback: the normal of contact %d is zero", (int)j);
+    for (int32_t j = 0; j < m->contacts && m->constraints > m->bilateral; j++) {
+        if (m->two_sided[j] == 0)
+            terms->gap[j] = terms->gap[from++];
+        for (int32_t i = 0; i < m->two_sided[j]; i++)
+            terms->c[c++] = terms->gap[from++];
+        if (m->two_sided[j] > 0)
+            terms->gap[j] = 0.0;
+    }
+    return status;
 }
 
 perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                 const double *v)
 {
+    const size_t n = (size_t)m->n, rows = (size_t)m->rows, dry = (size_t)m->dry;
+    const size_t g = (size_t)m->contact_rows, b = g + (size_t)m->bilateral; /* first rows */
     perp_status status = PERP_OK;
 
-    if (terms != &m->end && is_kept(m, t, q, v)) {
-        copy_rows(m, terms, &m->end);
+    /* 1. those of the end are kept for the next step of a run */
+    if (terms != &m->end && m->keeps && t == m->kept_t &&
+        memcmp(q, m->kept_q, (size_t)m->coordinates * sizeof *q) == 0 &&
+        (dry == 0 || memcmp(v, m->kept_v, n * sizeof *v) == 0)) {
+        memcpy(terms->J, m->end.J, rows * n * sizeof *terms->J);
+        memcpy(terms->drift, m->end.drift, rows * sizeof *terms->drift);
+        memcpy(terms->gap, m->end.gap, (size_t)m->contacts * sizeof *terms->gap);
+        memcpy(terms->mu, m->end.mu, (size_t)m->contacts * sizeof *terms->mu);
+        memcpy(terms->c, m->end.c, (size_t)m->constraints * sizeof *terms->c);
+        memcpy(terms->bound, m->end.bound, dry * sizeof *terms->bound);
         return PERP_OK;
     }
+    /* 2. contacts, bilateral rows, dry friction */
     m->keeps = 0;
-    memset(terms->J, 0, (size_t)m->rows * (size_t)m->n * sizeof *terms->J);
-    memset(terms->drift, 0, (size_t)m->rows * sizeof *terms->drift);
+    memset(terms->J, 0, rows * n * sizeof *terms->J);
+    memset(terms->drift, 0, rows * sizeof *terms->drift);
     if (m->contacts > 0)
         status = evaluate_contacts(m, terms, t, q);
-    if (status == PERP_OK && m->bilateral > 0)
-        status = evaluate_bilateral(m, terms, t, q);
-    if (status == PERP_OK && m->dry > 0)
-        status = evaluate_dry(m, terms, t, q, v);
+    if (status == PERP_OK && m->bilateral > 0) {
+        double *G = terms->J + g * n, *drift = terms->drift + g;
+        const filled list[] = {{"c", terms->c, b - g, 0},
+                               {"G", G, (b - g) * n, 0},
+                               {"drift (bilateral)", drift, b - g, 0}};
+
+        memset(terms->c, 0, (b - g) * sizeof *terms->c);
+        status = judge(m, "bilateral_rows",
+                       m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user));
+        status = check(m, status, list, 3);
+    }
+    if (status == PERP_OK && dry > 0) {
+        double *B = terms->J + b * n, *drift = terms->drift + b;
+        const filled list[] = {{"bound", terms->bound, dry, 1},
+                               {"B", B, (rows - b) * n, 0},
+                               {"drift (dry)", drift, rows - b, 0}};
+
+        memset(terms->bound, 0, dry * sizeof *terms->bound);
+        status =
+            judge(m, "dry_rows", m->model.dry_rows(terms->bound, B, drift, t, q, v, m->model.user));
+        status = check(m, status, list, 3);
+    }
     return status;
 }
 
@@ -222,7 +184,7 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
     }
     memset(rate, 0, (size_t)m->coordinates * sizeof *rate);
     status = judge(m, "kinematics", m->model.kinematics(rate, q, v, m->model.user));
-    return status == PERP_OK ? check(m, "rate", rate, (size_t)m->coordinates) : status;
+    return check(m, status, &(filled){"rate", rate, (size_t)m->coordinates, 0}, 1);
 }
 
 perp_status perp__evaluate_curvature(perp_mechanism *m, double *bias, double t, const double *q,
@@ -231,7 +193,7 @@ perp_status perp__evaluate_curvature(perp_mechanism *m, double *bias, double t, 
     const perp_status status =
         judge(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
 
-    return status == PERP_OK ? check(m, "bias", bias, (size_t)m->rows) : status;
+    return check(m, status, &(filled){"bias", bias, (size_t)m->rows, 0}, 1);
 }
 
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
@@ -252,7 +214,7 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
     status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
     if (status == PERP_OK && m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
-        PERP__THEN(status, check(m, "q", q1, (size_t)m->coordinates));
+        status = check(m, status, &(filled){"q", q1, (size_t)m->coordinates, 0}, 1);
     }
     return status;
 }

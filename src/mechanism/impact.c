@@ -70,53 +70,20 @@ int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j
 
 /* ---- restitution --------------------------------------------------------------------------- */
 
-static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
-{
-    const int32_t row = m->starts[j];
-    const double before = m->start_velocity[row];
-
-    if (!(m->restitution[j] > 0.0) || !answer->holds[row])
-        return 0;
-    return perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
-           (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
-}
-
 int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)
 {
-    int32_t count = 0, j;
-
-    for (j = 0; j < m->contacts; j++)
-        count += is_hit(m, answer, j);
-    return count;
-}
-
-/* share: how much of e counts; 0 in Poisson's compression. */
-static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *problem, double share)
-{
-    const perp__motion *first = &m->answer;
+    int32_t count = 0;
 
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double e = share * m->restitution[j], before = m->start_velocity[row];
+        const double before = m->start_velocity[row];
 
-        if (m->begin.gap[j] > 0.0 && !first->holds[row])
-            m->impact_shift[j] = problem->shift[j] + first->u[row]; /* gap' / h */
-        else
-            m->impact_shift[j] = m->settings.law == PERP_MECHANISM_MOREAU
-                                     ? perp__moreau_shift(e, before)
-                                     : perp__newton_shift(e, before);
+        if (!(m->restitution[j] > 0.0) || !answer->holds[row])
+            continue;
+        count += perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
+                 (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
     }
-}
-
-static void add_iterations(perp_mechanism *m)
-{
-    m->answer.iterations += m->second.iterations;
-    perp__raise_to(&m->answer.residual, m->second.residual);
-    m->answer.method = m->second.method;
-    m->answer.outcome = perp__worse_outcome(m->answer.outcome, m->second.outcome);
-    m->answer.certificate = m->second.certificate;
-    m->answer.has_ray = m->second.has_ray;
-    memcpy(m->answer.ray, m->second.ray, (size_t)m->rows * sizeof *m->answer.ray);
+    return count;
 }
 
 /* second := solution of a problem of the second stage; taken over where it is one. */
@@ -128,7 +95,13 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     status = perp__solve_velocities(m, &m->second, problem);
     if (status != PERP_OK)
         return status;
-    add_iterations(m);
+    m->answer.iterations += m->second.iterations;
+    perp__raise_to(&m->answer.residual, m->second.residual);
+    m->answer.method = m->second.method;
+    m->answer.outcome = perp__worse_outcome(m->answer.outcome, m->second.outcome);
+    m->answer.certificate = m->second.certificate;
+    m->answer.has_ray = m->second.has_ray;
+    memcpy(m->answer.ray, m->second.ray, (size_t)m->rows * sizeof *m->answer.ray);
     if (perp__is_good(m->second.outcome))
         perp__copy_motion(m, &m->answer, &m->second);
     return PERP_OK;
@@ -166,11 +139,22 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
 
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem)
 {
+    const perp__motion *first = &m->answer;
     const int32_t poisson = m->settings.law == PERP_MECHANISM_POISSON;
     perp__velocity_problem stage = *problem;
     perp_status status;
 
-    shift_contacts(m, problem, poisson ? 0.0 : 1.0);
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        const double e = poisson ? 0.0 : m->restitution[j], before = m->start_velocity[row];
+
+        if (m->begin.gap[j] > 0.0 && !first->holds[row])
+            m->impact_shift[j] = problem->shift[j] + first->u[row]; /* gap' / h */
+        else
+            m->impact_shift[j] = m->settings.law == PERP_MECHANISM_MOREAU
+                                     ? perp__moreau_shift(e, before)
+                                     : perp__newton_shift(e, before);
+    }
     stage.shift = m->impact_shift;
     status = solve_second(m, &stage);
     if (status == PERP_OK && poisson && perp__is_good(m->answer.outcome))

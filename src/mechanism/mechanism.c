@@ -7,12 +7,12 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "contact/contact.h"
+#include "mechanism/copy.h"
 #include "mechanism/schemes/implicit.h"
+#include "ncp/ncp.h"
 
 #define LARGEST 10000000     /* so that sizes of arrays fit */
 #define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
-
-/* ---- defaults ------------------------------------------------------------------------------ */
 
 PERP__INIT_WITH(perp_mechanism_model, .dim = 2, .dry_dim = 1)
 
@@ -44,16 +44,12 @@ static const perp__field settings_fields[] = {
     PERP__REAL(perp_mechanism_settings, overlap, "[)", 0, INFINITY),
 };
 
-static perp_status check_cone(perp_context *context, int32_t cone)
-{
-    if (cone == 0 || (cone >= 3 && cone <= MOST_DIRECTIONS))
-        return PERP_OK;
-    return perp__refuse(context, "settings.cone is %d, expected 0 or 3 to %d", (int)cone,
-                        MOST_DIRECTIONS);
-}
-
 static PERP__SETTINGS_READER(read_settings, perp_mechanism_settings, settings_fields,
-                             check_cone(context, read.cone))
+                             read.cone == 0 || (read.cone >= 3 && read.cone <= MOST_DIRECTIONS)
+                                 ? PERP_OK
+                                 : perp__refuse(context,
+                                                "settings.cone is %d, expected 0 or 3 to %d",
+                                                (int)read.cone, MOST_DIRECTIONS))
 
     /* ---- the model -----------------------------------------------------------------------------
      */
@@ -78,37 +74,6 @@ static int32_t both_of(const perp_mechanism_model *model, int32_t j)
     return model->two_sided ? model->two_sided[j] : 0;
 }
 
-static perp_status check_dimensions(perp_context *context, const perp_mechanism_model *model)
-{
-    const perp_contact_laws laws = {.contacts = model->contacts,
-                                    .dim = model->dim,
-                                    .dims = model->dims,
-                                    .two_sided = model->two_sided};
-
-    if (!model->dims && (model->dim < 1 || model->dim > (model->two_sided ? 5 : 3)))
-        return perp__refuse(context, "model.dim is %d, expected 1, 2 or 3", (int)model->dim);
-    return perp__contact_check_dims(context, "model", &laws);
-}
-
-static perp_status check_callbacks(perp_context *context, const perp_mechanism_model *model)
-{
-    if (model->contacts > 0 && !model->contact_rows)
-        return perp__refuse(context, "model.contact_rows is NULL, and there are %d contacts",
-                            (int)model->contacts);
-    if (model->bilateral > 0 && !model->bilateral_rows)
-        return perp__refuse(context,
-                            "model.bilateral_rows is NULL, and there are %d bilateral rows",
-                            (int)model->bilateral);
-    if (model->dry > 0 && !model->dry_rows)
-        return perp__refuse(context, "model.dry_rows is NULL, and there are %d dry groups",
-                            (int)model->dry);
-    if (model->coordinates != 0 && model->coordinates != model->velocities && !model->kinematics)
-        return perp__refuse(
-            context, "model.kinematics is NULL, and there are %d coordinates for %d velocities",
-            (int)model->coordinates, (int)model->velocities);
-    return PERP_OK;
-}
-
 static perp_status check_contacts(perp_context *context, const perp_mechanism_model *model)
 {
     const struct {
@@ -121,13 +86,14 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < 4 && status == PERP_OK; k++) {
-        if (lists[k].x)
-            status =
-                perp__check_finite(context, lists[k].name, lists[k].x, (size_t)model->contacts);
-        for (int32_t j = 0; j < model->contacts && lists[k].x && status == PERP_OK; j++)
-            if (lists[k].x[j] < 0.0)
-                status = perp__refuse(context, "%s[%d] is %g, negative", lists[k].name, (int)j,
-                                      lists[k].x[j]);
+        const double *x = lists[k].x;
+
+        if (x)
+            status = perp__check_finite(context, lists[k].name, x, (size_t)model->contacts);
+        for (int32_t j = 0; j < model->contacts && x && status == PERP_OK; j++)
+            if (x[j] < 0.0)
+                status =
+                    perp__refuse(context, "%s[%d] is %g, negative", lists[k].name, (int)j, x[j]);
     }
     for (int32_t j = 0; j < model->contacts && status == PERP_OK; j++) {
         const double mu = model->mu ? model->mu[j] : 0.0;
@@ -153,109 +119,48 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
 }
 
 /* Checks sizes, callbacks and every number. */
-static perp_status read_model(perp_context *context, perp_mechanism_model *own,
+static perp_status read_model(perp_context *context, perp_mechanism_model *read,
                               const perp_mechanism_model *model)
 {
-    perp_mechanism_model read;
     perp_status status = perp__check_pointer(context, "model", model);
 
-    perp_mechanism_model_init(&read, sizeof read);
-    PERP__THEN(status, PERP__READ(perp_mechanism_model, context, &read, model));
-    PERP__THEN(status, PERP__CHECK_FIELDS(context, "model", &read, sizes));
-    PERP__THEN(status, check_dimensions(context, &read));
-    PERP__THEN(status, check_callbacks(context, &read));
-    PERP__THEN(status, check_contacts(context, &read));
-    if (status == PERP_OK)
-        *own = read;
-    return status;
-}
+    perp_mechanism_model_init(read, sizeof *read);
+    PERP__THEN(status, PERP__READ(perp_mechanism_model, context, read, model));
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "model", read, sizes));
+    if (status == PERP_OK && !read->dims &&
+        (read->dim < 1 || read->dim > (read->two_sided ? 5 : 3)))
+        status = perp__refuse(context, "model.dim is %d, expected 1, 2 or 3", (int)read->dim);
+    if (status == PERP_OK) {
+        const perp_contact_laws laws = {.contacts = read->contacts,
+                                        .dim = read->dim,
+                                        .dims = read->dims,
+                                        .two_sided = read->two_sided};
 
-static void set_sizes(perp_mechanism *m, const perp_mechanism_model *model)
-{
-    m->model = *model;
-    m->n = model->velocities;
-    m->coordinates = model->coordinates > 0 ? model->coordinates : model->velocities;
-    m->contacts = model->contacts;
-    m->bilateral = model->bilateral;
-    m->dry = model->dry;
-    m->dry_rows = model->dry * model->dry_dim;
-    for (int32_t j = 0; j < m->contacts; j++)
-        m->contact_rows += dim_of(model, j);
-    m->constraints = m->bilateral;
-    for (int32_t j = 0; j < m->contacts; j++)
-        m->constraints += both_of(model, j);
-    m->rows = m->contact_rows + m->bilateral + m->dry_rows;
-}
-
-static void copy_or_zero(double *to, const double *from, int32_t count)
-{
-    if (from)
-        memcpy(to, from, (size_t)count * sizeof *to);
-    else
-        memset(to, 0, (size_t)count * sizeof *to);
-}
-
-/* Sizes of a model that was read; then, once there is room, its numbers. */
-static void take_model(perp_mechanism *m, const perp_mechanism_model *model)
-{
-    copy_or_zero(m->mu, model->mu, m->contacts);
-    copy_or_zero(m->mu_static, model->mu_static ? model->mu_static : model->mu, m->contacts);
-    copy_or_zero(m->stribeck, model->stribeck, m->contacts);
-    copy_or_zero(m->restitution, model->restitution, m->contacts);
-    memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);
-    memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
-    m->starts[0] = 0;
-    memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
-    for (int32_t j = 0; j < m->bilateral; j++)
-        m->constraint_row[j] = m->contact_rows + j;
-    for (int32_t j = 0, c = m->bilateral; j < m->contacts; j++) {
-        m->dims[j] = dim_of(model, j);
-        m->two_sided[j] = both_of(model, j);
-        m->starts[j + 1] = m->starts[j] + m->dims[j];
-        m->tangent[j] = m->starts[j] + (m->two_sided[j] > 0 ? m->two_sided[j] : 1);
-        m->tangents[j] = m->starts[j + 1] - m->tangent[j];
-        if (m->two_sided[j] == 0)
-            m->normal_of[m->starts[j]] = j;
-        for (int32_t i = 0; i < m->two_sided[j]; i++)
-            m->constraint_row[c++] = m->starts[j] + i;
+        status = perp__contact_check_dims(context, "model", &laws);
     }
-    for (int32_t j = 0; j < m->dry; j++) {
-        m->tangent[m->contacts + j] = m->contact_rows + m->bilateral + j * model->dry_dim;
-        m->tangents[m->contacts + j] = model->dry_dim;
-    }
+    if (status != PERP_OK)
+        return status;
+    if (read->contacts > 0 && !read->contact_rows)
+        return perp__refuse(context, "model.contact_rows is NULL, and there are %d contacts",
+                            (int)read->contacts);
+    if (read->bilateral > 0 && !read->bilateral_rows)
+        return perp__refuse(context,
+                            "model.bilateral_rows is NULL, and there are %d bilateral rows",
+                            (int)read->bilateral);
+    if (read->dry > 0 && !read->dry_rows)
+        return perp__refuse(context, "model.dry_rows is NULL, and there are %d dry groups",
+                            (int)read->dry);
+    if (read->coordinates != 0 && read->coordinates != read->velocities && !read->kinematics)
+        return perp__refuse(
+            context, "model.kinematics is NULL, and there are %d coordinates for %d velocities",
+            (int)read->coordinates, (int)read->velocities);
+    return check_contacts(context, read);
 }
 
 /* ---- life ------------------------------------------------------------------------------------ */
 
 /* Seconds that count as a time limit that has passed: 0 would be none. */
 #define SHORTEST 1e-9
-
-static void layout_terms(perp__arena *arena, const perp_mechanism *m, perp__terms *terms)
-{
-    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
-
-    PERP__DOUBLES(arena, n * n, &terms->M, &terms->factor);
-    PERP__DOUBLES(arena, n, &terms->k);
-    PERP__DOUBLES(arena, (size_t)(m->contacts + m->constraints - m->bilateral), &terms->gap);
-    PERP__DOUBLES(arena, (size_t)m->contacts, &terms->mu);
-    PERP__DOUBLES(arena, rows * n, &terms->J);
-    PERP__DOUBLES(arena, rows, &terms->drift);
-    PERP__DOUBLES(arena, (size_t)m->constraints, &terms->c);
-    PERP__DOUBLES(arena, (size_t)m->dry, &terms->bound);
-}
-
-static void layout_motion(perp__arena *arena, const perp_mechanism *m, perp__motion *motion)
-{
-    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
-
-    PERP__DOUBLES(arena, (size_t)m->coordinates, &motion->q);
-    PERP__DOUBLES(arena, n + 3 * rows, &motion->v);
-    motion->u = motion->v ? motion->v + n : NULL; /* NULL while the arena only measures */
-    motion->r = motion->v ? motion->u + rows : NULL;
-    motion->ray = motion->v ? motion->r + rows : NULL;
-    PERP__INTEGERS(arena, (size_t)(m->contacts + m->dry), &motion->modes);
-    motion->holds = perp__arena_take(arena, rows, 1);
-}
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -270,10 +175,29 @@ static void layout(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, contacts + (size_t)m->dry, &m->tangent, &m->tangents);
     PERP__DOUBLES(arena, contacts, &m->mu, &m->mu_static, &m->stribeck, &m->shift, &m->friction,
                   &m->restitution, &m->pressure, &m->impact_shift, &m->start_speed);
-    layout_terms(arena, m, &m->begin);
-    layout_terms(arena, m, &m->end);
-    for (size_t k = 0; k < sizeof motions / sizeof *motions; k++)
-        layout_motion(arena, m, motions[k]);
+    for (size_t k = 0; k < 2; k++) {
+        perp__terms *terms = k == 0 ? &m->begin : &m->end;
+
+        PERP__DOUBLES(arena, n * n, &terms->M, &terms->factor);
+        PERP__DOUBLES(arena, n, &terms->k);
+        PERP__DOUBLES(arena, contacts + (size_t)(m->constraints - m->bilateral), &terms->gap);
+        PERP__DOUBLES(arena, contacts, &terms->mu);
+        PERP__DOUBLES(arena, rows * n, &terms->J);
+        PERP__DOUBLES(arena, rows, &terms->drift);
+        PERP__DOUBLES(arena, (size_t)m->constraints, &terms->c);
+        PERP__DOUBLES(arena, (size_t)m->dry, &terms->bound);
+    }
+    for (size_t k = 0; k < sizeof motions / sizeof *motions; k++) {
+        perp__motion *motion = motions[k];
+
+        PERP__DOUBLES(arena, (size_t)m->coordinates, &motion->q);
+        PERP__DOUBLES(arena, n + 3 * rows, &motion->v);
+        motion->u = motion->v ? motion->v + n : NULL; /* NULL while the arena only measures */
+        motion->r = motion->v ? motion->u + rows : NULL;
+        motion->ray = motion->v ? motion->r + rows : NULL;
+        PERP__INTEGERS(arena, contacts + (size_t)m->dry, &motion->modes);
+        motion->holds = perp__arena_take(arena, rows, 1);
+    }
     perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
     PERP__DOUBLES(arena, n, &m->momentum, &m->free, &m->kept_v, &m->acceleration);
     PERP__DOUBLES(arena, (size_t)m->dry, &m->dry_bound);
@@ -359,7 +283,9 @@ static void release(void *object)
     perp_mechanism *m = object;
 
     perp__acceleration_release(m->accelerations);
-    perp__implicit_release(m->implicit);
+    if (m->implicit)
+        perp__ncp_destroy(m->implicit->solver);
+    perp__work_release(m->implicit);
     perp__work_release(m->theta);
     perp__work_release(m->adaptive);
     perp__assembly_release(&m->assembly);
@@ -369,44 +295,81 @@ static void release(void *object)
 
 static const perp__kind kind = {"a mechanism", sizeof(perp_mechanism), release};
 
-/* A handle with sizes and room, but without the numbers of the model. */
-static perp_status make(perp_context *context, perp_mechanism **made,
-                        const perp_mechanism_settings *settings, const perp_mechanism_model *model)
+static perp_status make(perp_mechanism *m, const perp_mechanism_settings *settings,
+                        const perp_mechanism_model *model)
 {
-    perp_mechanism *m = perp__handle_create(context, &kind);
     perp_status status;
 
-    if (!m)
-        return PERP_ERROR_MEMORY;
+    /* 1. sizes, and room */
     m->settings = *settings;
-    set_sizes(m, model);
-    status = perp__arena_fit(&m->arena, context, layout, m);
-    if (status == PERP_OK) {
-        take_model(m, model);
-        status = fit_assemblies(m, settings);
+    m->model = *model;
+    m->n = model->velocities;
+    m->coordinates = model->coordinates > 0 ? model->coordinates : model->velocities;
+    m->contacts = model->contacts;
+    m->bilateral = m->constraints = model->bilateral;
+    m->dry = model->dry;
+    m->dry_rows = model->dry * model->dry_dim;
+    for (int32_t j = 0; j < m->contacts; j++) {
+        m->contact_rows += dim_of(model, j);
+        m->constraints += both_of(model, j);
     }
-    PERP__HAND_OUT(status, m, made);
-    return status;
-}
-
-static perp_status create(perp_context *context, perp_mechanism **mechanism,
-                          const perp_mechanism_settings *settings,
-                          const perp_mechanism_model *model)
-{
-    perp_mechanism_settings own;
-    perp_mechanism_model read;
-    perp_status status = perp__check_pointer(context, "mechanism", mechanism);
-
-    PERP__THEN(status, read_settings(context, &own, settings));
-    PERP__THEN(status, read_model(context, &read, model));
-    return status == PERP_OK ? make(context, mechanism, &own, &read) : status;
+    m->rows = m->contact_rows + m->bilateral + m->dry_rows;
+    status = perp__arena_fit(&m->arena, m->context, layout, m);
+    /* 2. its numbers */
+    PERP__THEN(status, perp__copy_vector(m->context, "mu", m->contacts, m->mu, model->mu));
+    PERP__THEN(status, perp__copy_vector(m->context, "mu_static", m->contacts, m->mu_static,
+                                         model->mu_static ? model->mu_static : model->mu));
+    PERP__THEN(status, perp__copy_vector(m->context, "stribeck", m->contacts, m->stribeck,
+                                         model->stribeck));
+    PERP__THEN(status, perp__copy_vector(m->context, "restitution", m->contacts, m->restitution,
+                                         model->restitution));
+    if (status != PERP_OK)
+        return status;
+    memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);
+    memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
+    m->starts[0] = 0;
+    memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
+    for (int32_t j = 0; j < m->bilateral; j++)
+        m->constraint_row[j] = m->contact_rows + j;
+    for (int32_t j = 0, c = m->bilateral; j < m->contacts; j++) {
+        m->dims[j] = dim_of(model, j);
+        m->two_sided[j] = both_of(model, j);
+        m->starts[j + 1] = m->starts[j] + m->dims[j];
+        m->tangent[j] = m->starts[j] + (m->two_sided[j] > 0 ? m->two_sided[j] : 1);
+        m->tangents[j] = m->starts[j + 1] - m->tangent[j];
+        if (m->two_sided[j] == 0)
+            m->normal_of[m->starts[j]] = j;
+        for (int32_t i = 0; i < m->two_sided[j]; i++)
+            m->constraint_row[c++] = m->starts[j] + i;
+    }
+    for (int32_t j = 0; j < m->dry; j++) {
+        m->tangent[m->contacts + j] = m->contact_rows + m->bilateral + j * model->dry_dim;
+        m->tangents[m->contacts + j] = model->dry_dim;
+    }
+    return fit_assemblies(m, settings);
 }
 
 perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechanism,
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    return PERP__CALL(perp__enter(context), context, create(context, mechanism, settings, model));
+    perp_mechanism *m = NULL;
+    perp_mechanism_settings own;
+    perp_mechanism_model read;
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "mechanism", mechanism);
+    PERP__THEN(status, read_settings(context, &own, settings));
+    PERP__THEN(status, read_model(context, &read, model));
+    if (status == PERP_OK) {
+        m = perp__handle_create(context, &kind);
+        status = m ? make(m, &own, &read) : PERP_ERROR_MEMORY;
+    }
+    if (m)
+        PERP__HAND_OUT(status, m, mechanism);
+    return perp__leave(context, status);
 }
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
@@ -433,19 +396,17 @@ double perp__mechanism_time_left(const perp_mechanism *m)
     return m->deadline > 0.0 ? fmax(m->deadline - perp__now(), SHORTEST) : 0.0;
 }
 
-static perp_status set(perp_mechanism *m, const perp_mechanism_settings *settings)
+perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
+    perp_mechanism *m = mechanism;
     perp_mechanism_settings own;
-    perp_status status = read_settings(m->context, &own, settings);
+    perp_status status = perp__mechanism_enter(m);
 
+    if (status != PERP_OK)
+        return status;
+    status = read_settings(m->context, &own, settings);
     PERP__THEN(status, fit_assemblies(m, &own));
     if (status == PERP_OK)
         m->settings = own;
-    return status;
-}
-
-perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
-{
-    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
-                      set(mechanism, settings));
+    return perp__leave(m->context, status);
 }

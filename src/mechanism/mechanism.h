@@ -229,7 +229,6 @@ void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, do
 void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
                            const perp__velocity_problem *problem);
 
-/* ---- judge.c ---- */
 /* |M v - momentum - J'r| beside its terms; in m->work. */
 double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, const double *momentum,
                                const double *v, const double *r);
@@ -275,8 +274,6 @@ void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const p
 void perp__prepare_step(perp_mechanism *m, const perp__start *from);
 /* m->free: the velocities that m->momentum has without impulses; includes what they reach. */
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
-/* Includes contact j if it passes and was not included; whether so. */
-int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes);
 /* The problem of what was prepared, with these rows and this M. */
 perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *terms);
 /* m->answer := its solution, with all contacts kept. */
@@ -344,7 +341,6 @@ double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
 perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *from);
-perp_status perp__mechanism_check_outputs(perp_mechanism *m, const double *q, const double *v);
 /* Says in front of a solver's message what it was solving; returns `status`. */
 perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what);
 

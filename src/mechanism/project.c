@@ -17,8 +17,6 @@
 
 #define MOST_PASSES 6
 
-enum { SEVERAL = -2 };
-
 /* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
 #define ROUNDING (16.0 * PERP__EPS)
 
@@ -114,49 +112,6 @@ static int32_t assemble(perp_mechanism *m, perp__assembly *a, const perp__motion
     return held;
 }
 
-/* Includes contacts that the displacement would close; whether there were any. */
-static int32_t include_passed(perp_mechanism *m, const perp__motion *to, const double *displacement)
-{
-    int32_t more = 0;
-
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const double gap = perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement);
-
-        more |=
-            m->two_sided[j] == 0 && !(to && presses(m, to, j)) && perp__include(m, j, gap < 0.0);
-    }
-    return more;
-}
-
-/* The included gap that the displacement may open; -1: there is none, SEVERAL: more than one. */
-static int32_t only_gap(const perp_mechanism *m)
-{
-    int32_t only = -1;
-
-    for (int32_t j = 0; j < m->contacts; j++)
-        if (m->included[j])
-            only = only == -1 ? j : SEVERAL;
-    return only;
-}
-
-/* m->projection.v := the displacement that meets the equations, and closes `only`, which the others
- * alone would leave overlapping, so that it presses. Whether they are independent, and finite. */
-static int32_t solve_equations(perp_mechanism *m, const perp__motion *to, int32_t only)
-{
-    double *d = m->projection.v;
-
-    perp__held_rows_begin(&m->held, m->n);
-    for (int32_t j = 0; j < m->constraints; j++)
-        perp__hold_row(m, &m->end, m->constraint_row[j], -m->end.c[j]);
-    for (int32_t j = 0; j < m->contacts; j++)
-        if (j == only || (to && presses(m, to, j)))
-            perp__hold_row(m, &m->end, m->starts[j], -m->end.gap[j]);
-    perp__held_rows_solve(&m->held);
-    memcpy(d, m->held.particular, (size_t)m->n * sizeof *d);
-    perp__solve_upper(m, &m->end, d);
-    return m->held.rank == m->held.count && perp__all_finite(d, (size_t)m->n);
-}
-
 /* m->projection.v := the displacement; found: whether there is one. Up to one gap that may open it
  * is that of equations; the contact solver tells which of several do. */
 static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const perp__motion *to,
@@ -164,52 +119,47 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const per
 {
     perp__motion answer = {0};
     perp_status status = PERP_OK;
+    int32_t only = -1, several = 0; /* the gap that may open */
+    double *d = m->projection.v;
+    int8_t more;
 
     memset(m->included, 0, (size_t)m->contacts * sizeof *m->included);
     do {
-        const int32_t only = only_gap(m);
-
-        answer.iterations = 1;
-        *found = only != SEVERAL && solve_equations(m, to, only);
+        /* 1. equations, and `only`, which these alone would leave overlapping, so that it presses;
+         * as long as they are independent, and d is finite */
+        *found = !several;
+        if (!several) {
+            perp__held_rows_begin(&m->held, m->n);
+            for (int32_t j = 0; j < m->constraints; j++)
+                perp__hold_row(m, &m->end, m->constraint_row[j], -m->end.c[j]);
+            for (int32_t j = 0; j < m->contacts; j++)
+                if (j == only || (to && presses(m, to, j)))
+                    perp__hold_row(m, &m->end, m->starts[j], -m->end.gap[j]);
+            perp__held_rows_solve(&m->held);
+            memcpy(d, m->held.particular, (size_t)m->n * sizeof *d);
+            perp__solve_upper(m, &m->end, d);
+            *found = m->held.rank == m->held.count && perp__all_finite(d, (size_t)m->n);
+        }
+        answer.iterations = *found;
+        /* 2. else a contact problem */
         if (!*found) {
-            answer.iterations = 0;
             status =
                 perp__assembly_solve(m, &m->projection, assemble(m, &m->projection, to), &answer);
             *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
         }
         step->iterations += answer.iterations;
-    } while (*found && include_passed(m, to, m->projection.v));
-    return status;
-}
+        /* 3. with the contacts that the displacement would close */
+        more = 0;
+        for (int32_t j = 0; j < m->contacts && *found; j++) {
+            const double gap = perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], d);
 
-/* One displacement of q, which is kept if it helps; m->end follows. */
-static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, perp__motion *to,
-                            double t, int32_t *helps)
-{
-    const double penetration = step->penetration, drift = step->drift, gap = lifted(m, to);
-    const size_t size = (size_t)m->coordinates * sizeof *to->q;
-    double *q = to->q, *v = to->v;
-    perp_status status = perp__evaluate_mass(m, &m->end, q);
-    int32_t found = 0;
-
-    *helps = 0;
-    PERP__THEN(status, solve(m, step, to, &found));
-    if (status == PERP_OK && !found)
-        status = solve(m, step, NULL, &found);
-    if (status != PERP_OK || !found)
-        return status;
-    status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
-    PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, m->moved, v));
-    if (status != PERP_OK)
-        return status;
-    perp__measure_overlap(m, step, m->moved);
-    *helps = step->penetration < penetration || step->drift < drift || lifted(m, to) < gap;
-    if (*helps)
-        memcpy(q, m->moved, size);
-    else {
-        status = perp__evaluate_rows(m, &m->end, t, q, v);
-        perp__measure_overlap(m, step, q);
-    }
+            if (m->included[j] || m->two_sided[j] > 0 || (to && presses(m, to, j)) || !(gap < 0.0))
+                continue;
+            m->included[j] = more = 1;
+            several = only >= 0;
+            only = j;
+        }
+    } while (more);
     return status;
 }
 
@@ -217,17 +167,39 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__mo
 {
     double *q = to->q, *v = to->v;
     perp_status status;
-    int32_t pass, go_on = m->settings.project;
+    int32_t helps = m->settings.project;
 
     step->penetration = step->drift = 0.0;
     if (m->contacts + m->bilateral == 0)
         return PERP_OK;
     status = perp__evaluate_rows(m, &m->end, t, q, v);
-    for (pass = 0;
-         status == PERP_OK && (perp__measure_overlap(m, step, q) || lifted(m, to) > 0.0) && go_on &&
+    for (int32_t pass = 0;
+         status == PERP_OK && (perp__measure_overlap(m, step, q) || lifted(m, to) > 0.0) && helps &&
          pass < MOST_PASSES && !(pass > 0 && perp__mechanism_is_late(m));
-         pass++)
-        status = displace(m, step, to, t, &go_on);
+         pass++) {
+        const double penetration = step->penetration, drift = step->drift, gap = lifted(m, to);
+        int32_t found = 0;
+
+        /* 1. a displacement of q */
+        status = perp__evaluate_mass(m, &m->end, q);
+        PERP__THEN(status, solve(m, step, to, &found));
+        if (status == PERP_OK && !found)
+            status = solve(m, step, NULL, &found);
+        helps = found;
+        if (status != PERP_OK || !found)
+            continue;
+        /* 2. it is kept if it helps; m->end follows */
+        status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
+        PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, m->moved, v));
+        if (status != PERP_OK)
+            continue;
+        perp__measure_overlap(m, step, m->moved);
+        helps = step->penetration < penetration || step->drift < drift || lifted(m, to) < gap;
+        if (helps)
+            memcpy(q, m->moved, (size_t)m->coordinates * sizeof *q);
+        else
+            status = perp__evaluate_rows(m, &m->end, t, q, v);
+    }
     if (status == PERP_OK)
         perp__keep_rows(m, t, q, v);
     return status;

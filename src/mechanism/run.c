@@ -66,22 +66,22 @@ static double size_of_gaps(perp__run *run, const double *q)
 }
 
 /* What there is at the start is no fault of the run. The first step takes these rows over. */
-static perp_status begin_overlap(perp__run *run, const perp__start *from)
+static perp_status begin_overlap(perp__run *run)
 {
     perp_mechanism *m = run->m;
     perp_mechanism_step start = {0};
     perp_status status = PERP_OK;
 
-    if (m->contacts + m->bilateral > 0)
-        status = perp__evaluate_rows(m, &m->end, from->t, from->q, from->v);
-    if (status != PERP_OK) /* the first step says what that means */
-        return status == PERP__OUTSIDE ? PERP_OK : status;
-    if (m->contacts + m->bilateral > 0)
-        perp__keep_rows(m, from->t, from->q, from->v);
-    perp__measure_overlap(m, &start, from->q);
+    if (m->contacts + m->bilateral > 0) {
+        status = perp__evaluate_rows(m, &m->end, run->t, m->now.q, m->now.v);
+        if (status != PERP_OK) /* the first step says what that means */
+            return status == PERP__OUTSIDE ? PERP_OK : status;
+        perp__keep_rows(m, run->t, m->now.q, m->now.v);
+    }
+    perp__measure_overlap(m, &start, m->now.q);
     run->overlaps = fmax(start.penetration, start.drift);
-    size_of_gaps(run, from->q);
-    return PERP_OK;
+    size_of_gaps(run, m->now.q);
+    return status;
 }
 
 /* Whether a step ends with more penetration or drift than the run may have. */
@@ -148,62 +148,53 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
     return status;
 }
 
-static perp_status check(perp_mechanism *m, const perp__start *from, double t1)
-{
-    perp_status status = perp__check_finite(m->context, "t0", &from->t, 1);
-
-    PERP__THEN(status, perp__mechanism_check_start(m, from));
-    if (status == PERP_OK && !(t1 > from->t && isfinite(t1)))
-        status = perp__refuse(m->context, "t1 is %g, expected more than t0 = %g", t1, from->t);
-    if (status == PERP_OK && (t1 - from->t) / from->h > 1e15)
-        status = perp__refuse(m->context, "h is %g: too many steps to %g", from->h, t1);
-    return status;
-}
-
-static perp_status run_from(perp__run *run, const perp__start *from, double t1)
-{
-    perp_mechanism *m = run->m;
-    const int64_t before = m->evaluations;
-    perp_mechanism_step step;
-    perp_status status;
-
-    perp_mechanism_step_init(&step, sizeof step);
-    step.error = run->result.error = (double)NAN;
-    m->keeps = 0;
-    perp__stay(m, &m->now, from->q, from->v);
-    run->t = from->t;
-    status = show(run, 0.0, &step);
-    if (status == PERP_OK && !run->ended)
-        status = begin_overlap(run, from);
-    if (status == PERP_OK && !run->ended)
-        status = m->settings.error > 0.0 ? perp__run_adaptive(run, t1, from->h)
-                                         : run_equal(run, from->t, t1, from->h);
-    run->result.t = run->t;
-    run->result.evaluations = m->evaluations - before;
-    return status;
-}
-
 perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
                                perp_mechanism_run_result *result, double t0, double t1, double h,
                                const double *q0, const double *v0, perp_mechanism_observer observer,
                                void *user)
 {
+    perp_mechanism *m = mechanism;
     const double began = perp__now();
     const perp__start from = {t0, h, q0, v0};
-    perp__run run = {.m = mechanism, .observer = observer, .user = user, .end = t1};
-    perp_status status = perp__mechanism_enter(mechanism);
+    perp__run run = {.m = m, .observer = observer, .user = user, .t = t0, .end = t1};
+    perp_mechanism_step step;
+    perp_status status = perp__mechanism_enter(m);
+    int64_t before;
 
     if (status != PERP_OK)
         return status;
-    status = perp__mechanism_check_outputs(mechanism, q, v);
-    PERP__THEN(status, PERP__CHECK(perp_mechanism_run_result, mechanism->context, result));
-    PERP__THEN(status, check(mechanism, &from, t1));
-    PERP__THEN(status, run_from(&run, &from, t1));
+    /* 1. checks */
+    before = m->evaluations;
+    status = perp__check_pointer(m->context, "q", q);
+    PERP__THEN(status, perp__check_pointer(m->context, "v", v));
+    PERP__THEN(status, PERP__CHECK(perp_mechanism_run_result, m->context, result));
+    PERP__THEN(status, perp__check_finite(m->context, "t0", &t0, 1));
+    PERP__THEN(status, perp__mechanism_check_start(m, &from));
+    if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
+        status = perp__refuse(m->context, "t1 is %g, expected more than t0 = %g", t1, t0);
+    if (status == PERP_OK && (t1 - t0) / h > 1e15)
+        status = perp__refuse(m->context, "h is %g: too many steps to %g", h, t1);
+    /* 2. the start */
+    perp_mechanism_step_init(&step, sizeof step);
+    step.error = run.result.error = (double)NAN;
+    m->keeps = 0;
     if (status == PERP_OK) {
-        memcpy(q, mechanism->now.q, (size_t)mechanism->coordinates * sizeof *q);
-        memcpy(v, mechanism->now.v, (size_t)mechanism->n * sizeof *v);
+        perp__stay(m, &m->now, q0, v0);
+        status = show(&run, 0.0, &step);
+    }
+    if (status == PERP_OK && !run.ended)
+        status = begin_overlap(&run);
+    /* 3. the steps */
+    if (status == PERP_OK && !run.ended)
+        status =
+            m->settings.error > 0.0 ? perp__run_adaptive(&run, t1, h) : run_equal(&run, t0, t1, h);
+    if (status == PERP_OK) {
+        memcpy(q, m->now.q, (size_t)m->coordinates * sizeof *q);
+        memcpy(v, m->now.v, (size_t)m->n * sizeof *v);
+        run.result.t = run.t;
+        run.result.evaluations = m->evaluations - before;
         run.result.seconds = perp__now() - began;
         perp__struct_write(result, &run.result, sizeof run.result);
     }
-    return perp__leave(mechanism->context, status);
+    return perp__leave(m->context, status);
 }

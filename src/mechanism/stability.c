@@ -12,28 +12,6 @@ typedef struct number {
     double re, im;
 } number;
 
-static number square_root(number z)
-{
-    const double size = hypot(z.re, z.im), root = sqrt(0.5 * (size + fabs(z.re)));
-    number result = {root, 0.0};
-
-    if (root > 0.0)
-        result.im = 0.5 * z.im / root;
-    if (z.re < 0.0) {
-        result.re = fabs(result.im);
-        result.im = copysign(root, z.im);
-    }
-    return result;
-}
-
-static number quotient(number a, number b)
-{
-    const double size = hypot(b.re, b.im), re = b.re / size, im = b.im / size;
-    const number result = {(a.re * re + a.im * im) / size, (a.im * re - a.re * im) / size};
-
-    return result;
-}
-
 /* In units of time sqrt(k): m^2 + zeta gamma m + gamma = 0 with zeta = c / sqrt(k). */
 static void roots_of(number gamma, double stiffness, double damping, number root[2])
 {
@@ -41,39 +19,49 @@ static void roots_of(number gamma, double stiffness, double damping, number root
     const number half = {0.5 * zeta * gamma.re, 0.5 * zeta * gamma.im};
     const number inside = {half.re * half.re - half.im * half.im - gamma.re,
                            2.0 * half.re * half.im - gamma.im};
-    number s = square_root(inside);
+    const double length = sqrt(0.5 * (hypot(inside.re, inside.im) + fabs(inside.re)));
+    number s = {length, 0.0};
 
+    /* 1. s, the square root of `inside` on the side of half */
+    if (length > 0.0)
+        s.im = 0.5 * inside.im / length;
+    if (inside.re < 0.0) {
+        s.re = fabs(s.im);
+        s.im = copysign(length, inside.im);
+    }
     if (half.re * s.re + half.im * s.im < 0.0) {
         s.re = -s.re;
         s.im = -s.im;
     }
+    /* 2. the root that does not cancel, and gamma over it; a conjugate pair exactly */
     root[0].re = -(half.re + s.re);
     root[0].im = -(half.im + s.im);
-    if (root[0].re == 0.0 && root[0].im == 0.0)
-        root[1] = root[0];
-    else
-        root[1] = quotient(gamma, root[0]);
-    if (gamma.im == 0.0 && root[0].im != 0.0) { /* a conjugate pair, exactly */
-        root[1].re = root[0].re;
+    root[1] = root[0];
+    if (gamma.im == 0.0 && root[0].im != 0.0) {
         root[1].im = -root[0].im;
+    } else if (root[0].re != 0.0 || root[0].im != 0.0) {
+        const double size = hypot(root[0].re, root[0].im);
+        const double re = root[0].re / size, im = root[0].im / size;
+
+        root[1].re = (gamma.re * re + gamma.im * im) / size;
+        root[1].im = (gamma.im * re - gamma.re * im) / size;
     }
-    root[0].re *= unit;
-    root[0].im *= unit;
-    root[1].re *= unit;
-    root[1].im *= unit;
+    for (int32_t k = 0; k < 2; k++) {
+        root[k].re *= unit;
+        root[k].im *= unit;
+    }
 }
 
-perp__stability perp__stability_of(int32_t p, double *Gamma, double stiffness, double damping,
-                                   double *gamma, double *roots)
+void perp__stability_of(int32_t p, double *Gamma, double stiffness, double damping, double *gamma,
+                        double *roots, int32_t *stable, int32_t *flutter)
 {
     const double zeta = damping / sqrt(stiffness);
-    perp__stability verdict = {1, 0};
-    int32_t positive = 1, i;
+    int32_t positive = 1;
 
+    *stable = 1;
     perp__eigenvalues(p, Gamma, gamma, gamma + p);
-    for (i = 0; i < p; i++) {
+    for (int32_t i = 0; i < p; i++) {
         const number g = {gamma[i], gamma[p + i]};
-        const double size = hypot(g.re, g.im);
         number root[2];
 
         roots_of(g, stiffness, damping, root);
@@ -82,9 +70,8 @@ perp__stability perp__stability_of(int32_t p, double *Gamma, double stiffness, d
         roots[4 * i + 2] = root[1].re;
         roots[4 * i + 3] = root[1].im;
         positive &= g.re > 0.0;
-        verdict.stable &= g.re > 0.0 && zeta * sqrt(g.re) > fabs(g.im) / size &&
-                          perp__all_finite(roots + 4 * i, 4);
+        *stable &= g.re > 0.0 && zeta * sqrt(g.re) > fabs(g.im) / hypot(g.re, g.im) &&
+                   perp__all_finite(roots + 4 * i, 4);
     }
-    verdict.flutter = positive && !verdict.stable && zeta > 0.0;
-    return verdict;
+    *flutter = positive && !*stable && zeta > 0.0;
 }

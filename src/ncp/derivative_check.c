@@ -107,21 +107,6 @@ static void compare(perp_ncp_check *check, const column *c, int32_t i, double gi
     }
 }
 
-static void look_for_missing(perp_ncp_check *check, const column *c, int32_t i)
-{
-    double uncertainty;
-    const double found = difference(c, i, &uncertainty);
-
-    if (!(fabs(found) > CERTAIN * uncertainty))
-        return;
-    check->missing++;
-    if (fabs(found) > fabs(check->missing_difference)) {
-        check->missing_row = i;
-        check->missing_column = c->j;
-        check->missing_difference = found;
-    }
-}
-
 static void compare_column(const perp__ncp_model *m, perp_ncp_check *check, const column *c,
                            double *worst)
 {
@@ -135,49 +120,49 @@ static void compare_column(const perp__ncp_model *m, perp_ncp_check *check, cons
         } else if (k < m->pattern_starts[j + 1] && m->pattern_rows[k] == i) {
             compare(check, c, i, m->given[k], worst);
             k++;
-        } else {
-            look_for_missing(check, c, i);
+        } else { /* not in the pattern: is it missing? */
+            double uncertainty;
+            const double found = difference(c, i, &uncertainty);
+
+            if (!(fabs(found) > CERTAIN * uncertainty))
+                continue;
+            check->missing++;
+            if (fabs(found) > fabs(check->missing_difference)) {
+                check->missing_row = i;
+                check->missing_column = c->j;
+                check->missing_difference = found;
+            }
         }
     }
 }
 
-/* run.z := z, best_w := F(z), given := J(z) */
-static perp_status begin(perp_ncp_solver *solver, const double *z)
-{
-    perp__ncp_model *m = &solver->model;
-    perp_status status;
-
-    perp__ncp_model_unscale(m);
-    for (int32_t i = 0; i < m->n; i++) {
-        if (!(z[i] >= m->lower[i] && z[i] <= m->upper[i]))
-            return perp__refuse(solver->context, "z[%d] = %g is outside of its bounds", (int)i,
-                                z[i]);
-        solver->run.z[i] = z[i];
-        m->largest[i] = fabs(z[i]);
-    }
-    status = perp__ncp_evaluate(m, solver->run.z, solver->best_w);
-    if (status == PERP__NCP_OUTSIDE)
-        return perp__refuse(solver->context, "problem.function is not defined at z");
-    PERP__THEN(status, perp__ncp_ask(m));
-    if (status == PERP__NCP_OUTSIDE)
-        return perp__refuse(solver->context, "problem.jacobian is not defined at z");
-    return status;
-}
-
 static perp_status check_all(perp_ncp_solver *solver, perp_ncp_check *check, const double *z)
 {
-    const perp__ncp_model *m = &solver->model;
+    perp_context *context = solver->context;
+    perp__ncp_model *m = &solver->model;
     perp__newton_run *f = &solver->run;
     column c = {0, f->trial_z, f->trial_w, f->part, f->image, 0.0, 0.0};
     double worst = -1.0;
-    perp_status status = begin(solver, z);
+    perp_status status;
 
+    /* 1. run.z := z, best_w := F(z), given := J(z) */
+    perp__ncp_model_unscale(m);
+    for (int32_t i = 0; i < m->n; i++) {
+        if (!(z[i] >= m->lower[i] && z[i] <= m->upper[i]))
+            return perp__refuse(context, "z[%d] = %g is outside of its bounds", (int)i, z[i]);
+        f->z[i] = z[i];
+        m->largest[i] = fabs(z[i]);
+    }
+    status = perp__ncp_evaluate(m, f->z, solver->best_w);
+    if (status == PERP__NCP_OUTSIDE)
+        return perp__refuse(context, "problem.function is not defined at z");
+    PERP__THEN(status, perp__ncp_ask(m));
+    if (status == PERP__NCP_OUTSIDE)
+        return perp__refuse(context, "problem.jacobian is not defined at z");
+    /* 2. Column by column. */
     check->row = check->column = check->missing_row = check->missing_column = -1;
     for (c.j = 0; c.j < m->n && status == PERP_OK; c.j++) {
-        if (m->lower[c.j] < m->upper[c.j])
-            status = sample(solver, &c);
-        else
-            status = PERP__NCP_OUTSIDE;
+        status = m->lower[c.j] < m->upper[c.j] ? sample(solver, &c) : PERP__NCP_OUTSIDE;
         if (status == PERP_OK)
             compare_column(m, check, &c, &worst);
         check->unchecked += status == PERP__NCP_OUTSIDE;
@@ -186,31 +171,23 @@ static perp_status check_all(perp_ncp_solver *solver, perp_ncp_check *check, con
     return status;
 }
 
-static perp_status check_problem(perp_context *context, perp_ncp_check *own,
-                                 const perp_ncp_problem *problem, const double *z)
-{
-    perp_ncp_solver *solver = NULL;
-    perp_status status = perp__ncp_create(context, &solver, NULL);
-
-    PERP__THEN(status, perp__ncp_setup(solver, problem));
-    if (status == PERP_OK && !solver->model.problem.jacobian)
-        status = perp__refuse(context, "problem.jacobian is NULL");
-    PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)solver->model.n));
-    PERP__THEN(status, check_all(solver, own, z));
-    perp__ncp_destroy(solver);
-    return status;
-}
-
 perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check,
                                     const perp_ncp_problem *problem, const double *z)
 {
     perp_ncp_check own = {0};
+    perp_ncp_solver *solver = NULL;
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
     status = PERP__CHECK(perp_ncp_check, context, check);
-    PERP__THEN(status, check_problem(context, &own, problem, z));
+    PERP__THEN(status, perp__ncp_create(context, &solver, NULL));
+    PERP__THEN(status, perp__ncp_setup(solver, problem));
+    if (status == PERP_OK && !solver->model.problem.jacobian)
+        status = perp__refuse(context, "problem.jacobian is NULL");
+    PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)solver->model.n));
+    PERP__THEN(status, check_all(solver, &own, z));
+    perp__ncp_destroy(solver);
     if (status == PERP_OK)
         perp__struct_write(check, &own, sizeof own);
     return perp__leave(context, status);

@@ -9,45 +9,49 @@
  * sparse Jacobian matrices", J. Inst. Maths Applics 13 (1974); greedy, in the order of the columns
  * ---- */
 
-/* The pattern by rows. */
-static void transpose(perp__ncp_model *m)
+/* Colours the columns of the caller's pattern, once. A dense matrix has a colour a column. */
+static void colour(perp__ncp_model *m)
 {
     perp__ncp_colours *c = &m->colours;
+    const int32_t *starts = m->pattern_starts, *rows = m->pattern_rows;
 
+    if (c->known)
+        return;
+    c->known = 1;
+    c->count = 0;
+    /* 1. The pattern by rows. */
     memset(c->row_starts, 0, ((size_t)m->n + 1) * sizeof(int32_t));
-    for (int32_t k = 0; k < m->pattern_starts[m->n]; k++)
-        c->row_starts[m->pattern_rows[k] + 1]++;
+    for (int32_t k = 0; m->sparse && k < starts[m->n]; k++)
+        c->row_starts[rows[k] + 1]++;
     for (int32_t i = 0; i < m->n; i++) {
         c->row_starts[i + 1] += c->row_starts[i];
         c->marks[i] = c->row_starts[i];
     }
-    for (int32_t j = 0; j < m->n; j++)
-        for (int32_t k = m->pattern_starts[j]; k < m->pattern_starts[j + 1]; k++)
-            c->row_columns[c->marks[m->pattern_rows[k]]++] = j;
-}
+    for (int32_t j = 0; m->sparse && j < m->n; j++)
+        for (int32_t k = starts[j]; k < starts[j + 1]; k++)
+            c->row_columns[c->marks[rows[k]]++] = j;
+    /* 2. Each column gets the least colour that no column of its rows has. */
+    for (int32_t i = 0; i < m->n; i++)
+        c->marks[i] = 0;
+    for (int32_t j = 0; j < m->n; j++) {
+        int32_t own = m->sparse ? 0 : c->count;
 
-/* The least colour that no column of a row of column j has. */
-static int32_t free_colour(perp__ncp_model *m, int32_t j)
-{
-    perp__ncp_colours *c = &m->colours;
-    int32_t colour = 0;
-
-    for (int32_t k = m->pattern_starts[j]; k < m->pattern_starts[j + 1]; k++) {
-        const int32_t i = m->pattern_rows[k];
-
-        for (int32_t p = c->row_starts[i]; p < c->row_starts[i + 1] && c->row_columns[p] < j; p++)
-            if (c->of[c->row_columns[p]] >= 0)
-                c->marks[c->of[c->row_columns[p]]] = j + 1;
+        c->of[j] = -1;
+        if (!(m->lower[j] < m->upper[j]))
+            continue;
+        if (m->sparse) {
+            for (int32_t k = starts[j]; k < starts[j + 1]; k++)
+                for (int32_t p = c->row_starts[rows[k]];
+                     p < c->row_starts[rows[k] + 1] && c->row_columns[p] < j; p++)
+                    if (c->of[c->row_columns[p]] >= 0)
+                        c->marks[c->of[c->row_columns[p]]] = j + 1;
+            while (c->marks[own] == j + 1)
+                own++;
+        }
+        c->of[j] = own;
+        c->count = own >= c->count ? own + 1 : c->count;
     }
-    while (c->marks[colour] == j + 1)
-        colour++;
-    return colour;
-}
-
-static void sort(perp__ncp_model *m)
-{
-    perp__ncp_colours *c = &m->colours;
-
+    /* 3. The columns by colour. */
     memset(c->starts, 0, ((size_t)m->n + 1) * sizeof(int32_t));
     for (int32_t j = 0; j < m->n; j++)
         if (c->of[j] >= 0)
@@ -59,28 +63,6 @@ static void sort(perp__ncp_model *m)
     for (int32_t j = 0; j < m->n; j++)
         if (c->of[j] >= 0)
             c->order[c->marks[c->of[j]]++] = j;
-}
-
-/* Colours the columns of the caller's pattern, once. A dense matrix has a colour a column. */
-static void colour(perp__ncp_model *m)
-{
-    perp__ncp_colours *c = &m->colours;
-
-    if (c->known)
-        return;
-    c->known = 1;
-    c->count = 0;
-    if (m->sparse)
-        transpose(m);
-    if (m->n > 0)
-        memset(c->marks, 0, (size_t)m->n * sizeof(int32_t));
-    for (int32_t j = 0; j < m->n; j++) {
-        c->of[j] = -1;
-        if (m->lower[j] < m->upper[j])
-            c->of[j] = m->sparse ? free_colour(m, j) : c->count;
-        c->count = c->of[j] >= c->count ? c->of[j] + 1 : c->count;
-    }
-    sort(m);
 }
 
 /* ---- differences ---- */
@@ -113,14 +95,6 @@ double perp__ncp_fit_step(const perp__ncp_model *m, int32_t j, double step)
     volatile double there = z + (fabs(step) <= room ? step : copysign(room, step));
 
     return perp__clamp(there, m->lower[j], m->upper[j]) - z;
-}
-
-static double choose_step(const perp__ncp_model *m, int32_t j)
-{
-    const double wanted = perp__ncp_size(m, j) * FORWARD;
-    const double up = perp__ncp_fit_step(m, j, wanted), down = perp__ncp_fit_step(m, j, -wanted);
-
-    return fabs(up) >= 0.5 * fabs(down) ? up : down;
 }
 
 /* What rounding alone may have made is no derivative: a zero stays one. */
@@ -162,7 +136,7 @@ static perp_status shift(perp__ncp_model *m, const int32_t *columns, int32_t cou
 }
 
 /* One column by itself, where the others' company, or this side of it, was outside. */
-static perp_status search(perp__ncp_model *m, int32_t j)
+static perp_status difference_alone(perp__ncp_model *m, int32_t j)
 {
     perp_status status = PERP__NCP_OUTSIDE;
     double wanted = m->step[j];
@@ -178,25 +152,20 @@ static perp_status search(perp__ncp_model *m, int32_t j)
     return status;
 }
 
-static int32_t has_room(const perp__ncp_model *m, const int32_t *columns, int32_t count)
-{
-    for (int32_t k = 0; k < count; k++) {
-        const int32_t j = columns[k];
-
-        if (m->z_caller[j] - m->step[j] < m->lower[j] || m->z_caller[j] - m->step[j] > m->upper[j])
-            return 0;
-    }
-    return 1;
-}
-
-/* The columns of one colour together, else one after the other. */
-static perp_status group(perp__ncp_model *m, const int32_t *columns, int32_t count)
+/* The columns of one colour together, to both sides where that is asked for and there is room; else
+ * one after the other. */
+static perp_status difference_together(perp__ncp_model *m, const int32_t *columns, int32_t count)
 {
     double *high = m->w_shifted, *low = m->w_shifted + m->n;
     perp_status status = shift(m, columns, count, 1.0, high);
-    int32_t both = 0;
+    int32_t both = status == PERP_OK && m->central;
 
-    if (status == PERP_OK && m->central && has_room(m, columns, count)) {
+    for (int32_t k = 0; k < count && both; k++) {
+        const double z = m->z_caller[columns[k]] - m->step[columns[k]];
+
+        both = z >= m->lower[columns[k]] && z <= m->upper[columns[k]];
+    }
+    if (both) {
         const perp_status other = shift(m, columns, count, -1.0, low);
 
         both = other == PERP_OK;
@@ -209,25 +178,9 @@ static perp_status group(perp__ncp_model *m, const int32_t *columns, int32_t cou
     if (status == PERP__NCP_OUTSIDE) {
         status = PERP_OK;
         for (int32_t k = 0; k < count && status == PERP_OK; k++)
-            status = search(m, columns[k]);
+            status = difference_alone(m, columns[k]);
     }
     return status;
-}
-
-static void choose_steps(perp__ncp_model *m)
-{
-    for (int32_t j = 0; j < m->n; j++)
-        m->largest[j] = fmax(m->largest[j], fabs(m->z_caller[j]));
-    for (int32_t j = 0; j < m->n; j++) {
-        const double wide = perp__ncp_size(m, j) * CENTRAL;
-
-        m->sizes[j] = perp__ncp_size(m, j);
-        m->step[j] = choose_step(m, j);
-        m->shifted[j] = m->z_caller[j];
-        if (m->central && m->z_caller[j] - m->lower[j] >= wide &&
-            m->upper[j] - m->z_caller[j] >= wide)
-            m->step[j] = perp__ncp_fit_step(m, j, wide);
-    }
 }
 
 int32_t perp__ncp_sharpen(perp__ncp_model *m)
@@ -238,17 +191,40 @@ int32_t perp__ncp_sharpen(perp__ncp_model *m)
     return news;
 }
 
-/* Entries with which z_j, as large as it is, would move F_i by next to nothing beside the other
- * entries of the row are zero: at z = 0, z^3 has the slope 0, and by differences h^2. */
-static void drop_noise(perp__ncp_model *m)
+perp_status perp__ncp_differences(perp__ncp_model *m)
 {
+    const size_t count = m->sparse ? (size_t)m->pattern_starts[m->n] : (size_t)m->n * (size_t)m->n;
+    const perp__ncp_colours *c = &m->colours;
     const perp__matrix J = perp__ncp_given(m);
     const int32_t by_rows = perp__lines_are_rows(&J);
     double *largest = m->w_shifted;
+    perp_status status = PERP_OK;
 
+    colour(m);
+    if (count > 0)
+        memset(m->given, 0, count * sizeof(double)); /* the columns of fixed variables */
+    /* 1. The steps, to the side where there is room. */
+    for (int32_t j = 0; j < m->n; j++)
+        m->largest[j] = fmax(m->largest[j], fabs(m->z_caller[j]));
+    for (int32_t j = 0; j < m->n; j++) {
+        const double size = perp__ncp_size(m, j), wide = size * CENTRAL, z = m->z_caller[j];
+        const double up = perp__ncp_fit_step(m, j, size * FORWARD);
+        const double down = perp__ncp_fit_step(m, j, -(size * FORWARD));
+
+        m->sizes[j] = size;
+        m->step[j] = fabs(up) >= 0.5 * fabs(down) ? up : down;
+        m->shifted[j] = z;
+        if (m->central && z - m->lower[j] >= wide && m->upper[j] - z >= wide)
+            m->step[j] = perp__ncp_fit_step(m, j, wide);
+    }
+    /* 2. The differences. */
+    for (int32_t k = 0; k < c->count && status == PERP_OK; k++)
+        status = difference_together(m, c->order + c->starts[k], c->starts[k + 1] - c->starts[k]);
+    /* 3. Entries with which z_j, as large as it is, would move F_i by next to nothing beside the
+     * other entries of the row are zero: at z = 0, z^3 has the slope 0, and by differences h^2. */
     for (int32_t i = 0; i < m->n; i++)
         largest[i] = 0.0;
-    for (int32_t pass = 0; pass < 2; pass++)
+    for (int32_t pass = 0; pass < 2 && status == PERP_OK; pass++)
         for (int32_t j = 0; j < m->n; j++) {
             const perp__line l = perp__line_of(&J, j);
 
@@ -264,21 +240,5 @@ static void drop_noise(perp__ncp_model *m)
                     *entry = 0.0;
             }
         }
-}
-
-perp_status perp__ncp_differences(perp__ncp_model *m)
-{
-    const size_t count = m->sparse ? (size_t)m->pattern_starts[m->n] : (size_t)m->n * (size_t)m->n;
-    const perp__ncp_colours *c = &m->colours;
-    perp_status status = PERP_OK;
-
-    colour(m);
-    if (count > 0)
-        memset(m->given, 0, count * sizeof(double)); /* the columns of fixed variables */
-    choose_steps(m);
-    for (int32_t k = 0; k < c->count && status == PERP_OK; k++)
-        status = group(m, c->order + c->starts[k], c->starts[k + 1] - c->starts[k]);
-    if (status == PERP_OK)
-        drop_noise(m);
     return status;
 }

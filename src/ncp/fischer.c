@@ -13,18 +13,6 @@
 static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3, 1e-1};
 
 /* All return 1 if they moved, 0 if not, or a negative status. */
-static perp_status crash_step(perp__newton_run *f)
-{
-    const double asked = (CRASH_PROGRESS - 1.0) * f->psi;
-    perp_status status;
-
-    perp__ncp_slopes(f, PERP__NCP_NATURAL);
-    status = perp__ncp_newton_direction(f, 0.0);
-    if (status != PERP_OK)
-        return status < 0 ? status : 0;
-    return perp__ncp_line_search(f, f->psi + asked, 0.0, 3);
-}
-
 static perp_status newton_step(perp__newton_run *f)
 {
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
@@ -47,7 +35,12 @@ static perp_status step(perp__newton_run *f, void *own)
     perp_status moved = 0;
 
     if (*crashing) {
-        moved = crash_step(f);
+        perp__ncp_slopes(f, PERP__NCP_NATURAL);
+        moved = perp__ncp_newton_direction(f, 0.0);
+        if (moved == PERP_OK)
+            moved = perp__ncp_line_search(f, f->psi + (CRASH_PROGRESS - 1.0) * f->psi, 0.0, 3);
+        else if (moved > 0)
+            moved = 0;
         *crashing = moved == 1 && f->iterations < CRASHES;
     }
     if (moved != 0)

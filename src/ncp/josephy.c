@@ -24,83 +24,43 @@ enum { LARGE = 1000, AWAY = 25, CLOSE = 32 };
 enum { TRIALS = 6 };
 static const double proximal[TRIALS] = {0.0, 1e-3, 1e-1, 1.0, 10.0, 1e3};
 
-/* q := w - (S + rho I) z; 0 if that or the matrix overflows */
-static int32_t find_offset(perp__newton_run *f, perp__ncp_linear *l, double rho)
-{
-    const perp__ncp_model *m = f->model;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        f->part[i] = -f->z[i];
-        l->q[i] = f->w[i] - rho * f->z[i];
-    }
-    perp__ncp_add(m, f->part, l->q);
-    return perp__all_finite(l->q, (size_t)m->n) && perp__all_finite(f->H, m->entries);
-}
-
-/* The time that is left is the linear problem's, too; none may be left over from the last solve.
- * Iterations are few where there is a point to go back to: obstacles take ten, pivots from a basis
- * nearby a few for each that is not the solution's (one in CLOSE is near), and where pivoting would
- * have to solve a large problem it may have no solution. */
-static perp_status limit_effort(const perp__ncp_model *m, perp__ncp_linear *l, int32_t is_away)
-{
-    perp_lcp_settings settings;
-    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
-
-    if (m->control.deadline > 0.0)
-        settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
-    if (is_away && m->sparse && m->n >= LARGE)
-        settings.max_iterations = AWAY + m->n / CLOSE;
-    return status == PERP_OK ? perp__lcp_set(l->lcp, &settings) : status;
-}
-
 /* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */
 static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double rho,
                                 int32_t is_away)
 {
     const perp__ncp_model *m = f->model;
+    perp_lcp_settings settings;
     perp_lcp_result result;
     perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, f->H);
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
+    /* 1. S + rho I, and q := w - (S + rho I) z; neither may overflow. */
     for (int32_t i = 0; i < m->n; i++) {
         f->slope_z[i] = 0.0;
         f->slope_w[i] = 1.0;
+        f->part[i] = -f->z[i];
+        l->q[i] = f->w[i] - rho * f->z[i];
     }
     perp__ncp_fill(f, rho);
-    if (!find_offset(f, l, rho))
+    perp__ncp_add(m, f->part, l->q);
+    if (!perp__all_finite(l->q, (size_t)m->n) || !perp__all_finite(f->H, m->entries))
         return 0;
     if (status == PERP_OK && m->sparse)
         status = perp_matrix_csc(&M, m->n, m->n, m->starts, m->rows, f->H);
-    PERP__THEN(status, limit_effort(m, l, is_away));
+    /* 2. The time that is left is the linear problem's, too; none may be left over from the last
+     * solve. Iterations are few where there is a point to go back to: obstacles take ten, pivots
+     * from a basis nearby a few for each that is not the solution's (one in CLOSE is near), and
+     * where pivoting would have to solve a large problem it may have no solution. */
+    PERP__THEN(status, perp_lcp_settings_init(&settings, sizeof settings));
+    if (status == PERP_OK && m->control.deadline > 0.0)
+        settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
+    if (status == PERP_OK && is_away && m->sparse && m->n >= LARGE)
+        settings.max_iterations = AWAY + m->n / CLOSE;
+    PERP__THEN(status, perp__lcp_set(l->lcp, &settings));
+    /* 3. The solve. */
     PERP__THEN(status, perp__lcp_setup(l->lcp, &M, m->low, m->high));
     PERP__THEN(status, perp__lcp_solve(l->lcp, l->z, NULL, NULL, &result, l->q, f->z));
-    if (status != PERP_OK)
-        return status;
-    return perp__is_good(result.outcome);
-}
-
-/* d := z_N - z. Where trust has led away from what is kept no linear problem is worth forcing.
- * Returns as solve_linear. */
-static perp_status find_direction(perp__newton_run *f, perp__ncp_linear *l, int32_t is_away)
-{
-    const int32_t trials = is_away ? 1 : TRIALS;
-    perp_status found = 0;
-
-    for (int32_t k = 0; k < trials && found == 0 && !perp__ncp_is_late(f->model); k++)
-        found = solve_linear(f, l, proximal[k], is_away);
-    for (int32_t i = 0; i < f->model->n && found == 1; i++)
-        f->d[i] = l->z[i] - f->z[i];
-    return found;
-}
-
-static void keep(const perp__newton_run *f, perp__ncp_linear *l)
-{
-    const size_t bytes = (size_t)f->model->n * sizeof(double);
-
-    memcpy(l->kept_z, f->z, bytes);
-    memcpy(l->kept_d, f->d, bytes);
-    l->kept_psi = f->psi;
-    l->since = 0;
+    return status == PERP_OK ? perp__is_good(result.outcome) : status;
 }
 
 /* Back to the point kept, and from there a step that is checked. */
@@ -132,20 +92,31 @@ static perp_status step(perp__newton_run *f, void *own)
 {
     perp__ncp_linear *l = own;
     const int32_t is_away = l->since > 0 && f->psi > PROGRESS * l->kept_psi;
-    perp_status moved = find_direction(f, l, is_away);
+    const int32_t trials = is_away ? 1 : TRIALS;
+    perp_status moved = 0;
 
+    /* d := z_N - z. Where trust has led away from what is kept no linear problem is worth
+     * forcing. */
+    for (int32_t k = 0; k < trials && moved == 0 && !perp__ncp_is_late(f->model); k++)
+        moved = solve_linear(f, l, proximal[k], is_away);
     if (moved < 0)
         return moved;
+    for (int32_t i = 0; i < f->model->n && moved == 1; i++)
+        f->d[i] = l->z[i] - f->z[i];
     if (moved == 0 && is_away)
         return go_back(f, l);
     if (moved == 0) {
         l->since = -1;
         return perp__ncp_descend(f);
     }
-    if (l->since < 0 || f->psi <= PROGRESS * l->kept_psi)
-        keep(f, l);
-    else if (l->since >= TRUST || f->psi > TOO_FAR * l->kept_psi)
+    if (l->since < 0 || f->psi <= PROGRESS * l->kept_psi) {
+        perp__copy(l->kept_z, f->z, f->model->n);
+        perp__copy(l->kept_d, f->d, f->model->n);
+        l->kept_psi = f->psi;
+        l->since = 0;
+    } else if (l->since >= TRUST || f->psi > TOO_FAR * l->kept_psi) {
         return go_back(f, l);
+    }
     l->since++;
     moved = perp__ncp_full_step(f);
     if (moved != 0)

@@ -8,27 +8,6 @@
  * descent method would call progress. */
 #define ORTHOGONAL 1e-4
 
-/* Row sums of |S| into f->part, the largest |z_j| that row i hangs together with into f->image. */
-static void find_sizes(perp__newton_run *f)
-{
-    const perp__ncp_model *m = f->model;
-    const perp__matrix S = perp__ncp_view(m);
-    const int32_t *part = m->part + m->n;
-
-    memset(m->most, 0, 2 * (size_t)m->n * sizeof(double));
-    for (int32_t i = 0; i < m->n; i++)
-        f->part[i] = 0.0;
-    for (int32_t j = 0; j < m->n; j++) {
-        const perp__line l = perp__line_of(&S, j);
-
-        for (int32_t k = 0; k < l.count; k++)
-            f->part[l.indices ? l.indices[k] : k] += fabs(l.values[k]);
-        m->most[part[j]] = fmax(m->most[part[j]], fabs(f->z[j]));
-    }
-    for (int32_t i = 0; i < m->n; i++)
-        f->image[i] = m->most[m->part[i]];
-}
-
 static double backward_error(const perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
@@ -81,14 +60,27 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
 {
     perp__ncp_model *m = &solver->model;
     perp__newton_run *f = &solver->run;
+    const int32_t *row_part = m->part, *column_part = m->part + m->n;
+    const perp__matrix S = perp__ncp_view(m);
 
     perp__ncp_model_equilibrate(m);
     for (int32_t i = 0; i < m->n; i++) {
         f->z[i] /= m->z_unit[i];
         f->w[i] /= m->w_unit[i];
+        f->part[i] = 0.0;
     }
     perp__ncp_find_omega(m, f->z, f->w);
-    find_sizes(f);
+    /* part := row sums of |S|, image := the largest |z_j| that row i hangs together with */
+    memset(m->most, 0, 2 * (size_t)m->n * sizeof(double));
+    for (int32_t j = 0; j < m->n; j++) {
+        const perp__line l = perp__line_of(&S, j);
+
+        for (int32_t k = 0; k < l.count; k++)
+            f->part[l.indices ? l.indices[k] : k] += fabs(l.values[k]);
+        m->most[column_part[j]] = fmax(m->most[column_part[j]], fabs(f->z[j]));
+    }
+    for (int32_t i = 0; i < m->n; i++)
+        f->image[i] = m->most[row_part[i]];
     evidence->tested = perp__ncp_tested(m, f->z, f->w);
     evidence->backward = backward_error(solver);
     evidence->own = evidence->tested;
@@ -96,47 +88,32 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
         evidence->own = own_residual(solver);
 }
 
-/* F, and J where it can be had: differences take many calls of F, for which there may be no time
- * left, and the last J that is known has to do then. */
-static perp_status evaluate(perp_ncp_solver *solver)
+perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
 {
     perp__ncp_model *m = &solver->model;
     perp__newton_run *f = &solver->run;
+    perp__evidence *evidence = &worth->evidence;
+    const double *z = solver->candidate, deadline = m->control.deadline;
     const int32_t late = perp__ncp_is_late(m);
-    const double deadline = m->control.deadline;
     perp_status status;
 
+    /* 1. F, once more, come what may; and J where it can be had: differences take many calls of F,
+     * for which there may be no time left, and the last J that is known has to do then. */
     perp__ncp_model_unscale(m);
-    perp__copy(f->z, solver->candidate, m->n);
-    m->control.deadline = 0.0; /* once more, come what may */
+    perp__copy(f->z, z, m->n);
+    m->control.deadline = 0.0;
     status = perp__ncp_evaluate(m, f->z, f->w);
     m->control.deadline = deadline;
     m->apart = 1;
     if (status == PERP_OK && m->n > 0 && (!late || m->problem.jacobian))
         status = perp__ncp_linearise(m, f->z, f->w);
-    return status == PERP__NCP_OUTSIDE && !m->known ? PERP_OK : status;
-}
-
-static double natural_residual(const perp_ncp_solver *solver)
-{
-    const perp__ncp_model *m = &solver->model;
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++)
-        perp__raise_to(
-            &most, fabs(perp__mid(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i])));
-    return most;
-}
-
-perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
-{
-    perp__ncp_model *m = &solver->model;
-    perp__evidence *evidence = &worth->evidence;
-    const perp_status status = evaluate(solver);
-
-    if (status != PERP_OK)
+    if (status != PERP_OK && (status != PERP__NCP_OUTSIDE || m->known))
         return status;
-    worth->natural = natural_residual(solver);
+    /* 2. The numbers. */
+    worth->natural = 0.0;
+    for (int32_t i = 0; i < m->n; i++)
+        perp__raise_to(&worth->natural,
+                       fabs(perp__mid(z[i], m->lower[i], m->upper[i], m->w_caller[i])));
     worth->at_start = perp__ncp_residual_at_start(m, solver->candidate, m->w_caller);
     if (m->known && m->n > 0) {
         measure(solver, evidence);

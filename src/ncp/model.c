@@ -34,13 +34,32 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->diagonal = perp__arena_take(arena, n, sizeof(int32_t));
 }
 
-/* The caller's pattern with all of the diagonal. */
-static void pad(perp__ncp_model *m)
+void perp__ncp_model_read(perp__ncp_model *m, const perp_ncp_problem *problem)
 {
+    const size_t n = (size_t)m->n;
     int32_t count = 0;
 
+    m->problem = *problem;
+    m->entries = n * n;
+    m->colours.known = 0;
+    for (size_t i = 0; i < n; i++) {
+        m->lower[i] = problem->lower ? problem->lower[i] : 0.0;
+        m->upper[i] = problem->upper ? problem->upper[i] : INFINITY;
+    }
+    m->problem.lower = m->lower;
+    m->problem.upper = m->upper;
+    if (!m->sparse)
+        return;
+    memcpy(m->pattern_starts, problem->column_starts, (n + 1) * sizeof(int32_t));
+    if (m->pattern_starts[n] > 0)
+        memcpy(m->pattern_rows, problem->row_indices,
+               (size_t)m->pattern_starts[n] * sizeof(int32_t));
+    m->problem.column_starts = m->pattern_starts;
+    m->problem.row_indices = m->pattern_rows;
+    /* The caller's pattern with all of the diagonal. */
     for (int32_t j = 0; j < m->n; j++) {
-        int32_t k = m->pattern_starts[j], end = m->pattern_starts[j + 1];
+        const int32_t end = m->pattern_starts[j + 1];
+        int32_t k = m->pattern_starts[j];
 
         m->starts[j] = count;
         for (; k < end && m->pattern_rows[k] < j; k++) {
@@ -58,31 +77,6 @@ static void pad(perp__ncp_model *m)
     }
     m->starts[m->n] = count;
     m->entries = (size_t)count;
-}
-
-void perp__ncp_model_read(perp__ncp_model *m, const perp_ncp_problem *problem)
-{
-    const size_t n = (size_t)m->n;
-
-    m->problem = *problem;
-    m->entries = n * n;
-    for (size_t i = 0; i < n; i++) {
-        m->lower[i] = problem->lower ? problem->lower[i] : 0.0;
-        m->upper[i] = problem->upper ? problem->upper[i] : INFINITY;
-    }
-    m->problem.lower = m->lower;
-    m->problem.upper = m->upper;
-    if (m->sparse) {
-        const size_t given = (size_t)problem->column_starts[n];
-
-        memcpy(m->pattern_starts, problem->column_starts, (n + 1) * sizeof(int32_t));
-        if (given > 0)
-            memcpy(m->pattern_rows, problem->row_indices, given * sizeof(int32_t));
-        m->problem.column_starts = m->pattern_starts;
-        m->problem.row_indices = m->pattern_rows;
-        pad(m);
-    }
-    m->colours.known = 0;
 }
 
 perp_status perp__ncp_call(perp__ncp_model *m, const double *z, double *F)

@@ -30,42 +30,6 @@ static double random_number(perp_ncp_solver *solver)
     return ldexp((double)(x >> 11), -52) - 1.0;
 }
 
-/* perturbed := start, perturbed; the attempts differ in size and direction. */
-static void perturb(perp_ncp_solver *solver, int32_t attempt)
-{
-    const perp__ncp_model *m = &solver->model;
-    static const int32_t sizes[] = {0, 2, 4, 6, 8, 10, -2, -4};
-    const double factor = ldexp(1.0, sizes[attempt % 8]);
-
-    for (int32_t i = 0; i < m->n; i++) {
-        const double width = m->upper[i] - m->lower[i];
-        const double size = fmin(factor * solver->unit[i], width);
-
-        double shift = size * random_number(solver);
-
-        if (solver->start[i] + shift < m->lower[i] || solver->start[i] + shift > m->upper[i])
-            shift = -shift; /* into the box, not onto its boundary */
-        solver->perturbed[i] = perp__clamp(solver->start[i] + shift, m->lower[i], m->upper[i]);
-    }
-}
-
-/* candidate := the start, moved off its bounds by about `size`, elsewhere at random */
-static void move_in(perp_ncp_solver *solver, double size)
-{
-    const perp__ncp_model *m = &solver->model;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        const double z = solver->start[i], half = 0.5 * (m->upper[i] - m->lower[i]);
-        const double random = random_number(solver);
-        double shift = size * (0.75 + 0.25 * random);
-
-        if (z == m->upper[i] || (z > m->lower[i] && random < 0.0))
-            shift = -shift;
-        solver->candidate[i] =
-            perp__clamp(z + copysign(fmin(fabs(shift), half), shift), m->lower[i], m->upper[i]);
-    }
-}
-
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 static perp_status find_start(perp_ncp_solver *solver, const double *z0)
 {
@@ -86,8 +50,19 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
     status = perp__ncp_call(m, solver->start, m->w_caller);
     m->control.deadline = deadline;
     for (int32_t k = 0; k < START_TRIES && status == PERP__NCP_OUTSIDE; k++) {
-        /* 1, 1/2, 2, 1/4, ... */
-        move_in(solver, ldexp(unit, k % 2 == 0 ? k / 2 : -(k + 1) / 2));
+        const double size = ldexp(unit, k % 2 == 0 ? k / 2 : -(k + 1) / 2); /* 1, 1/2, 2, ... */
+
+        /* off its bounds by about that, elsewhere at random */
+        for (int32_t i = 0; i < m->n; i++) {
+            const double z = solver->start[i], half = 0.5 * (m->upper[i] - m->lower[i]);
+            const double random = random_number(solver);
+            double shift = size * (0.75 + 0.25 * random);
+
+            if (z == m->upper[i] || (z > m->lower[i] && random < 0.0))
+                shift = -shift;
+            solver->candidate[i] =
+                perp__clamp(z + copysign(fmin(fabs(shift), half), shift), m->lower[i], m->upper[i]);
+        }
         status = perp__ncp_call(m, solver->candidate, m->w_caller);
         if (status == PERP_OK)
             memcpy(solver->start, solver->candidate, (size_t)m->n * sizeof(double));
@@ -101,23 +76,6 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
  * could not bring down together is solved part by part, as each would be by itself ---- */
 
 #define MOST_PARTS 64 /* a run for one of them looks at all */
-
-static int32_t split(perp_ncp_solver *solver)
-{
-    const perp__ncp_model *m = &solver->model;
-    perp__ncp_parts *parts = &solver->parts;
-    const size_t bytes = (size_t)m->n * sizeof(double);
-
-    memcpy(parts->of, m->group, (size_t)m->n * sizeof *parts->of);
-    parts->count = perp__number_parts(parts->of, m->n);
-    if (solver->best_method < 0 || parts->count < 2 || parts->count > MOST_PARTS)
-        return 0;
-    memcpy(parts->z, solver->best_z, bytes);
-    memcpy(parts->lower, m->lower, bytes);
-    memcpy(parts->upper, m->upper, bytes);
-    memcpy(parts->start, solver->start, bytes);
-    return 1;
-}
 
 /* Fixes all variables but those of part p (-1: none) at the best that is known of them; forgets the
  * best point. candidate := the best of all parts. */
@@ -136,16 +94,6 @@ static void hold_others(perp_ncp_solver *solver, int32_t p)
     memcpy(solver->candidate, parts->z, (size_t)m->n * sizeof(double));
     m->colours.known = 0; /* the columns of what is held are left out */
     solver->best_method = -1;
-}
-
-/* Takes part p of the best point. */
-static void gather(perp_ncp_solver *solver, int32_t p)
-{
-    perp__ncp_parts *parts = &solver->parts;
-
-    for (int32_t i = 0; i < solver->model.n; i++)
-        if (parts->of[i] == p)
-            parts->z[i] = solver->best_z[i];
 }
 
 /* ---- runs ---- */
@@ -171,16 +119,6 @@ static double objection(const perp__ncp_worth *worth)
     return fmax(fmax(worth->evidence.tested, worth->evidence.own), worth->at_start);
 }
 
-static int32_t is_better(const perp_ncp_solver *solver, const perp__ncp_worth *a,
-                         const perp__ncp_worth *b)
-{
-    const int32_t good = perp__is_good(verdict(solver, a));
-
-    if (good != perp__is_good(verdict(solver, b)))
-        return good;
-    return objection(a) < objection(b);
-}
-
 static void keep(perp_ncp_solver *solver, const perp__ncp_worth *worth)
 {
     solver->best = *worth;
@@ -192,15 +130,23 @@ static void keep(perp_ncp_solver *solver, const perp__ncp_worth *worth)
 static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
 {
     perp__ncp_worth worth;
+    int32_t good, is_better;
     perp_status status = perp__ncp_judge(solver, &worth);
 
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     worth.said = said;
-    if (solver->best_method >= 0 && !is_better(solver, &worth, &solver->best))
-        return PERP_OK;
-    solver->best_method = method;
-    keep(solver, &worth);
+    good = perp__is_good(verdict(solver, &worth));
+    if (solver->best_method < 0)
+        is_better = 1;
+    else if (good != is_good(solver))
+        is_better = good;
+    else
+        is_better = objection(&worth) < objection(&solver->best);
+    if (is_better) {
+        solver->best_method = method;
+        keep(solver, &worth);
+    }
     return PERP_OK;
 }
 
@@ -232,49 +178,33 @@ static perp_status write_bounds(perp_ncp_solver *solver)
     return PERP_OK;
 }
 
-static void take_point(perp_ncp_solver *solver, const double *from)
-{
-    const perp__ncp_model *m = &solver->model;
-
-    for (int32_t i = 0; i < m->n; i++)
-        solver->candidate[i] = perp__clamp(from[i] * m->z_unit[i], m->lower[i], m->upper[i]);
-}
-
-/* A method's own limit, or what the caller's budget leaves: half of that for the first one under
- * auto, for the other is there to take over. */
-static int64_t limit_of(const perp_ncp_solver *solver, int32_t method)
-{
-    const int32_t shared =
-        solver->settings.method == PERP_NCP_AUTO && method == solver->first_method;
-    const int64_t left = solver->settings.max_iterations - solver->iterations;
-
-    if (solver->settings.max_iterations == 0)
-        return shared ? FIRST_ITERATIONS : ITERATIONS;
-    return shared ? (left + 1) / 2 : left;
-}
-
 /* One run of a method from solver->candidate, to `share` of tol. */
 static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, double share)
 {
+    const perp_ncp_settings *settings = &solver->settings;
+    perp__ncp_model *m = &solver->model;
     perp__newton_run *f = &solver->run;
+    /* under auto another method is there to take over */
+    const int32_t shared = settings->method == PERP_NCP_AUTO && method == solver->first_method;
+    const int64_t left = settings->max_iterations - solver->iterations;
     perp_status status;
 
-    perp__ncp_model_unscale(&solver->model);
-    solver->model.control.method = method;
-    solver->model.central = 0;
-    solver->model.apart = solver->apart || share < 1.0;
+    perp__ncp_model_unscale(m);
+    m->control.method = method;
+    m->central = 0;
+    m->apart = solver->apart || share < 1.0;
     f->penalty = penalty;
-    f->target = 0.25 * share * solver->settings.tol;
-    f->finish = solver->settings.polish;
-    f->limit = limit_of(solver, method);
-    f->fruitless = solver->settings.method == PERP_NCP_AUTO && method == solver->first_method &&
-                           solver->model.n >= LARGE
-                       ? FRUITLESS
-                       : 0;
+    f->target = 0.25 * share * settings->tol;
+    f->finish = settings->polish;
+    if (settings->max_iterations == 0)
+        f->limit = shared ? FIRST_ITERATIONS : ITERATIONS;
+    else
+        f->limit = shared ? (left + 1) / 2 : left;
+    f->fruitless = shared && m->n >= LARGE ? FRUITLESS : 0;
     f->steps = 0;
     f->scaled = f->any = 0;
     f->iterations = 0;
-    perp__copy(f->z, solver->candidate, solver->model.n);
+    perp__copy(f->z, solver->candidate, m->n);
     status = perp__ncp_set_point(f);
     if (status == PERP_OK)
         status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(f, &solver->linear)
@@ -282,7 +212,8 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     solver->iterations += f->iterations;
-    take_point(solver, f->best);
+    for (int32_t i = 0; i < m->n; i++)
+        solver->candidate[i] = perp__clamp(f->best[i] * m->z_unit[i], m->lower[i], m->upper[i]);
     return consider(solver, method, f->outcome);
 }
 
@@ -309,30 +240,6 @@ static perp_status run_on(perp_ncp_solver *solver, int32_t method, double penalt
     return status;
 }
 
-/* Whether the Jacobian at the start is that of a large obstacle problem: their linear problems cost
- * a few factorisations, and Josephy's method needs two to six of them where Newton's on the merit
- * function takes 8 to 30 (bench/ncp_zoo). PERP_OK or _CALLBACK. */
-static perp_status choose_first(perp_ncp_solver *solver)
-{
-    perp__ncp_model *m = &solver->model;
-    perp_status status;
-
-    solver->first_method = PERP_NCP_FISCHER;
-    if (solver->settings.method != PERP_NCP_AUTO || !m->sparse || m->n < LARGE ||
-        !m->problem.jacobian)
-        return PERP_OK;
-    memcpy(m->z_caller, solver->start, (size_t)m->n * sizeof(double));
-    m->jacobian_evaluations++;
-    status = perp__ncp_ask(m);
-    if (status == PERP_OK) {
-        const perp__matrix J = perp__ncp_given(m);
-
-        if (perp__is_like_laplace(&J, m->exponents_work))
-            solver->first_method = PERP_NCP_JOSEPHY;
-    }
-    return status < 0 ? status : PERP_OK;
-}
-
 /* Both methods from `from`, or the one asked for. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
@@ -351,40 +258,46 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
     return status;
 }
 
-/* unit[i] := the largest of what the start, or its scales, take for the sizes of the variables of
- * i's part; of all where that is 0. */
-static void own_sizes(perp_ncp_solver *solver)
-{
-    const perp__ncp_model *m = &solver->model;
-    double *of_part = m->most, largest = 0.0;
-
-    memset(of_part, 0, (size_t)m->n * sizeof(double));
-    for (int32_t i = 0; i < m->n; i++) {
-        double *most = &of_part[solver->parts.of[i]];
-
-        *most = fmax(*most, fabs(solver->start[i]));
-        if (m->start_known)
-            *most = fmax(*most, m->omega_start[m->n + i] * m->D_start[i]);
-        largest = fmax(largest, *most);
-    }
-    for (int32_t i = 0; i < m->n; i++) {
-        const double most = of_part[solver->parts.of[i]];
-
-        solver->unit[i] = most > 0.0 ? most : largest;
-    }
-}
-
-/* Both methods from perturbed starts. */
+/* Both methods from perturbed starts; the attempts differ in size and direction. */
 static perp_status restart(perp_ncp_solver *solver)
 {
+    static const int32_t sizes[] = {0, 2, 4, 6, 8, 10, -2, -4};
     const int32_t most = solver->settings.method == PERP_NCP_AUTO ? solver->settings.restarts : 0;
+    perp__ncp_model *m = &solver->model;
+    double *of_part = m->most, largest = 0.0;
     perp_status status = PERP_OK;
 
-    own_sizes(solver);
+    /* 1. unit[i] := the largest of what the start, or its scales, take for the sizes of the
+     * variables of i's part; of all where that is 0. */
+    memset(of_part, 0, (size_t)m->n * sizeof(double));
+    for (int32_t i = 0; i < m->n; i++) {
+        double *size = &of_part[solver->parts.of[i]];
+
+        *size = fmax(*size, fabs(solver->start[i]));
+        if (m->start_known)
+            *size = fmax(*size, m->omega_start[m->n + i] * m->D_start[i]);
+        largest = fmax(largest, *size);
+    }
+    for (int32_t i = 0; i < m->n; i++) {
+        const double size = of_part[solver->parts.of[i]];
+
+        solver->unit[i] = size > 0.0 ? size : largest;
+    }
     for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
-        solver->model.control.restarts++;
+        const double factor = ldexp(1.0, sizes[k % 8]);
+
+        /* 2. The start, perturbed: into the box, not onto its boundary. */
+        for (int32_t i = 0; i < m->n; i++) {
+            const double size = fmin(factor * solver->unit[i], m->upper[i] - m->lower[i]);
+            const double z = solver->start[i];
+            double shift = size * random_number(solver);
+
+            if (z + shift < m->lower[i] || z + shift > m->upper[i])
+                shift = -shift;
+            solver->perturbed[i] = perp__clamp(z + shift, m->lower[i], m->upper[i]);
+        }
+        m->control.restarts++;
         solver->apart = k % 2;
-        perturb(solver, k);
         status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
     }
     return status;
@@ -393,12 +306,17 @@ static perp_status restart(perp_ncp_solver *solver)
 /* Each part that is not solved where all are best, with the others held; then the whole. */
 static perp_status part_by_part(perp_ncp_solver *solver)
 {
+    const perp__ncp_model *m = &solver->model;
+    perp__ncp_parts *parts = &solver->parts;
     perp_outcome said = PERP_OUTCOME_SOLVED;
     int32_t method = solver->best_method;
     perp_status status = PERP_OK;
 
-    for (int32_t p = 0;
-         p < solver->parts.count && status == PERP_OK && solver->model.control.ended < 0; p++) {
+    perp__copy(parts->z, solver->best_z, m->n);
+    perp__copy(parts->lower, m->lower, m->n);
+    perp__copy(parts->upper, m->upper, m->n);
+    perp__copy(parts->start, solver->start, m->n);
+    for (int32_t p = 0; p < parts->count && status == PERP_OK && m->control.ended < 0; p++) {
         hold_others(solver, p);
         solver->apart = 0;
         status = consider(solver, method, PERP_OUTCOME_STALLED);
@@ -407,7 +325,9 @@ static perp_status part_by_part(perp_ncp_solver *solver)
         PERP__THEN(status, restart(solver));
         if (status != PERP_OK || solver->best_method < 0)
             continue;
-        gather(solver, p);
+        for (int32_t i = 0; i < m->n; i++)
+            if (parts->of[i] == p)
+                parts->z[i] = solver->best_z[i];
         said = perp__worse_outcome(said, verdict(solver, &solver->best));
         method = solver->best_method;
     }
@@ -417,45 +337,52 @@ static perp_status part_by_part(perp_ncp_solver *solver)
 
 static perp_status search(perp_ncp_solver *solver, const double *z0)
 {
-    const perp__ncp_control *control = &solver->model.control;
+    perp__ncp_model *m = &solver->model;
+    perp__ncp_parts *parts = &solver->parts;
     perp_status status = find_start(solver, z0);
 
     if (status != PERP_OK)
         return status;
+    /* 1. The first method. Linear problems of obstacles cost a few factorisations, and Josephy's
+     * method needs two to six of them where Newton's on the merit function takes 8 to 30
+     * (bench/ncp_zoo): whether this is a large one the Jacobian at the start tells. */
     solver->apart = 0;
-    status = choose_first(solver);
-    PERP__THEN(status, run_all(solver, solver->start, solver->settings.penalty));
-    if (status == PERP_OK && !is_over(solver))
-        status = split(solver) ? part_by_part(solver) : restart(solver);
+    solver->first_method = PERP_NCP_FISCHER;
+    if (solver->settings.method == PERP_NCP_AUTO && m->sparse && m->n >= LARGE &&
+        m->problem.jacobian) {
+        const perp__matrix J = perp__ncp_given(m);
+
+        perp__copy(m->z_caller, solver->start, m->n);
+        m->jacobian_evaluations++;
+        status = perp__ncp_ask(m);
+        if (status < 0)
+            return status;
+        if (status == PERP_OK && perp__is_like_laplace(&J, m->exponents_work))
+            solver->first_method = PERP_NCP_JOSEPHY;
+    }
+    /* 2. From the start, then part by part, or from other starts. */
+    status = run_all(solver, solver->start, solver->settings.penalty);
+    if (status == PERP_OK && !is_over(solver)) {
+        memcpy(parts->of, m->group, (size_t)m->n * sizeof *parts->of);
+        parts->count = perp__number_parts(parts->of, m->n);
+        status = solver->best_method >= 0 && parts->count > 1 && parts->count <= MOST_PARTS
+                     ? part_by_part(solver)
+                     : restart(solver);
+    }
+    /* 3. What is left of it. */
     if (status == PERP_OK && solver->best_method < 0) { /* no time for a step, or no J anywhere */
-        memcpy(solver->candidate, solver->start, (size_t)solver->model.n * sizeof(double));
-        status = consider(solver, control->method, PERP_OUTCOME_SINGULAR);
+        perp__copy(solver->candidate, solver->start, m->n);
+        status = consider(solver, m->control.method, PERP_OUTCOME_SINGULAR);
     }
     if (status == PERP_OK && solver->best_method >= 0 && !is_over(solver)) {
         status = perp__ncp_look_for_trap(solver, &solver->trapped);
         if (solver->trapped)
             solver->best.said = PERP_OUTCOME_STALLED;
     }
-    if (status == PERP_OK && solver->settings.polish && is_good(solver) && control->ended < 0)
+    if (status == PERP_OK && solver->settings.polish && is_good(solver) && m->control.ended < 0)
         status = write_bounds(solver);
-    if (control->ended >= 0)
-        solver->best.said = control->ended;
-    return status;
-}
-
-static perp_status check_call(perp_ncp_solver *solver, const double *z,
-                              const perp_ncp_result *result, const double *z0)
-{
-    perp_context *context = solver->context;
-    perp_status status;
-
-    if (!solver->setups)
-        return perp__refuse(context,
-                            "the solver has no problem yet: call perp_ncp_solver_setup first");
-    status = PERP__CHECK(perp_ncp_result, context, result);
-    if (status == PERP_OK && solver->model.n > 0)
-        status = perp__check_pointer(context, "z", z);
-    PERP__THEN(status, perp__check_finite(context, "z0", z0, (size_t)solver->model.n));
+    if (m->control.ended >= 0)
+        solver->best.said = m->control.ended;
     return status;
 }
 
@@ -474,35 +401,27 @@ static void give_up(perp_ncp_solver *solver)
         solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
 }
 
-static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
-                      double seconds)
-{
-    const perp_ncp_result own = {.outcome = verdict(solver, &solver->best),
-                                 .method = solver->best_method,
-                                 .iterations = solver->iterations,
-                                 .residual = perp__told(solver->best.evidence.tested),
-                                 .natural_residual = perp__told(solver->best.natural),
-                                 .backward_error = perp__told(solver->best.evidence.backward),
-                                 .seconds = seconds,
-                                 .function_evaluations = solver->model.function_evaluations,
-                                 .jacobian_evaluations = solver->model.jacobian_evaluations,
-                                 .restarts = solver->model.control.restarts,
-                                 .trapped = solver->trapped};
-
-    perp__copy(z, solver->best_z, solver->model.n);
-    perp__copy(w, solver->best_w, solver->model.n);
-    perp__struct_write(result, &own, sizeof own);
-}
-
 perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
                             const double *z0)
 {
     const double started = perp__now();
+    perp_context *context = solver->context;
     perp__ncp_model *m = &solver->model;
-    perp_status status = check_call(solver, z, result, z0);
+    const perp__ncp_worth *best = &solver->best;
+    perp_ncp_result own = {0};
+    perp_status status;
 
+    /* 1. What the caller gave. */
+    if (!solver->setups)
+        return perp__refuse(context,
+                            "the solver has no problem yet: call perp_ncp_solver_setup first");
+    status = PERP__CHECK(perp_ncp_result, context, result);
+    if (status == PERP_OK && m->n > 0)
+        status = perp__check_pointer(context, "z", z);
+    PERP__THEN(status, perp__check_finite(context, "z0", z0, (size_t)m->n));
     if (status != PERP_OK)
         return status;
+    /* 2. The search. */
     memset(&m->control, 0, sizeof m->control);
     m->control.ended = -1;
     if (solver->settings.time_limit > 0.0)
@@ -512,11 +431,24 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
     solver->iterations = 0;
     solver->trapped = 0;
     status = search(solver, z0);
-    if (status == PERP__NCP_OUTSIDE || (status == PERP_OK && solver->best_method < 0)) {
+    if (status < 0)
+        return status;
+    if (status == PERP__NCP_OUTSIDE || solver->best_method < 0)
         give_up(solver);
-        status = PERP_OK;
-    }
-    if (status == PERP_OK)
-        write_out(solver, z, w, result, perp__now() - started);
-    return status;
+    /* 3. Its answer. */
+    own.outcome = verdict(solver, best);
+    own.method = solver->best_method;
+    own.iterations = solver->iterations;
+    own.residual = perp__told(best->evidence.tested);
+    own.natural_residual = perp__told(best->natural);
+    own.backward_error = perp__told(best->evidence.backward);
+    own.function_evaluations = m->function_evaluations;
+    own.jacobian_evaluations = m->jacobian_evaluations;
+    own.restarts = m->control.restarts;
+    own.trapped = solver->trapped;
+    own.seconds = perp__now() - started;
+    perp__copy(z, solver->best_z, m->n);
+    perp__copy(w, solver->best_w, m->n);
+    perp__struct_write(result, &own, sizeof own);
+    return PERP_OK;
 }

@@ -20,16 +20,13 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
     f->H = perp__arena_take(arena, entries, sizeof(double));
 }
 
-static double merit(const perp__newton_run *f, const double *z, const double *w, double *phi)
+/* The rows at z and w, as the function takes them. */
+static perp__fischer_point point_of(const perp__newton_run *f, const double *z, const double *w)
 {
     const perp__ncp_model *m = f->model;
-    double sum = 0.0;
+    const perp__fischer_point point = {m->n, z, w, m->low, m->high, f->penalty};
 
-    for (int32_t i = 0; i < m->n; i++) {
-        phi[i] = perp__fischer_bounded(z[i], m->low[i], m->high[i], w[i], f->penalty);
-        sum += phi[i] * phi[i];
-    }
-    return 0.5 * sum;
+    return point;
 }
 
 /* residual, relative and the best point yet, for z and w. */
@@ -47,7 +44,9 @@ static void note(perp__newton_run *f)
 /* What z, w are worth. */
 static void appraise(perp__newton_run *f)
 {
-    f->psi = merit(f, f->z, f->w, f->phi);
+    const perp__fischer_point point = point_of(f, f->z, f->w);
+
+    f->psi = perp__fischer_merit(&point, f->phi);
     note(f);
 }
 
@@ -67,88 +66,66 @@ static double unit_of(double omega, double other)
     return fmin(fmax(omega, 0x1p-511), 0x1p511);
 }
 
-/* The same points in the units of another scaling. Psi is another function then: a run has one
- * scaling, or Psi could grow without end from one to the next. */
-static void rescale(perp__newton_run *f)
-{
-    perp__ncp_model *m = f->model;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] *= m->z_unit[i];
-        f->w[i] *= m->w_unit[i];
-    }
-    perp__ncp_model_equilibrate(m);
-    for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] /= m->D[i];
-        f->w[i] *= m->D[i];
-    }
-    perp__ncp_find_omega(m, f->z, f->w);
-    for (int32_t i = 0; i < m->n; i++) {
-        const double row = m->omega[i], column = m->omega[m->n + i];
-
-        m->unit[i] = unit_of(row, column);
-        m->unit[m->n + i] = unit_of(column, row);
-    }
-    perp__ncp_model_set_units(m);
-    perp__ncp_scale_matrix(m);
-    for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] = perp__clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
-        f->w[i] /= m->unit[i];
-    }
-    f->steps = 0;
-    f->any = 0;
-}
-
 perp_status perp__ncp_update_jacobian(perp__newton_run *f)
 {
-    perp_status status = perp__ncp_linearise(f->model, f->z, f->w);
+    perp__ncp_model *m = f->model;
+    const int32_t first = !f->scaled;
+    perp_status status = perp__ncp_linearise(m, f->z, f->w);
 
     if (status != PERP_OK)
         return status;
-    if (!f->scaled) {
-        rescale(f);
-        if (!perp__all_finite(f->model->S, f->model->entries))
+    /* The same point in the units of the run's scaling, if this is its first Jacobian. Psi is
+     * another function then: a run has one scaling, or Psi could grow without end from one to the
+     * next. */
+    if (first) {
+        for (int32_t i = 0; i < m->n; i++) {
+            f->z[i] *= m->z_unit[i];
+            f->w[i] *= m->w_unit[i];
+        }
+        perp__ncp_model_equilibrate(m);
+        for (int32_t i = 0; i < m->n; i++) {
+            f->z[i] /= m->D[i];
+            f->w[i] *= m->D[i];
+        }
+        perp__ncp_find_omega(m, f->z, f->w);
+        for (int32_t i = 0; i < m->n; i++) {
+            const double row = m->omega[i], column = m->omega[m->n + i];
+
+            m->unit[i] = unit_of(row, column);
+            m->unit[m->n + i] = unit_of(column, row);
+        }
+        perp__ncp_model_set_units(m);
+        perp__ncp_scale_matrix(m);
+        for (int32_t i = 0; i < m->n; i++) {
+            f->z[i] = perp__clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
+            f->w[i] /= m->unit[i];
+        }
+        f->steps = 0;
+        f->any = 0;
+        if (!perp__all_finite(m->S, m->entries))
             return PERP__NCP_OUTSIDE;
     }
-    perp__ncp_find_omega(f->model, f->z, f->w);
-    perp__ncp_mark_start(f->model, f->z, f->w);
-    if (f->scaled) {
-        f->relative = perp__ncp_tested(f->model, f->z, f->w);
-    } else {
-        f->scaled = 1;
+    perp__ncp_find_omega(m, f->z, f->w);
+    perp__ncp_mark_start(m, f->z, f->w);
+    f->scaled = 1;
+    if (first)
         appraise(f);
-    }
+    else
+        f->relative = perp__ncp_tested(m, f->z, f->w);
     return PERP_OK;
 }
 
-/* At kinks the limits along the direction that is 1 in every variable at a kink (De Luca,
- * Facchinei & Kanzow 1996, section 7). */
-static void fischer_slopes(perp__newton_run *f)
+void perp__ncp_slopes(perp__newton_run *f, enum perp__ncp_equation equation)
 {
     const perp__ncp_model *m = f->model;
-    int32_t kinks = 0;
+    const perp__fischer_point point = point_of(f, f->z, f->w);
+    const perp__matrix S = perp__ncp_view(m);
 
-    for (int32_t i = 0; i < m->n; i++) {
-        f->part[i] = perp__fischer_at_kink(f->z[i], m->low[i], m->high[i], f->w[i]) ? 1.0 : 0.0;
-        f->image[i] = 0.0;
-        kinks += f->part[i] != 0.0;
+    if (equation == PERP__NCP_FISCHER_BURMEISTER) {
+        perp__fischer_slopes(&point, &S, f->part, f->image, f->slope_z, f->slope_w);
+        perp__copy(f->equation, f->phi, m->n);
+        return;
     }
-    if (kinks > 0)
-        perp__ncp_add(m, f->part, f->image);
-    for (int32_t i = 0; i < m->n; i++) {
-        const perp__slopes slopes = perp__fischer_bounded_slopes(
-            f->z[i], m->low[i], m->high[i], f->w[i], f->part[i], f->image[i], f->penalty);
-
-        f->slope_z[i] = slopes.z;
-        f->slope_w[i] = slopes.w;
-        f->equation[i] = f->phi[i];
-    }
-}
-
-static void natural_slopes(perp__newton_run *f)
-{
-    const perp__ncp_model *m = f->model;
-
     for (int32_t i = 0; i < m->n; i++) {
         const double above = f->z[i] - m->low[i], below = f->z[i] - m->high[i];
         const int32_t between = m->low[i] < m->high[i] && above > f->w[i] && below < f->w[i];
@@ -157,14 +134,6 @@ static void natural_slopes(perp__newton_run *f)
         f->slope_w[i] = between ? 1.0 : 0.0;
         f->equation[i] = perp__mid(f->z[i], m->low[i], m->high[i], f->w[i]);
     }
-}
-
-void perp__ncp_slopes(perp__newton_run *f, enum perp__ncp_equation equation)
-{
-    if (equation == PERP__NCP_NATURAL)
-        natural_slopes(f);
-    else
-        fischer_slopes(f);
 }
 
 void perp__ncp_fill(perp__newton_run *f, double rho)
@@ -231,40 +200,6 @@ void perp__ncp_gradient(perp__newton_run *f)
         f->gradient[j] = perp__column_times(&S, j, f->part) + f->slope_z[j] * f->phi[j];
 }
 
-/* d := -t gradient with the t that minimises |Phi + H d|. */
-static void steepest_direction(perp__newton_run *f)
-{
-    const perp__ncp_model *m = f->model;
-    double square = 0.0, size = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        f->d[i] = m->low[i] < m->high[i] ? f->gradient[i] : 0.0;
-        f->image[i] = 0.0;
-        square += f->d[i] * f->d[i];
-    }
-    perp__ncp_add(m, f->d, f->image);
-    for (int32_t i = 0; i < m->n; i++) {
-        const double r = f->slope_z[i] * f->d[i] + f->slope_w[i] * f->image[i];
-
-        size += r * r;
-    }
-    for (int32_t i = 0; i < m->n; i++)
-        f->d[i] *= size > 0.0 ? -square / size : 0.0;
-}
-
-/* A start that leaves no more than rounding is there. Later points must show it by a step that does
- * not help: omega may have run away by then, and is no measure. */
-static int32_t is_there(const perp__newton_run *f, double last)
-{
-    if (f->residual == 0.0)
-        return 1;
-    if (!(f->relative <= f->target))
-        return 0;
-    if (!f->finish || f->residual > 0.5 * last)
-        return 1;
-    return isinf(last) && f->relative <= PERP__NCP_ROUNDING;
-}
-
 perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *own)
 {
     double first = INFINITY, last = INFINITY;
@@ -278,15 +213,21 @@ perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *ow
         f->outcome = PERP_OUTCOME_SINGULAR;
         if (status != PERP_OK)
             return status < 0 ? status : PERP_OK;
+        /* 1. A start that leaves no more than rounding is there. Later points must show it by a
+         * step that does not help: omega may have run away by then, and is no measure. */
         f->outcome = PERP_OUTCOME_SOLVED;
-        if (is_there(f, last))
+        if (f->residual == 0.0 ||
+            (f->relative <= f->target && (!f->finish || f->residual > 0.5 * last ||
+                                          (isinf(last) && f->relative <= PERP__NCP_ROUNDING))))
             return PERP_OK;
+        /* 2. The limits. */
         f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
         if (f->iterations == 0)
             first = f->residual;
         if (f->iterations >= f->limit ||
             (f->iterations == f->fruitless && f->fruitless > 0 && f->best_residual > 0.1 * first))
             return PERP_OK;
+        /* 3. The step. */
         last = f->residual;
         status = step(f, own);
         f->outcome = PERP_OUTCOME_STALLED;
@@ -315,13 +256,14 @@ double perp__ncp_reference(const perp__newton_run *f)
 static perp_status attempt(perp__newton_run *f, double t)
 {
     const perp__ncp_model *m = f->model;
+    const perp__fischer_point point = point_of(f, f->trial_z, f->trial_w);
     perp_status status;
 
     for (int32_t i = 0; i < m->n; i++)
         f->trial_z[i] = perp__clamp(f->z[i] + t * f->d[i], m->low[i], m->high[i]);
     status = perp__ncp_evaluate(f->model, f->trial_z, f->trial_w);
     if (status == PERP_OK)
-        f->trial_psi = merit(f, f->trial_z, f->trial_w, f->trial_phi);
+        f->trial_psi = perp__fischer_merit(&point, f->trial_phi);
     return status;
 }
 
@@ -372,18 +314,22 @@ perp_status perp__ncp_full_step(perp__newton_run *f)
 
 perp_status perp__ncp_descend(perp__newton_run *f)
 {
+    const perp__ncp_model *m = f->model;
+    const perp__matrix S = perp__ncp_view(m);
     double t = 1.0;
 
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
     perp__ncp_gradient(f);
-    steepest_direction(f);
+    for (int32_t i = 0; i < m->n; i++)
+        f->d[i] = m->low[i] < m->high[i] ? f->gradient[i] : 0.0;
+    perp__fischer_descent(&S, f->slope_z, f->slope_w, f->d, f->image);
     for (int32_t k = 0; k <= GRADIENT_HALVINGS; k++, t *= 0.5) {
         perp_status status = attempt(f, t);
         double promised = 0.0;
 
         if (status < 0)
             return status;
-        for (int32_t i = 0; i < f->model->n; i++)
+        for (int32_t i = 0; i < m->n; i++)
             promised += f->gradient[i] * (f->trial_z[i] - f->z[i]);
         if (status == PERP_OK && promised < 0.0 && f->trial_psi <= f->psi + BETA * promised) {
             move(f);

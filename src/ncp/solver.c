@@ -51,25 +51,6 @@ static PERP__SETTINGS_READER(read_settings, perp_ncp_settings, fields, PERP_OK)
     return PERP_OK;
 }
 
-/* Checks struct, callbacks, pattern and bounds. */
-static perp_status read_problem(perp_context *context, perp_ncp_problem *own,
-                                const perp_ncp_problem *problem)
-{
-    perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
-
-    if (status != PERP_OK)
-        return status;
-    memset(own, 0, sizeof *own);
-    status = PERP__READ(perp_ncp_problem, context, own, problem);
-    if (status == PERP_OK && own->n < 0)
-        status = perp__refuse(context, "problem.n is %d, expected a count", (int)own->n);
-    if (status == PERP_OK && !own->function)
-        status = perp__refuse(context, "problem.function is NULL");
-    PERP__THEN(status, check_storage(context, own));
-    PERP__THEN(status, perp__check_bounds(context, own->lower, own->upper, (size_t)own->n));
-    return status;
-}
-
 /* ---- life ---- */
 
 static void release(void *object)
@@ -123,18 +104,28 @@ static void layout(perp__arena *arena, void *object)
 
 perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
 {
+    perp_context *context = solver->context;
     perp_ncp_solver next = *solver;
-    perp_ncp_problem own;
-    perp_status status = read_problem(solver->context, &own, problem);
+    perp_ncp_problem own = {0};
+    perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
 
+    /* 1. Struct, callbacks, pattern and bounds. */
+    PERP__THEN(status, PERP__READ(perp_ncp_problem, context, &own, problem));
+    if (status == PERP_OK && own.n < 0)
+        status = perp__refuse(context, "problem.n is %d, expected a count", (int)own.n);
+    if (status == PERP_OK && !own.function)
+        status = perp__refuse(context, "problem.function is NULL");
+    PERP__THEN(status, check_storage(context, &own));
+    PERP__THEN(status, perp__check_bounds(context, own.lower, own.upper, (size_t)own.n));
     if (status != PERP_OK)
         return status;
-    next.model.context = solver->context;
+    /* 2. Room; without it the solver keeps its last problem. */
+    next.model.context = context;
     next.model.settings = &solver->settings;
     next.model.problem = own;
     next.model.n = own.n;
     next.model.sparse = own.storage == PERP_STORAGE_CSC;
-    status = perp__arena_fit(&next.arena, solver->context, layout, &next);
+    status = perp__arena_fit(&next.arena, context, layout, &next);
     if (status != PERP_OK)
         return status;
     next.setups = 1;

@@ -139,20 +139,6 @@ double perp__ncp_size_left(const perp__ncp_model *m, int32_t j, double z)
     return fabs(z) > left ? fabs(z) : left;
 }
 
-static double power_near(double most)
-{
-    if (most == 0.0 || isinf(most))
-        return most == 0.0 ? 0.0 : NAN;
-    return perp__shift(1.0, perp__exponent_of(most));
-}
-
-/* A NaN raises nothing: what it comes from is refused elsewhere. */
-static void raise(double *most, double value)
-{
-    if (value > *most)
-        *most = value;
-}
-
 void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
 {
     const int32_t n = m->n;
@@ -166,12 +152,14 @@ void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
     perp__ncp_add(m, minus_z, m->offset);
     for (int32_t i = 0; i < n; i++) {
         double *row = &m->most[m->part[i]], *column = &m->most[m->part[n + i]];
+        const double size = fabs(m->offset[i]), left = perp__ncp_size_left(m, i, z[i]);
 
-        raise(row, fabs(m->offset[i]));
-        raise(column, perp__ncp_size_left(m, i, z[i]));
+        *row = size > *row ? size : *row; /* what a NaN comes from is refused elsewhere */
+        *column = left > *column ? left : *column;
     }
     for (int32_t i = 0; i < 2 * n; i++)
-        m->most[i] = power_near(m->most[i]);
+        if (m->most[i] != 0.0)
+            m->most[i] = isinf(m->most[i]) ? NAN : perp__shift(1.0, perp__exponent_of(m->most[i]));
     for (int32_t i = 0; i < 2 * n; i++)
         m->omega[i] = m->most[m->part[i]];
 }

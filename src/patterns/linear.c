@@ -45,40 +45,34 @@ void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const do
            (size_t)count * sizeof *coefficient);
 }
 
-/* Column c of the matrix, in its units; returns its largest entry, without cancellation. */
-static double load_column(const perp__linear *p, int32_t c, double top)
-{
-    const int32_t n = p->system.n, two = p->rows > p->length, from = p->first[c];
-    const double *factor = p->coefficient + PERP__MOST_TERMS * (size_t)c;
-    double *K = p->system.K + c;
-
-    for (int32_t r = 0; r < n; r++, K += n) {
-        const int32_t row = p->first[r];
-        const double *first = column_of(p, 0, from) + row;
-        const double *second = two ? column_of(p, 1, from) + row : first;
-        const double slope = two ? p->slope[row] : 0.0, unit = p->scale[row] * p->scale[from];
-        double sum = 0.0, size = 0.0;
-
-        for (int32_t i = 0; i < p->count[c]; i++, first += p->length, second += p->length) {
-            const double more = slope * *second;
-
-            sum += factor[i] * (*first + more);
-            size += fabs(factor[i]) * (fabs(*first) + fabs(more));
-        }
-        *K = sum * unit;
-        if (!(size * unit <= top)) /* NaN, too */
-            top = size * unit;
-    }
-    return top;
-}
-
 double perp__linear_load(perp__linear *p)
 {
-    const int32_t n = p->system.n;
+    const int32_t n = p->system.n, two = p->rows > p->length;
     double top = 0.0;
 
-    for (int32_t c = 0; c < n; c++)
-        top = load_column(p, c, top);
+    for (int32_t c = 0; c < n; c++) { /* column c of the matrix, in its units */
+        const int32_t from = p->first[c];
+        const double *factor = p->coefficient + PERP__MOST_TERMS * (size_t)c;
+        double *K = p->system.K + c;
+
+        for (int32_t r = 0; r < n; r++, K += n) {
+            const int32_t row = p->first[r];
+            const double *first = column_of(p, 0, from) + row;
+            const double *second = two ? column_of(p, 1, from) + row : first;
+            const double slope = two ? p->slope[row] : 0.0, unit = p->scale[row] * p->scale[from];
+            double sum = 0.0, size = 0.0;
+
+            for (int32_t i = 0; i < p->count[c]; i++, first += p->length, second += p->length) {
+                const double more = slope * *second;
+
+                sum += factor[i] * (*first + more);
+                size += fabs(factor[i]) * (fabs(*first) + fabs(more));
+            }
+            *K = sum * unit;
+            if (!(size * unit <= top)) /* NaN, too */
+                top = size * unit;
+        }
+    }
     memset(p->y, 0, (size_t)n * sizeof *p->y);
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
     return top;
@@ -184,30 +178,20 @@ int32_t perp__linear_find_null(perp__linear *p)
 
 /* ---- conditions ----------------------------------------------------------------------------- */
 
-/* The condition's sum over the terms from `from` on, and what counts as 0 in it. */
-static double value_of(const perp__condition *g, const perp__linear_point *point, int32_t from,
-                       double *width)
-{
-    double sum = point->homogeneous ? 0.0 : g->constant;
-
-    *width = 0.0;
-    for (int32_t k = from; k < g->count; k++) {
-        const int32_t i = g->index[k], entry = i < 0;
-
-        sum += g->factor[k] * (entry ? point->x[~i] : point->u[i]);
-        *width += fabs(g->factor[k]) * (entry ? point->x_width[~i] : point->u_width[i]);
-    }
-    return sum;
-}
-
 /* before: the value of the condition before. */
 static int32_t satisfies(const perp__condition *g, const perp__linear_point *point, double *before,
                          int32_t *at_vertex)
 {
-    const int32_t disc = g->kind == PERP__CONDITION_DISC;
-    double width, value = value_of(g, point, disc ? 2 : 0, &width);
     const double slack = SAME_DIRECTION * fabs(*before);
+    double width = 0.0, value = point->homogeneous ? 0.0 : g->constant;
 
+    /* The sum over the terms, of a disc without its two entries, and what counts as 0 in it. */
+    for (int32_t k = g->kind == PERP__CONDITION_DISC ? 2 : 0; k < g->count; k++) {
+        const int32_t i = g->index[k], entry = i < 0;
+
+        value += g->factor[k] * (entry ? point->x[~i] : point->u[i]);
+        width += fabs(g->factor[k]) * (entry ? point->x_width[~i] : point->u_width[i]);
+    }
     *before = value;
     switch (g->kind) {
     case PERP__CONDITION_EQUATION:
@@ -285,25 +269,6 @@ static void cut(const perp__linear *p, perp__polyhedron *polyhedron, const perp_
     perp__polyhedron_cut(polyhedron, &to);
 }
 
-/* A regular polygon in place of a disc. */
-static void cut_disc(const perp__linear *p, perp__polyhedron *polyhedron, const perp__condition *g,
-                     double angle)
-{
-    perp__condition edge = *g;
-
-    if (p->inside) {
-        edge.constant *= cos(PI / p->edges);
-        edge.factor[2] *= cos(PI / p->edges);
-    }
-    for (int32_t k = 0; k < p->edges; k++) {
-        const double turned = angle + 2.0 * PI * (k + (p->inside ? 0.5 : 0.0)) / p->edges;
-
-        edge.factor[0] = -cos(turned);
-        edge.factor[1] = -sin(turned);
-        cut(p, polyhedron, &edge, 1.0);
-    }
-}
-
 void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedron *polyhedron)
 {
     perp__condition list[PERP__MOST_CONDITIONS];
@@ -311,13 +276,25 @@ void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedr
     for (int32_t i = 0; i < p->positions && !polyhedron->empty; i++) {
         const int32_t count = p->conditions(p->user, pattern, i, list);
 
-        for (int32_t k = 0; k < count; k++) {
-            if (list[k].kind == PERP__CONDITION_DISC)
-                cut_disc(p, polyhedron, list + k, p->angle[i]);
-            else if (list[k].kind != PERP__CONDITION_EQUATION)
-                cut(p, polyhedron, list + k, 1.0);
-            if (list[k].kind == PERP__CONDITION_PARALLEL)
-                cut(p, polyhedron, list + k, -1.0);
+        for (perp__condition *g = list; g < list + count; g++) {
+            if (g->kind != PERP__CONDITION_EQUATION && g->kind != PERP__CONDITION_DISC)
+                cut(p, polyhedron, g, 1.0);
+            if (g->kind == PERP__CONDITION_PARALLEL)
+                cut(p, polyhedron, g, -1.0);
+            if (g->kind != PERP__CONDITION_DISC)
+                continue;
+            if (p->inside) { /* a regular polygon in place of a disc */
+                g->constant *= cos(PI / p->edges);
+                g->factor[2] *= cos(PI / p->edges);
+            }
+            for (int32_t k = 0; k < p->edges; k++) {
+                const double turned =
+                    p->angle[i] + 2.0 * PI * (k + (p->inside ? 0.5 : 0.0)) / p->edges;
+
+                g->factor[0] = -cos(turned);
+                g->factor[1] = -sin(turned);
+                cut(p, polyhedron, g, 1.0);
+            }
         }
     }
 }

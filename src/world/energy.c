@@ -4,6 +4,9 @@
 #include "base/context.h"
 #include "linalg/spatial.h"
 
+/* Of sums of some ten terms. */
+#define ROUNDING (64.0 * PERP__EPSILON)
+
 /* I w in the world frame. */
 static void spin_of(const perp_world *world, int32_t i, const perp__state *state, double *spin)
 {
@@ -15,7 +18,7 @@ static void spin_of(const perp_world *world, int32_t i, const perp__state *state
     perp__apply3(spin, R, Iw);
 }
 
-static double kinetic_of(const perp_world *world, int32_t i, const perp__state *state)
+double perp__kinetic_of(const perp_world *world, int32_t i, const perp__state *state)
 {
     double spin[3];
 
@@ -31,12 +34,22 @@ double perp__energy_lost(const perp_world *world, int32_t i)
 
     for (int32_t k = 0; k < 3; k++) {
         const double force = world->bodies[i].mass * world->settings.gravity[k] + from->force[k];
-        const double turn = 0.5 * (from->angular_velocity[k] + to->angular_velocity[k]);
-
         work += force * (to->position[k] - from->position[k]) +
-                from->torque[k] * turn * world->step_length;
+                from->torque[k] * world->motions[i].moving[3 + k] * world->step_length;
     }
-    return kinetic_of(world, i, from) - kinetic_of(world, i, to) + work;
+    return perp__kinetic_of(world, i, from) - perp__kinetic_of(world, i, to) + work;
+}
+
+double perp__energy_rounding(const perp_world *world, int32_t i)
+{
+    const perp__state *from = &world->states[i], *to = &world->next[i];
+    double sum = perp__kinetic_of(world, i, from) + perp__kinetic_of(world, i, to);
+
+    for (int32_t k = 0; k < 3; k++)
+        sum += fabs(world->bodies[i].mass * world->settings.gravity[k] + from->force[k]) *
+                   (fabs(from->position[k]) + fabs(to->position[k])) +
+               fabs(from->torque[k]);
+    return ROUNDING * sum;
 }
 
 double perp__work_needed(const perp_world *world, int32_t i, const double *shift)
@@ -68,7 +81,7 @@ perp_status perp_world_energy(const perp_world *world, double *kinetic, double *
 
         if (!counts(world, i))
             continue;
-        moving += kinetic_of(world, i, state);
+        moving += perp__kinetic_of(world, i, state);
         height -= mass * perp__dot3(world->settings.gravity, state->position);
     }
     if (kinetic)

@@ -19,12 +19,12 @@
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
 
-/* Iterations of a method for the ways, and contacts beyond which sweeps alone are made: what is
- * left of an overlap comes again. */
+/* Iterations of a method for the ways, and passes of what has joints; and contacts beyond which
+ * sweeps alone are made: what is left of an overlap comes again. */
 #define ITERATIONS 50
 #define MANY 16
 
-/* Passes for joints, while one leaves more than this of what they lack: in bodies that turn far in
+/* Passes for joints, while one leaves more than this of what there was: in bodies that turn far in
  * a step a pass alone is a rough one. */
 #define PASSES 4
 #define ROUGH 0x1p-14
@@ -37,18 +37,18 @@ static double allowed(double size, double rounding)
     return fmax(OVERLAP_TOLERANCE * size, rounding);
 }
 
-/* The deepest overlap of the next states, of a range of pairs. */
-static void find_deepest(perp_world *world, perp__share *share, double h)
+/* The overlaps of the next states, of a range of pairs. */
+static void find_overlaps(perp_world *world, perp__share *share, double h)
 {
     perp__point points[PERP__MAX_POINTS];
 
     (void)h;
-    share->largest = 0.0;
     for (int32_t i = share->first; i < share->end; i++) {
-        const perp__pair *pair = perp__ordered_head(world, i);
+        perp__pair *pair = perp__ordered_pair(world, i);
         double least;
         int32_t made = 0;
 
+        pair->overlap = 0.0;
         if (perp__is_swept(world, pair) || !perp__are_near(world, pair, 0.0))
             continue;
         least = -allowed(perp__pair_size(world, pair), perp__pair_rounding(world, pair));
@@ -56,21 +56,35 @@ static void find_deepest(perp_world *world, perp__share *share, double h)
                              world->settings.planar, least, points);
         for (int32_t k = 0; k < made; k++)
             if (points[k].gap < least)
-                perp__raise_to(&share->largest, -points[k].gap);
+                perp__raise_to(&pair->overlap, -points[k].gap);
     }
 }
 
-/* Of all. Fat boxes hold them already, but for what turns freely. */
+/* The deepest of each body, with what joints lack; and of all. Fat boxes hold them already, but for
+ * what turns freely. */
 static double deepest(perp_world *world)
 {
-    const int32_t lanes = perp__share_out(world, world->pair_count, find_deepest, 0.0);
+    const double lack = perp__joint_errors(world);
+    const int32_t lanes = perp__share_out(world, world->pair_count, find_overlaps, 0.0);
     perp__share all = {0};
+    double most = 0.0;
 
     all.end = lanes == 0 ? world->pair_count : 0;
-    find_deepest(world, &all, 0.0);
-    for (int32_t k = 0; k < lanes; k++)
-        all.largest = fmax(all.largest, perp__share_of(world, k)->largest);
-    return all.largest;
+    find_overlaps(world, &all, 0.0);
+    for (int32_t i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        world->motions[body].overlap = world->roles[body].jointed ? lack : 0.0;
+    }
+    for (int32_t i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+
+        perp__raise_to(&most, pair->overlap);
+        for (int32_t side = 0; side < 2; side++)
+            if (perp__is_dynamic(world, pair->body[side]))
+                perp__raise_to(&world->motions[pair->body[side]].overlap, pair->overlap);
+    }
+    return most + lack;
 }
 
 static int32_t overlaps(const perp_world *world, const perp__island *island)
@@ -225,15 +239,26 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
     perp__add_joint_errors(world, island);
 }
 
+/* Ways that passes come to: what they leave of an overlap comes again. */
+static perp_status sweep_shifts(perp_world *world, const perp__rigid_problem *problem,
+                                perp__rigid_answer *answer)
+{
+    perp__passes step = {0};
+
+    step.h = 1.0;
+    step.passes = problem->contacts > 0 ? MANY : 1;
+    answer->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+    return perp__coloured_step(&world->coloured, answer, NULL, problem, &step);
+}
+
 /* Shifts of the island's bodies; *found: whether they are any good. */
 static perp_status solve_shifts(perp_world *world, const perp__island *island, int32_t *found)
 {
-    perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status;
 
-    work->set_up = 0;
+    world->work.set_up = 0;
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     problem.warm = NULL;
@@ -242,14 +267,15 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     if (problem.max_iterations == 0 || problem.max_iterations > ITERATIONS)
         problem.max_iterations = ITERATIONS;
     problem.holds = 1;
-    status = perp__rigid_solve(world->solver, &answer, &problem);
+    status = island->joints > 0 ? sweep_shifts(world, &problem, &answer)
+                                : perp__rigid_solve(world->solver, &answer, &problem);
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer.iterations);
     *found = perp__is_good(answer.outcome) || answer.outcome == PERP_OUTCOME_TIME_LIMIT ||
              answer.outcome == PERP_OUTCOME_ITERATION_LIMIT;
     for (int32_t i = 0; i < island->bodies; i++)
-        perp__twist_of(world, work->v + world->dof * i,
+        perp__twist_of(world, world->work.v + world->dof * i,
                        perp__island_motion(world, island, i)->shift);
     return PERP_OK;
 }
@@ -280,7 +306,7 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     *left = 0;
     perp__place(world, world->next);
     /* neighbours that the correction could push into each other */
-    status = perp__find_overlaps(world, 2.0 * longest);
+    status = perp__find_overlaps(world, LONGEST_WAY);
     PERP__THEN(status, perp__build_islands(world, &world->overlaps));
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {
@@ -292,7 +318,7 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     return status;
 }
 
-/* Passes until joints lack next to nothing of what they lacked. */
+/* Passes until joints lack next to nothing of what overlaps made them lack. */
 static perp_status close_joints(perp_world *world, double lack)
 {
     perp_status status = PERP_OK;
@@ -300,10 +326,11 @@ static perp_status close_joints(perp_world *world, double lack)
     int32_t left = 0;
 
     for (int32_t pass = 1; pass < PASSES && status == PERP_OK && found > ROUGH * lack; pass++) {
-        lack = found;
-        status = project(world, LONGEST_WAY * lack, 0, &left);
+        const double before = found;
+
+        status = project(world, LONGEST_WAY * before, 0, &left);
         found = perp__joint_errors(world);
-        if (left > 0 || found >= lack)
+        if (left > 0 || found >= before)
             break;
     }
     return status;
@@ -312,21 +339,20 @@ static perp_status close_joints(perp_world *world, double lack)
 /* Works on the next states; the links and islands of the step are gone afterwards. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
-    double depth = 0.0, lack = 0.0, longest;
+    double depth = 0.0, longest;
     int32_t left;
-    perp_status status = perp__enclose_strays(world);
+    perp_status status = perp__end_joints(world, changed);
 
-    if (status == PERP_OK) {
-        lack = perp__joint_errors(world);
-        depth = deepest(world) + lack;
-    }
-    *changed = depth > 0.0;
-    if (depth == 0.0)
+    PERP__THEN(status, perp__enclose_places(world, 0.0));
+    if (status == PERP_OK)
+        depth = deepest(world);
+    if (status != PERP_OK || depth == 0.0)
         return status;
+    *changed = 1;
     longest = LONGEST_WAY * depth;
     perp__stop_all_coasting(world);
     status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
-        status = project(world, longest, 1, &left);
-    return status == PERP_OK && lack > 0.0 && left == 0 ? close_joints(world, lack) : status;
+        return project(world, longest, 1, &left);
+    return status == PERP_OK && world->joint_count > 0 ? close_joints(world, depth) : status;
 }

@@ -72,6 +72,9 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 /* energy.c */
 /* What the step took from a body, with the work of forces: from its state to the next one. */
 double perp__energy_lost(const perp_world *world, int32_t body);
+/* What of that may be rounding. */
+double perp__energy_rounding(const perp_world *world, int32_t body);
+double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state *state);
 /* What it takes to shift it by a small twist against forces. */
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 

@@ -9,6 +9,7 @@
 #include "base/context.h"
 #include "contact/settings.h"
 #include "world/islands/lanes.h"
+#include "world/joints/joints.h"
 
 #define STANDARD_GRAVITY 9.81
 

@@ -90,6 +90,7 @@ typedef struct perp__pair {
     int32_t previous[2];
     int32_t plane;   /* one is a half-space */
     double reach[2]; /* perp__turning_reach of the shapes */
+    double overlap;  /* of the next states: projection.c */
     perp__collision collision;
 } perp__pair;
 
@@ -163,14 +164,14 @@ typedef struct perp__verdict {
     int32_t stages;  /* intervals that were solved; 0: nothing to solve */
     int32_t impacts; /* instants */
     int32_t swept;   /* within a budget, overlap and all */
-    int32_t sweeps;  /* over all of it; to be finished then */
-    int32_t patched; /* contacts near which alone it has been swept since */
     int32_t leads;   /* of the island's first body */
-    int32_t jointed; /* with its joints */
+    int32_t jointed; /* with its joints, */
+    int32_t swings;  /* and nothing else */
     int32_t rough;   /* which turn further in an interval than what is linear there knows of */
     int32_t endless; /* contacts that are not finite */
     int32_t asked;   /* rows of which it was asked whether they stand, and do not */
     int32_t stands;  /* at rest beside what carries it, decided (islands/standing.h) */
+    int32_t settles; /* swept from next to nothing, and yet not found to stand */
     double residual;
 } perp__verdict;
 
@@ -206,7 +207,8 @@ typedef struct perp__motion {
     double
         trial[6];   /* joints/trial.c: the moving twist, and that after the interval, that joints */
     double last[6]; /* are placed by */
-    double shift[6]; /* of the projection */
+    double shift[6]; /* of the projection; */
+    double overlap;  /* the deepest of its pairs, and what joints lack */
 } perp__motion;
 
 /* Where bodies touch. From the axes on it is what points of a pair and normal have in common. */
@@ -289,6 +291,8 @@ typedef struct perp__island_work {
     double length, gone;               /* of the step; and up to the interval at hand */
     int32_t set_up;                    /* the solver has these */
     int32_t *members;                  /* the bodies */
+    perp__state *before;               /* joints/projection.c: their next states, before a shift */
+    perp__path *paths;                 /* their ways through the interval, with joints */
     double *factors, *origins;         /* of the bodies, perp__rigid_problem */
     double *start, *gain;              /* numbers: before the step, and what forces add in it */
     double *now, *drift;               /* numbers: velocities, and the way so far */
@@ -304,8 +308,7 @@ typedef struct perp__island_work {
     perp__statics_rows stand_rows;
     perp__statics_unit *stand_units;
     perp__statics_link *stand_links;
-    int8_t *hit, *near; /* contacts of the island; bodies */
-    int32_t *part;      /* contacts of a part of it: near.c */
+    int8_t *hit; /* contacts of the island */
 } perp__island_work;
 
 /* A snapshot of the world's own. */

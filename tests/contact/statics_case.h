@@ -308,6 +308,7 @@ static inline double case_speed(const statics_case *c, const double *row)
 static inline void case_check_falls(const char *name, const statics_case *c)
 {
     double scale[CASE_N], most = 0.0, forces = 0.0, work = 0.0, lacks = 0.0, size = 0.0;
+    double largest = 0.0;
     int32_t i, j, k, row = 0;
 
     for (j = 0; j < c->n; j++) {
@@ -316,7 +317,11 @@ static inline void case_check_falls(const char *name, const statics_case *c)
             scale[j] = fmax(scale[j], fabs(c->H[k * c->n + j]));
         for (k = 0; k < c->joints; k++)
             scale[j] = fmax(scale[j], fabs(c->G[k * c->n + j]));
-        scale[j] = scale[j] > 0.0 ? scale[j] : 1.0;
+        largest = fmax(largest, scale[j]);
+    }
+    for (j = 0; j < c->n; j++) {
+        if (!(scale[j] > 1e-12 * largest)) /* noise stays so */
+            scale[j] = largest > 0.0 ? largest : 1.0;
         most = fmax(most, scale[j] * fabs(c->v[j]));
         size = fmax(size, fabs(c->v[j]));
         forces += fabs(case_force(c, j)) / scale[j];

@@ -84,9 +84,9 @@ static void test_laws_hold_on_random_problems(void **state)
     }
 }
 
-/* The second attempt by itself, which follows paths. One in floating-point arithmetic may be lost,
- * but rarely. Coefficients up to 100 make impulses of that size more. */
-static void test_paths_end_in_solutions(void **state)
+/* The second attempt by itself, many steps from where it is. Some may be lost, but rarely.
+ * Coefficients up to 100 make impulses of that size more. */
+static void test_second_attempt(void **state)
 {
     int lost = 0;
     gen_random random;
@@ -325,7 +325,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_one_particle_in_every_mode, make, destroy),
         cmocka_unit_test_setup_teardown(test_laws_hold_on_random_problems, make, destroy),
-        cmocka_unit_test_setup_teardown(test_paths_end_in_solutions, make, destroy),
+        cmocka_unit_test_setup_teardown(test_second_attempt, make, destroy),
         cmocka_unit_test_setup_teardown(test_sparse_is_dense, make, destroy),
         cmocka_unit_test_setup_teardown(test_unsymmetric_matrix_is_used_as_given, make, destroy),
         cmocka_unit_test_setup_teardown(test_isotropic, make, destroy),

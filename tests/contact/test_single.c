@@ -164,69 +164,6 @@ static void test_same(void **state)
     assert_true(yes[6] <= SCENES / 4); /* what is held, by others */
 }
 
-/* The resultant of the impulses on the body. */
-static void push(const rigid_scene *s, const double *impulse, double *sum)
-{
-    for (int32_t i = 0; i < s->width; i++) {
-        sum[i] = 0.0;
-        for (int32_t k = 0; k < s->contacts; k++)
-            for (int32_t a = 0; a < s->rows[k].dim; a++)
-                sum[i] += s->rows[k].rows[s->rows[k].body[0] != 0][a][i] * impulse[3 * k + a];
-    }
-}
-
-static double square_of(const rigid_scene *s, const double *impulse)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < 3 * s->contacts; i++)
-        sum += impulse[i] * impulse[i];
-    return sum;
-}
-
-/* What comes to lie is held by impulses with the same resultant as any that hold it, and by none
- * that are less. */
-static void test_lies(void **state)
-{
-    const double half[3] = {0.4, 0.3, 0.5}, rest[6] = {0.0};
-    perp_context *context = NULL;
-    perp__rigid_solver *solver = NULL;
-
-    (void)state;
-    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp__rigid_create(context, &solver), PERP_OK);
-    for (int32_t planar = 0; planar < 2; planar++) {
-        double mine[6], theirs[6], least;
-        perp__rigid_problem p;
-        perp__rigid_answer a;
-        rigid_scene s;
-
-        rigid_open(&s, planar);
-        rigid_box(&s, 0.0, 0.0, 0.5, half, 2.0, rest);
-        rigid_face(&s, RIGID_GROUND, 0, -half[0], 0.5 * half[0], -half[1], half[1], 0.0, 0.5);
-        p = rigid_problem(&s);
-        a = rigid_answer(&s);
-        memset(s.warm, 0, 3 * (size_t)s.contacts * sizeof(double));
-        p.tol = 1e-10;
-        p.warm = s.warm;
-        assert_int_equal(perp__rigid_single(&a, &p, 1e-12), 1);
-        assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
-        for (int32_t i = 0; i < s.width; i++)
-            assert_true(s.v[i] == 0.0);
-        push(&s, s.impulse, mine);
-        least = square_of(&s, s.impulse);
-        p.tol = 1e-13;
-        assert_int_equal(perp__rigid_solve(solver, &a, &p), PERP_OK);
-        push(&s, s.impulse, theirs);
-        for (int32_t i = 0; i < s.width; i++)
-            assert_true(fabs(mine[i] - theirs[i]) <= 1e-12);
-        assert_true(least > 0.0 && least <= (1.0 + 1e-9) * square_of(&s, s.impulse));
-        rigid_close(&s);
-    }
-    perp__rigid_destroy(solver);
-    perp_context_destroy(context);
-}
-
 /* What it is not for. */
 static void test_refusals(void **state)
 {
@@ -254,7 +191,7 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same), cmocka_unit_test(test_lies),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same),
                                        cmocka_unit_test(test_refusals)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -385,40 +385,6 @@ static void test_a_solution_out_of_range(void **state)
     assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
 }
 
-/* Rows that nothing but couplings of 1e-154 and a q of 1e308 make up, beside ones of 1e100: z = 0
- * is the only solution, as w_1 = q_1 + M_10 z_0 - 1e-154 z_1 is 0 beyond the range of doubles
- * alone, where w_0 is not. */
-static int32_t visit_zero(const perp_lcp_found *found, void *user)
-{
-    int32_t i;
-
-    (void)user;
-    for (i = 0; i < 3 * found->vertex_count; i++)
-        assert_true(found->vertices[i] == 0.0);
-    assert_int_equal(found->ray_count, 0);
-    return 0;
-}
-
-static void test_rows_that_others_hide(void **state)
-{
-    const double M[] = {1e-12, -1e100, -8.7e-311, 1e100, -1e-154, 0.0, 8.7e-311, 0.0, DBL_MAX};
-    const double q[] = {DBL_MAX, DBL_MAX, DBL_MAX};
-    int32_t order;
-
-    (void)state;
-    for (order = PERP_STORAGE_COLUMN_MAJOR; order <= PERP_STORAGE_ROW_MAJOR; order++) {
-        perp_lcp_enumeration result = fresh();
-        perp_matrix view;
-
-        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
-        perp_matrix_dense(&view, order, 3, 3, M, 3);
-        assert_int_equal(
-            perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, visit_zero, NULL), PERP_OK);
-        assert_int_equal(result.isolated, 1);
-        assert_int_equal(result.families, 0);
-    }
-}
-
 /* Whatever the numbers, what is reported is finite. */
 static int32_t visit_finite(const perp_lcp_found *found, void *user)
 {
@@ -507,7 +473,6 @@ int main(void)
         cmocka_unit_test(test_a_solution_out_of_range),
         cmocka_unit_test(test_reports_are_finite),
         cmocka_unit_test(test_bounds_out_of_range),
-        cmocka_unit_test(test_rows_that_others_hide),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -79,12 +79,13 @@ static void end(setting *s)
 static void require_block(setting *s, const int *M, const double *weights, double rho,
                           const int8_t *places, gen_random *random)
 {
-    double b[N], x[N];
+    double b[N], x[N], same[N];
 
-    for (int i = 0; i < N; i++)
+    for (int i = 0; i < N; i++) {
         b[i] = x[i] = gen_uniform(random, -1, 1);
-    assert_int_equal(weights ? perp__fischer_matrix_factor(&s->matrix, weights)
-                             : perp__fischer_matrix_factor_block(&s->matrix, places, rho),
+        same[i] = places[i] == PERP__BETWEEN ? rho : INFINITY;
+    }
+    assert_int_equal(perp__fischer_matrix_factor(&s->matrix, weights ? weights : same, !weights),
                      PERP_OK);
     perp__fischer_matrix_solve(&s->matrix, x);
     for (int i = 0; i < N; i++) {
@@ -208,7 +209,6 @@ static void test_singular(void **state)
         for (int swap = 0; swap < 2; swap++) {
             int M[N * N] = {0}, q[N] = {0};
             double weights[N], x[N];
-            int8_t places[N];
             gen_lcp full, sparse;
             setting s;
 
@@ -220,15 +220,15 @@ static void test_singular(void **state)
             begin(&s);
             read_problem(&s, csc ? &sparse : &full, csc);
             for (int i = 0; i < N; i++) {
-                places[i] = PERP__BETWEEN;
                 weights[i] = 0.0;
                 x[i] = i + 1.0;
             }
-            assert_int_equal(perp__fischer_matrix_factor(&s.matrix, weights),
-                             PERP__FACTOR_SINGULAR);
-            assert_int_equal(perp__fischer_matrix_factor_block(&s.matrix, places, 0.0),
-                             PERP__FACTOR_SINGULAR);
-            assert_int_equal(perp__fischer_matrix_factor_block(&s.matrix, places, 0.25), PERP_OK);
+            for (int uniform = 0; uniform < 2; uniform++)
+                assert_int_equal(perp__fischer_matrix_factor(&s.matrix, weights, uniform),
+                                 PERP__FACTOR_SINGULAR);
+            for (int i = 0; i < N; i++)
+                weights[i] = 0.25;
+            assert_int_equal(perp__fischer_matrix_factor(&s.matrix, weights, 1), PERP_OK);
             perp__fischer_matrix_solve(&s.matrix, x);
             /* [[1/4, 2], [2, 1/4]]^-1 (1, 2) = (20, 8) / 21 */
             assert_true(fabs(x[0] - (swap ? 20.0 / 21.0 : 1.0 / 1.25)) <= 1e-14);

@@ -64,6 +64,39 @@ static void fill(perp__fronts *f, gen_random *random)
                     (f->neighbours[e] == j && k % (w + 1) == 0 ? 4.0 * w * MOST : 0.0);
 }
 
+/* The upper triangle becomes the lower one. */
+static void make_symmetric(perp__fronts *f)
+{
+    const int32_t w = f->width;
+
+    for (int32_t j = 0; j < f->nodes; j++)
+        for (int32_t e = f->starts[j]; e < f->starts[j + 1]; e++) {
+            const int32_t i = f->neighbours[e];
+            const double *lower = f->values + perp__fronts_edge(f, j, i) * w * w;
+
+            for (int32_t k = 0; k < w * w && i <= j; k++)
+                if (i < j || k % w < k / w)
+                    f->values[e * w * w + k] = lower[k % w * w + k / w];
+        }
+}
+
+/* max |A x - b| over the rows of one node */
+static double residual_at(const perp__fronts *f, const double *x, const double *b, int32_t node)
+{
+    const int32_t w = f->width;
+    double y[MOST] = {0.0}, worst = 0.0;
+
+    for (int32_t e = f->starts[node]; e < f->starts[node + 1]; e++) {
+        const int32_t other = f->neighbours[e], edge = perp__fronts_edge(f, node, other);
+
+        for (int32_t k = 0; k < w * w; k++)
+            y[k % w] += f->values[edge * w * w + k] * x[other * w + k / w];
+    }
+    for (int32_t i = 0; i < w; i++)
+        worst = fmax(worst, fabs(y[i] - b[node * w + i]));
+    return worst;
+}
+
 /* max |A x - b| over the rows of the nodes first .. end-1 */
 static double residual(const perp__fronts *f, const double *x, const double *b, int32_t first,
                        int32_t end)
@@ -83,14 +116,14 @@ static double residual(const perp__fronts *f, const double *x, const double *b, 
 /* Backward stable on dominant matrices: |A| |x| eps, with |x| about |b| / |A_ii|, times n. */
 #define TOL 1e-11
 
-static void test_residuals(void **state)
+static void check_residuals(int32_t symmetric)
 {
     perp_context *context;
     perp__fronts f;
     graph g;
 
-    (void)state;
     memset(&f, 0, sizeof f);
+    f.is_symmetric = symmetric;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     for (int32_t k = 0; k < 200; k++) {
         double b[MOST * 6], x[MOST * 6], parts[MOST * 6];
@@ -103,6 +136,8 @@ static void test_residuals(void **state)
         assert_int_equal(
             perp__fronts_analyse(&f, context, g.nodes, g.width, g.starts, g.neighbours), PERP_OK);
         fill(&f, &random);
+        if (symmetric)
+            make_symmetric(&f);
         for (int32_t i = 0; i < g.nodes * g.width; i++)
             b[i] = x[i] = parts[i] = gen_normal(&random);
         assert_true(perp__fronts_factor(&f, 0, g.nodes));
@@ -114,6 +149,82 @@ static void test_residuals(void **state)
         assert_memory_equal(parts + half * g.width, x + half * g.width,
                             (size_t)((g.nodes - half) * g.width) * sizeof *x);
     }
+    perp__fronts_release(&f);
+    perp_context_destroy(context);
+}
+
+/* Blocks of random nodes, one after the other in the memory of the whole: those from a part alone,
+ * an empty one and the whole are among them. */
+static void test_blocks(void **state)
+{
+    perp_context *context;
+    perp__fronts f;
+    graph g;
+
+    (void)state;
+    memset(&f, 0, sizeof f);
+    f.is_symmetric = f.takes_blocks = 1;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    for (int32_t k = 0; k < 300; k++) {
+        double b[MOST * 3], x[MOST * 3], block[MOST * 3];
+        int32_t nodes[MOST], count = 0, w;
+        gen_random random;
+
+        gen_seed(&random, (uint64_t)k / 5); /* five blocks of a graph */
+        make_graph(&g, &random, 1 + gen_integer(&random, MOST), 1 + k / 5 % 3, k / 5 % 80);
+        w = g.width;
+        assert_int_equal(perp__fronts_analyse(&f, context, g.nodes, w, g.starts, g.neighbours),
+                         PERP_OK);
+        fill(&f, &random);
+        make_symmetric(&f);
+        gen_seed(&random, (uint64_t)k);
+        for (int32_t i = 0; i < g.nodes; i++)
+            if (gen_integer(&random, 4) < k % 5)
+                nodes[count++] = i;
+        for (int32_t i = 0; i < g.nodes * w; i++)
+            b[i] = x[i] = gen_normal(&random);
+        perp__fronts_take(&f, nodes, count);
+        assert_true(perp__fronts_factor(&f, 0, count));
+        perp__fronts_solve(&f, 0, count, x);
+        /* the residual of the block: x and b are 0 elsewhere, where x is as it was */
+        memset(block, 0, sizeof block);
+        for (int32_t i = 0; i < count; i++)
+            memcpy(block + nodes[i] * w, x + nodes[i] * w, (size_t)w * sizeof *x);
+        for (int32_t i = 0, at = 0; i < g.nodes; i++) {
+            const int32_t is_inside = at < count && nodes[at] == i;
+
+            at += is_inside;
+            if (!is_inside)
+                assert_memory_equal(x + i * w, b + i * w, (size_t)w * sizeof *x);
+        }
+        for (int32_t i = 0; i < count; i++)
+            assert_true(residual_at(&f, block, b, nodes[i]) < TOL);
+    }
+    perp__fronts_release(&f);
+    perp_context_destroy(context);
+}
+
+static void test_residuals(void **state)
+{
+    (void)state;
+    check_residuals(0);
+}
+
+/* Cholesky's factors: the same, and a pivot that is not positive is refused. */
+static void test_symmetric(void **state)
+{
+    const int32_t starts[] = {0, 1}, neighbours[] = {0};
+    perp_context *context;
+    perp__fronts f;
+
+    (void)state;
+    check_residuals(1);
+    memset(&f, 0, sizeof f);
+    f.is_symmetric = 1;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp__fronts_analyse(&f, context, 1, 1, starts, neighbours), PERP_OK);
+    f.values[0] = -1.0;
+    assert_false(perp__fronts_factor(&f, 0, 1));
     perp__fronts_release(&f);
     perp_context_destroy(context);
 }
@@ -148,7 +259,9 @@ static void test_pivots(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_blocks),
         cmocka_unit_test(test_residuals),
+        cmocka_unit_test(test_symmetric),
         cmocka_unit_test(test_pivots),
     };
 

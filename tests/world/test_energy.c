@@ -435,9 +435,55 @@ static void test_towers_that_bounce(void **state)
     }
 }
 
+/* e = 1, without friction: what falls flat leaves with the velocity that it came with, and comes to
+ * its height again, however many points touch. A turn that rounding leaves lets no corner be hit
+ * before the others. */
+static void test_flat_bounces(void **state)
+{
+    static const double heights[] = {0.7, 2.7, 4.4};
+    static const int32_t levels[] = {PERP_ACCURACY_FAST, PERP_ACCURACY_STANDARD,
+                                     PERP_ACCURACY_EXACT};
+
+    (void)state;
+    for (int32_t trial = 0; trial < 36; trial++) {
+        const int32_t planar = trial % 2, is_box = trial / 2 % 2;
+        const double height = heights[trial / 4 % 3], h = 1.0 / 60.0, thick = 0.3;
+        const double fall = sqrt(2.0 * height / GRAVITY);
+        const perp_shape_settings material = scene_material(0.0, 1.0);
+        perp_world_settings settings;
+        perp_body_settings made = scene_settings();
+        perp_body body;
+        scene s;
+
+        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, planar), PERP_OK);
+        settings.accuracy = levels[trial / 12];
+        settings.gravity[planar ? 1 : 2] = -GRAVITY;
+        scene_create(&s, &settings);
+        scene_plane(&s, s.ground, 0.0, planar, !planar, 0.0, 0.0, 1.0);
+        made.position[planar ? 1 : 2] = height + thick;
+        body = scene_add(&s, &made);
+        if (is_box)
+            scene_box(&s, body, 0.5, planar ? thick : 0.4, planar ? 0.0 : thick, 0.0, 1.0);
+        else
+            SCENE_OK(&s, perp_world_add_capsule(s.world, NULL, body, thick, 0.5, &material));
+        for (int32_t k = 0; k < (int32_t)(200.0 * fall / h); k++) {
+            perp_body_state at;
+            double v;
+
+            scene_step(&s, h);
+            at = scene_state(&s, body);
+            v = at.velocity[planar ? 1 : 2];
+            scene_near(at.position[planar ? 1 : 2] - thick + 0.5 * v * v / GRAVITY, height,
+                       1e-9 * height, "the height that it comes to");
+        }
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flat_bounces),
         cmocka_unit_test(test_sums),
         cmocka_unit_test(test_planar_sums),
         cmocka_unit_test(test_collisions),

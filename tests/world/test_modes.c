@@ -451,6 +451,33 @@ static void test_what_sticks_stands_still(void **state)
     }
 }
 
+/* A brick that slides for ever on a plane without friction is told to slide, at its velocity, by
+ * every step of it. */
+static void test_slides_for_ever(void **state)
+{
+    perp_body_settings settings = scene_defaults();
+    perp_body body;
+    scene s;
+
+    (void)state;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+    settings.position[2] = 0.5;
+    settings.velocity[0] = 2.0;
+    body = scene_add(&s, &settings);
+    scene_box(&s, body, 0.5, 0.5, 0.5, 0.0, 0.0);
+    for (int32_t k = 0; k < 20; k++) {
+        scene_step(&s, 0.01);
+        for (int32_t i = 0; i < 4; i++) {
+            const perp_world_contact told = scene_contact(&s, i);
+
+            assert_int_equal(told.mode, PERP_CONTACT_SLIP);
+            scene_near(hypot(told.velocity[1], told.velocity[2]), 2.0, 4 * EPSILON, "slip");
+        }
+    }
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -464,6 +491,7 @@ int main(void)
         cmocka_unit_test(test_closes_a_gap),
         cmocka_unit_test(test_tipping),
         cmocka_unit_test(test_contact_frames),
+        cmocka_unit_test(test_slides_for_ever),
         cmocka_unit_test(test_what_sticks_stands_still),
     };
 

@@ -320,9 +320,9 @@ static void test_heap(void **state)
         for (i = 0; i < perp_world_contact_count(s.world); i++) {
             perp_world_contact contact = scene_contact(&s, i);
 
-            /* turning h w a step bends a linearised gap by (h w)^2 of the size: 0.1 of a step of
-             * 0.1 rad, and the projection takes most of it back */
-            assert_true(contact.gap > -1e-3);
+            /* turning h w a step bends a linearised gap by (h w)^2 of the size, 0.01 in a step of
+             * 0.1 rad, and sweeps take a share of it back in each */
+            assert_true(contact.gap > -5e-3);
             assert_true(contact.impulse[0] >= 0.0);
             assert_true(contact.mode != PERP_CONTACT_SEPARATE ||
                         (contact.impulse[0] == 0.0 && contact.impulse[1] == 0.0 &&

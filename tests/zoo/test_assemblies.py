@@ -125,3 +125,31 @@ def test_an_assembly_rests_or_falls(kind: str) -> None:
         if found.word in ("stands", "falls"):
             for level in assemblies.LEVELS:
                 check(scene, found.word == "stands", level)
+
+
+@pytest.mark.parametrize("kind", ["arch", "cards", "wall", "hung"])
+@with_clarabel
+def test_parts_smaller_than_the_fall_of_a_step(kind: str) -> None:
+    """A millimetre and less, where gravity alone would move them by g h^2 / 2 = .5 mm."""
+    for seed in range(400, 404):
+        scene = assemblies.make(seed, kind, SMALL.get(kind))
+        scene.scaled(0.5e-3 / scene.length())
+        found = judge.verdict(scene)
+        if found.word in ("stands", "falls"):
+            check(scene, found.word == "stands", "fast")
+
+
+@pytest.mark.parametrize("level", assemblies.LEVELS)
+def test_what_hangs_moves_as_its_carrier(level: str) -> None:
+    """To the last bit: on strings, on corners and in chains."""
+    for seed in (208, 2602, 3438):
+        check(assemblies.make(seed, "carried"), stands=True, level=level)
+
+
+@with_clarabel
+def test_a_push_moves_what_hangs_with_a_load() -> None:
+    """However small beside the weights that it carries, whose velocities a sweep knows to 1e-2."""
+    for seed in (1860, 3171, 3247, 3323):
+        scene = assemblies.make(seed, "hung")
+        assert judge.verdict(scene).word == "falls"
+        check(scene, stands=False, level="fast")

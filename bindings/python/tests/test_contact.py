@@ -423,3 +423,40 @@ def test_who_asks_for_less_gets_no_less():
         for tol in 1e-10, 1e-8, 1e-6, 1e-4:
             end = perp.contact(M, f, H, w, [0.7] * contacts, method="newton", tol=tol)
             assert end.ok, (seed, tol, end.outcome)
+
+
+def pushed_box(rng, share):
+    """A box on four corners, pushed in its base by `share` of its friction; a fifth contact is open.
+    Returns M, f, H, w, mu."""
+    half, mass, mu = rng.uniform(0.2, 1, 3), 10 ** rng.uniform(-3, 3), rng.uniform(0.1, 1.2)
+    turn, heading = rng.uniform(0, 2 * np.pi, 2)
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    corners = [R @ (x * half[0], y * half[1], -half[2]) for x in (-1, 1) for y in (-1, 1)]
+    rows = [(d, np.cross(p, d)) for p in [*corners, corners[0]] for d in np.eye(3)[[2, 0, 1]]]
+    M = np.diag([mass] * 3 + [0.0] * 3)
+    M[3:, 3:] = R @ np.diag(mass / 3 * (half @ half - half**2)) @ R.T
+    push = share * mu * mass * 9.81 * np.array([np.cos(heading), np.sin(heading), 0])
+    weight = np.array([0, 0, -9.81 * mass])
+    f = 0.01 * np.concatenate([weight + push, np.cross([0, 0, -half[2]], push)])
+    w = np.zeros(15)
+    w[12] = 0.3
+    return M, f, np.array([np.concatenate(row) for row in rows]), w, mu
+
+
+@pytest.mark.parametrize("method", ["auto", "sweep", "newton", "lemke", "admm", "proximal"])
+def test_a_push_below_its_friction_moves_nothing(method):
+    """To the last bit at 1e-9 below, whatever a method leaves of velocities; behind it slides with
+    what is left of the push."""
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        share = rng.choice([0.5, 0.9, 0.9999, 1 - 1e-9])
+        M, f, H, w, mu = pushed_box(rng, share)
+        told = perp.contact(M, f, H, w, mu=mu, method=method)
+        assert told.ok and (told.v == 0).all() and (told.velocity == w).all()
+        assert np.abs(f + H.T @ told.impulse).max() <= 1e-12 * np.abs(f).max()
+        assert told.modes[4] == "separate"
+    M, f, H, w, mu = pushed_box(rng, 1.001)
+    told = perp.contact(M, f, H, w, mu=mu, method=method)
+    # (1.001 - 1) mu g h, by a method's tol beside g h
+    assert np.hypot(*told.v[:2]) == pytest.approx(1e-3 * mu * 0.0981, abs=1e-8)

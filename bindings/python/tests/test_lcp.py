@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from check import EPS, assert_solves
 
 import perp
@@ -229,3 +230,103 @@ def test_solver_keeps_its_problem_when_setup_is_refused():
         with pytest.raises(ValueError):
             problem.setup(bad)
         np.testing.assert_array_equal(problem.solve(q).z, z)
+
+
+def switched_converter():
+    """A Buck converter with ideal diodes: 20 equations, one the sum of two others, 12 complementary
+    rows, and an entry of 1.45e9 in the solution."""
+    rows = {
+     0: {13: 1, 20: 1, 22: -1, 23: -1}, 1: {12: 1, 28: 1, 29: 1},
+     2: {15: 1, 22: 1, 23: 1, 24: 1, 25: 1, 26: -1, 27: -1, 28: -1, 29: -1}, 3: {11: 1, 24: -1, 25: -1},
+     4: {4: -2.5e-6, 11: -1, 12: -1, 19: 2.84091e-12, 20: -1, 21: 1}, 5: {4: 2.5e-6, 7: 6.85747e-5, 18: 8.02311e-5, 19: -1},
+     6: {10: 1, 30: 1, 31: 1}, 7: {9: 1, 14: -10000}, 8: {7: -6.41848e-5, 18: -1.00008, 19: 7.29373e-11},
+     9: {7: 1.78158e-7, 16: -8.39575e-10, 17: 1}, 10: {7: -4.56797e-6, 14: 10000, 16: 8.39575e-10, 17: -2.34418e-6, 18: 1, 19: 4.98843e-12},
+     11: {8: 1, 16: -1.00471, 17: -1, 30: -1, 31: -1}, 12: {8: -1, 14: 1, 16: .00471254}, 13: {6: 1}, 14: {5: 1},
+     15: {3: 1, 4: -1}, 16: {1: 1, 4: -1}, 17: {0: 1}, 18: {8: 1}, 19: {2: 1}, 20: {0: 1, 4: -1}, 21: {4: 1},
+     22: {0: -14.4975, 3: 14.4975, 22: 1}, 23: {0: -41.005, 3: 41.005, 23: 1}, 24: {0: 14.4975, 3: -14.4975, 24: 1},
+     25: {0: 41.005, 3: -41.005, 25: 1}, 26: {1: -6.2132, 26: 1}, 27: {1: -17.5736, 27: 1}, 28: {1: 6.2132, 28: 1},
+     29: {1: 17.5736, 29: 1}, 30: {15: -15, 30: 1}, 31: {15: 15, 31: 1}}
+    q = np.zeros(32)
+    q[[13, 15]] = -3
+    q[22:] = [2, 5.5, 2, 5.5, 2, 3.5, 2, 3.5, .1, -.1]
+    M = np.zeros((32, 32))
+    for i, row in rows.items():
+        for j, x in row.items():
+            M[i, j] = x
+    return M, q, np.r_[np.full(20, -np.inf), np.zeros(12)]
+
+
+def test_the_polish_makes_no_answer_worse():
+    """What is good without it is good with it, for the converter and its neighbours."""
+    M, q, lower = switched_converter()
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        near = q * (1 + 10.0 ** -rng.uniform(0, 3) * rng.uniform(-1, 1, 32))
+        plain = perp.lcp(M, near, lower, np.inf, polish=False)
+        told = perp.lcp(M, near, lower, np.inf)
+        assert not plain.ok or told.ok
+        w = M @ told.z + near
+        assert np.abs(w[:20]).max() <= 1e-12 * 1.5e9  # beside the largest term of these rows
+
+
+def test_equations_that_contradict_are_proved_by_the_ray():
+    """A x = b, x >= 0 with b outside of the cone of A: y = ray is Farkas' vector, with (M'y)_j = 0
+    for the free multipliers."""
+    for seed in range(60):
+        g = np.random.default_rng(seed)
+        A = g.integers(0, 4, (3, 6)).astype(float)
+        b = -1.0 - g.integers(0, 4, 3)
+        M = np.block([[np.zeros((6, 6)), -A.T], [A, np.zeros((3, 3))]])
+        q = np.r_[g.uniform(0, 1, 6), -b]
+        told = perp.lcp(M, q, np.r_[np.zeros(6), np.full(3, -np.inf)], np.inf)
+        assert told.outcome == "ray" and told.certificate == "infeasible"
+        y = told.ray
+        size = 9 * EPS * (np.abs(M.T) @ np.abs(y)).max()
+        assert (y[:6] >= 0).all() and q @ y < 0
+        assert (M.T @ y)[:6].max() <= size and np.abs((M.T @ y)[6:]).max() <= size
+
+
+@pytest.mark.parametrize("rows, columns", [(5, 12), (10, 25)])
+def test_auto_goes_on_behind_rays_that_prove_nothing(rows, columns):
+    """Linear programs whose free multipliers have the sign that Lemke's method cannot take: auto
+    solves what fischer does. Optimal values are those of the points they were made from."""
+    for seed in range(60):
+        g = np.random.default_rng(seed)
+        A = g.integers(-2, 3, (rows, columns)).astype(float)
+        x, y = np.maximum(g.normal(size=columns), 0), g.normal(size=rows)
+        c = A.T @ y + np.where(x > 0, 0, g.uniform(0, 1, columns))
+        M = np.block([[np.zeros((columns, columns)), A.T], [A, np.zeros((rows, rows))]])
+        problem = M, np.r_[c, -A @ x], np.r_[np.zeros(columns), np.full(rows, -np.inf)], np.inf
+        told = perp.lcp(*problem)
+        assert told.ok or not perp.lcp(*problem, method="fischer").ok
+        if told.ok:
+            assert c @ told.z[:columns] == pytest.approx(c @ x, abs=1e-8 * np.abs(c).sum())
+
+
+@pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
+@pytest.mark.parametrize("degenerate", [False, True])
+def test_zero_sum_games(storage, degenerate):
+    """x pays x'A y to y: costs A and 1 - A, made positive. The value is that of the linear program
+    min v subject to A'x <= v, and no strategy does better against what is told."""
+    optimize = pytest.importorskip("scipy.optimize")
+    for seed in range(24):
+        g = np.random.default_rng(seed)
+        rows, columns = g.integers(2, 60, 2)
+        size = (rows, columns)
+        A = g.integers(-3, 4, size).astype(float) if degenerate else g.uniform(-1, 1, size)
+        costs, others = A - A.min() + 1, A.max() - A + 1
+        zeros = np.zeros((rows, rows)), np.zeros((columns, columns))
+        M = np.block([[zeros[0], costs], [others.T, zeros[1]]])
+        told = perp.lcp(storage(M), -np.ones(rows + columns))
+        assert told.ok
+        x, y = told.z[:rows] / told.z[:rows].sum(), told.z[rows:] / told.z[rows:].sum()
+        program = optimize.linprog(
+            np.r_[np.zeros(rows), 1.0],
+            A_ub=np.c_[A.T, -np.ones(columns)],
+            b_ub=np.zeros(columns),
+            A_eq=np.r_[np.ones(rows), 0.0][None],
+            b_eq=[1.0],
+            bounds=[(0, None)] * rows + [(None, None)],
+        )
+        assert x @ A @ y == pytest.approx(program.fun, abs=1e-7)  # of linprog
+        assert (x @ A).max() - (A @ y).min() <= 1e-9

@@ -258,3 +258,54 @@ def test_search_with_dry_friction():
     for s in some:
         distances = [abs(s.acceleration - e.acceleration).max() for e in everything]
         assert min(distances) < 1e-12  # of forces near 1
+
+
+def slips_that_start(W, q, mu):
+    """Forces of one contact at rest whose slip starts, by a scan over its direction: f_n from
+    u_n' = 0, friction against (c, s), and the zeros of (c, s) x u_t' where u_t' points along it."""
+
+    def at(t):
+        c, s = np.cos(t), np.sin(t)
+        n = -q[0] / (W[0, 0] - mu * (W[0, 1] * c + W[0, 2] * s))
+        f = n * np.array([1, -mu * c, -mu * s])
+        u = q + W @ f
+        return f, c * u[2] - s * u[1], c * u[1] + s * u[2]
+
+    found, angles = [], np.linspace(0, 2 * np.pi, 721)
+    for low, high in zip(angles, angles[1:]):
+        if at(low)[1] * at(high)[1] >= 0 or at(low)[0][0] * at(high)[0][0] <= 0:
+            continue
+        for _ in range(120):
+            middle = (low + high) / 2
+            low, high = (low, middle) if at(low)[1] * at(middle)[1] <= 0 else (middle, high)
+        f, across, along = at(low)
+        if f[0] > 0 and along > 1e-6:
+            found.append(f)
+    return found
+
+
+@pytest.mark.parametrize("condition", [1e2, 1e5, 1e6, 1e7])
+def test_no_answer_of_an_ill_conditioned_contact_is_missed(condition):
+    """M = A A' with two rows of A nearly the same; what is called exhaustive has every
+    slip that the scan finds, to what rounding leaves of W."""
+    rng, seen, n = np.random.default_rng(6), 0, 5
+    for _ in range(60):
+        A, J = rng.standard_normal((n, n)), rng.standard_normal((3, n))
+        A[-1] = A[0] + condition**-0.5 * A[-1]
+        M = A @ A.T
+        inverse = np.linalg.inv(M)
+        W, mu, k = J @ inverse @ J.T, rng.uniform(0.2, 1.5), 4 * rng.standard_normal(n)
+        q = J @ inverse @ k
+        if q[0] > 0:
+            q, k = -q, -k
+
+        def contacts(x, J=J):
+            return (J @ x)[:1], J[:1], J[None, 1:]
+
+        m = perp.Mechanism(n, mass=M, force=k, contacts=contacts, mu=mu, dim=3)
+        told = m.accelerations(0, np.zeros(n), np.zeros(n))
+        for f in slips_that_start(W, q, mu) if told.exhaustive else []:
+            near = [np.abs(np.array(a.force).ravel()[:3] - f).max() for a in told]
+            assert near and min(near) <= 1e-11 * condition * np.abs(f).max()
+            seen += 1
+    assert seen > 10

@@ -623,3 +623,20 @@ def test_loads_of_a_world_are_checked():
     with pytest.raises(perp.Error, match="objective"):
         world.statics(objective="most")
     other.close()
+
+
+@pytest.mark.parametrize("far", [1e1, 1e3, 1e5, 1e6, 1e7])
+def test_safety_up_to_a_far_bound(far):
+    """1 - s + r_0 + 3 r_1 = 0 with r_0 <= far and r_1 <= .001: s = far + 1.003, as told to 1e-8."""
+    bounds = (np.array([-np.inf, -5e-4]), np.array([far, 1e-3]))
+    told = perp.statics(
+        np.array([[1.0], [3.0]]), np.ones(1), mu=np.zeros(0), load=-np.ones(1), bounds=bounds
+    )
+    assert told.safety == pytest.approx(far + 1.003, rel=1e-8)
+
+
+def test_safety_of_a_load_on_the_edge_of_its_cone():
+    """r_t = 3 s and r_n = 1 + 4 s are within mu = .75 for every s: no factor is the largest."""
+    H = np.array([[2.0, -2.0], [-3.0, 2.0]])
+    told = perp.statics(H, np.array([-2.0, 2.0]), mu=0.75, dim=2, load=np.array([1.0, 2.0]))
+    assert np.isnan(told.safety) or told.safety == np.inf

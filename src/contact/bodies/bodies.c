@@ -1,4 +1,4 @@
-/* From a caller's M and H to blocks, factors and pieces. */
+/* From a caller's M and H to blocks, factors and each constraint's dense pieces of H L^-T. */
 #include "contact/bodies/bodies.h"
 
 #include <float.h>
@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/groups.h"
+#include "linalg/pivoting.h"
 
 void perp__bodies_release(perp__bodies *bodies)
 {
@@ -40,190 +41,341 @@ static void layout_blocks(perp__arena *arena, void *object)
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
 }
 
-/* ---- constraints --------------------------------------------------------------------------- */
-
-static void fill_constraints(perp__bodies *bodies, const perp__bodies_input *input)
+static void layout_pieces(perp__arena *arena, void *object)
 {
-    int32_t row = 0;
+    perp__bodies *b = object;
+    const size_t pieces = (size_t)b->pieces;
 
-    bodies->most_rows = 1;
-    for (int32_t k = 0; k < bodies->constraints; k++) {
-        const int32_t rows = k < input->contacts ? input->starts[k + 1] - input->starts[k] : 1;
+    b->block_constraints = perp__arena_take(arena, pieces, sizeof *b->block_constraints);
+    b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);
+    b->piece_blocks = perp__arena_take(arena, pieces, sizeof *b->piece_blocks);
+    b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
+    b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
+    b->coupling = perp__arena_take(arena, (size_t)(b->most_rows * b->most_rows), sizeof(double));
+    b->squares = perp__arena_take(arena, pieces, sizeof *b->squares);
+    b->values = perp__arena_take(arena, (size_t)b->entries, sizeof *b->values);
+}
 
-        bodies->rows[k] = row;
-        if (rows > bodies->most_rows)
-            bodies->most_rows = rows;
-        for (int32_t i = 0; i < rows; i++)
-            bodies->constraint_of[row++] = k;
-    }
-    bodies->rows[bodies->constraints] = row;
-    for (int32_t i = 0; i < bodies->size; i++)
-        bodies->compliance[i] = input->compliance ? input->compliance[i] : 0.0;
+/* The entries of a column, of which some may be 0. */
+typedef struct column {
+    int32_t count;
+    size_t step;
+    const int32_t *rows; /* NULL: 0, 1, 2, ... */
+    const double *values;
+} column;
+
+static inline column column_of(const perp__matrix *A, int32_t j)
+{
+    if (A->column_starts)
+        return (column){A->column_starts[j + 1] - A->column_starts[j], 1,
+                        A->row_indices + A->column_starts[j], A->values + A->column_starts[j]};
+    return (column){A->rows, A->row_stride, NULL, A->values + (size_t)j * A->column_stride};
 }
 
 /* ---- blocks ---------------------------------------------------------------------------------- */
 
-void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor visit, void *user)
+static int32_t find_blocks(perp__bodies *b, const perp__bodies_input *input)
 {
-    if (A->column_starts) {
-        for (int32_t k = A->column_starts[column]; k < A->column_starts[column + 1]; k++)
-            if (A->values[k] != 0.0)
-                visit(user, A->row_indices[k], column, A->values[k]);
-        return;
-    }
-    for (int32_t i = 0; i < A->rows; i++) {
-        const double value =
-            A->values[(size_t)i * A->row_stride + (size_t)column * A->column_stride];
+    int32_t *parents = b->mark, apart[2] = {0, 0}; /* some entry joins two groups of 3; of 6 */
 
-        if (value != 0.0)
-            visit(user, i, column, value);
-    }
-}
+    /* 1. The components; no block has room for more than so many entries of a column. */
+    for (int32_t i = 0; i < b->n; i++)
+        parents[i] = i;
+    for (int32_t j = 0; j < b->n; j++) {
+        const column c = column_of(input->M, j);
+        int32_t count = 0;
 
-typedef struct components {
-    int32_t *parents;
-    int32_t apart[7]; /* apart[g]: some entry joins two groups of g unknowns; g = 3, 6 */
-    int32_t count;    /* of a column: more than a block has room for, and there are none */
-} components;
+        for (int32_t k = 0; k < c.count; k++) {
+            const int32_t i = c.rows ? c.rows[k] : k;
 
-static void join(void *user, int32_t i, int32_t j, double value)
-{
-    components *c = user;
-
-    (void)value;
-    c->count++;
-    for (int32_t g = 3; g <= 6; g += 3)
-        c->apart[g] |= i / g != j / g;
-    perp__join(c->parents, i, j);
-}
-
-/* Numbers the components in the order of their first unknowns; returns the largest. */
-static int32_t number_components(perp__bodies *bodies, int32_t *parents)
-{
-    int32_t most = 0;
-
-    bodies->blocks = perp__number_parts(parents, bodies->n);
-    for (int32_t i = 0; i < bodies->n; i++)
-        bodies->block_of[i] = parents[i];
-    memset(parents, 0, (size_t)bodies->n * sizeof *parents); /* now: how many there are */
-    for (int32_t i = 0; i < bodies->n; i++) {
-        bodies->place_of[i] = parents[bodies->block_of[i]]++;
-        if (bodies->place_of[i] + 1 > most)
-            most = bodies->place_of[i] + 1;
-    }
-    return most;
-}
-
-static int32_t find_blocks(perp__bodies *bodies, const perp__bodies_input *input)
-{
-    const int32_t groups[2] = {bodies->most_rows == 2 ? 3 : 6, bodies->most_rows == 2 ? 6 : 3};
-    components c = {bodies->mark, {0}, 0};
-
-    for (int32_t i = 0; i < bodies->n; i++)
-        c.parents[i] = i;
-    for (int32_t j = 0; j < bodies->n; j++) {
-        c.count = 0;
-        perp__visit_column(input->M, j, join, &c);
-        if (c.count > PERP__BODY_WIDTH_MOST)
+            if (c.values[(size_t)k * c.step] == 0.0)
+                continue;
+            count++;
+            apart[0] |= i / 3 != j / 3;
+            apart[1] |= i / 6 != j / 6;
+            perp__join(parents, i, j);
+        }
+        if (count > PERP__BODY_WIDTH_MOST)
             return 0;
     }
-    for (int32_t k = 0; k < 2; k++) { /* planar bodies have 3 unknowns, others 6 */
-        const int32_t g = groups[k];
 
-        if (bodies->n % g != 0 || c.apart[g])
+    /* 2. Groups, where they do: planar bodies have 3 unknowns, others 6. */
+    for (int32_t k = 0; k < 2; k++) {
+        const int32_t sixes = (b->most_rows == 2) == k, g = sixes ? 6 : 3;
+
+        if (b->n % g != 0 || apart[sixes])
             continue;
-        for (int32_t i = 0; i < bodies->n; i++) {
-            bodies->block_of[i] = i / g;
-            bodies->place_of[i] = i % g;
+        for (int32_t i = 0; i < b->n; i++) {
+            b->block_of[i] = i / g;
+            b->place_of[i] = i % g;
         }
-        bodies->blocks = bodies->n / g;
-        bodies->width = g;
+        b->blocks = b->n / g;
+        b->width = g;
         return 1;
     }
-    bodies->width = number_components(bodies, c.parents);
-    return bodies->width <= PERP__BODY_WIDTH_MOST;
+
+    /* 3. Else the components, in the order of their first unknowns. */
+    b->blocks = perp__number_parts(parents, b->n);
+    b->width = 0;
+    for (int32_t i = 0; i < b->n; i++)
+        b->block_of[i] = parents[i];
+    memset(parents, 0, (size_t)b->n * sizeof *parents); /* now: how many there are */
+    for (int32_t i = 0; i < b->n; i++) {
+        b->place_of[i] = parents[b->block_of[i]]++;
+        if (b->place_of[i] + 1 > b->width)
+            b->width = b->place_of[i] + 1;
+    }
+    return b->width <= PERP__BODY_WIDTH_MOST;
 }
 
-static void add_mass(void *user, int32_t i, int32_t j, double value)
+static perp_status fill_blocks(perp__bodies *b, const perp__bodies_input *input)
 {
-    perp__bodies *b = user;
-    const size_t row = (size_t)b->block_of[i] * (size_t)b->width + (size_t)b->place_of[i];
+    const size_t width = (size_t)b->width, padded = (size_t)b->blocks * width;
 
-    if (b->place_of[j] <= b->place_of[i])
-        b->factors[row * (size_t)b->width + (size_t)b->place_of[j]] = value;
-}
+    memset(b->free, 0, padded * sizeof *b->free);
+    memset(b->factors, 0, padded * width * sizeof *b->factors);
+    memset(b->sizes, 0, (size_t)b->blocks * sizeof *b->sizes);
+    for (size_t k = 0; k < padded; k++)
+        b->dofs[k] = -1;
+    for (int32_t j = 0; j < b->n; j++) {
+        const column c = column_of(input->M, j);
+        double *L = b->factors + (size_t)b->block_of[j] * width * width + b->place_of[j];
 
-/* L in place of the lower triangle; returns the place at fault, or -1. */
-static int32_t factor_block(double *L, int32_t width)
-{
-    for (int32_t j = 0; j < width; j++) {
-        double pivot = L[j * width + j];
+        b->dofs[(size_t)b->block_of[j] * width + (size_t)b->place_of[j]] = j;
+        b->sizes[b->block_of[j]]++;
+        for (int32_t k = 0; k < c.count; k++) {
+            const int32_t i = c.rows ? c.rows[k] : k;
 
-        for (int32_t k = 0; k < j; k++)
-            pivot -= L[j * width + k] * L[j * width + k];
-        if (!(pivot > DBL_EPSILON * L[j * width + j]))
-            return j;
-        pivot = sqrt(pivot);
-        L[j * width + j] = pivot;
-        for (int32_t i = j + 1; i < width; i++) {
-            double sum = L[i * width + j];
-
-            for (int32_t k = 0; k < j; k++)
-                sum -= L[i * width + k] * L[j * width + k];
-            L[i * width + j] = sum / pivot;
+            if (b->block_of[i] == b->block_of[j] && b->place_of[i] >= b->place_of[j])
+                L[(size_t)b->place_of[i] * width] = c.values[(size_t)k * c.step];
         }
     }
-    return -1;
-}
-
-static perp_status fill_blocks(perp__bodies *bodies, const perp__bodies_input *input)
-{
-    const size_t width = (size_t)bodies->width, padded = (size_t)bodies->blocks * width;
-
-    memset(bodies->free, 0, padded * sizeof *bodies->free);
-    memset(bodies->factors, 0, padded * width * sizeof *bodies->factors);
-    memset(bodies->sizes, 0, (size_t)bodies->blocks * sizeof *bodies->sizes);
     for (size_t k = 0; k < padded; k++)
-        bodies->dofs[k] = -1;
-    for (int32_t i = 0; i < bodies->n; i++) {
-        bodies->dofs[(size_t)bodies->block_of[i] * width + (size_t)bodies->place_of[i]] = i;
-        bodies->sizes[bodies->block_of[i]]++;
-        perp__visit_column(input->M, i, add_mass, bodies);
-    }
-    for (size_t k = 0; k < padded; k++)
-        if (bodies->dofs[k] < 0)
-            bodies->factors[k * width + k % width] = 1.0;
-    for (int32_t b = 0; b < bodies->blocks; b++) {
-        const int32_t wrong =
-            factor_block(bodies->factors + (size_t)b * width * width, bodies->width);
+        if (b->dofs[k] < 0)
+            b->factors[k * width + k % width] = 1.0;
+    for (int32_t block = 0; block < b->blocks; block++) {
+        double *L = b->factors + (size_t)block * width * width;
 
-        if (wrong >= 0)
-            return perp__refuse(bodies->context, "M is not positive definite: found at unknown %d",
-                                (int)bodies->dofs[(size_t)b * width + (size_t)wrong]);
+        for (size_t j = 0; j < width; j++) { /* in place of the lower triangle */
+            double pivot = L[j * width + j];
+
+            for (size_t k = 0; k < j; k++)
+                pivot -= L[j * width + k] * L[j * width + k];
+            if (!(pivot > DBL_EPSILON * L[j * width + j]))
+                return perp__refuse(b->context, "M is not positive definite: found at unknown %d",
+                                    (int)b->dofs[(size_t)block * width + j]);
+            L[j * width + j] = sqrt(pivot);
+            for (size_t i = j + 1; i < width; i++) {
+                double sum = L[i * width + j];
+
+                for (size_t k = 0; k < j; k++)
+                    sum -= L[i * width + k] * L[j * width + k];
+                L[i * width + j] = sum / L[j * width + j];
+            }
+        }
     }
     return PERP_OK;
 }
 
-perp_status perp__bodies_setup(perp__bodies *bodies, const perp__bodies_input *input,
-                               int32_t *suits)
+/* ---- pieces ---------------------------------------------------------------------------------- */
+
+/* Block by block, column by column: the pieces of each constraint are counted in piece_starts; or
+ * filled in, where each start is moved to the next constraint's. Returns how many there are. */
+static int64_t visit_pieces(perp__bodies *b, const perp__bodies_input *input, int32_t fills)
 {
+    const int32_t width = b->width;
+    int64_t found = 0;
+
+    memset(b->mark, 0, (size_t)b->constraints * sizeof *b->mark);
+    for (int32_t place = 0; place < b->blocks * width; place++) {
+        const int32_t block = place / width, dof = b->dofs[place];
+
+        if (place % width == 0)
+            b->block_starts[block] = found;
+        for (int32_t of_G = 0; of_G < (input->G ? 2 : 1) && dof >= 0; of_G++) {
+            const column c = column_of(of_G ? input->G : input->H, dof);
+
+            for (int32_t e = 0; e < c.count; e++) {
+                const double value = c.values[(size_t)e * c.step];
+                const int32_t i = (of_G ? input->H->rows : 0) + (c.rows ? c.rows[e] : e);
+                const int32_t k = b->constraint_of[i];
+
+                if (value == 0.0)
+                    continue;
+                if (b->mark[k] != block + 1) { /* its first entry on this block */
+                    b->mark[k] = block + 1;
+                    found++;
+                    if (fills)
+                        b->piece_blocks[b->piece_starts[k]] = block;
+                    b->piece_starts[fills ? k : k + 1]++;
+                }
+                if (fills)
+                    b->values[b->piece_values[b->piece_starts[k] - 1] +
+                              (int64_t)(i - b->rows[k]) * width + place % width] = value;
+            }
+        }
+    }
+    b->block_starts[b->blocks] = found;
+    return found;
+}
+
+void perp__bodies_list_constraints(perp__bodies *b)
+{
+    for (int32_t k = 0; k < b->constraints; k++)
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const int64_t at = b->block_starts[b->piece_blocks[piece]]++;
+
+            b->block_constraints[at] = k;
+            b->block_pieces[at] = piece;
+        }
+    memmove(b->block_starts + 1, b->block_starts, (size_t)b->blocks * sizeof *b->block_starts);
+    b->block_starts[0] = 0;
+}
+
+static perp_status fill_pieces(perp__bodies *b, const perp__bodies_input *input)
+{
+    const int32_t width = b->width;
+    int64_t at = 0;
     perp_status status;
 
-    bodies->n = input->n;
-    bodies->contacts = input->contacts;
-    bodies->size = input->size;
-    bodies->constraints = input->contacts + input->size - input->starts[input->contacts];
-    status =
-        perp__arena_fit(&bodies->constraints_arena, bodies->context, layout_constraints, bodies);
+    /* 1. How many. */
+    memset(b->piece_starts, 0, ((size_t)b->constraints + 1) * sizeof *b->piece_starts);
+    b->pieces = visit_pieces(b, input, 0);
+    b->most_pieces = 0;
+    b->entries = 0;
+    for (int32_t k = 0; k < b->constraints; k++) {
+        const int64_t count = b->piece_starts[k + 1];
+
+        if (count > b->most_pieces)
+            b->most_pieces = (int32_t)count;
+        b->entries += count * (b->rows[k + 1] - b->rows[k]) * width;
+        b->piece_starts[k + 1] += b->piece_starts[k];
+    }
+    status = perp__arena_fit(&b->pieces_arena, b->context, layout_pieces, b);
     if (status != PERP_OK)
         return status;
-    fill_constraints(bodies, input);
-    *suits = find_blocks(bodies, input);
+
+    /* 2. Their entries. */
+    for (int32_t k = 0; k < b->constraints; k++)
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            b->piece_values[piece] = at;
+            at += (int64_t)(b->rows[k + 1] - b->rows[k]) * width;
+        }
+    memset(b->values, 0, (size_t)b->entries * sizeof *b->values);
+    (void)visit_pieces(b, input, 1);
+    memmove(b->piece_starts + 1, b->piece_starts, (size_t)b->constraints * sizeof *b->piece_starts);
+    b->piece_starts[0] = 0;
+    perp__bodies_list_constraints(b);
+
+    /* 3. Each row h of a piece becomes h L^-T: all rows' divisions at once. */
+    for (int32_t k = 0; k < b->constraints; k++)
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const double *L = b->factors + (size_t)b->piece_blocks[piece] * (size_t)(width * width);
+            double *P = b->values + b->piece_values[piece];
+
+            for (int32_t j = 0; j < b->sizes[b->piece_blocks[piece]]; j++)
+                for (int32_t row = 0; row < b->rows[k + 1] - b->rows[k]; row++) {
+                    double *x = P + row * width, sum = x[j];
+
+                    for (int32_t i = 0; i < j; i++)
+                        sum -= x[i] * L[j * width + i];
+                    x[j] = sum / L[j * width + j];
+                }
+        }
+    return PERP_OK;
+}
+
+perp_status perp__bodies_setup(perp__bodies *b, const perp__bodies_input *input, int32_t *suits)
+{
+    int32_t row = 0;
+    perp_status status;
+
+    b->n = input->n;
+    b->contacts = input->contacts;
+    b->size = input->size;
+    b->constraints = input->contacts + input->size - input->starts[input->contacts];
+    b->most_rows = 1;
+    status = perp__arena_fit(&b->constraints_arena, b->context, layout_constraints, b);
+    if (status != PERP_OK)
+        return status;
+    for (int32_t k = 0; k < b->constraints; k++) {
+        const int32_t rows = k < input->contacts ? input->starts[k + 1] - input->starts[k] : 1;
+
+        b->rows[k] = row;
+        if (rows > b->most_rows)
+            b->most_rows = rows;
+        for (int32_t i = 0; i < rows; i++)
+            b->constraint_of[row++] = k;
+    }
+    b->rows[b->constraints] = row;
+    for (int32_t i = 0; i < b->size; i++)
+        b->compliance[i] = input->compliance ? input->compliance[i] : 0.0;
+    *suits = find_blocks(b, input);
     if (!*suits)
         return PERP_OK;
-    status = perp__arena_fit(&bodies->blocks_arena, bodies->context, layout_blocks, bodies);
-    PERP__THEN(status, fill_blocks(bodies, input));
-    if (status != PERP_OK)
-        return status;
-    return perp__bodies_fill_pieces(bodies, input);
+    status = perp__arena_fit(&b->blocks_arena, b->context, layout_blocks, b);
+    PERP__THEN(status, fill_blocks(b, input));
+    PERP__THEN(status, fill_pieces(b, input));
+    return status;
+}
+
+/* ---- the bodies' own coordinates y, in which M is the identity: v = C y with C = L^-T of a block
+ * ---- */
+
+void perp__bodies_to_own(const perp__bodies *b, int32_t block, const double *v, double *y)
+{
+    const int32_t width = b->width;
+
+    memmove(y, v, (size_t)width * sizeof *y);
+    perp__solve_small(b->C + (size_t)block * (size_t)(width * width), width, width, y, 1);
+}
+
+void perp__bodies_from_own(const perp__bodies *b, int32_t block, const double *y, double *v)
+{
+    const int32_t width = b->width;
+    const size_t at = (size_t)block * (size_t)(width * width);
+
+    for (int32_t i = width - 1; i >= 0; i--) {
+        double sum = b->C ? 0.0 : y[i];
+
+        for (int32_t j = 0; b->C && j < width; j++)
+            sum += b->C[at + (size_t)(i * width + j)] * y[j];
+        for (int32_t j = i + 1; !b->C && j < width; j++)
+            sum -= b->factors[at + (size_t)(j * width + i)] * v[j];
+        v[i] = b->C ? sum : sum / b->factors[at + (size_t)(i * width + i)];
+    }
+}
+
+void perp__bodies_own_row(const perp__bodies *b, int32_t block, int32_t i, double *row)
+{
+    const int32_t width = b->width;
+    const size_t at = (size_t)block * (size_t)(width * width);
+
+    if (b->C) {
+        memcpy(row, b->C + at + (size_t)(i * width), (size_t)width * sizeof *row);
+        return;
+    }
+    for (int32_t k = 0; k < width; k++) { /* L^-1 e_i, whose transpose is e_i' L^-T */
+        double sum = k == i;
+
+        for (int32_t j = i; j < k; j++)
+            sum -= b->factors[at + (size_t)(k * width + j)] * row[j];
+        row[k] = k < i ? 0.0 : sum / b->factors[at + (size_t)(k * width + k)];
+    }
+}
+
+void perp__bodies_own_free(const perp__bodies *b, int32_t block, double *y)
+{
+    const size_t at = (size_t)block * (size_t)b->width;
+
+    if (b->C)
+        perp__bodies_to_own(b, block, b->v_free + at, y);
+    else
+        memcpy(y, b->free + at, (size_t)b->width * sizeof *y);
+}
+
+void perp__bodies_find_free(const perp__bodies *b)
+{
+    for (int32_t k = 0; b->C && k < b->blocks; k++)
+        perp__bodies_own_free(b, k, b->free + (size_t)k * (size_t)b->width);
 }

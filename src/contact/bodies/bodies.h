@@ -116,10 +116,6 @@ int64_t perp__bodies_delassus_entries(const perp__bodies *bodies);
 void perp__bodies_delassus(const perp__bodies *bodies, int32_t *column_starts, int32_t *row_indices,
                            double *values);
 
-/* For pieces.c, the last part of the setup: the entries of a column that are not zero. */
-typedef void (*perp__visitor)(void *user, int32_t row, int32_t column, double value);
-void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor visit, void *user);
-perp_status perp__bodies_fill_pieces(perp__bodies *bodies, const perp__bodies_input *input);
 /* The constraints of each block in ascending order; the ends of the blocks before stand in
  * block_starts. */
 void perp__bodies_list_constraints(perp__bodies *bodies);

@@ -5,28 +5,6 @@
 #include "contact/bodies/bodies.h"
 #include "linalg/lanes/multiversion.h"
 
-/* x := L^-1 x, in blocks */
-static void solve_lower(const perp__bodies *b, double *y)
-{
-    const int32_t width = b->width;
-    const double *L = b->factors;
-
-    for (int32_t block = 0; block < b->blocks; block++, y += width, L += width * width)
-        for (int32_t i = 0; i < width; i++) {
-            double sum = y[i];
-
-            for (int32_t j = 0; j < i; j++)
-                sum -= L[i * width + j] * y[j];
-            y[i] = sum / L[i * width + i];
-        }
-}
-
-static void to_blocks(const perp__bodies *b, const double *x, double *y)
-{
-    for (int64_t k = 0; k < (int64_t)b->blocks * b->width; k++)
-        y[k] = b->dofs[k] < 0 ? 0.0 : x[b->dofs[k]];
-}
-
 /* ---- sums over constraints ---------------------------------------------------------------------
  *
  * Each kernel does one constraint; where width and rows are those of a rigid contact they are
@@ -142,8 +120,19 @@ PERP__MULTIVERSION_SHARED(perp__absolute_bodies,
 
 void perp__bodies_force(const perp__bodies *b, const double *f)
 {
-    to_blocks(b, f, b->free);
-    solve_lower(b, b->free);
+    const int32_t width = b->width;
+    const double *L = b->factors;
+    double *y = b->free;
+
+    for (int32_t block = 0; block < b->blocks; block++, y += width, L += width * width)
+        for (int32_t i = 0; i < width; i++) {
+            const int32_t dof = b->dofs[block * width + i];
+            double sum = dof < 0 ? 0.0 : f[dof];
+
+            for (int32_t j = 0; j < i; j++)
+                sum -= L[i * width + j] * y[j];
+            y[i] = sum / L[i * width + i];
+        }
 }
 
 void perp__bodies_multiply(const perp__bodies *b, const double *r, const double *q, double *u)
@@ -158,9 +147,9 @@ void perp__bodies_multiply(const perp__bodies *b, const double *r, const double 
 
 /* ---- W --------------------------------------------------------------------------------------- */
 
-/* W[i * stride + c] += sum of row i of one piece times row c of the other */
-PERP__KERNEL static void add_product(const double *p, int32_t rows, const double *other,
-                                     int32_t columns, int32_t width, double *W, int32_t stride)
+/* W[i * stride + c] += sum of row i of one piece, of so many rows, times row c of the other */
+PERP__KERNEL static void add_product(int32_t width, int32_t rows, const double *p, int32_t columns,
+                                     const double *other, double *W, int32_t stride)
 {
     for (int32_t i = 0; i < rows; i++)
         for (int32_t c = 0; c < columns; c++) {
@@ -184,12 +173,7 @@ void perp__bodies_diagonal(const perp__bodies *b, int32_t constraint, double *W)
          piece++) {
         const double *p = b->values + b->piece_values[piece];
 
-        if (rows == 3 && b->width == 6)
-            add_product(p, 3, p, 3, 6, W, 3);
-        else if (rows == 2 && b->width == 3)
-            add_product(p, 2, p, 2, 3, W, 2);
-        else
-            add_product(p, rows, p, rows, b->width, W, rows);
+        PERP__WITH_SHAPE(add_product, b->width, rows, p, rows, p, W, rows);
     }
 }
 
@@ -231,9 +215,9 @@ static int32_t next_neighbour(const perp__bodies *b, int32_t constraint, double 
             continue;
         b->cursors[c]++;
         if (W)
-            add_product(b->values + b->piece_values[b->block_pieces[at]],
-                        b->rows[next + 1] - b->rows[next], b->values + b->piece_values[first + c],
-                        columns, b->width, W, columns);
+            add_product(b->width, b->rows[next + 1] - b->rows[next],
+                        b->values + b->piece_values[b->block_pieces[at]], columns,
+                        b->values + b->piece_values[first + c], W, columns);
     }
     for (int32_t i = 0; W && next == constraint && i < columns; i++)
         W[i * columns + i] += b->compliance[b->rows[constraint] + i];

@@ -2,149 +2,327 @@
  *
  * Farkas: either some v has H_n v + w_n >= 0 and G v + b = 0, or some y_n >= 0 and s have
  * H_n'y_n + G's = 0 and y_n'w_n + s'b < 0. In terms of W: u_n >= 0 is impossible for u = W r + q if
- * y'W = 0 and y'q < 0. Here such a y is checked; ray_search.c finds it. */
+ * y'W = 0 and y'q < 0.
+ *
+ * Such a y is the secondary ray of the LCP of the normal impulses alone (bilateral ones free),
+ * whose matrix N is a block of W, symmetric and positive semidefinite: infeasible problems, and
+ * only those, end in one. Rounding hides this where N is singular only to its last bits. Then the
+ * problem with N + eps D, D the diagonal, always has a solution z, and eps z tends to the y of
+ * least D-norm with eps; where z is large, its positive part shows which rows take part, and
+ * Newton's method with the residual W y in doubled precision, from H and M where those are known,
+ * does the rest. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "contact/law.h"
-#include "contact/rigid/rigid.h"
+#include "contact/solver.h"
+#include "linalg/blas.h"
 #include "linalg/doubled.h"
 
 /* Of |W| |y|: what rounding leaves of a sum that is 0. */
 #define NOTHING (64.0 * DBL_EPSILON)
 
-static int32_t has_certificate_form(const perp_contact_solver *solver, const double *y)
-{
-    for (int32_t k = 0; k < solver->contacts; k++) {
-        const int32_t normals = perp__contact_normals(&solver->problem, k);
+/* Most rows of N: it is dense. */
+enum { MOST = 3000 };
 
-        if (solver->two_sided[k] == 0 && !(y[solver->starts[k]] >= 0.0))
-            return 0;
-        for (int32_t i = solver->starts[k] + normals; i < solver->starts[k + 1]; i++)
-            if (y[i] != 0.0)
-                return 0;
-    }
-    return 1;
-}
+/* Beside D: what makes N regular, and what makes the block that is refined so. */
+#define SOFT 1e-7
+#define REGULAR 1e-12
 
-/* absolute += |A'| |y| */
-static void add_absolute(const perp__matrix *A, const double *y, double *absolute)
-{
-    perp__cursor c = perp__first(A);
+/* Of the largest: what takes part. Impulses on rows that don't are of order eps beside it. */
+#define TAKES_PART 1e-4
 
-    while (A->rows > 0 && perp__advance(&c))
-        absolute[c.j] += fabs(c.value * y[c.i]);
-}
+/* ---- the proof ---- */
 
-/* W'y = 0, or H'y + G's = 0 in the caller's H and G, to rounding. */
+/* W'y = 0, H'y + G's = 0 in the caller's H and G, or P'y = 0, which is H'y in the bodies' own
+ * coordinates, to rounding. */
 static int32_t annihilates(perp_contact_solver *solver, const double *y)
 {
     perp__dynamics *d = &solver->dynamics;
-    const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
-    const double *high = by_W ? solver->high : d->high, *low = by_W ? solver->low : d->low;
-    const int32_t n = by_W ? solver->size : d->n;
-    double *absolute = by_W ? solver->scale : solver->v;
+    const perp__bodies *b = &solver->bodies;
+    const double *high = solver->high, *low = solver->low;
+    double *absolute = solver->scale;
+    int32_t n = solver->size;
 
-    memset(absolute, 0, (size_t)n * sizeof *absolute);
-    if (by_W) {
+    if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
+        memset(absolute, 0, (size_t)n * sizeof *absolute);
         perp__transposed_doubled(&solver->W, y, NULL, solver->high, solver->low);
-        add_absolute(&solver->W, y, absolute);
+        perp__absolute_transposed(&solver->W, y, absolute);
+    } else if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        n = solver->n;
+        absolute = solver->push;
+        memset(solver->low, 0, (size_t)solver->size * sizeof *solver->low);
+        perp__absolute_bodies(b, y, solver->low, absolute, solver->high);
+        perp__bodies_gather(b, y, b->y);
+        high = b->y;
+        low = NULL;
     } else {
+        n = d->n;
+        high = d->high;
+        low = d->low;
+        absolute = solver->v;
+        memset(absolute, 0, (size_t)n * sizeof *absolute);
         perp__dynamics_push(d, NULL, y);
-        add_absolute(&d->H, y, absolute);
-        add_absolute(&d->G, y + d->H.rows, absolute);
+        perp__absolute_transposed(&d->H, y, absolute);
+        perp__absolute_transposed(&d->G, y + d->H.rows, absolute);
     }
     for (int32_t j = 0; j < n; j++)
-        if (!(fabs(high[j] + low[j]) <= NOTHING * absolute[j]))
+        if (!(fabs(high[j] + (low ? low[j] : 0.0)) <= NOTHING * absolute[j]))
             return 0;
     return 1;
 }
 
-/* P'y = 0: H'y in the bodies' own coordinates. */
-static int32_t annihilates_bodies(perp_contact_solver *solver, const double *y)
-{
-    const perp__bodies *b = &solver->bodies;
-    double *absolute = solver->push;
-
-    for (int32_t i = 0; i < solver->size; i++)
-        solver->low[i] = 0.0;
-    perp__absolute_bodies(b, y, solver->low, absolute, solver->high);
-    perp__bodies_gather(b, y, b->y);
-    for (int32_t i = 0; i < solver->n; i++)
-        if (!(fabs(b->y[i]) <= NOTHING * absolute[i]))
-            return 0;
-    return 1;
-}
-
-/* What row i of y is paired with: what the caller gave, or H M^-1 f + w; since H'y = 0 the load f
- * is of no account. bias: rigid bodies'. */
-static double given_of(const perp_contact_solver *solver, const double *bias, int32_t i)
-{
-    const perp__contact_call *call = solver->call;
-
-    if (solver->entrance == PERP__ENTRANCE_RIGID)
-        return bias[i];
-    if (solver->entrance == PERP__ENTRANCE_DELASSUS)
-        return call->q[i];
-    if (i < solver->rows)
-        return call->w[i];
-    return call->b ? call->b[i - solver->rows] : 0.0;
-}
-
-/* y'q < 0 by more than rounding. */
-static int32_t is_against(perp_contact_solver *solver, const double *y)
-{
-    double sum = 0.0, error = 0.0, absolute = 0.0;
-
-    if (solver->entrance == PERP__ENTRANCE_RIGID)
-        perp__rigid_bias(solver, solver->scale);
-    for (int32_t i = 0; i < solver->size; i++) {
-        const double given = given_of(solver, solver->scale, i);
-
-        perp__accumulate(&sum, &error, y[i], given);
-        absolute += fabs(y[i] * given);
-    }
-    return sum + error < -NOTHING * absolute;
-}
-
+/* y is paired with what the caller gave, or H M^-1 f + w: since H'y = 0 the load f is of no
+ * account.
+ */
 int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
 {
+    const double *given = solver->scale;
     int32_t may = 0;
 
-    if (solver->entrance == PERP__ENTRANCE_RIGID)
-        perp__rigid_bias(solver, solver->scale);
+    perp__contact_find_bias(solver, solver->scale);
     for (int32_t k = 0; k < solver->contacts; k++)
-        for (int32_t i = perp__contact_first_row(&solver->problem, k) - solver->starts[k];
-             i < perp__contact_normals(&solver->problem, k); i++) { /* what yields is in no way */
-            const double given = given_of(solver, solver->scale, solver->starts[k] + i);
-
-            may |= given < 0.0 || (solver->two_sided[k] > 0 && given > 0.0);
-        }
+        for (int32_t i =
+                 perp__contact_first_row(&solver->problem, k); /* what yields is in no way */
+             i < solver->starts[k] + perp__contact_normals(&solver->problem, k); i++)
+            may |= given[i] < 0.0 || (solver->two_sided[k] > 0 && given[i] > 0.0);
     for (int32_t i = solver->rows; i < solver->size; i++)
-        may |= given_of(solver, solver->scale, i) != 0.0;
+        may |= given[i] != 0.0;
     return may;
 }
 
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction)
 {
     const double largest = perp__largest(direction, solver->size);
-    int32_t proves;
+    double *y = solver->ray, sum = 0.0, error = 0.0, absolute = 0.0;
 
     if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE || !(largest > 0.0) ||
         !isfinite(largest))
         return;
     for (int32_t i = 0; i < solver->size; i++)
-        solver->ray[i] = direction[i] / largest;
+        y[i] = direction[i] / largest;
     solver->has_ray = 1;
-    if (!has_certificate_form(solver, solver->ray) || !is_against(solver, solver->ray))
-        return;
-    if (solver->complies) /* a soft row gives way: W y = 0 must hold with it */
-        for (int32_t i = 0; i < solver->size; i++)
-            if (solver->compliance[i] > 0.0 && solver->ray[i] != 0.0)
+
+    /* 1. Normals that push, and no friction. */
+    for (int32_t k = 0; k < solver->contacts; k++) {
+        const int32_t normals = perp__contact_normals(&solver->problem, k);
+
+        if (solver->two_sided[k] == 0 && !(y[solver->starts[k]] >= 0.0))
+            return;
+        for (int32_t i = solver->starts[k] + normals; i < solver->starts[k + 1]; i++)
+            if (y[i] != 0.0)
                 return;
-    proves = solver->entrance == PERP__ENTRANCE_RIGID ? annihilates_bodies(solver, solver->ray)
-                                                      : annihilates(solver, solver->ray);
-    if (proves)
+    }
+
+    /* 2. y'q < 0 by more than rounding. */
+    perp__contact_find_bias(solver, solver->scale);
+    for (int32_t i = 0; i < solver->size; i++) {
+        perp__accumulate(&sum, &error, y[i], solver->scale[i]);
+        absolute += fabs(y[i] * solver->scale[i]);
+    }
+    if (!(sum + error < -NOTHING * absolute))
+        return;
+
+    /* 3. y'W = 0; a soft row gives way, and must have no part. */
+    for (int32_t i = 0; solver->complies && i < solver->size; i++)
+        if (solver->compliance[i] > 0.0 && y[i] != 0.0)
+            return;
+    if (annihilates(solver, y))
         solver->certificate = PERP_CONTACT_CERTIFICATE_INFEASIBLE;
+}
+
+/* ---- the search ---- */
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp_contact_solver *solver = object;
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n;
+
+    own->M = perp__arena_take(arena, n, n * sizeof(double));
+    own->K = perp__arena_take(arena, n, n * sizeof(double));
+    PERP__DOUBLES(arena, n, &own->q, &own->impulse, &own->velocity, &own->lower, &own->z,
+                  &own->direction, &own->step);
+    PERP__INTEGERS(arena, n, &own->rows, &own->active, &own->pivots);
+}
+
+/* The problem of the normals of contacts and bilateral rows, which `rows` lists by now. */
+static void fill(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n;
+
+    for (int32_t j = 0; j < own->n; j++) {
+        const int32_t row = own->rows[j], k = solver->constraint_of[row];
+
+        perp__contact_units(&solver->problem, k, &own->impulse[j], &own->velocity[j]);
+        own->q[j] = solver->q[row] / own->velocity[j];
+        own->lower[j] = k < solver->contacts && solver->two_sided[k] == 0 ? 0.0 : -INFINITY;
+    }
+    for (int32_t j = 0; j < own->n; j++)
+        for (int32_t i = 0; i < own->n; i++)
+            own->M[(size_t)i + (size_t)j * n] =
+                perp__contact_couples(&solver->problem, solver->constraint_of[own->rows[i]],
+                                      solver->constraint_of[own->rows[j]])
+                    ? perp__entry(&solver->W, own->rows[i], own->rows[j]) *
+                          (own->impulse[j] / own->velocity[i])
+                    : 0.0;
+}
+
+/* The LCP of M, q and lower, within what is left of the time limit. One whose numbers overflow in
+ * the units of fill() is none: it stalls, and nothing is found by it. */
+static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M);
+    perp_lcp_settings settings;
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+
+    if (solver->deadline > 0.0)
+        settings.time_limit = perp__time_left(solver->deadline);
+    settings.max_iterations = solver->settings.max_iterations;
+    PERP__THEN(status, perp__lcp_set(own->lcp, &settings));
+    PERP__THEN(status, perp_lcp_result_init(result, sizeof *result));
+    result->outcome = PERP_OUTCOME_STALLED;
+    if (!perp__all_finite(own->M, (size_t)own->n * (size_t)own->n) ||
+        !perp__all_finite(own->q, (size_t)own->n))
+        return status;
+    PERP__THEN(status, perp__lcp_setup(own->lcp, &M, own->lower, NULL));
+    PERP__THEN(status,
+               perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL));
+    solver->iterations += result->iterations;
+    return status;
+}
+
+/* y := x on the rows of N, 0 elsewhere. */
+static void lift(const perp_contact_solver *solver, const double *x, double *y)
+{
+    const perp__contact_ray *own = &solver->feasibility;
+
+    memset(y, 0, (size_t)solver->size * sizeof *y);
+    for (int32_t i = 0; i < own->n; i++)
+        y[own->rows[i]] = x[i] * own->impulse[i];
+}
+
+/* u := W y, from H and M where those are known. */
+static perp_status multiply(perp_contact_solver *solver, const double *y, double *u)
+{
+    perp__dynamics *d = &solver->dynamics;
+    perp_status status;
+
+    if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
+        perp__multiply_doubled(&solver->W, y, NULL, u, solver->low);
+        return PERP_OK;
+    }
+    if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        perp__bodies_multiply(&solver->bodies, y, NULL, u);
+        return PERP_OK;
+    }
+    status = perp__dynamics_velocities(d, NULL, y, solver->v, solver->v_low);
+    solver->is_free = 0;
+    if (status != PERP_OK)
+        return status;
+    perp__dynamics_relative(d, solver->v, solver->v_low, NULL, NULL, u);
+    for (int32_t i = 0; solver->complies && i < solver->size; i++)
+        u[i] += solver->compliance[i] * y[i];
+    return PERP_OK;
+}
+
+/* y from the z of N + eps D: the part of it that takes part, refined. */
+static perp_status search_softened(perp_contact_solver *solver)
+{
+    enum { STEPS = 5 };
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n;
+    perp_lcp_result result;
+    double largest;
+    perp_status status;
+
+    /* 1. z. */
+    for (size_t i = 0; i < n; i++)
+        own->M[i + i * n] *= 1.0 + SOFT;
+    status = solve(solver, &result);
+    for (size_t i = 0; i < n; i++)
+        own->M[i + i * n] /= 1.0 + SOFT;
+    largest = perp__largest(own->z, own->n);
+    if (status != PERP_OK || result.outcome > PERP_OUTCOME_ROUNDING_LIMIT || !(largest > 0.0) ||
+        !isfinite(largest))
+        return status;
+
+    /* 2. Its rows, and factors of their block. */
+    own->count = 0;
+    for (int32_t i = 0; i < own->n; i++) {
+        own->direction[i] = own->z[i] / largest;
+        if (own->lower[i] == 0.0 && own->direction[i] < TAKES_PART)
+            own->direction[i] = 0.0;
+        else
+            own->active[own->count++] = i;
+    }
+    for (int32_t j = 0; j < own->count; j++)
+        for (int32_t i = 0; i < own->count; i++)
+            own->K[(size_t)i + (size_t)j * (size_t)own->count] =
+                own->M[(size_t)own->active[i] + (size_t)own->active[j] * n] *
+                (i == j ? 1.0 + REGULAR : 1.0);
+    if (own->count == 0 || perp__lu_factor(own->count, own->K, own->count, own->pivots) != 0)
+        return status;
+
+    /* 3. Newton's method for W y = 0 in these, next to where it starts; a direction that it changes
+     * beyond recognition was none. */
+    for (int32_t step = 0; step < STEPS && status == PERP_OK; step++) {
+        lift(solver, own->direction, solver->start);
+        status = multiply(solver, solver->start, solver->u);
+        for (int32_t i = 0; i < own->count; i++)
+            own->step[i] = solver->u[own->rows[own->active[i]]] / own->velocity[own->active[i]];
+        perp__lu_solve(own->count, own->K, own->count, own->pivots, own->step, 0);
+        for (int32_t i = 0; i < own->count; i++)
+            own->direction[own->active[i]] -= own->step[i];
+    }
+    if (status == PERP_OK && perp__all_finite(own->direction, n) &&
+        perp__largest(own->direction, own->n) > 0.1) {
+        lift(solver, own->direction, solver->start);
+        perp__contact_keep_ray(solver, solver->start);
+    }
+    return status;
+}
+
+perp_status perp__contact_find_ray(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    perp_lcp_result result;
+    int32_t made, n = 0;
+    perp_status status;
+
+    own->n = solver->size - solver->rows;
+    for (int32_t k = 0; k < solver->contacts; k++)
+        own->n += perp__contact_normals(&solver->problem, k);
+    if (own->n > MOST)
+        return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    if (status != PERP_OK || !made)
+        return status;
+    if (!own->lcp)
+        status = perp__lcp_create(solver->context, &own->lcp, NULL);
+    if (status == PERP_OK && own->fitted != solver->setups)
+        status = perp__arena_fit(&own->arena, solver->context, lay_out, solver);
+    if (status != PERP_OK)
+        return status;
+    own->fitted = solver->setups;
+    for (int32_t i = 0; i < solver->size; i++) {
+        const int32_t k = solver->constraint_of[i];
+
+        if (k >= solver->contacts ||
+            i < solver->starts[k] + perp__contact_normals(&solver->problem, k))
+            own->rows[n++] = i;
+    }
+    fill(solver);
+    status = solve(solver, &result);
+    if (status == PERP_OK && result.has_ray) {
+        lift(solver, own->direction, solver->start);
+        perp__contact_keep_ray(solver, solver->start);
+    }
+    if (status == PERP_OK && solver->certificate == PERP_CONTACT_CERTIFICATE_NONE)
+        status = search_softened(solver);
+    return status;
 }

@@ -173,29 +173,26 @@ static void read_contact(perp_contact_sensitivity *s, int32_t k,
         read_part(s, k, &parts[c], info);
 }
 
-static void read_row(perp_contact_sensitivity *s, int32_t k, perp_contact_sensitivity_info *info)
-{
-    const perp__contact_bounded *bounded = &s->solver->bounded;
-    const int32_t i = s->rows - s->bounded + k, constraint = bounded->contact_of[k];
-
-    s->moves[i] = s->modes[s->contacts + k] == PERP_CONTACT_STICK;
-    if (constraint < 0 || bounded->low[k] == bounded->high[k])
-        return;
-    if (!s->moves[i])
-        near(s, constraint, s->contacts + k, s->u[i] / s->solver->trace[constraint], info);
-    else
-        near(s, constraint, s->contacts + k,
-             fmin(s->r[i] - bounded->low[k], bounded->high[k] - s->r[i]), info);
-}
-
+/* The rows that are active, and how far each constraint is from another mode. */
 static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info)
 {
+    const perp__contact_bounded *bounded = &s->solver->bounded;
+
     s->count = s->slips = 0;
     memset(s->moves, 0, (size_t)s->size);
     for (int32_t k = 0; k < s->contacts; k++)
         read_contact(s, k, info);
-    for (int32_t k = 0; k < s->bounded; k++)
-        read_row(s, k, info);
+    for (int32_t k = 0; k < s->bounded; k++) {
+        const int32_t i = s->rows - s->bounded + k, constraint = bounded->contact_of[k];
+
+        s->moves[i] = s->modes[s->contacts + k] == PERP_CONTACT_STICK;
+        if (constraint < 0 || bounded->low[k] == bounded->high[k])
+            continue;
+        near(s, constraint, s->contacts + k,
+             s->moves[i] ? fmin(s->r[i] - bounded->low[k], bounded->high[k] - s->r[i])
+                         : s->u[i] / s->solver->trace[constraint],
+             info);
+    }
     for (int32_t i = s->rows; i < s->size; i++)
         s->moves[i] = 1;
     for (int32_t i = 0; i < s->size; i++) {
@@ -207,33 +204,7 @@ static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info 
 
 /* ---- K and its factors --------------------------------------------------------------------- */
 
-/* image := (E W + F) x for x on the active rows, in their units; dr: work. */
-static perp_status image_of(perp_contact_sensitivity *s, const double *x)
-{
-    const double *compliance = s->solver->compliance;
-    perp_status status;
-
-    memset(s->push, 0, (size_t)s->n * sizeof *s->push);
-    add_transposed(&s->H, &s->G, s->n, s->rows, x, s->push);
-    status = solve_mass(s, s->push);
-    if (status != PERP_OK)
-        return status;
-    multiply(s, s->push, s->image);
-    for (int32_t i = 0; i < s->size; i++)
-        s->image[i] += compliance[own_row(s, i)] * x[i];
-    apply_E(s, s->image);
-    for (int32_t k = 0; k < s->slips; k++) {
-        const part *p = &s->parts[k];
-        double load = 0.0;
-
-        for (int32_t i = 0; i < p->normals; i++)
-            load += p->n[i] * x[p->normal + i];
-        for (int32_t i = 0; i < p->size; i++)
-            s->image[p->row + i] += p->t * (x[p->row + i] + p->m * p->e[i] * load);
-    }
-    return PERP_OK;
-}
-
+/* K, column by column, and its factors: image := (E W + F) x of a unit x on an active row. */
 static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info)
 {
     const size_t count = (size_t)s->count;
@@ -242,20 +213,38 @@ static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_
 
     info->condition = 1.0;
     memset(s->dr, 0, (size_t)s->size * sizeof *s->dr);
-    for (size_t j = 0; j < count && status == PERP_OK; j++) {
+    for (size_t j = 0; j < count; j++) {
+        const int32_t row = s->active[j];
         double sum = 0.0;
 
-        s->dr[s->active[j]] = s->units[s->active[j]];
-        status = image_of(s, s->dr);
-        s->dr[s->active[j]] = 0.0;
+        s->dr[row] = s->units[row];
+        memset(s->push, 0, (size_t)s->n * sizeof *s->push);
+        add_transposed(&s->H, &s->G, s->n, s->rows, s->dr, s->push);
+        status = solve_mass(s, s->push);
+        if (status != PERP_OK)
+            return status;
+        multiply(s, s->push, s->image);
+        for (int32_t i = 0; i < s->size; i++)
+            s->image[i] += s->solver->compliance[own_row(s, i)] * s->dr[i];
+        apply_E(s, s->image);
+        for (int32_t k = 0; k < s->slips; k++) {
+            const part *p = &s->parts[k];
+            double load = 0.0;
+
+            for (int32_t i = 0; i < p->normals; i++)
+                load += p->n[i] * s->dr[p->normal + i];
+            for (int32_t i = 0; i < p->size; i++)
+                s->image[p->row + i] += p->t * (s->dr[p->row + i] + p->m * p->e[i] * load);
+        }
+        s->dr[row] = 0.0;
         for (size_t i = 0; i < count; i++) {
             s->K[i + j * count] = s->units[s->active[i]] * s->image[s->active[i]];
             sum += fabs(s->K[i + j * count]);
         }
         norm = sum > norm || isnan(sum) ? sum : norm;
     }
-    if (status != PERP_OK || count == 0)
-        return status;
+    if (count == 0)
+        return PERP_OK;
     info->condition = INFINITY;
     if (isfinite(norm) && perp__lu_factor(s->count, s->K, s->count, s->pivots) == 0)
         info->condition =
@@ -304,44 +293,17 @@ static void layout(perp__arena *arena, void *object)
     s->dmu = perp__arena_take(arena, contacts, sizeof(double));
 }
 
-static perp_status take_problem(perp_contact_sensitivity *s, const perp_contact_laws *laws,
-                                const perp_contact_dynamics *dynamics)
-{
-    const perp__contact_bounded *bounded = &s->solver->bounded;
-    perp_status status = perp__check_pointer(s->context, "dynamics", dynamics);
-
-    PERP__THEN(status, perp__contact_setup(s->solver, laws, dynamics, NULL));
-    if (status != PERP_OK)
-        return status;
-    s->bounded = bounded->count;
-    s->contacts = s->bounded > 0 ? bounded->contacts : s->solver->contacts;
-    s->H = s->bounded > 0 ? bounded->H : s->solver->dynamics.H;
-    s->G = s->bounded > 0 ? bounded->G : s->solver->dynamics.G;
-    s->n = s->solver->n;
-    s->rows = s->H.rows;
-    s->size = s->rows + s->G.rows;
-    return perp__arena_fit(&s->arena, s->context, layout, s);
-}
-
-/* What a caller gives. */
-typedef struct claim {
-    const perp_contact_settings *settings;
-    const perp_contact_laws *laws;
-    const perp_contact_dynamics *dynamics;
-    const double *f, *w, *b, *r;
-} claim;
-
 /* The verdict of the front door on r, and with it v, u and modes. */
 static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info,
-                         const claim *given)
+                         const double *f, const double *w, const double *b, const double *r)
 {
     perp_contact_result result;
-    const perp__contact_call call = {s->v,     s->r,     s->u,     s->modes, NULL,     &result,
-                                     given->f, given->w, given->b, NULL,     given->r, 0};
+    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result,
+                                     f,    w,    b,    NULL,     r,    0};
     perp_status status = perp_contact_result_init(&result, sizeof result);
 
     if (status == PERP_OK && s->size > 0)
-        status = perp__check_pointer(s->context, "r", given->r);
+        status = perp__check_pointer(s->context, "r", r);
     s->solver->settings.max_iterations = -1; /* the start alone */
     s->solver->settings.time_limit = 0.0;
     PERP__THEN(status, perp__contact_solve(s->solver, &call));
@@ -360,28 +322,6 @@ static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_i
     return status;
 }
 
-static perp_status create(perp_context *context, perp_contact_sensitivity **sensitivity,
-                          perp_contact_sensitivity_info *info, const claim *given)
-{
-    perp_contact_sensitivity_info own = {0};
-    perp_contact_sensitivity *made;
-    perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
-
-    PERP__THEN(status, PERP__CHECK(perp_contact_sensitivity_info, context, info));
-    if (status != PERP_OK)
-        return status;
-    made = perp__handle_create(context, &kind);
-    if (!made)
-        return PERP_ERROR_MEMORY;
-    status = perp__contact_create(context, &made->solver, given->settings);
-    PERP__THEN(status, take_problem(made, given->laws, given->dynamics));
-    PERP__THEN(status, judge(made, &own, given));
-    if (status == PERP_OK)
-        perp__struct_write(info, &own, sizeof own);
-    PERP__HAND_OUT(status, made, sensitivity);
-    return status;
-}
-
 perp_status perp_contact_sensitivity_create(perp_context *context,
                                             perp_contact_sensitivity **sensitivity,
                                             perp_contact_sensitivity_info *info,
@@ -390,9 +330,37 @@ perp_status perp_contact_sensitivity_create(perp_context *context,
                                             const perp_contact_dynamics *dynamics, const double *f,
                                             const double *w, const double *b, const double *r)
 {
-    const claim given = {settings, laws, dynamics, f, w, b, r};
+    perp_contact_sensitivity_info own = {0};
+    perp_contact_sensitivity *s = NULL;
+    perp_status status = perp__enter(context);
 
-    return PERP__CALL(perp__enter(context), context, create(context, sensitivity, info, &given));
+    if (status != PERP_OK)
+        return status;
+    PERP__THEN(status, perp__check_pointer(context, "sensitivity", sensitivity));
+    PERP__THEN(status, PERP__CHECK(perp_contact_sensitivity_info, context, info));
+    if (status == PERP_OK && !(s = perp__handle_create(context, &kind)))
+        status = PERP_ERROR_MEMORY;
+    PERP__THEN(status, perp__contact_create(context, &s->solver, settings));
+    PERP__THEN(status, perp__check_pointer(context, "dynamics", dynamics));
+    PERP__THEN(status, perp__contact_setup(s->solver, laws, dynamics, NULL));
+    if (status == PERP_OK) {
+        const perp__contact_bounded *bounded = &s->solver->bounded;
+
+        s->bounded = bounded->count;
+        s->contacts = s->bounded > 0 ? bounded->contacts : s->solver->contacts;
+        s->H = s->bounded > 0 ? bounded->H : s->solver->dynamics.H;
+        s->G = s->bounded > 0 ? bounded->G : s->solver->dynamics.G;
+        s->n = s->solver->n;
+        s->rows = s->H.rows;
+        s->size = s->rows + s->G.rows;
+        status = perp__arena_fit(&s->arena, s->context, layout, s);
+    }
+    PERP__THEN(status, judge(s, &own, f, w, b, r));
+    if (status == PERP_OK)
+        perp__struct_write(info, &own, sizeof own);
+    if (s)
+        PERP__HAND_OUT(status, s, sensitivity);
+    return perp__leave(context, status);
 }
 
 void perp_contact_sensitivity_destroy(perp_contact_sensitivity *sensitivity)
@@ -421,83 +389,60 @@ perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *s, double *
 typedef struct change {
     const double *f, *w, *b, *mu;
     const perp_matrix *given[3];
-    perp__matrix M, H, G;
+    perp__matrix own[3]; /* of M, H, G */
 } change;
-
-static perp_status check_verdict(const perp_contact_sensitivity *s)
-{
-    return perp__lcp_check_verdict(s->context, "r", "active set", s->verdict);
-}
-
-/* NULL is allowed, for 0. */
-static perp_status check_vector(const perp_contact_sensitivity *s, perp_status status,
-                                const char *name, const double *x, int32_t count)
-{
-    return status == PERP_OK ? perp__check_finite(s->context, name, x, (size_t)count) : status;
-}
-
-static perp_status read_matrix(const perp_contact_sensitivity *s, perp_status status,
-                               const char *name, perp__matrix *own, const perp_matrix *given,
-                               int32_t rows)
-{
-    return status == PERP_OK && given
-               ? perp__matrix_read_sized(s->context, name, own, given, rows, s->n)
-               : status;
-}
 
 static perp_status read_change(const perp_contact_sensitivity *s, change *c)
 {
-    perp_status status = check_verdict(s);
+    static const char *const names[] = {"dM", "dH", "dG"};
+    const int32_t rows[] = {s->n, s->rows, s->size - s->rows};
+    perp_status status = perp__lcp_check_verdict(s->context, "r", "active set", s->verdict);
 
-    status = check_vector(s, status, "df", c->f, s->n);
-    status = check_vector(s, status, "dw", c->w, s->rows);
-    status = check_vector(s, status, "db", c->b, s->size - s->rows);
-    status = check_vector(s, status, "dmu", c->mu, s->contacts);
-    status = read_matrix(s, status, "dM", &c->M, c->given[0], s->n);
-    status = read_matrix(s, status, "dH", &c->H, c->given[1], s->rows);
-    return read_matrix(s, status, "dG", &c->G, c->given[2], s->size - s->rows);
-}
-
-/* dv := M^-1 p and d := A dv + dA v + dw */
-static perp_status find_free(perp_contact_sensitivity *s, const change *c)
-{
-    perp_status status;
-
-    for (int32_t j = 0; j < s->n; j++)
-        s->dv[j] = c->f ? c->f[j] : 0.0;
-    if (c->given[0]) {
-        perp__multiply(&c->M, s->v, s->push);
-        for (int32_t j = 0; j < s->n; j++)
-            s->dv[j] -= s->push[j];
-    }
-    add_transposed(c->given[1] ? &c->H : NULL, c->given[2] ? &c->G : NULL, s->n, s->rows, s->r,
-                   s->dv);
-    status = solve_mass(s, s->dv);
-    if (status != PERP_OK)
-        return status;
-    multiply(s, s->dv, s->d);
-    memset(s->image, 0, (size_t)s->size * sizeof *s->image);
-    if (c->given[1])
-        perp__multiply(&c->H, s->v, s->image);
-    if (c->given[2] && s->size > s->rows)
-        perp__multiply(&c->G, s->v, s->image + s->rows);
-    for (int32_t i = 0; i < s->size; i++) {
-        const double *offset = i < s->rows ? c->w : c->b;
-
-        s->d[i] += s->image[i] + (offset ? offset[i < s->rows ? i : i - s->rows] : 0.0);
-    }
-    return PERP_OK;
+    PERP__THEN(status, perp__check_finite(s->context, "df", c->f, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "dw", c->w, (size_t)rows[1]));
+    PERP__THEN(status, perp__check_finite(s->context, "db", c->b, (size_t)rows[2]));
+    PERP__THEN(status, perp__check_finite(s->context, "dmu", c->mu, (size_t)s->contacts));
+    for (int32_t k = 0; k < 3; k++)
+        if (status == PERP_OK && c->given[k])
+            status = perp__matrix_read_sized(s->context, names[k], &c->own[k], c->given[k], rows[k],
+                                             s->n);
+    return status;
 }
 
 static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, change *c)
 {
     perp_status status = read_change(s, c);
 
-    PERP__THEN(status, find_free(s, c));
+    /* 1. dv := M^-1 p and d := A dv + dA v + dw, as if no impulse changed. */
     if (status != PERP_OK)
         return status;
+    for (int32_t j = 0; j < s->n; j++)
+        s->dv[j] = c->f ? c->f[j] : 0.0;
+    if (c->given[0]) {
+        perp__multiply(&c->own[0], s->v, s->push);
+        for (int32_t j = 0; j < s->n; j++)
+            s->dv[j] -= s->push[j];
+    }
+    add_transposed(c->given[1] ? &c->own[1] : NULL, c->given[2] ? &c->own[2] : NULL, s->n, s->rows,
+                   s->r, s->dv);
+    status = solve_mass(s, s->dv);
+    if (status != PERP_OK)
+        return status;
+    multiply(s, s->dv, s->d);
+    memset(s->image, 0, (size_t)s->size * sizeof *s->image);
+    if (c->given[1])
+        perp__multiply(&c->own[1], s->v, s->image);
+    if (c->given[2] && s->size > s->rows)
+        perp__multiply(&c->own[2], s->v, s->image + s->rows);
+    for (int32_t i = 0; i < s->size; i++) {
+        const double *offset = i < s->rows ? c->w : c->b;
+
+        s->d[i] += s->image[i] + (offset ? offset[i < s->rows ? i : i - s->rows] : 0.0);
+    }
+
+    /* 2. dr = -K^-1 (E d + B dm), and what it adds to dv. */
     apply_E(s, s->d);
-    for (int32_t k = 0; c->mu && k < s->slips; k++) { /* B dmu */
+    for (int32_t k = 0; c->mu && k < s->slips; k++) {
         const part *p = &s->parts[k];
 
         for (int32_t i = 0; i < p->size; i++)
@@ -509,8 +454,8 @@ static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, 
     status = solve_mass(s, s->push);
     for (int32_t j = 0; j < s->n; j++)
         s->dv[j] += s->push[j];
-    status = check_vector(s, status, "dv", s->dv, s->n);
-    status = check_vector(s, status, "dr", s->d, s->size);
+    PERP__THEN(status, perp__check_finite(s->context, "dv", s->dv, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "dr", s->d, (size_t)s->size));
     if (status != PERP_OK)
         return status;
     perp__copy(dv, s->dv, s->n);
@@ -524,7 +469,7 @@ perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivi
                                              const perp_matrix *dM, const perp_matrix *dH,
                                              const perp_matrix *dG)
 {
-    change c = {df, dw, db, dmu, {dM, dH, dG}, {0}, {0}, {0}};
+    change c = {df, dw, db, dmu, {dM, dH, dG}, {{0}, {0}, {0}}};
 
     return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
                       forward(sensitivity, dv, dr, &c));
@@ -533,10 +478,10 @@ perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivi
 static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, double *z, double *mu,
                            const double *gv, const double *gr)
 {
-    perp_status status = check_verdict(s);
+    perp_status status = perp__lcp_check_verdict(s->context, "r", "active set", s->verdict);
 
-    status = check_vector(s, status, "gv", gv, s->n);
-    status = check_vector(s, status, "gr", gr, s->size);
+    PERP__THEN(status, perp__check_finite(s->context, "gv", gv, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "gr", gr, (size_t)s->size));
     if (status != PERP_OK)
         return status;
     for (int32_t j = 0; j < s->n; j++)
@@ -558,9 +503,9 @@ static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, do
     apply_E(s, s->y);
     add_transposed(&s->H, &s->G, s->n, s->rows, s->y, s->dv);
     status = solve_mass(s, s->dv);
-    status = check_vector(s, status, "x", s->dv, s->n);
-    status = check_vector(s, status, "y", s->y, s->size);
-    status = check_vector(s, status, "mu", s->dmu, s->contacts);
+    PERP__THEN(status, perp__check_finite(s->context, "x", s->dv, (size_t)s->n));
+    PERP__THEN(status, perp__check_finite(s->context, "y", s->y, (size_t)s->size));
+    PERP__THEN(status, perp__check_finite(s->context, "mu", s->dmu, (size_t)s->contacts));
     if (status != PERP_OK)
         return status;
     perp__copy(x, s->dv, s->n);

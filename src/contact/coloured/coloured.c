@@ -47,30 +47,7 @@ void perp__coloured_release(perp__coloured *c)
 {
     perp__arena_release(&c->arena);
     perp__arena_release(&c->point_arena);
-}
-
-/* y := C^-1 v of a body. */
-static void weigh_velocity(const perp__coloured *c, const double *factors, int32_t body,
-                           const double *v, double *y)
-{
-    const int32_t width = c->width;
-    const double *C = factors + width * width * body;
-
-    memset(y, 0, 8 * sizeof *y);
-    memcpy(y, v, (size_t)width * sizeof *y);
-    if (!c->splits[body]) {
-        perp__solve_small(C, width, width, y, 1);
-        return;
-    }
-    for (int32_t i = 0; i < 3; i++)
-        y[i] /= C[7 * i];
-    if (C[22] != 0.0 || C[23] != 0.0 || C[27] != 0.0 || C[29] != 0.0 || C[33] != 0.0 ||
-        C[34] != 0.0) {
-        perp__solve_small(C + 21, 3, 6, y + 3, 1);
-        return;
-    }
-    for (int32_t i = 3; i < 6; i++) /* a ball, or what lies along its axes */
-        y[i] /= C[7 * i];
+    perp__joint_block_release(&c->joints);
 }
 
 /* ---- rounds of pieces, side by side where there are tasks ---- */
@@ -130,23 +107,27 @@ static void run_pass(job *at, int32_t what, double *y)
 
 /* ---- momentum ---- */
 
-/* How much of the pass led back, of bodies from `first` up to `end`. */
-PERP__MULTIVERSION(weigh_way, (const perp__coloured *c, int32_t first, int32_t end, double *way),
-                   (c, first, end, way))
+/* How much of the pass led back, of a piece of the bodies. */
+PERP__MULTIVERSION(weigh_way, (int32_t piece, void *data), (piece, data))
 {
+    const perp__coloured *c = ((const job *)data)->c;
+    const size_t end = 8 * (size_t)end_body(c, piece);
     double back[8] = {0.0};
 
-    for (size_t i = 8 * (size_t)first; i < 8 * (size_t)end; i += 8)
+    for (size_t i = 8 * BODIES * (size_t)piece; i < end; i += 8)
         for (size_t l = 0; l < 8; l++) /* before: where the pass began; moved: where the last */
             back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
-    *way =
+    c->back[piece] =
         ((back[0] + back[4]) + (back[2] + back[6])) + ((back[1] + back[5]) + (back[3] + back[7]));
 }
 
-PERP__MULTIVERSION(go_on, (perp__coloured * c, int32_t first, int32_t end, double beta),
-                   (c, first, end, beta))
+PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 {
-    for (size_t i = 8 * (size_t)first; i < 8 * (size_t)end; i++) {
+    const perp__coloured *c = ((const job *)data)->c;
+    const size_t end = 8 * (size_t)end_body(c, piece);
+    const double beta = c->momentum;
+
+    for (size_t i = 8 * BODIES * (size_t)piece; i < end; i++) {
         const double now = c->y[i];
 
         c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
@@ -154,48 +135,32 @@ PERP__MULTIVERSION(go_on, (perp__coloured * c, int32_t first, int32_t end, doubl
     }
 }
 
-static void weigh_way_of(int32_t i, void *data)
-{
-    const perp__coloured *c = ((const job *)data)->c;
-
-    weigh_way(c, i * BODIES, end_body(c, i), &c->back[i]);
-}
-
-static void go_on_of(int32_t i, void *data)
-{
-    perp__coloured *c = ((const job *)data)->c;
-
-    go_on(c, i * BODIES, end_body(c, i), c->momentum);
-}
-
-/* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
- * led back. Then the next pass begins there. */
-static void gain_momentum(job *at)
-{
-    perp__coloured *c = at->c;
-    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta)), back = 0.0;
-
-    run_over_bodies(at, weigh_way_of);
-    for (int32_t i = 0; i < count_pieces(c); i++)
-        back += c->back[i];
-    if (back > 0.0)
-        next = at->theta = 1.0;
-    c->momentum = fmin((at->theta - 1.0) / next, MOMENTUM);
-    run_over_bodies(at, go_on_of);
-    at->theta = next;
-}
-
 /* ---- passes ---- */
 
+/* y := C^-1 v of the free velocities. */
 static void start_bodies(int32_t i, void *data)
 {
     const job *at = data;
     const perp__coloured *c = at->c;
+    const int32_t width = c->width;
 
     for (int32_t body = i * BODIES; body < end_body(c, i); body++) {
-        weigh_velocity(c, at->problem->factors, body, at->problem->free + c->width * body,
-                       c->free + 8 * body);
-        memcpy(c->y + 8 * body, c->free + 8 * body, 8 * sizeof *c->y);
+        const double *C = at->problem->factors + width * width * body;
+        double *y = c->free + 8 * body;
+
+        memset(y, 0, 8 * sizeof *y);
+        memcpy(y, at->problem->free + width * body, (size_t)width * sizeof *y);
+        if (!c->splits[body])
+            perp__solve_small(C, width, width, y, 1);
+        for (int32_t k = 0; k < 3 && c->splits[body]; k++)
+            y[k] /= C[7 * k];
+        if (c->splits[body] && (C[22] != 0.0 || C[23] != 0.0 || C[27] != 0.0 || C[29] != 0.0 ||
+                                C[33] != 0.0 || C[34] != 0.0))
+            perp__solve_small(C + 21, 3, 6, y + 3, 1);
+        else /* a ball, or what lies along its axes */
+            for (int32_t k = 3; k < 6 && c->splits[body]; k++)
+                y[k] /= C[7 * k];
+        memcpy(c->y + 8 * body, y, 8 * sizeof *y);
     }
 }
 
@@ -211,20 +176,41 @@ static void run_passes(job *at)
 {
     perp__coloured *c = at->c;
     const size_t size = 8 * (size_t)c->rows * sizeof *c->y;
+    double lack = INFINITY, next, back;
 
     run_pieces(at, 0, c->colour_first[c->colour_count], fill_piece);
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
-    if (!at->step->pushed)
+    memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
+    if (!at->step->pushed) {
         run_pass(at, PERP__COLOURED_ADD, c->y);
+        perp__joint_block_add(&c->joints, c->y);
+    }
     memcpy(c->moved, c->y, size);
     memcpy(c->before, c->y, size);
     c->momentum = 0.0;
     at->theta = 1.0;
     for (int32_t pass = 0; pass < at->step->passes; pass++) {
+        const double before = lack;
+
         run_pass(at, PERP__COLOURED_SWEEP, c->y);
-        if (pass + 1 < at->step->passes)
-            gain_momentum(at);
+        lack = perp__joint_block_solve(&c->joints, c->momentum, c->y);
+        if (c->points == 0 && !(lack > 0.0 && lack < 0.5 * before))
+            break; /* equations alone: as far as refinement goes */
+        if (pass + 1 == at->step->passes)
+            break;
+        /* y goes on in the direction that it took, as r will when it is swept next; or both stay
+         * where that led back. Then the next pass begins there. */
+        next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta));
+        back = 0.0;
+        run_over_bodies(at, weigh_way);
+        for (int32_t i = 0; i < count_pieces(c); i++)
+            back += c->back[i];
+        if (back > 0.0)
+            next = at->theta = 1.0;
+        c->momentum = fmin((at->theta - 1.0) / next, MOMENTUM);
+        run_over_bodies(at, go_on);
+        at->theta = next;
     }
     memcpy(c->moved, c->y, size);
 }
@@ -255,8 +241,10 @@ static void clear_penetration(job *at)
     if (deep == 0)
         return;
     memset(c->before, 0, size * sizeof *c->before);
-    for (k = 0; k < step->clear; k++)
+    for (k = 0; k < step->clear; k++) {
         run_pass(at, PERP__COLOURED_CLEAR, c->before);
+        perp__joint_block_project(&c->joints, c->before);
+    }
     for (size_t i = 0; i < size; i++)
         c->moved[i] += c->before[i];
 }
@@ -292,28 +280,30 @@ static void write_velocity(job *at, const double *y, double *v)
     run_over_bodies(at, write_velocities);
 }
 
-static void write_impulses(const perp__coloured *c, double *impulse)
-{
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t l = 0; l < PERP__GROUP; l++) {
-            const int32_t contact = c->point[p].contact[l];
-
-            for (int32_t k = 0; k < 3 && contact >= 0; k++)
-                impulse[3 * contact + k] = c->point[p].r[k][l];
-        }
-}
-
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step)
 {
     job at = {c, problem, step, 0, NULL, NULL, NULL, 1.0};
     perp_status status = perp__coloured_pack(c, problem);
 
+    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, problem));
     if (status != PERP_OK)
         return status;
     if (is_shared(c))
         perp__tasks_open(c->tasks);
     run_passes(&at);
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t l = 0; l < PERP__GROUP; l++) {
+            const int32_t contact = c->point[p].contact[l];
+
+            for (int32_t k = 0; k < 3 && contact >= 0; k++)
+                answer->impulse[3 * contact + k] = c->point[p].r[k][l];
+        }
+    for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < 3; i++)
+            answer->impulse[3 * k + i] = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
+    if (step->measures)
+        perp__coloured_measure(c, answer, problem);
     if (step->clear > 0)
         clear_penetration(&at);
     write_velocity(&at, c->y, answer->v);
@@ -321,7 +311,6 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
         write_velocity(&at, c->moved, moving);
     if (is_shared(c))
         perp__tasks_close(c->tasks);
-    write_impulses(c, answer->impulse);
     answer->iterations = step->passes;
     return PERP_OK;
 }

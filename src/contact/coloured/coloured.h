@@ -8,14 +8,17 @@
  *   r_n := max(0, r_n - (u_n + b) / W_nn),
  *   r_t := the point of the disc mu r_n next to r_t - u_t / L,   L: largest eigenvalue of W_tt;
  *
- * its fixed point is Coulomb's law. A penetration never enters b: what b pushes apart would stay in
- * the impulses that the next step starts from, and feed a drift. It is removed by a pass of its
- * own, which moves positions alone. */
+ * its fixed point is Coulomb's law. Equations of joints are a block of their own after each pass
+ * (joint_block.h); their limits, motors and dry friction are rows like those of contacts. A
+ * penetration never enters b: what b pushes apart would stay in the impulses that the next step
+ * starts from, and feed a drift. It is removed by a pass of its own, which moves positions alone.
+ */
 #ifndef PERP_CONTACT_COLOURED_H
 #define PERP_CONTACT_COLOURED_H
 
 #include "base/arena.h"
 #include "base/tasks.h"
+#include "contact/coloured/joint_block.h"
 #include "contact/contact.h"
 
 enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };
@@ -58,6 +61,7 @@ typedef struct perp__coloured {
     perp__lane_point *point;
     int32_t *piece_first; /* in `group` */
     double momentum;      /* the share of its last way by which r goes on before it is swept */
+    perp__joint_block joints;
     double *y, *free, *before, *moved; /* rows by 8 */
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
     int8_t *splits;                    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
@@ -74,6 +78,7 @@ typedef struct perp__passes {
     double h; /* length of the step */
     int32_t passes;
     int32_t clear;       /* passes that remove penetration */
+    int32_t measures;    /* 1: answer->velocity, ->modes, ->joints and ->tested are written, too */
     int32_t pushed;      /* free velocities have the impulses problem->warm in them */
     const double *gap;   /* contacts; NULL: none, as clear = 0 */
     const double *guard; /* contacts: a penetration up to this length is left */
@@ -84,6 +89,10 @@ typedef struct perp__passes {
  * impulses. Nothing is judged. Costs about passes times contacts. PERP_OK or PERP_ERROR_MEMORY. */
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step);
+
+/* What the passes have come to, before overlap is taken out: measure.c. */
+void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
+                            const perp__rigid_problem *problem);
 
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */
 enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };

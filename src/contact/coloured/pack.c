@@ -44,56 +44,28 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
     return body >= 0 && body < problem->bodies;
 }
 
-/* Cuts the contacts into pairs of at most four points. */
-static int32_t cut_pairs(perp__coloured *c, const perp__rigid_problem *problem)
-{
-    int32_t pairs = 0, k, end;
-
-    for (k = 0; k < problem->contacts; k = end) {
-        const int32_t *body = problem->rows[k].body;
-
-        for (end = k + 1; end < problem->contacts && end < k + PERP__PAIR_POINTS &&
-                          problem->rows[end].body[0] == body[0] &&
-                          problem->rows[end].body[1] == body[1];)
-            end++;
-        c->pair_first[pairs] = k;
-        c->pair_points[pairs++] = end - k;
-    }
-    return pairs;
-}
-
-/* The first colour that neither body has; PERP__COLOURS where all are taken. */
-static int32_t colour(perp__coloured *c, const perp__rigid_problem *problem, const int32_t *body)
-{
-    uint64_t taken = 0;
-    int32_t side, found = 0;
-
-    for (side = 0; side < 2; side++)
-        if (moves(problem, body[side]))
-            taken |= c->colours[body[side]];
-    if (~taken == 0)
-        return PERP__COLOURS;
-    while (taken >> found & 1)
-        found++;
-    for (side = 0; side < 2; side++)
-        if (moves(problem, body[side]))
-            c->colours[body[side]] |= UINT64_C(1) << found;
-    return found;
-}
-
-/* Pairs by colour, those of most points first, so that a group's have about as many. Pairs without
- * a colour come last. */
+/* Pairs by colour, the first one that neither body has, those of most points first, so that a
+ * group's have about as many. Pairs without a colour come last. */
 static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
                         int32_t *starts)
 {
     memset(c->colours, 0, (size_t)problem->bodies * sizeof *c->colours);
     memset(starts, 0, (KEYS + 2) * sizeof *starts);
     for (int32_t i = 0; i < pairs; i++) {
-        const int32_t found = colour(c, problem, problem->rows[c->pair_first[i]].body);
+        const int32_t *body = problem->rows[c->pair_first[i]].body;
+        uint64_t taken = 0;
+        int32_t found = 0;
 
-        c->pair_key[i] = found == PERP__COLOURS
-                             ? KEYS
-                             : PERP__PAIR_POINTS * found + PERP__PAIR_POINTS - c->pair_points[i];
+        for (int32_t side = 0; side < 2; side++)
+            if (moves(problem, body[side]))
+                taken |= c->colours[body[side]];
+        while (~taken != 0 && taken >> found & 1)
+            found++;
+        for (int32_t side = 0; side < 2 && ~taken != 0; side++)
+            if (moves(problem, body[side]))
+                c->colours[body[side]] |= UINT64_C(1) << found;
+        c->pair_key[i] =
+            ~taken == 0 ? KEYS : PERP__PAIR_POINTS * found + PERP__PAIR_POINTS - c->pair_points[i];
         starts[c->pair_key[i] + 1]++;
     }
     for (int32_t i = 0; i <= KEYS; i++)
@@ -103,24 +75,6 @@ static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, i
     for (int32_t i = KEYS; i > 0; i--)
         starts[i] = starts[i - 1];
     starts[0] = 0;
-}
-
-/* A group of the pairs i .. i + count - 1, as ordered, of which none moves where `none` stands. */
-static void write_group(perp__coloured *c, const perp__rigid_problem *problem, int32_t i,
-                        int32_t count, int32_t none)
-{
-    perp__lane_group *group = &c->group[c->groups];
-
-    group->first = c->points;
-    group->points = c->pair_points[c->pair_order[i]];
-    for (int32_t l = 0; l < PERP__GROUP; l++) {
-        const int32_t *body =
-            l < count ? problem->rows[c->pair_first[c->pair_order[i + l]]].body : NULL;
-
-        group->a[l] = body && moves(problem, body[0]) ? body[0] : none;
-        group->b[l] = body && moves(problem, body[1]) ? body[1] : none;
-        group->pair[l] = body ? c->pair_order[i + l] : -1;
-    }
 }
 
 /* Groups of what is ordered, colour by colour, with what has none last; with room for them, writes
@@ -143,9 +97,23 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
             c->piece_first[pieces++] = c->groups;
         }
         last = now;
-        if (writes)
-            write_group(c, problem, i, count,
-                        problem->bodies + pieces - 1 - c->colour_first[c->colour_count - 1]);
+        if (writes) { /* of the pairs i .. i + count - 1; what does not move is `none` of the piece
+                       */
+            const int32_t none =
+                problem->bodies + pieces - 1 - c->colour_first[c->colour_count - 1];
+            perp__lane_group *group = &c->group[c->groups];
+
+            group->first = c->points;
+            group->points = c->pair_points[c->pair_order[i]];
+            for (int32_t l = 0; l < PERP__GROUP; l++) {
+                const int32_t pair = l < count ? c->pair_order[i + l] : -1;
+                const int32_t *body = pair < 0 ? NULL : problem->rows[c->pair_first[pair]].body;
+
+                group->a[l] = body && moves(problem, body[0]) ? body[0] : none;
+                group->b[l] = body && moves(problem, body[1]) ? body[1] : none;
+                group->pair[l] = pair;
+            }
+        }
         c->points += c->pair_points[c->pair_order[i]];
         c->groups++;
         i += count;
@@ -155,47 +123,7 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
         c->piece_first[pieces] = c->groups;
 }
 
-/* How many points a piece has at least: all of a colour, or so that a colour has no more pieces
- * than there is room for. */
-static int32_t size_of_piece(perp__coloured *c)
-{
-    const int32_t least = 1 + c->points / PERP__COLOURED_PIECES;
-
-    c->is_large = c->points >= LARGE;
-    c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);
-    if (!c->is_large)
-        return INT32_MAX;
-    return least > PIECE ? least : PIECE;
-}
-
-/* J C of the rows of one side, in their lane: C is diag(c, c, c) beside B; is any. */
-static void weigh_split(const double *C, const perp__rigid_rows *rows, int32_t side,
-                        double (*P)[PERP__GROUP])
-{
-    const double c = C[0],
-                 B[3][3] = {{C[21], C[22], C[23]}, {C[27], C[28], C[29]}, {C[33], C[34], C[35]}};
-
-    for (int32_t i = 0; i < rows->dim; i++, P += 12) {
-        const double *row = rows->rows[side][i], x = row[3], y = row[4], z = row[5];
-
-        P[0][0] = row[0] * c;
-        P[1][0] = row[1] * c;
-        P[2][0] = row[2] * c;
-        P[3][0] = x * B[0][0] + y * B[1][0] + z * B[2][0];
-        P[4][0] = x * B[0][1] + y * B[1][1] + z * B[2][1];
-        P[5][0] = x * B[0][2] + y * B[1][2] + z * B[2][2];
-    }
-}
-
-static void weigh(const double *C, int32_t width, const perp__rigid_rows *rows, int32_t side,
-                  double (*P)[PERP__GROUP])
-{
-    for (int32_t i = 0; i < rows->dim; i++)
-        for (int32_t j = 0; j < width; j++)
-            for (int32_t k = 0; k < width; k++)
-                P[12 * i + j][0] += rows->rows[side][i][k] * C[width * k + j];
-}
-
+/* A contact's rows, P = J C, in their lane. */
 static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int32_t contact,
                       const perp__rigid_problem *problem, const perp__passes *step)
 {
@@ -206,18 +134,32 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
         p->w[i][lane] = rows->bias[i];
         p->r[i][lane] = p->last[i][lane] = problem->warm ? problem->warm[3 * contact + i] : 0.0;
     }
+    if (rows->bounded) { /* its normal moves nothing, and bounds the row after it (law.h) */
+        p->r[0][lane] = p->last[0][lane] = -rows->bias[0] / rows->compliance[0];
+        p->w[0][lane] = 0.0;
+    }
     for (int32_t side = 0; side < 2; side++) {
-        double(*P)[PERP__GROUP] = (double(*)[PERP__GROUP]) & p->P[6 * side][lane];
         const int32_t body = rows->body[side];
+        const double *C = moves(problem, body) ? problem->factors + width * width * body : NULL;
 
-        if (body >= problem->bodies)
-            for (int32_t i = 0; i < rows->dim; i++)
+        for (int32_t i = 0; i < rows->dim && body >= 0; i++) {
+            double(*P)[PERP__GROUP] = (double(*)[PERP__GROUP]) & p->P[12 * i + 6 * side][lane];
+            const double *J = rows->rows[side][i];
+
+            if (!C) {
                 for (int32_t k = 0; k < width; k++)
-                    p->w[i][lane] += rows->rows[side][i][k] * problem->free[width * body + k];
-        else if (body >= 0 && c->splits[body])
-            weigh_split(problem->factors + width * width * body, rows, side, P);
-        else if (body >= 0)
-            weigh(problem->factors + width * width * body, width, rows, side, P);
+                    p->w[i][lane] += J[k] * problem->free[width * body + k];
+            } else if (c->splits[body]) { /* diag(c, c, c) beside a 3 by 3 block */
+                for (int32_t j = 0; j < 3; j++) {
+                    P[j][0] = J[j] * C[0];
+                    P[3 + j][0] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
+                }
+            } else {
+                for (int32_t j = 0; j < width; j++)
+                    for (int32_t k = 0; k < width; k++)
+                        P[j][0] += J[k] * C[width * k + j];
+            }
+        }
     }
     p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
     p->gap[lane] = step->gap ? step->gap[contact] : 0.0;
@@ -248,26 +190,10 @@ void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
     }
 }
 
-/* Whether C is a multiple of the identity beside a 3 by 3 block. */
-static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
-{
-    const int32_t width = problem->width;
-    int32_t body;
-
-    for (body = 0; body < problem->bodies; body++) {
-        const double *C = problem->factors + width * width * body;
-
-        c->splits[body] = width == 6 && C[0] == C[7] && C[0] == C[14];
-        for (int32_t i = 0; i < width && c->splits[body]; i++)
-            for (int32_t j = 0; j < width; j++)
-                if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
-                    c->splits[body] = 0;
-    }
-}
-
 perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem)
 {
-    int32_t starts[KEYS + 2], pairs;
+    const int32_t width = problem->width;
+    int32_t starts[KEYS + 2], pairs = 0, size;
     perp_status status;
 
     perp__raise_room(&c->most_bodies, problem->bodies);
@@ -276,16 +202,42 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     if (status != PERP_OK)
         return status;
     c->bodies = problem->bodies;
-    c->width = problem->width;
-    read_factors(c, problem);
-    pairs = cut_pairs(c, problem);
+    c->width = width;
+    /* 1. Whether C is a multiple of the identity beside a 3 by 3 block. */
+    for (int32_t body = 0; body < problem->bodies; body++) {
+        const double *C = problem->factors + width * width * body;
+
+        c->splits[body] = width == 6 && C[0] == C[7] && C[0] == C[14];
+        for (int32_t i = 0; i < width && c->splits[body]; i++)
+            for (int32_t j = 0; j < width; j++)
+                if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
+                    c->splits[body] = 0;
+    }
+    /* 2. Pairs of at most four points, by colour. */
+    for (int32_t k = 0, end; k < problem->contacts; k = end) {
+        const int32_t *body = problem->rows[k].body;
+
+        for (end = k + 1; end < problem->contacts && end < k + PERP__PAIR_POINTS &&
+                          problem->rows[end].body[0] == body[0] &&
+                          problem->rows[end].body[1] == body[1];)
+            end++;
+        c->pair_first[pairs] = k;
+        c->pair_points[pairs++] = end - k;
+    }
     order_pairs(c, problem, pairs, starts);
+    /* 3. Groups of them, first counted. */
     form_groups(c, problem, pairs, starts, 0, 0);
     perp__raise_room(&c->most_groups, c->groups);
     perp__raise_room(&c->most_points, c->points);
     status = perp__arena_fit(&c->point_arena, c->context, lay_out_points, c);
     if (status != PERP_OK)
         return status;
-    form_groups(c, problem, pairs, starts, size_of_piece(c), 1);
+    /* 4. A piece has all points of a colour, or so many at least that a colour has no more pieces
+     * than there is room for. */
+    c->is_large = c->points >= LARGE;
+    c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);
+    size = 1 + c->points / PERP__COLOURED_PIECES;
+    size = !c->is_large ? INT32_MAX : size > PIECE ? size : PIECE;
+    form_groups(c, problem, pairs, starts, size, 1);
     return PERP_OK;
 }

@@ -8,8 +8,7 @@
 void perp__delassus_diagonal(const perp__matrix *W, double *diagonal)
 {
     for (int32_t j = 0; j < W->columns; j++)
-        diagonal[j] = W->column_starts ? perp__entry(W, j, j)
-                                       : W->values[(size_t)j * (W->row_stride + W->column_stride)];
+        diagonal[j] = perp__entry(W, j, j);
 }
 
 static void lay_out(perp__arena *arena, void *object)
@@ -39,13 +38,28 @@ static perp_status fit(perp__delassus *own, perp_context *context, perp__matrix 
     return status;
 }
 
-/* With all of the diagonal. */
-static void copy_sparse(perp__delassus *own, const perp__matrix *W, const double *compliance)
+perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp__matrix *W,
+                               const double *compliance)
 {
+    const perp__matrix given = *W;
+    const int64_t n = given.rows;
     int32_t to = 0;
+    perp_status status;
 
-    for (int32_t j = 0; j < W->columns; j++) {
-        const perp__line column = perp__line_of(W, j);
+    own->sparse = given.column_starts != NULL;
+    if (own->sparse && given.column_starts[n] > INT32_MAX - n)
+        return perp__fail_memory(context, "W with compliance");
+    status = fit(own, context, W, given.rows, own->sparse ? given.column_starts[n] + n : n * n);
+    if (status != PERP_OK)
+        return status;
+    if (!own->sparse) {
+        perp__matrix_spread(&given, own->values, (size_t)n);
+        for (int64_t i = 0; i < n; i++)
+            own->values[i * (n + 1)] += compliance[i];
+        return PERP_OK;
+    }
+    for (int32_t j = 0; j < given.columns; j++) { /* with all of the diagonal */
+        const perp__line column = perp__line_of(&given, j);
         int32_t k = 0;
 
         own->starts[j] = to;
@@ -62,83 +76,56 @@ static void copy_sparse(perp__delassus *own, const perp__matrix *W, const double
             own->values[to++] = column.values[k];
         }
     }
-    own->starts[W->columns] = to;
-}
-
-perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp__matrix *W,
-                               const double *compliance)
-{
-    const perp__matrix given = *W;
-    const int64_t n = given.rows;
-    perp_status status;
-
-    own->sparse = given.column_starts != NULL;
-    if (own->sparse && given.column_starts[n] > INT32_MAX - n)
-        return perp__fail_memory(context, "W with compliance");
-    status = fit(own, context, W, given.rows, own->sparse ? given.column_starts[n] + n : n * n);
-    if (status == PERP_OK && own->sparse)
-        copy_sparse(own, &given, compliance);
-    if (status != PERP_OK || own->sparse)
-        return status;
-    perp__matrix_spread(&given, own->values, (size_t)n);
-    for (int64_t i = 0; i < n; i++)
-        own->values[i * (n + 1)] += compliance[i];
+    own->starts[n] = to;
     return PERP_OK;
 }
 
 void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out)
 {
+    const int32_t by_rows = perp__lines_are_rows(W);
+
     for (int32_t i = 0; i < W->rows; i++)
         out[i] = add ? fabs(add[i]) : 0.0;
-    if (!W->column_starts && W->row_stride != 1) {
-        for (int32_t i = 0; i < W->rows; i++)
-            for (int32_t j = 0; j < W->columns; j++)
-                out[i] += fabs(W->values[(size_t)i * W->row_stride + (size_t)j] * x[j]);
-        return;
-    }
-    for (int32_t j = 0; j < W->columns; j++) {
-        const double *column = W->values + (size_t)j * W->column_stride;
+    for (int32_t j = 0; W->rows > 0 && j < (by_rows ? W->rows : W->columns); j++) {
+        const perp__line line = perp__line_of(W, j);
 
-        if (x[j] == 0.0)
-            continue;
-        if (W->column_starts)
-            for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                out[W->row_indices[k]] += fabs(W->values[k] * x[j]);
-        else
-            for (int32_t i = 0; i < W->rows; i++)
-                out[i] += fabs(column[i] * x[j]);
+        if (by_rows)
+            for (int32_t k = 0; k < line.count; k++)
+                out[j] += fabs(line.values[k] * x[k]);
+        else if (line.indices)
+            for (int32_t k = 0; k < line.count; k++)
+                out[line.indices[k]] += fabs(line.values[k] * x[j]);
+        else if (x[j] != 0.0)
+            for (int32_t k = 0; k < line.count; k++)
+                out[k] += fabs(line.values[k] * x[j]);
     }
 }
 
-/* Column by column: the sum of products of each, with its errors beside it (linalg/doubled.c). */
-static void sparse_transposed(const perp__matrix *A, const double *x, const double *add,
-                              double *high, double *low)
+void perp__absolute_transposed(const perp__matrix *A, const double *x, double *out)
 {
-    for (int32_t j = 0; j < A->columns; j++) {
-        double sum = add ? add[j] : 0.0, error = 0.0;
+    perp__cursor c = perp__first(A);
 
-        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
-            perp__accumulate(&sum, &error, A->values[k], x[A->row_indices[k]]);
-        perp__round_sum(&sum, &error);
-        high[j] = sum;
-        low[j] = error;
-    }
+    while (A->rows > 0 && perp__advance(&c))
+        out[c.j] += fabs(c.value * x[c.i]);
 }
 
 void perp__transposed_doubled(const perp__matrix *A, const double *x, const double *add,
                               double *high, double *low)
 {
-    perp__matrix transposed = *A;
+    if (!A->column_starts) {
+        const perp__matrix transposed = {
+            A->columns, A->rows, A->column_stride, A->row_stride, A->values, NULL, NULL};
 
-    if (A->column_starts) {
-        sparse_transposed(A, x, add, high, low);
+        perp__multiply_doubled(&transposed, x, add, high, low);
         return;
     }
-    transposed.rows = A->columns;
-    transposed.columns = A->rows;
-    transposed.row_stride = A->column_stride;
-    transposed.column_stride = A->row_stride;
-    perp__multiply_doubled(&transposed, x, add, high, low);
+    for (int32_t j = 0; j < A->columns; j++) { /* the sum of products, its errors beside it */
+        high[j] = add ? add[j] : 0.0;
+        low[j] = 0.0;
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+            perp__accumulate(&high[j], &low[j], A->values[k], x[A->row_indices[k]]);
+        perp__round_sum(&high[j], &low[j]);
+    }
 }
 
 perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,

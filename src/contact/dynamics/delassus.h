@@ -30,6 +30,9 @@ void perp__absolute_product(const perp__matrix *W, const double *x, const double
 perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
                                      const perp__bodies *bodies, perp__matrix *W, int32_t *made);
 
+/* out += |A'| |x| */
+void perp__absolute_transposed(const perp__matrix *A, const double *x, double *out);
+
 /* high + low := A'x + add in doubled precision; add may be NULL. */
 void perp__transposed_doubled(const perp__matrix *A, const double *x, const double *add,
                               double *high, double *low);

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/check.h"
 #include "base/context.h"
 #include "contact/dynamics/delassus.h"
 #include "contact/dynamics/half.h"
@@ -10,6 +11,90 @@
 
 /* Columns of W that are solved for at a time, and velocities up to which M's factor is inverted. */
 enum { BLOCK = 32, INVERTED_MOST = 32 };
+
+/* Of sqrt(M_ii M_jj): mass matrices from the field are symmetric to rounding. */
+#define SYMMETRIC 1e-8
+
+/* ---- checks of what a caller hands over ---- */
+
+static perp_status read_mass(perp_context *context, perp__dynamics *own,
+                             const perp_contact_dynamics *dynamics)
+{
+    const perp__matrix *M = &own->M;
+    perp__cursor c;
+    perp_status status;
+
+    if (!dynamics->M == !dynamics->solve)
+        return perp__refuse(context, "dynamics.M and dynamics.solve are %s: exactly one is needed",
+                            dynamics->M ? "both given" : "both NULL");
+    own->has_M = dynamics->M != NULL;
+    own->solve = dynamics->solve;
+    own->user = dynamics->user;
+    if (!own->has_M)
+        return PERP_OK;
+    status = perp__matrix_read_sized(context, "M", &own->M, dynamics->M, own->n, own->n);
+    if (status != PERP_OK)
+        return status;
+    for (int32_t i = 0; i < M->rows; i++)
+        if (!(perp__entry(M, i, i) > 0.0))
+            return perp__refuse(context, "M(%d,%d) is %g: M is not positive definite", (int)i,
+                                (int)i, perp__entry(M, i, i));
+    c = perp__first(M);
+    while (M->rows > 0 && perp__advance(&c)) {
+        const double mirrored = perp__entry(M, c.j, c.i);
+
+        if (c.value != mirrored &&
+            !(fabs(c.value - mirrored) <=
+              SYMMETRIC * sqrt(perp__entry(M, c.i, c.i)) * sqrt(perp__entry(M, c.j, c.j))))
+            return perp__refuse(context, "M(%d,%d) is %g but M(%d,%d) is %g: M is not symmetric",
+                                (int)c.i, (int)c.j, c.value, (int)c.j, (int)c.i, mirrored);
+    }
+    return PERP_OK;
+}
+
+static perp_status read_rows(perp_context *context, const char *name, perp__matrix *own,
+                             const perp_matrix *given, int32_t rows, int32_t n)
+{
+    perp_status status = perp__matrix_read(context, name, own, given);
+
+    if (status == PERP_OK && own->columns != n)
+        status =
+            perp__refuse(context, "%s has %d columns, expected one for each of the %d velocities",
+                         name, (int)own->columns, (int)n);
+    if (status == PERP_OK && rows >= 0 && own->rows != rows)
+        status = perp__refuse(context, "%s has %d rows, but the contacts have %d", name,
+                              (int)own->rows, (int)rows);
+    return status;
+}
+
+perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
+                                const perp_contact_dynamics *dynamics)
+{
+    perp_contact_dynamics read = {0};
+    perp_status status = perp__check_pointer(context, "dynamics", dynamics);
+
+    PERP__THEN(status, PERP__READ(perp_contact_dynamics, context, &read, dynamics));
+    if (status != PERP_OK)
+        return status;
+    if (read.n < 0 || read.reserved != 0)
+        return perp__refuse(context, "dynamics.%s is %d", read.n < 0 ? "n" : "reserved",
+                            (int)(read.n < 0 ? read.n : read.reserved));
+    own->context = context;
+    own->n = read.n;
+    status = read_mass(context, own, &read);
+    PERP__THEN(status, read_rows(context, "H", &own->H, read.H, rows, read.n));
+    memset(&own->G, 0, sizeof own->G);
+    own->G.columns = read.n;
+    own->G.row_stride = own->G.column_stride = 1;
+    if (status == PERP_OK && read.G)
+        status = read_rows(context, "G", &own->G, read.G, -1, read.n);
+    if (status == PERP_OK && own->G.rows > INT32_MAX - own->H.rows)
+        status = perp__refuse(context, "H and G have too many rows");
+    own->size = status == PERP_OK ? own->H.rows + own->G.rows : 0;
+    return status;
+}
+
+/* ---- M, and W ---- */
 
 /* Whether W is made by half.h. */
 static int32_t is_halved(const perp__dynamics *own)
@@ -55,20 +140,11 @@ static void spread_rows(perp__dynamics *own, const perp__matrix *A, int32_t abov
             own->block[(size_t)(c.i + above - begin) * (size_t)own->n + (size_t)c.j] = c.value;
 }
 
-static perp_status not_definite(perp_context *context, int32_t pivot)
-{
-    if (pivot > 0)
-        return perp__refuse(context,
-                            "M is not positive definite: the leading block of order %d is not",
-                            (int)pivot);
-    return perp__refuse(context, "M is not positive definite");
-}
-
 static perp_status factor_mass(perp__dynamics *own)
 {
     const size_t n = (size_t)own->n;
-    perp_status status;
-    int32_t pivot;
+    int32_t pivot = 0, definite = 1;
+    perp_status status = PERP_OK;
 
     for (size_t i = 0; i < n; i++) {
         own->ones[i] = 1.0;
@@ -80,14 +156,19 @@ static perp_status factor_mass(perp__dynamics *own)
         memset(own->factor, 0, n * n * sizeof *own->factor);
         perp__matrix_spread(&own->M, own->factor, n);
         pivot = perp__cholesky_factor(own->n, own->factor, own->n);
-        if (pivot == 0 && own->inverse)
+        definite = pivot == 0;
+        if (definite && own->inverse)
             perp__half_invert(own->n, own->factor, own->inverse, own->all, own->pair);
-        return pivot ? not_definite(own->context, pivot) : PERP_OK;
+    } else {
+        status = perp__sparse_cholesky_analyse(&own->cholesky, own->context, &own->M, own->ones);
+        if (status == PERP_OK)
+            definite = perp__sparse_cholesky_factor(&own->cholesky, own->all, own->n, 0.0);
     }
-    status = perp__sparse_cholesky_analyse(&own->cholesky, own->context, &own->M, own->ones);
-    if (status == PERP_OK && !perp__sparse_cholesky_factor(&own->cholesky, own->all, own->n, 0.0))
-        status = not_definite(own->context, 0);
-    return status;
+    if (pivot > 0)
+        return perp__refuse(own->context,
+                            "M is not positive definite: the leading block of order %d is not",
+                            (int)pivot);
+    return definite ? status : perp__refuse(own->context, "M is not positive definite");
 }
 
 /* x := M^-1 x for `columns` right-hand sides. */
@@ -117,13 +198,6 @@ static perp_status solve_mass(perp__dynamics *own, double *x, int32_t columns)
     return PERP_OK;
 }
 
-static void relative(const perp__dynamics *own, const double *v, double *u)
-{
-    perp__multiply(&own->H, v, u);
-    if (own->G.rows > 0)
-        perp__multiply(&own->G, v, u + own->H.rows);
-}
-
 static perp_status not_finite(const perp__dynamics *own, size_t i, size_t j)
 {
     return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
@@ -144,8 +218,13 @@ static perp_status form_delassus(perp__dynamics *own)
         spread_rows(own, &own->H, 0, begin, columns);
         spread_rows(own, &own->G, own->H.rows, begin, columns);
         status = solve_mass(own, own->block, columns);
-        for (int32_t c = 0; c < columns && status == PERP_OK; c++)
-            relative(own, own->block + (size_t)c * n, own->W + (size_t)(begin + c) * size);
+        for (int32_t c = 0; c < columns && status == PERP_OK; c++) {
+            double *u = own->W + (size_t)(begin + c) * size;
+
+            perp__multiply(&own->H, own->block + (size_t)c * n, u);
+            if (own->G.rows > 0)
+                perp__multiply(&own->G, own->block + (size_t)c * n, u + own->H.rows);
+        }
     }
     for (size_t j = 0; j < size && status == PERP_OK; j++)
         for (size_t i = 0; i <= j; i++) {
@@ -158,23 +237,6 @@ static perp_status form_delassus(perp__dynamics *own)
     return status;
 }
 
-/* firsts[t]: the first row of Y that is not 0 in tile t of its columns. */
-static void find_firsts(perp__dynamics *own)
-{
-    const size_t size = (size_t)own->size, width = perp__half_width(own->size);
-
-    for (size_t begin = 0; begin < size; begin += PERP__HALF_TILE) {
-        int32_t *first = &own->firsts[begin / PERP__HALF_TILE], found = 0;
-
-        for (*first = 0; *first < own->n && !found; *first += !found) {
-            const double *y = own->block + (size_t)*first * width + begin;
-
-            for (int32_t k = 0; k < PERP__HALF_TILE; k++)
-                found |= y[k] != 0.0;
-        }
-    }
-}
-
 /* W = Y'Y, Y = L^-1 (H, G)'. */
 static perp_status form_halved(perp__dynamics *own)
 {
@@ -183,7 +245,15 @@ static perp_status form_halved(perp__dynamics *own)
     memset(own->block, 0, (size_t)own->n * width * sizeof *own->block);
     perp__matrix_spread(&own->H, own->block, width);
     perp__matrix_spread(&own->G, own->block + own->H.rows, width);
-    find_firsts(own);
+
+    /* firsts[t]: the first row of Y that is not 0 in tile t of its columns */
+    for (size_t begin = 0; begin < size; begin += PERP__HALF_TILE) {
+        int32_t *first = &own->firsts[begin / PERP__HALF_TILE], found = 0;
+
+        for (*first = 0; *first < own->n && !found; *first += !found)
+            for (int32_t k = 0; k < PERP__HALF_TILE; k++)
+                found |= own->block[(size_t)*first * width + begin + (size_t)k] != 0.0;
+    }
     perp__half_solve(own->n, own->size, own->factor, own->block, own->firsts, own->high);
     perp__half_product(own->n, own->size, own->block, own->firsts, own->W);
     for (size_t k = 0; k < size; k++) /* no entry of Y'Y is larger than the diagonal's */
@@ -194,17 +264,12 @@ static perp_status form_halved(perp__dynamics *own)
 
 perp_status perp__dynamics_setup(perp__dynamics *own)
 {
-    perp_status status;
+    perp_status status = perp__arena_fit(&own->arena, own->context, lay_out, own);
 
-    status = perp__arena_fit(&own->arena, own->context, lay_out, own);
-    if (status != PERP_OK)
-        return status;
-    status = factor_mass(own);
-    if (status != PERP_OK || !own->forms_W)
-        return status;
-    if (is_halved(own))
-        return form_halved(own);
-    return form_delassus(own);
+    PERP__THEN(status, factor_mass(own));
+    if (own->forms_W)
+        PERP__THEN(status, is_halved(own) ? form_halved(own) : form_delassus(own));
+    return status;
 }
 
 const double *perp__dynamics_half(const perp__dynamics *own, size_t *stride)

@@ -110,27 +110,21 @@ PERP__MULTIVERSION(product_tile,
     PERP__LANES_AT(out + 28) = b3;
 }
 
-/* Entries of the tile in columns from `i` and rows from `j` on, and their mirror images. */
-static void write_tile(size_t size, size_t i, size_t j, const double *tile, double *W)
-{
-    const size_t rows = size - i < ROWS ? size - i : ROWS;
-    const size_t columns = size - j < TILE ? size - j : TILE;
-
-    for (size_t a = 0; a < rows; a++)
-        for (size_t b = 0; b < columns; b++)
-            W[(i + a) * size + j + b] = W[(j + b) * size + i + a] = tile[a * TILE + b];
-}
-
 void perp__half_product(int32_t n, int32_t size, const double *Y, const int32_t *firsts, double *W)
 {
     const size_t width = perp__half_width(size);
+    const size_t rows = (size_t)size;
     double tile[ROWS * TILE];
 
-    for (size_t i = 0; i < (size_t)size; i += ROWS)
-        for (size_t j = i / TILE * TILE; j < (size_t)size; j += TILE) {
+    for (size_t i = 0; i < rows; i += ROWS)
+        for (size_t j = i / TILE * TILE; j < rows; j += TILE) {
             const int32_t a = firsts[i / TILE], b = firsts[j / TILE];
+            const size_t end = i + ROWS < rows ? i + ROWS : rows;
+            const size_t right = j + TILE < rows ? j + TILE : rows;
 
             product_tile((size_t)(a > b ? a : b), (size_t)n, width, Y + i, Y + j, tile);
-            write_tile((size_t)size, i, j, tile, W);
+            for (size_t k = i; k < end; k++) /* and their mirror images */
+                for (size_t l = j; l < right; l++)
+                    W[k * rows + l] = W[l * rows + k] = tile[(k - i) * TILE + l - j];
         }
 }

@@ -10,7 +10,6 @@
 void perp__hold_release(perp__hold *hold)
 {
     perp__arena_release(&hold->arena);
-    perp__arena_release(&hold->dense_arena);
 }
 
 static void lay_out(perp__arena *arena, void *object)
@@ -27,62 +26,39 @@ static void lay_out(perp__arena *arena, void *object)
     h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
     h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);
     PERP__INTEGERS(arena, blocks + 1, &h->root, &h->source, &h->queue, &h->cluster, &h->members);
+    perp__held_rows_layout(&h->dense, arena, h->room_entries, h->room_rows, h->room_columns);
+    h->loose = perp__arena_take(arena, h->room_columns, sizeof(double));
 }
 
-static void lay_out_dense(perp__arena *arena, void *object)
+perp_status perp__hold_fit(perp__hold *h, const perp__bodies *b)
 {
-    perp__hold *h = object;
-
-    perp__held_rows_layout(&h->dense, arena, h->room_entries, (size_t)h->room_rows,
-                           (size_t)h->room_columns);
-    h->loose = perp__arena_take(arena, (size_t)h->room_columns, sizeof(double));
-}
-
-/* The most that a cluster may need, whatever holds. */
-static void find_room(perp__hold *h)
-{
-    const perp__bodies *b = h->bodies;
+    const size_t blocks = (size_t)b->blocks, width = (size_t)b->width;
     const int32_t n = b->blocks * b->width, most = n < PERP__HOLD_COLUMNS ? n : PERP__HOLD_COLUMNS;
     int32_t single = 0, least = b->width;
     double shared;
+    size_t sizes[6];
 
-    for (int32_t k = 0; b->sizes && k < b->blocks; k++)
-        least = b->sizes[k] < least ? b->sizes[k] : least;
-    shared = PERP__HOLD_PRODUCTS / (2.0 * least); /* of two blocks at least */
-    h->room_columns = most > b->width ? most : b->width;
-    h->room_rows = b->size;
-    h->room_entries = (size_t)b->size * (size_t)most;
-    if ((double)h->room_entries > shared)
-        h->room_entries = (size_t)shared;
+    /* the most that a cluster may need, of two blocks at least or of one, whatever holds */
     for (int32_t k = 0; k < b->blocks; k++) {
         int32_t rows = 0;
 
         for (int64_t at = b->block_starts[k]; at < b->block_starts[k + 1]; at++)
             rows += b->rows[b->block_constraints[at] + 1] - b->rows[b->block_constraints[at]];
         single = rows > single ? rows : single;
+        least = perp__bodies_unknowns(b, k) < least ? perp__bodies_unknowns(b, k) : least;
     }
-    if ((size_t)single * (size_t)b->width > h->room_entries)
-        h->room_entries = (size_t)single * (size_t)b->width;
-}
-
-perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
-{
-    const size_t blocks = (size_t)bodies->blocks, width = (size_t)bodies->width;
-    const size_t sizes[3] = {(size_t)bodies->constraints, blocks, blocks * width * width};
-    size_t dense[3];
-    perp_status status;
-
-    hold->bodies = bodies;
-    status =
-        perp__arena_fit_sizes(&hold->arena, bodies->context, lay_out, hold, hold->fitted, sizes, 3);
-    if (status != PERP_OK)
-        return status;
-    find_room(hold);
-    dense[0] = (size_t)hold->room_rows;
-    dense[1] = (size_t)hold->room_columns;
-    dense[2] = hold->room_entries;
-    return perp__arena_fit_sizes(&hold->dense_arena, bodies->context, lay_out_dense, hold,
-                                 hold->dense_fitted, dense, 3);
+    shared = fmin((double)b->size * most, PERP__HOLD_PRODUCTS / (2.0 * least));
+    h->bodies = b;
+    h->room_rows = (size_t)b->size;
+    h->room_columns = most > b->width ? (size_t)most : width;
+    h->room_entries = (size_t)fmax(shared, (double)single * b->width);
+    sizes[0] = (size_t)b->constraints;
+    sizes[1] = blocks;
+    sizes[2] = blocks * width * width;
+    sizes[3] = h->room_rows;
+    sizes[4] = h->room_columns;
+    sizes[5] = h->room_entries;
+    return perp__arena_fit_sizes(&h->arena, b->context, lay_out, h, h->fitted, sizes, 6);
 }
 
 /* ---- carriers -------------------------------------------------------------------------------- */
@@ -197,46 +173,6 @@ static int32_t root_beside(const perp__hold *h, int32_t constraint, int32_t bloc
 /* ---- clusters: what bodies joined by rows that hold, none of them held by what is held alone,
  * leave free of each other ---- */
 
-/* Joins what is not held by rows that hold; members: by cluster, in the order of the first of
- * each. */
-static void find_clusters(perp__hold *h)
-{
-    const perp__bodies *b = h->bodies;
-    int32_t *count = h->queue, sum = 0; /* no longer needed */
-
-    for (int32_t k = 0; k < b->blocks; k++)
-        h->cluster[k] = k;
-    for (int32_t k = 0; k < b->constraints; k++) {
-        int32_t last = -1;
-
-        for (int64_t at = b->piece_starts[k]; h->holds[k] > 0 && at < b->piece_starts[k + 1];
-             at++) {
-            const int32_t block = b->piece_blocks[at];
-
-            if (h->is_held[block])
-                continue;
-            if (last >= 0)
-                perp__join(h->cluster, last, block);
-            last = block;
-        }
-    }
-    for (int32_t k = 0; k <= b->blocks; k++)
-        count[k] = 0;
-    for (int32_t k = 0; k < b->blocks; k++) {
-        h->cluster[k] = perp__root_of(h->cluster, k);
-        count[h->cluster[k]] += !h->is_held[k];
-    }
-    for (int32_t k = 0; k < b->blocks; k++) { /* now: where the cluster begins */
-        const int32_t size = count[k];
-
-        count[k] = sum;
-        sum += size;
-    }
-    for (int32_t k = 0; k < b->blocks; k++)
-        if (!h->is_held[k])
-            h->members[count[h->cluster[k]]++] = k;
-}
-
 /* Whether the rows of a constraint that is met at this piece are taken up here: at the first of its
  * open blocks, which are all of the cluster; and not where one block alone is asked about that
  * others are to be held with. */
@@ -312,20 +248,6 @@ void perp__hold_loose(perp__hold *h, const int32_t *members, int32_t count)
     }
 }
 
-/* Whether the rows determine coordinate i of a block, and those alone whose targets are 0. */
-static int32_t is_at_rest(perp__hold *h, int32_t block, int32_t i)
-{
-    const int32_t count = perp__bodies_unknowns(h->bodies, block);
-    double *unit = h->dense.unit + h->cluster[block], x[PERP__BODY_WIDTH_MOST], length;
-
-    memset(h->dense.unit, 0, (size_t)h->dense.n * sizeof *h->dense.unit);
-    perp__bodies_own_row(h->bodies, block, i, x);
-    length = sqrt(perp__dot(x, x, count));
-    for (int32_t k = 0; k < count; k++)
-        unit[k] = x[k] / length;
-    return perp__held_rows_fix(&h->dense, h->cluster[block], count);
-}
-
 /* to := the columns of a block, padded. */
 static void pad(const perp__hold *h, int32_t block, const double *columns, double *to)
 {
@@ -336,41 +258,32 @@ static void pad(const perp__hold *h, int32_t block, const double *columns, doubl
         to[i] = 0.0;
 }
 
-/* What the rows leave free, and exact zeros in single coordinates. */
+/* What the rows leave free, and exact zeros in single coordinates: those that the rows determine,
+ * and those alone whose targets are 0. */
 static void move(perp__hold *h, const int32_t *members, int32_t count)
 {
     perp__hold_loose(h, members, count);
     perp__held_rows_free(&h->dense, h->loose);
     for (int32_t m = 0; m < count; m++) {
-        double *v = h->v + (size_t)members[m] * (size_t)h->bodies->width;
-        double y[PERP__BODY_WIDTH_MOST];
+        const int32_t block = members[m], n = perp__bodies_unknowns(h->bodies, block);
+        double *v = h->v + (size_t)block * (size_t)h->bodies->width;
+        double *unit = h->dense.unit + h->cluster[block], x[PERP__BODY_WIDTH_MOST];
 
-        pad(h, members[m], h->loose, y);
-        perp__bodies_from_own(h->bodies, members[m], y, v);
-        for (int32_t i = 0; i < perp__bodies_unknowns(h->bodies, members[m]); i++)
-            if (v[i] == 0.0 || is_at_rest(h, members[m], i))
+        pad(h, block, h->loose, x);
+        perp__bodies_from_own(h->bodies, block, x, v);
+        for (int32_t i = 0; i < n; i++) {
+            if (v[i] != 0.0) {
+                double length;
+
+                memset(h->dense.unit, 0, (size_t)h->dense.n * sizeof *h->dense.unit);
+                perp__bodies_own_row(h->bodies, block, i, x);
+                length = sqrt(perp__dot(x, x, n));
+                for (int32_t k = 0; k < n; k++)
+                    unit[k] = x[k] / length;
+            }
+            if (v[i] == 0.0 || perp__held_rows_fix(&h->dense, h->cluster[block], n))
                 v[i] = 0.0; /* never -0.0 */
-    }
-}
-
-/* Rows of full rank: the targets alone say how fast. */
-static void hold_members(perp__hold *h, const int32_t *members, int32_t count)
-{
-    const int32_t width = h->bodies->width;
-    int32_t rests = 1;
-
-    for (int32_t i = 0; i < h->dense.n; i++)
-        rests &= h->dense.particular[i] == 0.0;
-    for (int32_t m = 0; m < count; m++) {
-        const size_t at = (size_t)members[m] * (size_t)width;
-
-        pad(h, members[m], h->dense.particular, h->y + at);
-        if (rests)
-            memset(h->v + at, 0, (size_t)width * sizeof(double));
-        else
-            perp__bodies_from_own(h->bodies, members[m], h->y + at, h->v + at);
-        h->root[members[m]] = rests ? PERP__RIGID_AT_REST : members[m];
-        h->is_held[members[m]] = 1;
+        }
     }
 }
 
@@ -406,61 +319,102 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
     return 1;
 }
 
-/* Rows that a cluster can have. */
-static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t count)
-{
-    const perp__bodies *b = h->bodies;
-    int32_t rows = 0;
-
-    for (int32_t m = 0; m < count; m++)
-        for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++)
-            if (is_taken(h, b->block_constraints[at], b->block_pieces[at], count))
-                rows += h->holds[b->block_constraints[at]];
-    return rows;
-}
-
 /* v of these blocks, one cluster: exact zeros, and what the rows leave free. */
 static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
 {
-    const int32_t most = count_rows(h, members, count);
-    int32_t n = 0;
+    const perp__bodies *b = h->bodies;
+    int32_t most = 0, n = 0, rests = 1;
 
-    for (int32_t m = 0; m < count; m++)
-        n += perp__bodies_unknowns(h->bodies, members[m]);
+    /* 1. Rows and columns that it can have. */
+    for (int32_t m = 0; m < count; m++) {
+        n += perp__bodies_unknowns(b, members[m]);
+        for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++)
+            if (is_taken(h, b->block_constraints[at], b->block_pieces[at], count))
+                most += h->holds[b->block_constraints[at]];
+    }
     if (most == 0 ||
         (count > 1 && (n > PERP__HOLD_COLUMNS || (double)most * n * n > PERP__HOLD_PRODUCTS)))
         return;
+
+    /* 2. Its rows. */
     n = 0;
     for (int32_t m = 0; m < count; m++) {
         h->cluster[members[m]] = n;
-        n += perp__bodies_unknowns(h->bodies, members[m]);
+        n += perp__bodies_unknowns(b, members[m]);
     }
     perp__held_rows_begin(&h->dense, n);
     gather(h, members, count);
     perp__held_rows_solve(&h->dense);
-    if (h->dense.rank < n)
+    if (h->dense.rank < n) {
         move(h, members, count);
-    else if (!carry_members(h, members, count))
-        hold_members(h, members, count);
+        return;
+    }
+    if (carry_members(h, members, count))
+        return;
+
+    /* 3. Full rank, and not one carrier: the targets alone say how fast. */
+    for (int32_t i = 0; i < n; i++)
+        rests &= h->dense.particular[i] == 0.0;
+    for (int32_t m = 0; m < count; m++) {
+        const size_t at = (size_t)members[m] * (size_t)b->width;
+
+        pad(h, members[m], h->dense.particular, h->y + at);
+        if (rests)
+            memset(h->v + at, 0, (size_t)b->width * sizeof(double));
+        else
+            perp__bodies_from_own(b, members[m], h->y + at, h->v + at);
+        h->root[members[m]] = rests ? PERP__RIGID_AT_REST : members[m];
+        h->is_held[members[m]] = 1;
+    }
 }
 
-/* The same for all blocks that are not held yet. */
+/* The same for all blocks that are not held yet: those that rows join are a cluster. */
 static void solve_clusters(perp__hold *h)
 {
-    const int32_t blocks = h->bodies->blocks;
-    int32_t first = 0, free_blocks = 0;
+    const perp__bodies *b = h->bodies;
+    int32_t *count = h->queue, sum = 0, end; /* no longer needed */
 
-    find_clusters(h);
-    for (int32_t k = 0; k < blocks; k++)
-        free_blocks += !h->is_held[k];
-    while (first < free_blocks) {
+    /* 1. What rows that hold join. */
+    for (int32_t k = 0; k < b->blocks; k++)
+        h->cluster[k] = k;
+    for (int32_t k = 0; k < b->constraints; k++) {
+        int32_t last = -1;
+
+        for (int64_t at = b->piece_starts[k]; h->holds[k] > 0 && at < b->piece_starts[k + 1];
+             at++) {
+            const int32_t block = b->piece_blocks[at];
+
+            if (h->is_held[block])
+                continue;
+            if (last >= 0)
+                perp__join(h->cluster, last, block);
+            last = block;
+        }
+    }
+
+    /* 2. The members by cluster, in the order of the first of each. */
+    memset(count, 0, (size_t)b->blocks * sizeof *count);
+    for (int32_t k = 0; k < b->blocks; k++) {
+        h->cluster[k] = perp__root_of(h->cluster, k);
+        count[h->cluster[k]] += !h->is_held[k];
+    }
+    for (int32_t k = 0; k < b->blocks; k++) { /* now: where the cluster begins */
+        const int32_t size = count[k];
+
+        count[k] = sum;
+        sum += size;
+    }
+    for (int32_t k = 0; k < b->blocks; k++)
+        if (!h->is_held[k])
+            h->members[count[h->cluster[k]]++] = k;
+
+    /* 3. Each by itself, from where another's end was. */
+    for (int32_t first = 0; first < sum; first = end) {
         const int32_t cluster = h->cluster[h->members[first]];
-        int32_t end = first + 1;
 
-        while (end < free_blocks && h->cluster[h->members[end]] == cluster)
-            end++;
+        for (end = first + 1; end < sum && h->cluster[h->members[end]] == cluster; end++)
+            continue;
         solve_cluster(h, h->members + first, end - first);
-        first = end;
     }
 }
 
@@ -514,53 +468,50 @@ void perp__hold_block(perp__hold *h, int32_t block)
     }
 }
 
-/* Takes up the rows that constraint has for a block, the other side of which moves with `root`,
- * until there are enough. */
-static void gather_rows(perp__hold *h, int32_t constraint, int64_t piece, int32_t root)
+/* A constraint all blocks of which are held but one, which takes up its rows until there are
+ * enough. */
+static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
 {
     const perp__bodies *b = h->bodies;
-    const int32_t block = b->piece_blocks[piece];
-    const int32_t most = perp__bodies_unknowns(b, block);
-    const double *row = b->values + b->piece_values[piece];
+    const double *row;
+    int32_t block, most, root;
+    int64_t piece = 0;
 
+    if (h->holds[constraint] == 0 || count_open(h, constraint, &piece) != 1)
+        return;
+    block = b->piece_blocks[piece];
+    most = perp__bodies_unknowns(b, block);
+    if (h->rank[block] == most)
+        return;
+    root = h->pushed[constraint] ? PERP__HOLD_SEVERAL : root_beside(h, constraint, block);
+    row = b->values + b->piece_values[piece];
     for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
         if (!perp__hold_take_up(h, block, row))
             continue;
-        if (h->pushed[constraint] || root == PERP__HOLD_SEVERAL)
-            h->source[block] = PERP__HOLD_SEVERAL;
-        else if (h->source[block] == PERP__HOLD_UNSET)
+        if (h->source[block] == PERP__HOLD_UNSET)
             h->source[block] = root;
         else if (h->source[block] != PERP__HOLD_SEVERAL && !is_same(h, h->source[block], root))
             h->source[block] = PERP__HOLD_SEVERAL;
     }
-}
-
-/* A constraint all blocks of which are held but one. */
-static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
-{
-    int64_t piece = 0;
-    int32_t block, most;
-
-    if (h->holds[constraint] == 0 || count_open(h, constraint, &piece) != 1)
-        return;
-    block = h->bodies->piece_blocks[piece];
-    most = perp__bodies_unknowns(h->bodies, block);
     if (h->rank[block] == most)
-        return;
-    gather_rows(h, constraint, piece, root_beside(h, constraint, block));
-    if (h->rank[block] < most)
-        return;
-    perp__hold_block(h, block);
+        perp__hold_block(h, block);
     if (h->is_held[block])
         h->queue[(*tail)++] = block;
 }
 
-/* From what impulses do not move to all that is held by what is held. */
-static void spread(perp__hold *h)
+/* From what impulses do not move to all that is held by what is held; then what is stopped in part,
+ * and what is left. */
+void perp__hold_run(perp__hold *h)
 {
     const perp__bodies *b = h->bodies;
     int32_t tail = 0;
 
+    h->taken_up = 0;
+    for (int32_t k = 0; k < b->blocks; k++) {
+        h->rank[k] = h->is_held[k] = 0;
+        h->source[k] = PERP__HOLD_UNSET;
+        h->root[k] = PERP__RIGID_FREE;
+    }
     for (int32_t k = 0; k < b->constraints; k++)
         if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
             visit(h, k, &tail);
@@ -570,17 +521,6 @@ static void spread(perp__hold *h)
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
             visit(h, b->block_constraints[at], &tail);
     }
-}
-
-void perp__hold_run(perp__hold *h)
-{
-    h->taken_up = 0;
-    for (int32_t k = 0; k < h->bodies->blocks; k++) {
-        h->rank[k] = h->is_held[k] = 0;
-        h->source[k] = PERP__HOLD_UNSET;
-        h->root[k] = PERP__RIGID_FREE;
-    }
-    spread(h);
     perp__hold_settle(h);
     solve_clusters(h);
 }

@@ -30,8 +30,8 @@ enum { PERP__HOLD_COLUMNS = 96 };
 #define PERP__HOLD_PRODUCTS 4e6
 
 typedef struct perp__hold {
-    perp__arena arena, dense_arena;
-    size_t fitted[3], dense_fitted[3];
+    perp__arena arena;
+    size_t fitted[6];
     const perp__bodies *bodies;
     const perp__rigid_problem *rigid; /* for carriers; NULL: there are none */
     /* in, per constraint but where said otherwise */
@@ -53,11 +53,14 @@ typedef struct perp__hold {
     int32_t *queue;   /* blocks */
     int32_t *cluster; /* blocks: root of its tree; then its first column */
     int32_t *members; /* blocks, by cluster */
-    int32_t room_rows, room_columns;
-    size_t room_entries;
+    size_t room_rows, room_columns, room_entries;
     perp__held_rows dense; /* of a cluster */
     double *loose;
 } perp__hold;
+
+/* held.c: u of what stands still, with that of the carriers, as the caller gave it: what impulses
+ * are to take away beside what the load does. */
+void perp__contact_find_bias(perp_contact_solver *solver, double *bias);
 
 void perp__hold_release(perp__hold *hold);
 

@@ -38,14 +38,6 @@ static int32_t is_stopped(const perp__hold *h, int32_t block, const double *row)
     return perp__dot(x, x, width) <= ROUNDING * ROUNDING * square;
 }
 
-/* Whether all that stops a block so far is at rest. */
-static int32_t stops_at_rest(const perp__hold *h, int32_t block)
-{
-    return h->is_held[block]
-               ? h->root[block] == PERP__RIGID_AT_REST
-               : h->source[block] == PERP__RIGID_AT_REST || h->source[block] == PERP__HOLD_UNSET;
-}
-
 /* Of row i of a constraint: the piece whose body nothing at rest stops along it. -1: there is none;
  * -2: there are several, or what is beside them moves. */
 static int64_t loose_piece(const perp__hold *h, int32_t constraint, int32_t i)
@@ -57,9 +49,10 @@ static int64_t loose_piece(const perp__hold *h, int32_t constraint, int32_t i)
         return -2;
     for (int64_t at = b->piece_starts[constraint]; at < b->piece_starts[constraint + 1]; at++) {
         const int32_t block = b->piece_blocks[at];
+        const int32_t beside = h->is_held[block] ? h->root[block] : h->source[block];
 
-        if (!stops_at_rest(h, block))
-            return -2;
+        if (beside != PERP__RIGID_AT_REST && (h->is_held[block] || beside != PERP__HOLD_UNSET))
+            return -2; /* what stops it so far is not at rest */
         if (h->is_held[block] ||
             is_stopped(h, block, b->values + b->piece_values[at] + i * b->width))
             continue;
@@ -70,104 +63,77 @@ static int64_t loose_piece(const perp__hold *h, int32_t constraint, int32_t i)
     return found;
 }
 
-/* Bodies whose rows have become more, a ring. */
-typedef struct ring {
-    int32_t first, count;
-} ring;
-
-static void push(perp__hold *h, ring *r, int32_t block)
-{
-    if (h->cluster[block])
-        return;
-    h->cluster[block] = 1;
-    h->queue[(r->first + r->count++) % h->bodies->blocks] = block;
-}
-
-/* Takes up the rows of a constraint that pull at one body alone. */
-static void take_up_rows(perp__hold *h, int32_t constraint, ring *r)
-{
-    const perp__bodies *b = h->bodies;
-
-    for (int32_t i = 0; i < h->holds[constraint]; i++) {
-        const int64_t piece = loose_piece(h, constraint, i);
-        const int32_t block = piece < 0 ? -1 : b->piece_blocks[piece];
-
-        if (block < 0 ||
-            !perp__hold_take_up(h, block, b->values + b->piece_values[piece] + i * b->width))
-            continue;
-        h->source[block] = PERP__RIGID_AT_REST;
-        if (h->rank[block] == perp__bodies_unknowns(b, block))
-            perp__hold_block(h, block);
-        h->cluster[block] = 0;
-        push(h, r, block);
-    }
-}
-
+/* Takes up the rows that pull at one body alone, until there are no more. The queue is a ring of
+ * the bodies whose rows have become more; `cluster` marks those in it. */
 static void spread(perp__hold *h)
 {
     const perp__bodies *b = h->bodies;
-    ring r = {0, 0};
+    int32_t first = 0, count = 0;
 
-    memset(h->cluster, 0, (size_t)b->blocks * sizeof *h->cluster);
-    for (int32_t k = 0; k < b->blocks; k++)
-        if (!h->is_held[k] && h->rank[k] > 0)
-            push(h, &r, k);
-    while (r.count > 0) {
-        const int32_t block = h->queue[r.first];
-
-        r.first = (r.first + 1) % b->blocks;
-        r.count--;
-        h->cluster[block] = 0;
-        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            take_up_rows(h, b->block_constraints[at], &r);
+    for (int32_t k = 0; k < b->blocks; k++) {
+        h->cluster[k] = !h->is_held[k] && h->rank[k] > 0;
+        if (h->cluster[k])
+            h->queue[count++] = k;
     }
-}
+    while (count > 0) {
+        const int32_t visited = h->queue[first];
 
-static int32_t is_settled(const perp__hold *h, int32_t block)
-{
-    const perp__bodies *b = h->bodies;
+        first = (first + 1) % b->blocks;
+        count--;
+        h->cluster[visited] = 0;
+        for (int64_t at = b->block_starts[visited]; at < b->block_starts[visited + 1]; at++)
+            for (int32_t i = 0; i < h->holds[b->block_constraints[at]]; i++) {
+                const int64_t piece = loose_piece(h, b->block_constraints[at], i);
+                const int32_t block = piece < 0 ? -1 : b->piece_blocks[piece];
+                const int32_t waits = block >= 0 && h->cluster[block];
 
-    if (h->is_held[block] || h->rank[block] == 0)
-        return 0;
-    for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-        for (int32_t i = 0; i < h->holds[b->block_constraints[at]]; i++)
-            if (loose_piece(h, b->block_constraints[at], i) != -1)
-                return 0;
-    return 1;
-}
-
-/* v of a block by itself, with exact zeros where it is stopped. */
-static void move(perp__hold *h, int32_t block)
-{
-    const size_t width = (size_t)h->bodies->width, at = (size_t)block * width;
-    const int32_t count = perp__bodies_unknowns(h->bodies, block);
-    double unit[PERP__BODY_WIDTH_MOST] = {0.0};
-
-    h->cluster[block] = 0;
-    perp__hold_loose(h, &block, 1);
-    memset(h->y + at, 0, width * sizeof *h->y);
-    memcpy(h->y + at, h->loose, (size_t)count * sizeof *h->y);
-    project_out(h, block, h->y + at);
-    perp__bodies_from_own(h->bodies, block, h->y + at, h->v + at);
-    for (int32_t i = 0; i < count; i++) {
-        perp__bodies_own_row(h->bodies, block, i, unit);
-        if (h->v[at + (size_t)i] == 0.0 || is_stopped(h, block, unit))
-            h->v[at + (size_t)i] = 0.0; /* never -0.0 */
+                if (block < 0 || !perp__hold_take_up(
+                                     h, block, b->values + b->piece_values[piece] + i * b->width))
+                    continue;
+                h->source[block] = PERP__RIGID_AT_REST;
+                if (h->rank[block] == perp__bodies_unknowns(b, block))
+                    perp__hold_block(h, block); /* has its own use for `cluster` */
+                h->cluster[block] = 1;
+                if (!waits)
+                    h->queue[(first + count++) % b->blocks] = block;
+            }
     }
-    h->is_held[block] = 1;
 }
 
 void perp__hold_settle(perp__hold *h)
 {
-    const int32_t blocks = h->bodies->blocks;
-    int32_t count = 0;
+    const perp__bodies *b = h->bodies;
+    const size_t width = (size_t)b->width;
+    int32_t settled = 0;
 
     spread(h);
-    for (int32_t k = 0; k < blocks; k++)
-        if (is_settled(h, k))
-            h->queue[count++] = k;
-    for (int32_t k = 0; k < count; k++)
-        move(h, h->queue[k]);
+    for (int32_t k = 0; k < b->blocks; k++) { /* those of which no row pulls at another */
+        int32_t is_settled = !h->is_held[k] && h->rank[k] > 0;
+
+        for (int64_t at = b->block_starts[k]; is_settled && at < b->block_starts[k + 1]; at++)
+            for (int32_t i = 0; is_settled && i < h->holds[b->block_constraints[at]]; i++)
+                is_settled = loose_piece(h, b->block_constraints[at], i) == -1;
+        if (is_settled)
+            h->queue[settled++] = k;
+    }
+    for (int32_t k = 0; k < settled; k++) {
+        const int32_t block = h->queue[k], count = perp__bodies_unknowns(b, block);
+        double *y = h->y + (size_t)block * width, *v = h->v + (size_t)block * width;
+        double unit[PERP__BODY_WIDTH_MOST] = {0.0};
+
+        h->cluster[block] = 0;
+        perp__hold_loose(h, &block, 1);
+        memset(y, 0, width * sizeof *y);
+        memcpy(y, h->loose, (size_t)count * sizeof *y);
+        project_out(h, block, y);
+        perp__bodies_from_own(b, block, y, v);
+        for (int32_t i = 0; i < count; i++) {
+            perp__bodies_own_row(b, block, i, unit);
+            if (v[i] == 0.0 || is_stopped(h, block, unit))
+                v[i] = 0.0; /* never -0.0 */
+        }
+        h->is_held[block] = 1;
+    }
 }
 
 double perp__hold_along(const perp__hold *h, int32_t block, const double *row)

@@ -70,6 +70,7 @@ static inline double pressure(const perp__discs *discs, const double *z)
     return discs && discs->both > 0 ? perp__contact_length(z, 0, discs->both) : z[0];
 }
 
+/* The same of a constraint with discs. */
 static void project_discs(const perp__discs *discs, const double *z, double *x)
 {
     const double pressed = fmax(pressure(discs, z), 0.0);
@@ -86,7 +87,7 @@ static void project_discs(const perp__discs *discs, const double *z, double *x)
     }
 }
 
-/* Local: x := P(z). */
+/* x := P(z). */
 PERP__KERNEL static void project_one(int32_t d, double radius, const perp__discs *discs,
                                      const double *z, double *x)
 {
@@ -108,58 +109,6 @@ PERP__KERNEL static void project_one(int32_t d, double radius, const perp__discs
     reach = length <= reach ? 1.0 : length > 0.0 ? reach / length : 0.0;
     for (int32_t i = 1; i < d; i++)
         x[i] = reach * z[i];
-}
-
-/* A disc of a constraint: `size` rows from the first on; both: normals that hold both ways. */
-typedef struct disc {
-    int32_t both, first, size;
-    double radius, pressed;
-} disc;
-
-/* Its rows of P'(z): K by columns. */
-static void slope_disc(int32_t side, const disc *own, double rho, const double *z, double *K)
-{
-    const int32_t both = own->both, first = own->first, size = own->size;
-    const double radius = own->radius, pressed = own->pressed;
-    const double reach = radius * pressed, *x = z + first;
-    const double length = size == 1 ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1]);
-
-    if (length <= reach) {
-        for (int32_t i = first; i < first + size; i++)
-            K[side * i + i] = rho;
-        return;
-    }
-    for (int32_t i = 0; i < size; i++) {
-        K[first + i] = rho * radius * (x[i] / length);
-        for (int32_t j = both; j-- > 0;)
-            K[side * j + first + i] =
-                pressed > 0.0 ? rho * radius * (x[i] / length) * (z[j] / pressed) : 0.0;
-        for (int32_t j = 0; j < size && size > 1; j++) /* else no length is left to turn */
-            K[side * (first + j) + first + i] =
-                rho * reach / length * ((i == j) - x[i] / length * (x[j] / length));
-    }
-}
-
-/* K := rho P'(z). */
-static void slope_one(const perp__proximal *s, int32_t k, double rho, const double *z, double *K)
-{
-    const int32_t d = s->starts[k + 1] - s->starts[k], side = s->side;
-    const perp__discs *discs = discs_of(s, k);
-    const int32_t both = discs ? discs->both : 0, first = discs ? perp__discs_first(discs) : 1;
-    const double pressed = pressure(discs, z);
-
-    memset(K, 0, (size_t)(side * side) * sizeof *K);
-    if (s->radius[k] < 0.0 ? !(fabs(z[0]) < -s->radius[k]) : both == 0 && !(z[0] > 0.0))
-        return;
-    for (int32_t i = 0; i < first; i++)
-        K[side * i + i] = rho;
-    for (int32_t p = 0, at = first; discs && p < discs->count; at += discs->sizes[p++]) {
-        const disc own = {both, at, discs->sizes[p], discs->radii[p], pressed};
-
-        slope_disc(side, &own, rho, z, K);
-    }
-    if (!discs && d > 1)
-        slope_disc(side, &(disc){0, 1, d - 1, s->radius[k], z[0]}, rho, z, K);
 }
 
 /* kernel(width, d, ...) with constants for the usual contacts. */
@@ -306,10 +255,43 @@ void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *
     }
 }
 
+/* K := rho P'(z), by columns. */
 void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
-    for (int32_t k = part->constraint; k < part->last_constraint; k++)
-        slope_one(s, k, rho, s->z + s->starts[k], perp__proximal_slope(s, k));
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const int32_t d = s->starts[k + 1] - s->starts[k], side = s->side;
+        const perp__discs *discs = discs_of(s, k);
+        const int32_t both = discs ? discs->both : 0, first = discs ? perp__discs_first(discs) : 1;
+        const int32_t count = discs ? discs->count : d > 1;
+        const double *z = s->z + s->starts[k], pressed = pressure(discs, z);
+        double *K = perp__proximal_slope(s, k);
+        int32_t at = first, size;
+
+        memset(K, 0, (size_t)(side * side) * sizeof *K);
+        if (s->radius[k] < 0.0 ? !(fabs(z[0]) < -s->radius[k]) : both == 0 && !(z[0] > 0.0))
+            continue;
+        for (int32_t i = 0; i < first; i++)
+            K[side * i + i] = rho;
+        for (int32_t p = 0; p < count; p++, at += size) {
+            const double radius = discs ? discs->radii[p] : s->radius[k];
+            const double reach = radius * pressed, *x = z + at;
+            double length;
+
+            size = discs ? discs->sizes[p] : d - 1;
+            length = size == 1 ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1]);
+            for (int32_t i = 0; i < size && length <= reach; i++)
+                K[side * (at + i) + at + i] = rho;
+            for (int32_t i = 0; i < size && !(length <= reach); i++) {
+                K[at + i] = rho * radius * (x[i] / length);
+                for (int32_t j = both; j-- > 0;)
+                    K[side * j + at + i] =
+                        pressed > 0.0 ? rho * radius * (x[i] / length) * (z[j] / pressed) : 0.0;
+                for (int32_t j = 0; j < size && size > 1; j++) /* else no length is left to turn */
+                    K[side * (at + j) + at + i] =
+                        rho * reach / length * ((i == j) - x[i] / length * (x[j] / length));
+            }
+        }
+    }
 }
 
 /* K's row times a column of a piece. */
@@ -390,55 +372,25 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
-/* The tested residual of a constraint with discs: of parts, in the problem's terms. */
-static double tested_parts(const perp__proximal *s, int32_t k, const double *x, const double *u)
+/* The tested residual of a constraint at x = P(x): that of the law, in the problem's terms but for
+ * omega; of a row of any sign here. */
+static double find_tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const int32_t constraint = s->constraint[k], row = problem->starts[constraint],
-                  at = s->starts[k];
-    int32_t mode;
+    const int32_t d = s->starts[k + 1] - s->starts[k], constraint = s->constraint[k];
+    const double *scale = s->scale + s->starts[k], radius = s->radius[k];
+    int32_t row, mode;
 
-    for (int32_t i = 0; i < s->starts[k + 1] - at; i++) {
-        s->r[row + i] = x[i] * s->scale[at + i];
-        s->u[row + i] = u[i] / s->scale[at + i];
+    if (radius < 0.0)
+        return fabs(x[0] - u[0]) > -radius ? fabs(x[0] - copysign(radius, x[0] - u[0]))
+                                           : fabs(u[0]);
+    row = problem->starts[constraint];
+    for (int32_t i = 0; row + i < problem->starts[constraint + 1]; i++) {
+        s->r[row + i] = i < d ? x[i] * scale[i] : 0.0;
+        s->u[row + i] = i < d ? u[i] / scale[i] : 0.0;
     }
     return perp__contact_natural(problem, constraint, s->r, s->u, &mode) *
            sqrt(problem->trace[constraint]);
-}
-
-/* The tested residual of a constraint, |r - P_K(r - (u + s e_n) / t)| sqrt(t) / omega with the
- * nearest point of its cone, at x = P(x). */
-static double tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
-{
-    const int32_t d = s->starts[k + 1] - s->starts[k], constraint = s->constraint[k];
-    const double *scale = s->scale + s->starts[k], share = d > 1 ? scale[1] / scale[0] : 1.0;
-    const double n = x[0] / share, speed = u[0] * share;
-    double mu, z[3] = {0.0, 0.0, 0.0}, p[3] = {0.0, 0.0, 0.0}, slip, length, sum;
-
-    if (s->radius[k] < 0.0)
-        return fabs(x[0] - u[0]) > -s->radius[k] ? fabs(x[0] - copysign(s->radius[k], x[0] - u[0]))
-                                                 : fabs(u[0]);
-    if (discs_of(s, k))
-        return tested_parts(s, k, x, u);
-    if (d == 1)
-        return fabs(n < speed ? n : speed);
-    mu = s->common.problem->mu[constraint];
-    slip = d == 2 ? fabs(u[1]) : sqrt(u[1] * u[1] + u[2] * u[2]);
-    z[0] = n - speed - mu * slip;
-    for (int32_t i = 1; i < d; i++)
-        z[i] = x[i] - u[i];
-    length = d == 2 ? fabs(z[1]) : sqrt(z[1] * z[1] + z[2] * z[2]);
-    if (length <= mu * z[0])
-        return sqrt((speed + mu * slip) * (speed + mu * slip) + slip * slip);
-    if (mu * length > -z[0]) {
-        p[0] = (z[0] + mu * length) / (1.0 + mu * mu);
-        for (int32_t i = 1; i < d; i++)
-            p[i] = mu * p[0] * (z[i] / length);
-    }
-    sum = (n - p[0]) * (n - p[0]);
-    for (int32_t i = 1; i < d; i++)
-        sum += (x[i] - p[i]) * (x[i] - p[i]);
-    return sqrt(sum);
 }
 
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
@@ -450,7 +402,7 @@ double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, 
     perp__proximal_push(s, part, x, s->rest);
     perp__proximal_move(s, part, s->rest, s->q, speed);
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        const double one = tested(s, k, x + s->starts[k], speed + s->starts[k]);
+        const double one = find_tested(s, k, x + s->starts[k], speed + s->starts[k]);
 
         most = one <= most ? most : one; /* keeps a NaN */
     }

@@ -1,12 +1,20 @@
 /* Methods `admm` and `proximal`: alternating directions for a middle accuracy, and, from there, the
- * proximal Newton method; part after part. */
+ * proximal Newton method; part after part.
+ *
+ * Alternating directions (Boyd et al., Foundations and Trends in ML 3 (2011) 1) on
+ *
+ *   v = J'r,  y = J v + q,  r = P(r - rho y)
+ *
+ * with the law of each contact as it stands in the place of a projection: r = P(-z), y = (z + r) /
+ * rho, v = (I + rho J'J)^-1 J'(r - rho (q - y)), z = rho (J v + q) - r, the speeds over-relaxed.
+ * One factorisation for all sweeps; the method for a middle accuracy, and to begin with. */
 #include "contact/proximal/proximal.h"
 
 #include <math.h>
+#include <string.h>
 
 #include <perp/contact.h>
 
-#include "base/clock.h"
 #include "base/context.h"
 #include "contact/law.h"
 
@@ -33,9 +41,10 @@ enum {
     WARM_SWEEPS = 20,
     WARM_STEPS = 12,
     STEPS = 100,
-    PATH_STEPS = 1000, /* of the second attempt, which follows paths; */
+    MORE_STEPS = 1000, /* of the second attempt; */
     MANY = 2000,       /* of a part with more rows than this, */
-    FEW_STEPS = 300    /* so many */
+    FEW_STEPS = 300,   /* so many */
+    LOOK = 10          /* sweeps after which the residual is looked at */
 };
 
 static perp_status check(const perp__contact_problem *problem)
@@ -46,129 +55,121 @@ static perp_status check(const perp__contact_problem *problem)
     return PERP_OK;
 }
 
-int32_t perp__proximal_tick(perp__proximal *s, perp_status *status)
+int32_t perp__proximal_asks_to_stop(const perp__proximal *s)
 {
-    const perp__contact_control *control = s->common.problem->control;
     const int64_t count = s->splits ? s->sweeps : s->factorisations;
 
-    if (count >= s->limit)
-        return PERP_OUTCOME_ITERATION_LIMIT;
-    if (!control)
-        return -1;
-    if (control->deadline > 0.0 && perp__now() >= control->deadline)
-        return PERP_OUTCOME_TIME_LIMIT;
-    if (control->tick) {
-        const int32_t request = control->tick(control->tick_user, count, s->residual);
+    return count >= s->limit
+               ? PERP_OUTCOME_ITERATION_LIMIT
+               : perp__contact_asks_to_stop(s->common.problem->control, count, s->residual);
+}
 
-        if (request < 0)
-            *status = PERP_ERROR_CALLBACK;
-        if (request != 0)
-            return PERP_OUTCOME_STOPPED;
+int32_t perp__proximal_goes_on(const perp__proximal *s, double enough)
+{
+    return s->outcome < 0 && s->best_residual > enough;
+}
+
+void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
+                              int32_t sweeps)
+{
+    const size_t begin = (size_t)part->block * (size_t)s->width;
+    const size_t end = (size_t)part->last_block * (size_t)s->width;
+    const size_t rows = (size_t)(part->last_row - part->row), side = (size_t)s->side;
+
+    s->outcome = perp__proximal_asks_to_stop(s);
+    if (s->outcome >= 0)
+        return;
+    /* 1. Factors of I + rho J'J. */
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        double *K = perp__proximal_slope(s, k);
+
+        memset(K, 0, side * side * sizeof *K);
+        for (size_t i = 0; i < side; i++)
+            K[side * i + i] = rho;
     }
-    return -1;
-}
-
-int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status, double enough)
-{
-    return status == PERP_OK && s->outcome < 0 && s->best_residual > enough;
-}
-
-static perp_status run_warm(perp__proximal *s, const perp__proximal_part *part)
-{
-    perp_status status = perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
-
-    if (perp__proximal_goes_on(s, status, s->aim))
-        status = perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS, 0);
-    return status;
+    s->factorisations++;
+    if (!perp__proximal_factor(s, part)) {
+        s->outcome = PERP_OUTCOME_STALLED;
+        return;
+    }
+    /* 2. Sweeps, until the residual comes to tol. */
+    perp__proximal_push(s, part, s->x, s->v);
+    for (int32_t k = 0; k < sweeps && s->outcome < 0; k++) {
+        perp__proximal_split(s, part, rho, k == 0);
+        memcpy(s->v + begin, s->rhs + begin, (end - begin) * sizeof *s->v);
+        perp__fronts_solve(&s->fronts, part->block, part->last_block, s->v);
+        s->sweeps++;
+        if ((k + 1) % LOOK == 0 || k + 1 == sweeps) {
+            memcpy(s->start + part->row, s->x + part->row, rows * sizeof *s->x);
+            s->residual = perp__proximal_judge(s, part, s->start, s->speed);
+            if (s->residual <= s->tol)
+                break;
+            s->outcome = perp__proximal_asks_to_stop(s);
+        }
+    }
+    perp__proximal_project(s, part, s->x);
 }
 
 /* From no impulses: these lead to the inside of the cones, sweeps to their edges. */
-static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
+static void run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
-    perp_status status;
-
     for (int32_t i = part->row; i < part->last_row; i++)
         s->x[i] = 0.0;
-    status = perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
-    if (perp__proximal_goes_on(s, status, s->tol))
-        status = perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    if (perp__fronts_cost(&s->fronts) >= DEAR && perp__proximal_goes_on(s, status, s->tol))
-        status = perp__proximal_split_run(s, part, FIRST_RHO, LONG_SWEEPS);
-    if (perp__proximal_goes_on(s, status, s->aim))
-        status = perp__proximal_newton_run(
-            s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO, STEPS, 0);
-    return status;
+    perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+    if (perp__proximal_goes_on(s, s->tol))
+        perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
+    if (perp__fronts_cost(&s->fronts) >= DEAR && perp__proximal_goes_on(s, s->tol))
+        perp__proximal_split_run(s, part, FIRST_RHO, LONG_SWEEPS);
+    if (perp__proximal_goes_on(s, s->aim))
+        perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
+                                  STEPS);
 }
 
-/* From where the first attempt has come to. */
-static perp_status follow_paths(perp__proximal *s, const perp__proximal_part *part)
+/* Solves a part from iterate->r, where its best point is left. */
+static void run_part(perp__proximal *s, const perp__proximal_part *part,
+                     perp__contact_iterate *iterate)
 {
-    const int32_t most = part->last_row - part->row > MANY ? FEW_STEPS : PATH_STEPS;
-
-    return perp__proximal_newton_run(s, part, CENTRE_RHO, most, 1);
-}
-
-/* The stiffness that does best differs from pile to pile. */
-static perp_status run_splits(perp__proximal *s, const perp__proximal_part *part)
-{
+    /* the stiffness that does best differs from pile to pile */
     static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, SOFT_RHO};
-    perp_status status = PERP_OK;
-
-    for (int32_t k = 0; perp__proximal_goes_on(s, status, s->tol); k++)
-        status = perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
-    return status;
-}
-
-/* x from r and r from x. */
-static void load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
-                 double *x)
-{
     const perp__contact_problem *problem = s->common.problem;
+    const int32_t rows = part->last_row - part->row, newton = !s->splits;
 
-    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        const double omega = problem->omega[s->constraint[k]];
-        const double *from = r + perp__contact_first_row(problem, s->constraint[k]);
-
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            x[i] = from[i - s->starts[k]] / omega / s->scale[i];
-    }
-}
-
-static void store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
-                  double *r)
-{
-    const perp__contact_problem *problem = s->common.problem;
-
-    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        const double omega = problem->omega[s->constraint[k]];
-        double *to = r + perp__contact_first_row(problem, s->constraint[k]);
-
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            to[i - s->starts[k]] = x[i] * omega * s->scale[i];
-    }
-}
-
-static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
-                            perp__contact_iterate *iterate)
-{
-    perp_status status = PERP_OK;
-
+    /* 1. x from r. */
     s->best_residual = INFINITY;
     s->outcome = -1;
-    load(s, part, iterate->r, s->x);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        const double *r = iterate->r + perp__contact_first_row(problem, s->constraint[k]);
+
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            s->x[i] = r[i - s->starts[k]] / omega / s->scale[i];
+    }
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
-    if (s->splits)
-        status = run_splits(s, part);
-    else if (iterate->attempt > 0 && perp__proximal_goes_on(s, status, s->tol))
-        status = follow_paths(s, part);
-    else if (iterate->given && perp__proximal_goes_on(s, status, s->tol))
-        status = run_warm(s, part);
-    if (!s->splits && iterate->attempt == 0 && perp__proximal_goes_on(s, status, s->tol))
-        status = run_cold(s, part);
-    store(s, part, s->best, iterate->r);
+
+    /* 2. Alternating directions alone; or Newton's method: a second attempt goes on from where
+     * the first has come to, the first from a start, or begins without impulses. */
+    for (int32_t k = 0; s->splits && perp__proximal_goes_on(s, s->tol); k++)
+        perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
+    if (newton && iterate->attempt > 0 && perp__proximal_goes_on(s, s->tol))
+        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS);
+    if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol)) {
+        perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
+        if (perp__proximal_goes_on(s, s->aim))
+            perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
+    }
+    if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
+        run_cold(s, part);
+
+    /* 3. r from the best x. */
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        double *r = iterate->r + perp__contact_first_row(problem, s->constraint[k]);
+
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            r[i - s->starts[k]] = s->best[i] * omega * s->scale[i];
+    }
     if (s->best_residual > iterate->residual)
         iterate->residual = s->best_residual;
-    return status;
 }
 
 static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t splits)
@@ -188,7 +189,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
     s->outcome = -1;
     iterate->residual = 0.0;
     for (int32_t p = 0; p < s->parts && status == PERP_OK; p++) {
-        status = run_part(s, &s->part[p], iterate);
+        run_part(s, &s->part[p], iterate);
         if (s->outcome >= 0 && s->outcome != PERP_OUTCOME_STALLED)
             break;
     }

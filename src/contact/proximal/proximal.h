@@ -66,14 +66,14 @@ typedef struct perp__proximal {
     int32_t *slots;            /* pieces by pieces of each constraint: edges of the graph */
     int32_t *graph_starts, *graph; /* of blocks that share a constraint */
     perp__fronts fronts;
-    double *q;                                               /* rows */
-    double *x, *z, *y, *best, *start, *speed, *spare, *pull; /* rows */
-    double *r, *u; /* size, where there are discs: as the problem knows them, over omega */
-    int32_t side;  /* of K: 3, or 6 where there are discs */
-    double *K;     /* constraints: side by side, by columns */
-    double *v, *step, *image, *rhs, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
-    int32_t splits; /* nothing but alternating directions */
-    int64_t limit;  /* of sweeps then, else of factorisations */
+    double *q;                                        /* rows */
+    double *x, *z, *y, *best, *start, *speed, *spare; /* rows */
+    double *r, *u;                         /* size: as the problem knows them, over omega */
+    int32_t side;                          /* of K: 3, or 6 where there are discs */
+    double *K;                             /* constraints: side by side, by columns */
+    double *v, *step, *image, *rhs, *rest; /* blocks by width */
+    int32_t splits;                        /* nothing but alternating directions */
+    int64_t limit;                         /* of sweeps then, else of factorisations */
     int64_t factorisations, sweeps;
     double residual, best_residual, tol; /* tested ones, of the part */
     double aim;                          /* what is worth a few steps where tol is met */
@@ -118,31 +118,17 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
                             double *speed);
 
-/* -1 to go on, or what to stop with; *status tells of an abort. And whether there is a reason to go
- * on at all. */
-int32_t perp__proximal_tick(perp__proximal *s, perp_status *status);
-int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status, double enough);
+/* -1 to go on, or what to stop with. And whether there is a reason to go on at all. */
+int32_t perp__proximal_asks_to_stop(const perp__proximal *s);
+int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
 
-/* Alternating directions from s->x: admm.c. So many sweeps, fewer where the residual, looked at now
- * and then, comes to tol. PERP_OK with s->outcome >= 0 where it was stopped; _CALLBACK. */
-perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                                     int32_t sweeps);
+/* Alternating directions from s->x: proximal.c. So many sweeps, fewer where the residual, looked at
+ * now and then, comes to tol. s->outcome >= 0 where it was stopped. */
+void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
+                              int32_t sweeps);
 
 /* The proximal Newton method from s->x: newton.c. As before. */
-perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
-                                      double rho, int32_t most, int32_t follows);
-
-/* |F(v)|, and what of it is rounding or near enough; F in s->rhs, z and the next centre in s->y;
- * and x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
-double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               const double *v);
-double perp__proximal_enough(const perp__proximal *s, const perp__proximal_part *part);
-void perp__proximal_solve(perp__proximal *s, const perp__proximal_part *part, double rho,
-                          const double *rhs, double *x);
-
-/* path.c: from s->v, a solution at *rho, on for so many factorisations at most. Returns 1 where the
- * path has led to a better centre, in s->start, at *rho. */
-int32_t perp__proximal_follow(perp__proximal *s, const perp__proximal_part *part, double *rho,
-                              int32_t most);
+void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
+                               int32_t most);
 
 #endif

@@ -41,16 +41,6 @@ static int32_t own_blocks(const perp__contact_problem *problem, int32_t constrai
     return 0;
 }
 
-static int32_t is_coupled(const perp__contact_problem *problem, int32_t constraint, int32_t other)
-{
-    for (int32_t j = 0; j < own_rows(problem, constraint); j++)
-        for (int32_t i = 0; i < own_rows(problem, other); i++)
-            if (perp__entry(problem->W, perp__contact_first_row(problem, other) + i,
-                            perp__contact_first_row(problem, constraint) + j) != 0.0)
-                return 1;
-    return 0;
-}
-
 /* The next constraint that W couples with this one, in ascending order, -1 behind the last; at:
  * where in the columns, as begin_constraint leaves it at first. */
 static int32_t next_constraint(const perp__contact_problem *problem, int32_t constraint,
@@ -58,14 +48,18 @@ static int32_t next_constraint(const perp__contact_problem *problem, int32_t con
 {
     const perp__matrix *W = problem->W;
     const int32_t constraints = problem->contacts + problem->size - problem->rows;
-    const int32_t *ends = W->column_starts
-                              ? W->column_starts + perp__contact_first_row(problem, constraint) + 1
-                              : NULL;
+    const int32_t row = perp__contact_first_row(problem, constraint);
+    const int32_t *ends = W->column_starts ? W->column_starts + row + 1 : NULL;
     int32_t least = INT32_MAX;
 
-    while (!ends && at[0] < constraints)
-        if (is_coupled(problem, constraint, at[0]++))
-            return at[0] - 1;
+    while (!ends && at[0] < constraints) {
+        const int32_t other = at[0]++, first = perp__contact_first_row(problem, other);
+
+        for (int32_t j = row; j < row + own_rows(problem, constraint); j++)
+            for (int32_t i = first; i < first + own_rows(problem, other); i++)
+                if (perp__entry(problem->W, i, j) != 0.0)
+                    return other;
+    }
     for (int32_t j = 0; ends && j < own_rows(problem, constraint); j++)
         if (at[j] < ends[j] && problem->constraint_of[W->row_indices[at[j]]] < least)
             least = problem->constraint_of[W->row_indices[at[j]]];
@@ -103,76 +97,57 @@ typedef struct sizes {
     size_t pieces, entries, edges, slots;
 } sizes;
 
-static int32_t rows_of_part(const perp__contact_problem *problem, int32_t part)
-{
-    const int32_t constraints = problem->contacts + problem->size - problem->rows;
-    int32_t rows = 0;
-
-    for (int32_t k = 0; k < constraints; k++)
-        rows +=
-            !problem->part || problem->leaks || problem->part[k] == part ? own_rows(problem, k) : 0;
-    return rows;
-}
-
-/* Without bodies: a block a constraint, or, where W is dense and so has no more entries, a block a
+/* What there is of each at most; sets the numbers of constraints and blocks, and their width.
+ * Without bodies: a block a constraint, or, where W is dense and so has no more entries, a block a
  * part; and that with W = Y'Y in the place of J J' where Y has so few rows that this is cheaper. */
-static void choose_blocks(perp__proximal *s, sizes *most)
-{
-    const perp__contact_problem *problem = s->common.problem;
-    const int32_t parts = problem->part && !problem->leaks ? problem->parts : 1;
-    int32_t rows = 0, widest = 0;
-
-    s->width = 1;
-    for (int32_t k = 0; k < s->constraints; k++) {
-        const int32_t own = own_rows(problem, k);
-
-        rows += own;
-        s->width = s->width < own ? own : s->width;
-    }
-    most->pieces = most->edges = most->slots = (size_t)perp__proximal_couplings(problem);
-    most->entries = most->pieces * (size_t)(s->width * s->width);
-    for (int32_t p = 0; p < parts && !problem->W->column_starts; p++) {
-        const int32_t own = rows_of_part(problem, p);
-
-        widest = widest < own ? own : widest;
-    }
-    s->whole = widest > 0 && (double)parts * widest * widest <= 2.0 * (double)most->entries;
-    if (!s->whole)
-        return;
-    s->by_rows = !problem->half || widest < 2 * problem->half_rows;
-    widest = s->by_rows ? widest : problem->half_rows;
-    s->width = (widest + PERP__WHOLE_STEP - 1) / PERP__WHOLE_STEP * PERP__WHOLE_STEP;
-    s->blocks = parts;
-    most->pieces = most->slots = (size_t)s->constraints;
-    most->edges = (size_t)parts;
-    most->entries = (size_t)rows * (size_t)s->width;
-}
-
-/* What there is of each at most; sets the numbers of constraints and blocks, and their width. */
 static sizes measure(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
     const perp__bodies *b = problem->bodies;
+    const int32_t parts = problem->part && !problem->leaks ? problem->parts : 1;
     sizes most = {0, 0, 0, 0};
+    int32_t all = 0, widest = 0;
 
     s->by_rows = b == NULL;
+    s->whole = 0;
     s->side = problem->has_discs || problem->two_sided ? PERP__ROWS_MOST : 3;
     s->constraints = problem->contacts + problem->size - problem->rows;
     s->blocks = b ? b->blocks : s->constraints;
-    s->width = b ? b->width : 0;
-    s->whole = 0;
-    for (int32_t k = 0; b && k < s->constraints; k++) {
-        const int32_t rows = own_rows(problem, k), own = own_blocks(problem, k);
-        const size_t pieces = (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own);
+    s->width = b ? b->width : 1;
+    for (int32_t k = 0; k < s->constraints; k++) {
+        const int32_t rows = own_rows(problem, k), own = b ? own_blocks(problem, k) : 0;
+        const size_t pieces = b ? (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own) : 0;
 
+        all += rows;
         s->blocks += own;
         most.pieces += pieces;
         most.entries += pieces * (size_t)(rows * s->width);
         most.slots += pieces * pieces;
+        s->width = !b && s->width < rows ? rows : s->width;
     }
     most.edges = most.slots + (size_t)s->blocks;
-    if (!b)
-        choose_blocks(s, &most);
+    if (b)
+        return most;
+    most.pieces = most.edges = most.slots = (size_t)perp__proximal_couplings(problem);
+    most.entries = most.pieces * (size_t)(s->width * s->width);
+    for (int32_t p = 0; p < parts && !problem->W->column_starts; p++) {
+        int32_t rows = 0;
+
+        for (int32_t k = 0; k < s->constraints; k++)
+            if (parts == 1 || problem->part[k] == p)
+                rows += own_rows(problem, k);
+        widest = widest < rows ? rows : widest;
+    }
+    s->whole = widest > 0 && (double)parts * widest * widest <= 2.0 * (double)most.entries;
+    if (!s->whole)
+        return most;
+    s->by_rows = !problem->half || widest < 2 * problem->half_rows;
+    widest = s->by_rows ? widest : problem->half_rows;
+    s->width = (widest + PERP__WHOLE_STEP - 1) / PERP__WHOLE_STEP * PERP__WHOLE_STEP;
+    s->blocks = parts;
+    most.pieces = most.slots = (size_t)s->constraints;
+    most.edges = (size_t)parts;
+    most.entries = (size_t)all * (size_t)s->width;
     return most;
 }
 
@@ -191,10 +166,8 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->starts = perp__arena_take(arena, constraints + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, constraints, &s->radius);
     s->discs = NULL;
-    if (s->side > 3) {
+    if (s->side > 3)
         s->discs = perp__arena_take(arena, constraints, sizeof *s->discs);
-        PERP__DOUBLES(arena, size, &s->r, &s->u);
-    }
     s->piece_starts = perp__arena_take(arena, constraints + 1, sizeof(int64_t));
     s->piece_blocks = perp__arena_take(arena, most.pieces, sizeof(int32_t));
     s->value_starts = perp__arena_take(arena, constraints, sizeof(int64_t));
@@ -203,10 +176,9 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
     s->K = perp__arena_take(arena, square * constraints, sizeof(double));
-    PERP__DOUBLES(arena, size, &s->scale, &s->q, &s->x, &s->z, &s->y, &s->best, &s->start,
-                  &s->speed, &s->spare, &s->pull);
-    PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->rhs, &s->rest, &s->bend,
-                  &s->ahead, &s->normal, &s->across);
+    PERP__DOUBLES(arena, size, &s->scale, &s->q, &s->r, &s->u, &s->x, &s->z, &s->y, &s->best,
+                  &s->start, &s->speed, &s->spare);
+    PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->rhs, &s->rest);
 }
 
 /* Constraints in the order of their parts. */
@@ -231,48 +203,6 @@ static void sort_constraints(perp__proximal *s)
         s->place[s->constraint[k]] = k;
 }
 
-/* The pieces of a constraint, scaled. */
-static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
-{
-    const perp__bodies *b = s->common.problem->bodies;
-    const int32_t constraint = s->constraint[k], d = s->starts[k + 1] - s->starts[k],
-                  width = b->width;
-    const int32_t skipped =
-        perp__contact_first_row(s->common.problem, constraint) - b->rows[constraint];
-    int64_t own = s->piece_starts[k];
-
-    s->value_starts[k] = at;
-    for (int64_t p = b->piece_starts[constraint]; p < b->piece_starts[constraint + 1]; p++) {
-        const double *P = b->values + b->piece_values[p] + skipped * width;
-
-        s->piece_blocks[own++] = s->number[b->piece_blocks[p]];
-        for (int32_t i = 0; i < d; i++)
-            for (int32_t j = 0; j < width; j++)
-                s->values[at++] = P[i * width + j] * s->scale[s->starts[k] + i];
-    }
-    s->piece_starts[k + 1] = own;
-    return at;
-}
-
-/* The pieces of a constraint that yields on the blocks of its own. */
-static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
-{
-    const perp__contact_problem *problem = s->common.problem;
-    const double *c =
-        problem->bodies->compliance + perp__contact_first_row(problem, s->constraint[k]);
-    const int32_t d = s->starts[k + 1] - s->starts[k], width = s->width;
-
-    for (int32_t e = 0; e < own_blocks(problem, s->constraint[k]); e++) {
-        s->block[s->blocks] = -1 - k;
-        s->piece_blocks[s->piece_starts[k + 1]++] = s->blocks++;
-        for (int32_t i = 0; i < d; i++)
-            for (int32_t j = 0; j < width; j++)
-                s->values[at++] =
-                    i == e * width + j ? sqrt(c[i]) * s->scale[s->starts[k] + i] : 0.0;
-    }
-    return at;
-}
-
 /* 1 / sqrt(trace) in rows of a constraint; 1 where they move nothing. */
 static void scale_rows(perp__proximal *s, int32_t k, int32_t first, int32_t count)
 {
@@ -286,27 +216,14 @@ static void scale_rows(perp__proximal *s, int32_t k, int32_t first, int32_t coun
         s->scale[s->starts[k] + i] = trace > 0.0 ? 1.0 / sqrt(trace) : 1.0;
 }
 
-static void set_discs(perp__proximal *s, int32_t k)
-{
-    const int32_t row = s->starts[k];
-    perp__contact_part parts[3];
-    perp__discs *discs = &s->discs[k];
-
-    discs->both = perp__contact_two_sided(s->common.problem, s->constraint[k]);
-    discs->count = perp__contact_parts(s->common.problem, s->constraint[k], parts);
-    for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += parts[p++].size) {
-        discs->sizes[p] = parts[p].size;
-        if (p > 0)
-            scale_rows(s, k, at, parts[p].size);
-        discs->radii[p] = parts[p].coefficient * (s->scale[row] / s->scale[row + at]);
-    }
-}
-
-/* Scales without the part's unit. */
+/* Scales without the part's unit, and discs. */
 static void set_scales(perp__proximal *s, int32_t k)
 {
     const perp__contact_problem *problem = s->common.problem;
     const int32_t constraint = s->constraint[k], row = s->starts[k], rows = s->starts[k + 1] - row;
+    const int32_t both = perp__contact_two_sided(problem, constraint);
+    perp__contact_part parts[3];
+    perp__discs *discs;
     int32_t turns;
 
     for (int32_t i = row; i < row + rows; i++)
@@ -327,29 +244,53 @@ static void set_scales(perp__proximal *s, int32_t k)
     if (rows > 1 && problem->mu[constraint] > 0.0)
         for (int32_t i = row; i < row + perp__contact_normals(problem, constraint); i++)
             s->scale[i] /= fmin(problem->mu[constraint], 1.0);
-    if (turns || perp__contact_two_sided(problem, constraint) > 0)
-        set_discs(s, k);
+    if (!turns && both == 0)
+        return;
+    discs = &s->discs[k];
+    discs->both = both;
+    discs->count = perp__contact_parts(problem, constraint, parts);
+    for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += parts[p++].size) {
+        discs->sizes[p] = parts[p].size;
+        if (p > 0)
+            scale_rows(s, k, at, parts[p].size);
+        discs->radii[p] = parts[p].coefficient * (s->scale[row] / s->scale[row + at]);
+    }
 }
 
-/* Blocks are numbered as they are met. */
-static int64_t read_pieces(perp__proximal *s, const perp__proximal_part *part, int32_t k,
-                           int64_t at)
+/* The pieces of a constraint, scaled, and, where it yields, those on blocks of its own. Blocks are
+ * numbered as they are met. */
+static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
 {
-    const perp__bodies *b = s->common.problem->bodies;
-    const int32_t constraint = s->constraint[k];
+    const perp__contact_problem *problem = s->common.problem;
+    const perp__bodies *b = problem->bodies;
+    const int32_t constraint = s->constraint[k], d = s->starts[k + 1] - s->starts[k];
+    const int32_t width = b->width, first = perp__contact_first_row(problem, constraint);
+    const double *scale = s->scale + s->starts[k], *c = b->compliance + first;
+    int64_t next = s->piece_starts[k];
 
-    if (!b) {
-        if (!s->whole || k == part->constraint)
-            s->block[s->blocks++] = -1 - k;
-        s->home[k] = (s->blocks - 1) * s->width + (s->whole ? s->starts[k] - part->row : 0);
-        return at;
-    }
-    for (int64_t q = b->piece_starts[constraint]; q < b->piece_starts[constraint + 1]; q++)
-        if (s->number[b->piece_blocks[q]] < 0) {
-            s->block[s->blocks] = b->piece_blocks[q];
-            s->number[b->piece_blocks[q]] = s->blocks++;
+    s->value_starts[k] = at;
+    for (int64_t p = b->piece_starts[constraint]; p < b->piece_starts[constraint + 1]; p++) {
+        const double *P = b->values + b->piece_values[p] + (first - b->rows[constraint]) * width;
+        const int32_t block = b->piece_blocks[p];
+
+        if (s->number[block] < 0) {
+            s->block[s->blocks] = block;
+            s->number[block] = s->blocks++;
         }
-    return add_compliance(s, k, copy_pieces(s, k, at));
+        s->piece_blocks[next++] = s->number[block];
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t j = 0; j < width; j++)
+                s->values[at++] = P[i * width + j] * scale[i];
+    }
+    for (int32_t e = 0; e < own_blocks(problem, constraint); e++) {
+        s->block[s->blocks] = -1 - k;
+        s->piece_blocks[next++] = s->blocks++;
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t j = 0; j < width; j++)
+                s->values[at++] = i == e * width + j ? sqrt(c[i]) * scale[i] : 0.0;
+    }
+    s->piece_starts[k + 1] = next;
+    return at;
 }
 
 /* Rows of one part after the other. */
@@ -370,7 +311,13 @@ static void read_rows(perp__proximal *s)
         for (int32_t k = part->constraint; k < part->last_constraint; k++) {
             s->starts[k + 1] = s->starts[k] + own_rows(problem, s->constraint[k]);
             set_scales(s, k);
-            at = read_pieces(s, part, k, at);
+            if (problem->bodies) {
+                at = copy_pieces(s, k, at);
+                continue;
+            }
+            if (!s->whole || k == part->constraint)
+                s->block[s->blocks++] = -1 - k;
+            s->home[k] = (s->blocks - 1) * s->width + (s->whole ? s->starts[k] - part->row : 0);
         }
         part->last_block = s->blocks;
         part->last_row = s->starts[part->last_constraint];
@@ -448,22 +395,6 @@ static void read_couplings(perp__proximal *s)
     }
 }
 
-/* Row i of W, row `of_W` there, scaled on both sides. */
-static void copy_row(const perp__proximal *s, const perp__proximal_part *part, int32_t i,
-                     int32_t of_W, double *to)
-{
-    const perp__contact_problem *problem = s->common.problem;
-
-    memset(to, 0, (size_t)s->width * sizeof *to);
-    for (int32_t j = part->constraint; j < part->last_constraint; j++) {
-        const int32_t column = perp__contact_first_row(problem, s->constraint[j]) - s->starts[j];
-
-        for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
-            to[c - part->row] =
-                perp__entry(problem->W, of_W, column + c) * s->scale[i] * s->scale[c];
-    }
-}
-
 /* J where a part is a block: W or Y'. */
 static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64_t at)
 {
@@ -478,7 +409,15 @@ static void read_whole(perp__proximal *s, const perp__proximal_part *part, int64
                 perp__contact_first_row(problem, s->constraint[k]) + i - s->starts[k];
 
             if (s->by_rows)
-                copy_row(s, part, i, row, s->values + at);
+                memset(s->values + at, 0, (size_t)s->width * sizeof *s->values);
+            for (int32_t j = part->constraint; s->by_rows && j < part->last_constraint; j++) {
+                const int32_t column =
+                    perp__contact_first_row(problem, s->constraint[j]) - s->starts[j];
+
+                for (int32_t c = s->starts[j]; c < s->starts[j + 1]; c++)
+                    s->values[at + c - part->row] =
+                        perp__entry(problem->W, row, column + c) * s->scale[i] * s->scale[c];
+            }
             for (int32_t l = 0; l < s->width && !s->by_rows; l++)
                 s->values[at + l] =
                     l < problem->half_rows
@@ -526,11 +465,32 @@ static void read_graph(perp__proximal *s)
     s->graph_starts[s->blocks] = at;
 }
 
-static void find_slots(perp__proximal *s)
+perp_status perp__proximal_read(perp__proximal *s)
 {
+    const perp__contact_problem *problem = s->common.problem;
+    perp_status status;
     int64_t at = 0;
 
+    /* 1. Rows, pieces and speeds. */
+    sort_constraints(s);
+    read_rows(s);
+    if (s->by_rows && !s->whole)
+        read_couplings(s);
+    for (int32_t p = 0; p < s->parts && s->whole; p++)
+        read_whole(s, &s->part[p], (int64_t)s->part[p].row * s->width);
     for (int32_t k = 0; k < s->constraints; k++) {
+        const double omega = problem->omega[s->constraint[k]];
+        const double *q =
+            problem->q + perp__contact_first_row(problem, s->constraint[k]) - s->starts[k];
+
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            s->q[i] = q[i] / omega * s->scale[i];
+    }
+    /* 2. The graph of the factors, and where in it every two pieces of a constraint meet. */
+    read_graph(s);
+    status = perp__fronts_analyse(&s->fronts, problem->context, s->blocks, s->width,
+                                  s->graph_starts, s->graph);
+    for (int32_t k = 0; k < s->constraints && status == PERP_OK; k++) {
         s->slot_starts[k] = at;
         for (int64_t q = s->piece_starts[k]; q < s->piece_starts[k + 1]; q++)
             if (s->by_rows)
@@ -541,38 +501,5 @@ static void find_slots(perp__proximal *s)
                     s->slots[at++] =
                         perp__fronts_edge(&s->fronts, s->piece_blocks[p], s->piece_blocks[q]);
     }
-}
-
-static void read_speeds(perp__proximal *s)
-{
-    const perp__contact_problem *problem = s->common.problem;
-
-    for (int32_t k = 0; k < s->constraints; k++) {
-        const double omega = problem->omega[s->constraint[k]];
-        const double *q =
-            problem->q + perp__contact_first_row(problem, s->constraint[k]) - s->starts[k];
-
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            s->q[i] = q[i] / omega * s->scale[i];
-    }
-}
-
-perp_status perp__proximal_read(perp__proximal *s)
-{
-    const perp__contact_problem *problem = s->common.problem;
-    perp_status status;
-
-    sort_constraints(s);
-    read_rows(s);
-    if (s->by_rows && !s->whole)
-        read_couplings(s);
-    for (int32_t p = 0; p < s->parts && s->whole; p++)
-        read_whole(s, &s->part[p], (int64_t)s->part[p].row * s->width);
-    read_speeds(s);
-    read_graph(s);
-    status = perp__fronts_analyse(&s->fronts, problem->context, s->blocks, s->width,
-                                  s->graph_starts, s->graph);
-    if (status == PERP_OK)
-        find_slots(s);
     return status;
 }

@@ -27,11 +27,14 @@
 #include "contact/law.h"
 #include "lcp/lcp.h"
 
-/* Unknown of the LCP: z_j acts on `row` and, with size 2, the next, along d. Slip speeds act on
- * nothing: row -1. */
+/* Unknown of the LCP: z_j acts on `row` and, with size 2, the next, along d. Slip speeds and the
+ * negative parts of e'r_N act on nothing: size 0. */
 typedef struct perp__unknown {
     int32_t constraint; /* its contact or bilateral row */
     int32_t row, size;
+    int32_t normal, first; /* of a contact: its first normal; of a slip speed: its first beta, from
+                              where on to itself all are of one part; else: itself */
+    double coefficient;    /* of a slip speed's part */
     double d[2];
 } perp__unknown;
 
@@ -41,7 +44,7 @@ typedef struct perp__pyramid {
     int32_t n;
     perp__unknown *unknowns;
     double *M, *q, *lower, *z, *direction;
-    double *W;               /* dense copy of a sparse W */
+    double *W;               /* by columns */
     double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
     double *sides;           /* 3 contacts: e of those that hold both ways */
     int32_t regular;         /* polygons, without a window */
@@ -81,16 +84,14 @@ static int64_t count_unknowns(const perp__contact_problem *problem)
     return n;
 }
 
-static void add_unknown(perp__pyramid *p, int32_t constraint, int32_t row, int32_t size, double x,
-                        double y)
+static perp__unknown *add_unknown(perp__pyramid *p, int32_t constraint, int32_t normal, int32_t row,
+                                  int32_t size)
 {
-    perp__unknown *added = &p->unknowns[p->n++];
+    perp__unknown *added = &p->unknowns[p->n];
 
-    added->constraint = constraint;
-    added->row = row;
-    added->size = size;
-    added->d[0] = x;
-    added->d[1] = y;
+    *added = (perp__unknown){constraint, row, size, normal, p->n, 0.0, {1.0, 0.0}};
+    p->n++;
+    return added;
 }
 
 /* Vertex j of the polygon of a disc, part c of contact k. */
@@ -131,154 +132,101 @@ static void number(perp__pyramid *p)
     }
     for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
+        const int32_t count = perp__contact_parts(problem, k, parts), normal = p->n;
 
         for (int32_t i = 0; i < perp__contact_normals(problem, k); i++)
-            add_unknown(p, k, problem->starts[k] + i, 1, 1.0, 0.0);
+            add_unknown(p, k, normal, problem->starts[k] + i, 1);
         if (perp__contact_two_sided(problem, k) > 0)
-            add_unknown(p, k, -1, 0, 0.0, 0.0);
+            add_unknown(p, k, normal, -1, 0);
         for (int32_t c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
+            const int32_t edges = edges_of(problem, &parts[c]), first = p->n;
 
             for (int32_t j = 0; j < edges; j++) {
-                double d[2] = {j == 0 ? 1.0 : -1.0, 0.0};
+                double *d = add_unknown(p, k, normal, parts[c].row, parts[c].size)->d;
 
                 if (parts[c].size == 2)
                     vertex(p, edges, k, c, j, d);
-                add_unknown(p, k, parts[c].row, parts[c].size, d[0], d[1]);
+                else
+                    d[0] = j == 0 ? 1.0 : -1.0;
             }
-            if (edges > 0)
-                add_unknown(p, k, -1, 0, 0.0, 0.0);
+            if (edges > 0) {
+                perp__unknown *lambda = add_unknown(p, k, normal, -1, 0);
+
+                lambda->first = first;
+                lambda->coefficient = parts[c].coefficient;
+            }
         }
     }
     for (int32_t k = problem->rows; k < problem->size; k++)
-        add_unknown(p, problem->contacts + k - problem->rows, k, 1, 1.0, 0.0);
+        add_unknown(p, problem->contacts + k - problem->rows, p->n, k, 1);
 }
 
-static void spread(perp__pyramid *p)
-{
-    const perp__matrix *W = p->base.problem->W;
-    const size_t size = (size_t)W->rows;
-
-    if (!p->W || size == 0)
-        return;
-    memset(p->W, 0, size * size * sizeof(double));
-    for (int32_t j = 0; j < W->columns; j++)
-        for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-            p->W[(size_t)W->row_indices[k] + (size_t)j * size] = W->values[k];
-}
-
-static double product(const double *W, size_t row_stride, size_t column_stride,
-                      const perp__unknown *a, const perp__unknown *b)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < a->size; i++)
-        for (int32_t j = 0; j < b->size; j++)
-            sum += a->d[i] * b->d[j] *
-                   W[(size_t)(a->row + i) * row_stride + (size_t)(b->row + j) * column_stride];
-    return sum;
-}
-
-static void fill_column(perp__pyramid *p, size_t j)
-{
-    const perp__contact_problem *problem = p->base.problem;
-    const perp__matrix *W = problem->W;
-    const double *values = p->W ? p->W : W->values;
-    const size_t row_stride = p->W ? 1 : W->row_stride;
-    const size_t column_stride = p->W ? (size_t)problem->size : W->column_stride;
-    const perp__unknown *b = &p->unknowns[j];
-    double *column = p->M + j * (size_t)p->n;
-
-    for (size_t i = 0; i < (size_t)p->n; i++) {
-        const perp__unknown *a = &p->unknowns[i];
-
-        column[i] = 0.0;
-        if (a->size > 0 && b->size > 0 &&
-            perp__contact_couples(problem, a->constraint, b->constraint))
-            column[i] = product(values, row_stride, column_stride, a, b) *
-                        (p->impulse[b->constraint] * p->per_velocity[a->constraint]);
-    }
-}
-
-/* Bilateral rows and normals that hold both ways. */
-static int32_t has_any_sign(const perp__contact_problem *problem, const perp__unknown *a)
-{
-    if (a->size == 0 || a->constraint >= problem->contacts)
-        return a->size > 0;
-    return a->row <
-           problem->starts[a->constraint] + perp__contact_two_sided(problem, a->constraint);
-}
-
+/* The rows of all that impulses move. Returns 0 where time is up. */
 static int32_t fill_impulses(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
     const double deadline = problem->control ? problem->control->deadline : 0.0;
+    const size_t n = (size_t)p->n, size = (size_t)problem->size;
 
-    for (int32_t i = 0; i < p->n; i++) {
-        const perp__unknown *a = &p->unknowns[i];
+    if (size > 0)
+        memset(p->W, 0, size * size * sizeof *p->W);
+    perp__matrix_spread(problem->W, p->W, size);
+    for (size_t j = 0; j < n; j++) {
+        const perp__unknown *b = &p->unknowns[j];
+        const int32_t k = b->constraint;
 
         if (deadline > 0.0 && perp__now() >= deadline)
             return 0;
-        fill_column(p, (size_t)i);
-        p->q[i] = 0.0;
-        for (int32_t c = 0; c < a->size; c++)
-            p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->constraint];
-        p->lower[i] = has_any_sign(problem, a) ? -INFINITY : 0.0;
+        for (size_t i = 0; i < n; i++) {
+            const perp__unknown *a = &p->unknowns[i];
+            double sum = 0.0;
+
+            if (a->size > 0 && b->size > 0 && perp__contact_couples(problem, a->constraint, k)) {
+                for (int32_t c = 0; c < a->size; c++)
+                    for (int32_t e = 0; e < b->size; e++)
+                        sum += a->d[c] * b->d[e] *
+                               p->W[(size_t)(a->row + c) + (size_t)(b->row + e) * size];
+                sum *= p->impulse[k] * p->per_velocity[a->constraint];
+            }
+            p->M[i + j * n] = sum;
+        }
+        p->q[j] = 0.0;
+        for (int32_t c = 0; c < b->size; c++)
+            p->q[j] += b->d[c] * problem->q[b->row + c] * p->per_velocity[k];
+        p->lower[j] = 0.0; /* but of bilateral rows, and normals that hold both ways */
+        if (b->size > 0 && (k >= problem->contacts ||
+                            b->row < problem->starts[k] + perp__contact_two_sided(problem, k)))
+            p->lower[j] = -INFINITY;
     }
     return 1;
 }
 
-/* 0 <= z  perp  e'r_N + z >= 0 of contact k, whose unknowns begin at `normal`. */
-static void fill_side(perp__pyramid *p, int32_t k, size_t normal)
-{
-    const size_t n = (size_t)p->n, both = (size_t)p->base.problem->two_sided[k], z = normal + both;
-
-    for (size_t i = 0; i < both; i++)
-        p->M[z + (normal + i) * n] = p->sides[3 * (size_t)k + i];
-    p->M[z + z * n] = 1.0;
-}
-
-/* coefficient r_n, or that of e'r_N + 2 z = |e'r_N|, in the row of a slip speed. */
-static void fill_pressure(perp__pyramid *p, int32_t k, size_t normal, size_t row,
-                          double coefficient)
-{
-    const size_t n = (size_t)p->n, both = (size_t)perp__contact_two_sided(p->base.problem, k);
-
-    if (both == 0)
-        p->M[row + normal * n] = coefficient;
-    for (size_t i = 0; i < both; i++)
-        p->M[row + (normal + i) * n] = coefficient * p->sides[3 * (size_t)k + i];
-    if (both > 0)
-        p->M[row + (normal + both) * n] = 2.0 * coefficient;
-}
-
-/* The rows and columns of the slip speeds. */
+/* The rows and columns of the slip speeds, and of z. The pressure in the row of a slip speed is
+ * r_n, or e'r_N + 2 z = |e'r_N|. */
 static void fill_speeds(perp__pyramid *p)
 {
-    const perp__contact_problem *problem = p->base.problem;
     const size_t n = (size_t)p->n;
-    size_t at = 0;
 
-    for (int32_t k = 0; k < problem->contacts; k++) {
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-        const size_t normal = at, both = (size_t)perp__contact_two_sided(problem, k);
+    for (size_t i = 0; i < n; i++) {
+        const perp__unknown *a = &p->unknowns[i];
+        const int32_t slips = (size_t)a->first < i;
+        const double *sides = p->sides + 3 * a->constraint;
+        const size_t normal = (size_t)a->normal;
+        size_t both;
 
-        if (both > 0)
-            fill_side(p, k, normal);
-        at += both + 1;
-        for (int32_t c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
-            const size_t lambda = at + (size_t)edges;
-
-            for (int32_t j = 0; j < edges; j++, at++) {
-                p->M[at + lambda * n] = 1.0;
-                p->M[lambda + at * n] = -1.0;
-            }
-            if (edges > 0)
-                fill_pressure(p, k, normal, at++, parts[c].coefficient);
+        if (a->size > 0)
+            continue;
+        both = (size_t)perp__contact_two_sided(p->base.problem, a->constraint);
+        for (size_t j = (size_t)a->first; j < i; j++) {
+            p->M[j + i * n] = 1.0;
+            p->M[i + j * n] = -1.0;
         }
+        if (both == 0)
+            p->M[i + normal * n] = a->coefficient;
+        for (size_t j = 0; j < both; j++)
+            p->M[i + (normal + j) * n] = (slips ? a->coefficient : 1.0) * sides[j];
+        if (both > 0)
+            p->M[i + (normal + both) * n] = slips ? 2.0 * a->coefficient : 1.0;
     }
 }
 
@@ -293,23 +241,26 @@ static void gather(const perp__pyramid *p, const double *z, double *x)
                 p->unknowns[i].d[c] * (z[i] * p->impulse[p->unknowns[i].constraint]);
 }
 
-/* x := the impulses that z stands for; the modes that it shows. */
+/* The modes that z shows: a contact slips where some part does, or has no friction. */
 static void read_modes(const perp__pyramid *p, int8_t *modes)
 {
     const perp__contact_problem *problem = p->base.problem;
-    int32_t at = 0, k, c;
 
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t i = 0; i < p->n; i++) {
+        const perp__unknown *a = &p->unknowns[i];
         perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
 
-        modes[k] = p->z[at++] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        for (c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
+        if (a->constraint >= problem->contacts)
+            continue;
+        if (i == a->normal) {
+            const int32_t count = perp__contact_parts(problem, a->constraint, parts);
 
-            at += edges > 0 ? edges + 1 : 0;
-            if (modes[k] == PERP_CONTACT_STICK && (edges == 0 || p->z[at - 1] > 0.0))
-                modes[k] = PERP_CONTACT_SLIP;
+            modes[a->constraint] = p->z[i] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+            for (int32_t c = 0; c < count && p->z[i] > 0.0; c++)
+                if (parts[c].coefficient == 0.0)
+                    modes[a->constraint] = PERP_CONTACT_SLIP;
+        } else if (a->size == 0 && p->z[i] > 0.0 && p->z[a->normal] > 0.0) {
+            modes[a->constraint] = PERP_CONTACT_SLIP;
         }
     }
 }
@@ -355,7 +306,7 @@ static void layout(perp__arena *arena, void *work)
     PERP__DOUBLES(arena, n, &p->q, &p->lower, &p->z, &p->direction);
     PERP__DOUBLES(arena, 3 * (size_t)problem->contacts, &p->angles, &p->widths, &p->sides);
     PERP__DOUBLES(arena, size, &p->impulse, &p->per_velocity);
-    p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
+    p->W = perp__arena_take(arena, size, size * sizeof(double));
 }
 
 /* The next windows: about where the discs of r push, or, where there is no impulse, would push
@@ -404,15 +355,6 @@ static void set_sides(perp__pyramid *p, const double *r, const double *u)
     }
 }
 
-/* Whether M and q are numbers: in the units of their contacts they may overflow where W and q are
- * at the ends of what there is. */
-static int32_t can_be_posed(const perp__pyramid *p)
-{
-    const size_t n = (size_t)p->n;
-
-    return perp__all_finite(p->M, n * n) && perp__all_finite(p->q, n);
-}
-
 static int32_t watch(const perp_lcp_progress *progress, void *user)
 {
     const perp__contact_control *control = user;
@@ -420,14 +362,35 @@ static int32_t watch(const perp_lcp_progress *progress, void *user)
     return control->tick(control->tick_user, progress->iterations, progress->residual);
 }
 
-/* A solver for this call's tolerance and limits. */
-static perp_status prepare(perp__pyramid *p)
+static perp_status solve(void *work, perp__contact_iterate *iterate)
 {
+    perp__pyramid *p = work;
     const perp__contact_problem *problem = p->base.problem;
+    perp_matrix M;
     perp_lcp_settings settings;
-    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M);
-    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+    perp_lcp_result result;
+    perp_status status = perp_lcp_result_init(&result, sizeof result);
 
+    /* 1. The LCP. */
+    PERP__THEN(status, perp_lcp_settings_init(&settings, sizeof settings));
+    p->regular = iterate->attempt == 0 || problem->cone > 0;
+    if (p->regular)
+        set_sides(p, iterate->r, problem->q);
+    number(p);
+    iterate->outcome = PERP_OUTCOME_TIME_LIMIT;
+    if (status != PERP_OK || !fill_impulses(p))
+        return status; /* with the start */
+    fill_speeds(p);
+    if (!perp__all_finite(p->M, (size_t)p->n * (size_t)p->n) ||
+        !perp__all_finite(p->q, (size_t)p->n)) {
+        /* the caller's numbers are finite, but at the ends of what there is, and so may overflow in
+         * the units of their contacts: no error of theirs */
+        iterate->outcome = PERP_OUTCOME_STALLED;
+        return PERP_OK;
+    }
+
+    /* 2. Its answer, to this call's tolerance and limits. */
+    M = perp__view(PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M);
     settings.tol = fmin(settings.tol, problem->tol);
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;
@@ -435,38 +398,17 @@ static perp_status prepare(perp__pyramid *p)
         settings.time_limit = perp__time_left(problem->control->deadline);
     if (problem->iteration_limit > 0)
         settings.max_iterations = (int32_t)problem->iteration_limit;
-    if (status == PERP_OK && !p->lcp)
+    if (!p->lcp)
         status = perp__lcp_create(problem->context, &p->lcp, &settings);
     if (p->lcp)
         perp__lcp_insist(p->lcp, problem->two_sided != NULL);
     PERP__THEN(status, perp__lcp_set(p->lcp, &settings));
-    return status == PERP_OK ? perp__lcp_setup(p->lcp, &M, p->lower, NULL) : status;
-}
-
-static perp_status solve(void *work, perp__contact_iterate *iterate)
-{
-    perp__pyramid *p = work;
-    const perp__contact_problem *problem = p->base.problem;
-    perp_lcp_result result;
-    perp_status status = perp_lcp_result_init(&result, sizeof result);
-
-    p->regular = iterate->attempt == 0 || problem->cone > 0;
-    if (p->regular)
-        set_sides(p, iterate->r, problem->q);
-    number(p);
-    spread(p);
-    iterate->outcome = PERP_OUTCOME_TIME_LIMIT;
-    if (status != PERP_OK || !fill_impulses(p))
-        return status; /* with the start */
-    fill_speeds(p);
-    if (!can_be_posed(p)) { /* the caller's numbers are finite: no error of theirs */
-        iterate->outcome = PERP_OUTCOME_STALLED;
-        return PERP_OK;
-    }
-    status = prepare(p);
+    PERP__THEN(status, perp__lcp_setup(p->lcp, &M, p->lower, NULL));
     PERP__THEN(status, perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q, NULL));
     if (status != PERP_OK)
         return status;
+
+    /* 3. What it means, and where to look closer next time. */
     gather(p, p->z, iterate->r);
     perp__multiply(problem->W, iterate->r, iterate->u);
     for (int32_t i = 0; i < problem->size; i++)

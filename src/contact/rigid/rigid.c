@@ -50,29 +50,6 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
                           : 0.0;
 }
 
-/* What laws are to the public entrance. */
-static void keep_rows(perp_contact_solver *s, const perp__rigid_problem *problem)
-{
-    int32_t row = 0;
-
-    for (int32_t k = 0; k < problem->contacts; k++) {
-        s->starts[k] = row;
-        s->dims[k] = problem->rows[k].dim;
-        s->two_sided[k] = 0;
-        s->mu[k] = problem->rows[k].dim > 1 ? problem->rows[k].mu : 0.0;
-        row += s->dims[k];
-    }
-    s->starts[problem->contacts] = row;
-    s->rolls = s->spins = s->complies = s->has_discs = s->holds_both = s->has_bounds = 0;
-    for (int32_t k = 0; k < problem->contacts; k++)
-        s->has_bounds |= problem->rows[k].bounded;
-    read_bounds(s, problem);
-    for (int32_t i = 0; i < s->size; i++) {
-        s->compliance[i] = s->bodies.compliance[i];
-        s->complies |= s->compliance[i] > 0.0;
-    }
-}
-
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
     perp_status status;
@@ -98,7 +75,21 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
                                    s->sizes, 5);
     if (status != PERP_OK)
         return status;
-    keep_rows(s, problem);
+    /* what laws are to the public entrance */
+    s->rolls = s->spins = s->complies = s->has_discs = s->holds_both = s->has_bounds = 0;
+    s->starts[0] = 0;
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        s->dims[k] = problem->rows[k].dim;
+        s->two_sided[k] = 0;
+        s->mu[k] = problem->rows[k].dim > 1 ? problem->rows[k].mu : 0.0;
+        s->starts[k + 1] = s->starts[k] + s->dims[k];
+        s->has_bounds |= problem->rows[k].bounded;
+    }
+    read_bounds(s, problem);
+    for (int32_t i = 0; i < s->size; i++) {
+        s->compliance[i] = s->bodies.compliance[i];
+        s->complies |= s->compliance[i] > 0.0;
+    }
     status = perp__contact_finish_setup(s);
     if (status == PERP_OK)
         s->entrance = PERP__ENTRANCE_RIGID;
@@ -120,54 +111,17 @@ static void unpack(const perp__rigid_problem *problem, const double *rows, doubl
             *to++ = i < problem->rows[k].dim ? *rows++ : 0.0;
 }
 
-/* Velocities of the rows that hold, and which body moves with which. */
+/* Velocities of the rows that hold, and, unless NULL, which body moves with which. */
 static perp_status hold(perp_contact_solver *s, double *r, double *u, const int8_t *modes,
-                        double *v, perp__rigid_answer *answer)
+                        double *v, int32_t *carrier)
 {
     perp_status status = perp__contact_hold(s, r, u, modes, v);
 
-    answer->held = status == PERP_OK;
-    if (status != PERP_OK)
-        return status;
-    perp__rigid_held_velocities(s, v, u);
-    for (int32_t k = 0; answer->carrier && k < s->bodies.blocks; k++)
-        answer->carrier[k] = s->hold.root[k];
-    return PERP_OK;
-}
-
-/* Largest of what joints have beside their part's speeds. */
-static double judge_joints(const perp_contact_solver *s)
-{
-    double most = 0.0;
-
-    for (int32_t k = s->contacts; k < s->constraints; k++)
-        perp__raise_to(&most,
-                       fabs(s->best.u[s->rows + k - s->contacts]) / s->root[k] / s->omega[k]);
-    return most;
-}
-
-static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
-                         const perp__rigid_problem *problem)
-{
-    const perp__contact_candidate *best = &s->best;
-
-    if (perp__is_good(best->outcome) && !answer->held)
-        perp__contact_write_zeros(s, best->modes, best->u);
-    unpack(problem, best->r, answer->impulse);
-    if (answer->velocity)
-        unpack(problem, best->u, answer->velocity);
-    perp__copy(answer->v, s->best_v, s->n);
-    for (int32_t k = 0; answer->modes && k < problem->contacts; k++)
-        answer->modes[k] = best->modes[k];
-    answer->outcome = best->outcome;
-    answer->method = best->method;
-    answer->iterations = s->iterations;
-    answer->joints = judge_joints(s);
-    answer->tested = best->worth.tested;
-    answer->own = best->worth.own;
-    answer->backward = best->worth.backward;
-    answer->certificate =
-        best->outcome == PERP_OUTCOME_RAY ? s->certificate : PERP_CONTACT_CERTIFICATE_NONE;
+    if (status == PERP_OK)
+        perp__rigid_held_velocities(s, v, u);
+    for (int32_t k = 0; status == PERP_OK && carrier && k < s->bodies.blocks; k++)
+        carrier[k] = s->hold.root[k];
+    return status;
 }
 
 static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem *problem)
@@ -192,7 +146,6 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     s->bodies.v_free = problem->free;
     s->proves = problem->proves;
     s->brief = problem->brief;
-    s->is_lean = problem->tol >= PERP__RIGID_PLAIN;
     s->settings.method = perp__contact_method_named(problem->method);
     s->settings.cone = problem->cone;
     s->settings.tol = problem->tol;
@@ -204,27 +157,45 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
                               const perp__rigid_problem *problem)
 {
     perp_contact_solver *s = solver->solver;
-    perp__rigid_answer held = {0};
-    perp__contact_call call;
+    perp__contact_candidate *best = &s->best;
+    perp__contact_call call = {0};
     perp_status status = prepare(solver, problem);
 
-    if (status == PERP_OK) {
-        memset(&call, 0, sizeof call);
-        if (problem->warm)
-            pack(problem, problem->warm, solver->warm);
-        call.r0 = problem->warm ? solver->warm : NULL;
-        status = perp__contact_find(s, &call, problem->deadline);
+    if (status == PERP_OK && problem->warm) {
+        pack(problem, problem->warm, solver->warm);
+        call.r0 = solver->warm;
     }
-    held.carrier = answer->carrier;
+    PERP__THEN(status, perp__contact_find(s, &call, problem->deadline));
     if (status == PERP_OK && problem->holds)
-        status = hold(s, s->best.r, s->best.u, s->best.modes, s->best_v, &held);
-    if (status == PERP_OK) {
-        answer->held = held.held;
-        write_answer(s, answer, problem);
-    }
+        status = hold(s, best->r, best->u, best->modes, s->best_v, answer->carrier);
+    else if (status == PERP_OK && perp__is_good(best->outcome))
+        perp__contact_write_zeros(s, best->modes, best->u);
     s->rigid = NULL;
     s->call = NULL;
-    return status;
+    if (status != PERP_OK)
+        return status;
+    unpack(problem, best->r, answer->impulse);
+    if (answer->velocity)
+        unpack(problem, best->u, answer->velocity);
+    perp__copy(answer->v, s->best_v, s->n);
+    for (int32_t k = 0; answer->modes && k < problem->contacts; k++)
+        answer->modes[k] = best->modes[k];
+    answer->outcome = best->outcome;
+    answer->method = best->method;
+    answer->held = problem->holds;
+    answer->iterations = s->iterations;
+    answer->joints = 0.0;
+    for (int32_t k = s->contacts; k < s->constraints; k++) {
+        const double speed = fabs(best->u[s->rows + k - s->contacts]);
+
+        perp__raise_to(&answer->joints, speed / s->root[k] / s->omega[k]);
+    }
+    answer->tested = best->worth.tested;
+    answer->own = best->worth.own;
+    answer->backward = best->worth.backward;
+    answer->certificate =
+        best->outcome == PERP_OUTCOME_RAY ? s->certificate : PERP_CONTACT_CERTIFICATE_NONE;
+    return PERP_OK;
 }
 
 perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *answer,
@@ -234,23 +205,20 @@ perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *ans
     perp__contact_call call = {0};
     perp_status status = prepare(solver, problem);
 
-    if (status != PERP_OK)
-        return status;
     s->call = &call;
-    s->is_lean = 1; /* v and u as good as doubles make them: the zeros do not come from there */
-    status = perp__contact_load(s);
+    PERP__THEN(status, perp__contact_load(s));
     if (status == PERP_OK) {
         pack(problem, answer->impulse, s->r);
         for (int32_t k = 0; k < problem->contacts; k++)
             s->modes[k] = (int8_t)answer->modes[k];
         perp__rigid_velocities(s);
-        status = hold(s, s->r, s->u, s->modes, s->v, answer);
+        status = hold(s, s->r, s->u, s->modes, s->v, answer->carrier);
     }
-    if (status == PERP_OK) {
-        if (answer->velocity)
-            unpack(problem, s->u, answer->velocity);
+    answer->held = status == PERP_OK;
+    if (status == PERP_OK && answer->velocity)
+        unpack(problem, s->u, answer->velocity);
+    if (status == PERP_OK)
         perp__copy(answer->v, s->v, s->n);
-    }
     s->rigid = NULL;
     s->call = NULL;
     return status;

@@ -6,9 +6,6 @@
 #include "contact/contact.h"
 #include "contact/solver.h"
 
-/* A tolerance from which on the verdict is in plain doubles. */
-#define PERP__RIGID_PLAIN 1e-6
-
 struct perp__rigid_solver {
     perp_contact_solver *solver;
     perp__arena arena;

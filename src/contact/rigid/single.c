@@ -1,6 +1,6 @@
 /* One body that contacts join with the world at rest, as most that slide or lie are: whether the
- * impulses to start from are the answer, or else the least ones that hold it, and the velocities
- * that what holds leaves (hold.h), with all numbers on the stack.
+ * impulses to start from are the answer, and the velocities that what holds leaves (hold.h), with
+ * all numbers on the stack.
  *
  * The residuals are those of verdict.c with the terms of the contacts alone below, in plain
  * doubles, and what rounding may have made of them added: a point that passes here passes there.
@@ -17,18 +17,6 @@
 
 /* Squares of numbers between this and its inverse lose nothing to the range of doubles. */
 #define LEAST 1e-100
-
-static int32_t is_single(const perp__rigid_problem *problem)
-{
-    if (problem->bodies != 1 || problem->carriers > 0 || problem->joints > 0 ||
-        problem->contacts < 1 || problem->contacts > MOST || !problem->warm || problem->cone > 0 ||
-        problem->method != PERP_CONTACT_METHOD_AUTO)
-        return 0;
-    for (int32_t k = 0; k < problem->contacts; k++)
-        if (problem->rows[k].body[0] + problem->rows[k].body[1] != PERP__RIGID_AT_REST)
-            return 0;
-    return 1;
-}
 
 /* One number of each of four arrays. */
 #define PERP__EACH_LANE(x, i) ((perp__lanes){(x)[0][i], (x)[1][i], (x)[2][i], (x)[3][i]})
@@ -57,19 +45,6 @@ PERP__KERNEL static void load(perp__single *s, int32_t g, int32_t n)
         PERP__LANES_AT(s->r[g][a]) = PERP__EACH_LANE(r[a], 0);
         for (int32_t i = 0; i < n; i++)
             PERP__LANES_AT(s->J[g][a][i]) = PERP__EACH_LANE(J[a], i);
-    }
-}
-
-/* C by columns, filled up with zeros. */
-PERP__KERNEL static void load_factor(perp__single *s, int32_t n)
-{
-    const double *C = s->problem->factors;
-
-    for (int32_t j = 0; j < n; j++) {
-        PERP__LANES_AT(s->columns[j]) =
-            (perp__lanes){C[j], C[n + j], C[2 * n + j], n == WIDTH ? C[3 * n + j] : 0.0};
-        PERP__LANES_AT(s->columns[j] + LANES) = (perp__lanes){
-            n == WIDTH ? C[4 * n + j] : 0.0, n == WIDTH ? C[5 * n + j] : 0.0, 0.0, 0.0};
     }
 }
 
@@ -102,22 +77,6 @@ PERP__KERNEL static void whiten(perp__single *s, int32_t g, int32_t n)
         PERP__LANES_AT(s->squares[g][a]) = square[a];
 }
 
-/* q = J v + bias and its terms. */
-PERP__KERNEL static void drift(perp__single *s, int32_t g, int32_t a, int32_t n)
-{
-    perp__lanes sum = PERP__CONST_LANES_AT(s->bias[g][a]), size = PERP__ABSOLUTE_LANES(sum);
-
-    for (int32_t l = 0; l < n; l++) {
-        const perp__lanes term =
-            PERP__SAME_LANES(s->problem->free[l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
-
-        sum += term;
-        size += PERP__ABSOLUTE_LANES(term);
-    }
-    PERP__LANES_AT(s->drift[g][a]) = sum;
-    PERP__LANES_AT(s->terms[g][a]) = size;
-}
-
 /* Lengths of three numbers of each contact of a group. */
 PERP__KERNEL static void measure(double *length, const double (*x)[LANES])
 {
@@ -127,33 +86,49 @@ PERP__KERNEL static void measure(double *length, const double (*x)[LANES])
     PERP__LANES_AT(length) = PERP__ROOT_LANES(square);
 }
 
-PERP__KERNEL static void load_group(perp__single *s, int32_t g, int32_t n)
-{
-    const perp__lanes zero = {0.0};
-    perp__lanes trace;
-
-    load(s, g, n);
-    whiten(s, g, n);
-    for (int32_t a = 0; a < PERP__AXES_OF(n); a++)
-        drift(s, g, a, n);
-    for (int32_t a = PERP__AXES_OF(n); a < AXES; a++)
-        PERP__LANES_AT(s->r[g][a]) = PERP__LANES_AT(s->u[g][a]) = PERP__LANES_AT(s->scale[g][a]) =
-            PERP__LANES_AT(s->error[g][a]) = PERP__LANES_AT(s->drift[g][a]) =
-                PERP__LANES_AT(s->after[g][a]) = zero;
-    measure(s->driven + LANES * g, (const double(*)[LANES])s->drift[g]);
-    trace = PERP__CONST_LANES_AT(s->squares[g][0]) + PERP__CONST_LANES_AT(s->squares[g][1]) +
-            PERP__CONST_LANES_AT(s->squares[g][2]);
-    PERP__LANES_AT(s->trace + LANES * g) = trace;
-    PERP__LANES_AT(s->root + LANES * g) = PERP__ROOT_LANES(trace);
-    PERP__LANES_AT(s->driven + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
-}
-
+/* C by columns, filled up with zeros; then all groups. */
 PERP__KERNEL static void load_width(perp__single *s, int32_t n)
 {
+    const double *C = s->problem->factors;
+
+    for (int32_t j = 0; j < n; j++) {
+        PERP__LANES_AT(s->columns[j]) =
+            (perp__lanes){C[j], C[n + j], C[2 * n + j], n == WIDTH ? C[3 * n + j] : 0.0};
+        PERP__LANES_AT(s->columns[j] + LANES) = (perp__lanes){
+            n == WIDTH ? C[4 * n + j] : 0.0, n == WIDTH ? C[5 * n + j] : 0.0, 0.0, 0.0};
+    }
     s->groups = (s->problem->contacts + LANES - 1) / LANES;
-    load_factor(s, n);
-    for (int32_t g = 0; g < s->groups; g++)
-        load_group(s, g, n);
+    for (int32_t g = 0; g < s->groups; g++) {
+        const perp__lanes zero = {0.0};
+        perp__lanes trace;
+
+        load(s, g, n);
+        whiten(s, g, n);
+        /* q = J v + bias and its terms */
+        for (int32_t a = 0; a < PERP__AXES_OF(n); a++) {
+            perp__lanes sum = PERP__CONST_LANES_AT(s->bias[g][a]), size = PERP__ABSOLUTE_LANES(sum);
+
+            for (int32_t l = 0; l < n; l++) {
+                const perp__lanes term =
+                    PERP__SAME_LANES(s->problem->free[l]) * PERP__CONST_LANES_AT(s->J[g][a][l]);
+
+                sum += term;
+                size += PERP__ABSOLUTE_LANES(term);
+            }
+            PERP__LANES_AT(s->drift[g][a]) = sum;
+            PERP__LANES_AT(s->terms[g][a]) = size;
+        }
+        for (int32_t a = PERP__AXES_OF(n); a < AXES; a++)
+            PERP__LANES_AT(s->r[g][a]) = PERP__LANES_AT(s->u[g][a]) =
+                PERP__LANES_AT(s->scale[g][a]) = PERP__LANES_AT(s->error[g][a]) =
+                    PERP__LANES_AT(s->drift[g][a]) = PERP__LANES_AT(s->after[g][a]) = zero;
+        measure(s->driven + LANES * g, (const double(*)[LANES])s->drift[g]);
+        trace = PERP__CONST_LANES_AT(s->squares[g][0]) + PERP__CONST_LANES_AT(s->squares[g][1]) +
+                PERP__CONST_LANES_AT(s->squares[g][2]);
+        PERP__LANES_AT(s->trace + LANES * g) = trace;
+        PERP__LANES_AT(s->root + LANES * g) = PERP__ROOT_LANES(trace);
+        PERP__LANES_AT(s->driven + LANES * g) /= PERP__CONST_LANES_AT(s->root + LANES * g);
+    }
 }
 
 PERP__MULTIVERSION(set_up, (perp__single * s), (s))
@@ -271,66 +246,8 @@ PERP__MULTIVERSION(judge_all, (perp__single * s), (s))
         find_lack(s, g);
 }
 
-/* The largest |q| / root of a contact; 0 where squares might leave the range of numbers. */
-static double find_drive(const perp__single *s)
-{
-    double drive = 0.0;
-
-    for (int32_t k = 0; k < s->problem->contacts; k++) {
-        drive = s->driven[k] > drive ? s->driven[k] : drive;
-        if (!(s->trace[k] > LEAST && s->trace[k] < 1.0 / LEAST))
-            return 0.0;
-    }
-    return drive > LEAST && drive < 1.0 / LEAST ? drive : 0.0;
-}
-
-/* The residuals, as they are or larger. Returns 0 where contacts that press separate. */
-static int32_t judge(perp__single *s, perp__evidence *worth)
-{
-    static const int32_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_SLIP, PERP_CONTACT_STICK};
-
-    judge_all(s);
-    for (int32_t k = 0; k < s->problem->contacts; k++) {
-        const double r_n = PERP__OF(s->r, k, 0);
-
-        if (r_n != 0.0 && s->pressed[k] == 0.0)
-            return 0;
-        s->modes[k] = r_n == 0.0 ? PERP_CONTACT_SEPARATE : modes[(int32_t)s->pressed[k]];
-        perp__raise_to(&worth->tested, s->tested[k]);
-        perp__raise_to(&worth->own, s->own[k]);
-    }
-    return s->omega > 0.0;
-}
-
-static int32_t is_rounding(const perp__single *s, int32_t k, int32_t a)
-{
-    return fabs(PERP__OF(s->u, k, a)) <= ROUNDING * PERP__OF(s->scale, k, a);
-}
-
-static int32_t is_answer(perp__single *s, perp__evidence *worth, double tol)
-{
-    *worth = (perp__evidence){0.0, 0.0, 1.0, 1};
-    return judge(s, worth) && perp__is_good(perp__gate(worth, tol, -1));
-}
-
-/* How many rows of a contact hold, as in held.c. */
-static int32_t count_held(const perp__single *s, int32_t k, double slack)
-{
-    const int32_t rows = s->dims[k], mode = s->modes[k];
-
-    if (!(fabs(PERP__OF(s->u, k, 0)) <= slack))
-        return 0;
-    if (mode == PERP_CONTACT_SEPARATE && !is_rounding(s, k, 0))
-        return 0;
-    for (int32_t a = 1; a < rows; a++)
-        if (!(fabs(PERP__OF(s->u, k, a)) <= slack) ||
-            (mode != PERP_CONTACT_STICK && !is_rounding(s, k, a)))
-            return 1;
-    return s->mu[k] > 0.0 ? rows : 1;
-}
-
-/* Whether nothing that moves would have to hold. */
-static int32_t may_hold(perp__single *s)
+/* How many rows of each contact hold, as in held.c. Returns whether none of those is to move. */
+static int32_t find_held(perp__single *s)
 {
     const double slack = sqrt(s->problem->tol) * s->omega;
     int32_t may = 1;
@@ -338,8 +255,18 @@ static int32_t may_hold(perp__single *s)
     s->axes = 0;
     memset(s->held, 0, sizeof s->held); /* lanes without a contact too */
     for (int32_t k = 0; k < s->problem->contacts; k++) {
-        const int32_t held = count_held(s, k, slack * s->root[k]);
+        const int32_t mode = s->modes[k], rows = s->mu[k] > 0.0 ? s->dims[k] : 1;
+        int32_t held = 0, is_near = 1;
 
+        for (int32_t a = 0; a < s->dims[k] && is_near; a++) {
+            const double speed = fabs(PERP__OF(s->u, k, a));
+            const int32_t is_still = speed <= ROUNDING * PERP__OF(s->scale, k, a);
+
+            is_near =
+                speed <= slack * s->root[k] &&
+                (is_still || (a == 0 ? mode != PERP_CONTACT_SEPARATE : mode == PERP_CONTACT_STICK));
+            held = is_near ? (a + 1 == s->dims[k] ? rows : 1) : held;
+        }
         s->held[k] = held;
         s->axes = held > s->axes ? held : s->axes;
         for (int32_t a = 0; a < held; a++)
@@ -348,46 +275,64 @@ static int32_t may_hold(perp__single *s)
     return may;
 }
 
-static void write(const perp__single *s, perp__rigid_answer *answer)
-{
-    const perp__rigid_problem *p = s->problem;
-
-    memcpy(answer->v, s->v, (size_t)p->width * sizeof *answer->v);
-    for (int32_t k = 0; k < p->contacts; k++) {
-        for (int32_t a = 0; a < AXES; a++) {
-            answer->impulse[AXES * k + a] = PERP__OF(s->r, k, a);
-            answer->velocity[AXES * k + a] = a < s->held[k] ? 0.0 : PERP__OF(s->after, k, a);
-        }
-        answer->modes[k] = s->modes[k];
-    }
-    answer->carrier[0] = s->rank == p->width ? PERP__RIGID_AT_REST : PERP__RIGID_FREE;
-}
-
 int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
                            double tol)
 {
-    perp__evidence worth;
+    static const int32_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_SLIP, PERP_CONTACT_STICK};
+    const perp__rigid_problem *p = problem;
+    perp__evidence worth = {0.0, 0.0, 1.0, 1};
     perp__single s;
 
-    s.problem = problem;
-    if (!is_single(problem))
+    /* 1. Whether there is but one body, on the world at rest. */
+    s.problem = p;
+    if (p->bodies != 1 || p->carriers > 0 || p->joints > 0 || p->contacts < 1 ||
+        p->contacts > MOST || !p->warm || p->cone > 0 || p->method != PERP_CONTACT_METHOD_AUTO)
         return 0;
+    for (int32_t k = 0; k < p->contacts; k++)
+        if (p->rows[k].body[0] + p->rows[k].body[1] != PERP__RIGID_AT_REST)
+            return 0;
     set_up(&s);
-    s.omega = find_drive(&s);
-    if (!is_answer(&s, &worth, tol) && !(perp__single_guess(&s) && is_answer(&s, &worth, tol)))
+    /* 2. The largest free velocity, where no square might leave the range of numbers. */
+    s.omega = 0.0;
+    for (int32_t k = 0; k < p->contacts; k++) {
+        s.omega = s.driven[k] > s.omega ? s.driven[k] : s.omega;
+        if (!(s.trace[k] > LEAST && s.trace[k] < 1.0 / LEAST))
+            return 0;
+    }
+    if (!(s.omega > LEAST && s.omega < 1.0 / LEAST))
         return 0;
-    if (!may_hold(&s))
+    /* 3. The residuals, as they are or larger. Contacts that press must not separate. */
+    judge_all(&s);
+    for (int32_t k = 0; k < p->contacts; k++) {
+        const double r_n = PERP__OF(s.r, k, 0);
+
+        if (r_n != 0.0 && s.pressed[k] == 0.0)
+            return 0;
+        s.modes[k] = r_n == 0.0 ? PERP_CONTACT_SEPARATE : modes[(int32_t)s.pressed[k]];
+        perp__raise_to(&worth.tested, s.tested[k]);
+        perp__raise_to(&worth.own, s.own[k]);
+    }
+    if (!perp__is_good(perp__gate(&worth, tol, -1)) || !find_held(&s))
         return 0;
     answer->tested = worth.tested;
+    /* 4. The velocities that what holds leaves. */
     perp__single_hold(&s);
     perp__raise_to(&worth.own, s.change);
     worth.sound = perp__all_finite(s.v, ROOM); /* where u is not, neither are its errors */
-    answer->outcome = perp__gate(&worth, problem->tol, -1);
+    answer->outcome = perp__gate(&worth, p->tol, -1);
     answer->own = worth.own;
     answer->backward = worth.backward;
     if (!perp__is_good(answer->outcome))
         return 0;
-    write(&s, answer);
+    memcpy(answer->v, s.v, (size_t)p->width * sizeof *answer->v);
+    for (int32_t k = 0; k < p->contacts; k++) {
+        for (int32_t a = 0; a < AXES; a++) {
+            answer->impulse[AXES * k + a] = PERP__OF(s.r, k, a);
+            answer->velocity[AXES * k + a] = a < s.held[k] ? 0.0 : PERP__OF(s.after, k, a);
+        }
+        answer->modes[k] = s.modes[k];
+    }
+    answer->carrier[0] = s.rank == p->width ? PERP__RIGID_AT_REST : PERP__RIGID_FREE;
     answer->held = 1;
     answer->iterations = 0;
     return 1;

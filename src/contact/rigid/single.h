@@ -37,7 +37,6 @@ typedef struct perp__single {
     double change;               /* of the velocities by what holds, beside their terms */
     double columns[WIDTH][ROOM]; /* of C */
     double basis[WIDTH][ROOM];   /* of the rows that hold */
-    double gram[WIDTH][WIDTH];   /* P'P = L D L': L below, 1 / D on the diagonal */
 } perp__single;
 
 /* In the plane contacts have one tangent. */
@@ -79,8 +78,5 @@ PERP__KERNEL static void perp__single_push(const perp__single *s, const double (
 
 /* v, after and change, for the rows `held` of each contact. */
 void perp__single_hold(perp__single *s);
-/* The least impulses that leave the body nothing of its motion. Returns 0 where rows leave it some
- * way to go, or have a bias. */
-int32_t perp__single_guess(perp__single *s);
 
 #endif

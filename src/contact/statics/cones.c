@@ -5,19 +5,18 @@
 #include <string.h>
 
 #include "contact/statics/interior.h"
+#include "linalg/spatial.h"
 
-/* z_0 - |z_t|: how far inside. */
 double perp__cone_room(const double *z)
 {
-    return z[0] - hypot(z[1], z[2]);
+    return z[0] - perp__length2(z[1], z[2]);
 }
 
-/* sqrt(z_0^2 - |z_t|^2), without cancellation. */
-static double root_of(const double *z)
+double perp__cone_det(const double *z)
 {
-    const double t = hypot(z[1], z[2]);
+    const double t = perp__length2(z[1], z[2]);
 
-    return sqrt(fmax(z[0] - t, 0.0)) * sqrt(z[0] + t);
+    return fmax(z[0] - t, 0.0) * (z[0] + t);
 }
 
 /* H(w) = [w_0 w_t'; w_t I + w_t w_t' / (1 + w_0)], times `factor`. */
@@ -41,7 +40,8 @@ static void apply(const double *H, const double *x, double *y)
 
 void perp__cone_scale(perp__cone *cone)
 {
-    const double rz = root_of(cone->z), ru = root_of(cone->u), eta = sqrt(ru / rz);
+    const double rz = sqrt(perp__cone_det(cone->z)), ru = sqrt(perp__cone_det(cone->u)),
+                 eta = sqrt(ru / rz);
     double z[3], u[3], w[3], gamma = 0.0;
 
     for (int32_t i = 0; i < 3; i++) {
@@ -63,7 +63,7 @@ double perp__cone_longest(const double *z, const double *dz)
 {
     const double a = dz[0] * dz[0] - dz[1] * dz[1] - dz[2] * dz[2];
     const double b = z[0] * dz[0] - z[1] * dz[1] - z[2] * dz[2];
-    const double rz = root_of(z), c = rz * rz, q = b * b - a * c;
+    const double c = perp__cone_det(z), q = b * b - a * c;
     double most = dz[0] < 0.0 ? -z[0] / dz[0] : INFINITY, root;
 
     /* the roots of a t^2 + 2 b t + c, c > 0 */
@@ -81,7 +81,7 @@ double perp__cone_longest(const double *z, const double *dz)
 void perp__cone_aim(perp__cone *cone, double target, int32_t corrects)
 {
     const double *l = cone->lambda;
-    double right[3] = {target, 0.0, 0.0}, a[3], b[3], root = root_of(l), det = root * root, out[3];
+    double right[3] = {target, 0.0, 0.0}, a[3], b[3], det = perp__cone_det(l), out[3];
 
     right[0] -= l[0] * l[0] + l[1] * l[1] + l[2] * l[2];
     right[1] -= 2.0 * l[0] * l[1];

@@ -92,31 +92,29 @@ static int32_t first_place(const perp__statics *s, int32_t place)
     return first;
 }
 
-int32_t perp__statics_may_double(const perp__statics *s)
-{
-    double products = 0.0;
-
-    for (int32_t i = 0; i < s->rows->nodes; i++) {
-        const double row = s->rows->width * (double)(i - first_place(s, i) + 1);
-
-        products += 0.5 * s->rows->width * row * row;
-    }
-    return products <= MOST_PRODUCTS;
-}
-
-perp_status perp__statics_make_doubled(perp__statics *s)
+perp_status perp__statics_go_doubled(perp__statics *s, int32_t *goes)
 {
     const int32_t width = s->rows->width, n = s->rows->nodes * width;
+    double products = 0.0;
     perp_status status;
 
+    *goes = 0;
     s->envelope = 0;
-    for (int32_t i = 0; i < n; i++)
-        s->envelope += (size_t)(i - width * first_place(s, i / width) + 1);
+    for (int32_t i = 0; i < n; i++) {
+        const int32_t first = first_place(s, i / width);
+        const double row = width * (double)(i / width - first + 1);
+
+        products += 0.5 * row * row;
+        s->envelope += (size_t)(i - width * first + 1);
+    }
+    if (s->doubled || !(products <= MOST_PRODUCTS))
+        return PERP_OK;
     status = perp__arena_fit(&s->doubled_arena, s->context, lay_out, s);
     for (int32_t i = 0; status == PERP_OK && i < n; i++) {
         s->first[i] = width * first_place(s, i / width);
         s->starts[i] = i == 0 ? 0 : s->starts[i - 1] + (size_t)(i - s->first[i - 1]);
     }
+    s->doubled = *goes = status == PERP_OK;
     return status;
 }
 
@@ -124,15 +122,6 @@ perp_status perp__statics_make_doubled(perp__statics *s)
 static size_t row_of(const perp__statics *s, int32_t i)
 {
     return s->starts[i] - (size_t)s->first[i];
-}
-
-static void add_to(perp__statics *s, int32_t i, int32_t j, pair value)
-{
-    const size_t at = row_of(s, i) + (size_t)j;
-    const pair sum = add((pair){s->L[at], s->L_low[at]}, value);
-
-    s->L[at] = sum.high;
-    s->L_low[at] = sum.low;
 }
 
 /* The column j of A_l' F. */
@@ -147,38 +136,47 @@ static pair factor_entry(const perp__statics *s, const perp__statics_unit *unit,
     return sum;
 }
 
-static void assemble(perp__statics *s)
+/* K += A_from F F' A_to', of what is not above the diagonal. */
+static void add_block(perp__statics *s, int32_t u, const perp__statics_link *from,
+                      const perp__statics_link *to)
 {
+    const perp__statics_unit *unit = &s->rows->unit[u];
     const int32_t width = s->rows->width;
+    const int32_t row = width * s->fronts.place[from->node];
+    const int32_t column = width * s->fronts.place[to->node];
 
+    for (int32_t k = 0; k < unit->rows && column <= row; k++)
+        for (int32_t i = 0; i < width; i++) {
+            const pair P = factor_entry(s, unit, u, from, i, k);
+            double *L = s->L + row_of(s, row + i) + column;
+            double *low = s->L_low + row_of(s, row + i) + column;
+
+            for (int32_t j = 0; j < width && column + j <= row + i; j++) {
+                const pair sum =
+                    add((pair){L[j], low[j]}, times(P, factor_entry(s, unit, u, to, j, k)));
+
+                L[j] = sum.high;
+                low[j] = sum.low;
+            }
+        }
+}
+
+int32_t perp__statics_factor_doubled(perp__statics *s)
+{
+    const int32_t width = s->rows->width, n = s->rows->nodes * width;
+
+    /* 1. K's lower triangle. */
     memset(s->L, 0, s->envelope * sizeof *s->L);
     memset(s->L_low, 0, s->envelope * sizeof *s->L_low);
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
 
-        for (int32_t a = 0; a < unit->links && !s->idle[u]; a++)
-            for (int32_t b = 0; b < unit->links; b++) {
-                const perp__statics_link *from = &s->rows->link[unit->link + a], *to = from - a + b;
-                const int32_t row = width * s->fronts.place[from->node];
-                const int32_t column = width * s->fronts.place[to->node];
-
-                for (int32_t k = 0; k < unit->rows && column <= row; k++)
-                    for (int32_t i = 0; i < width; i++) {
-                        const pair P = factor_entry(s, unit, u, from, i, k);
-
-                        for (int32_t j = 0; j < width && column + j <= row + i; j++)
-                            add_to(s, row + i, column + j,
-                                   times(P, factor_entry(s, unit, u, to, j, k)));
-                    }
-            }
+        for (int32_t ab = 0; ab < unit->links * unit->links && !s->idle[u]; ab++)
+            add_block(s, u, &s->rows->link[unit->link + ab / unit->links],
+                      &s->rows->link[unit->link + ab % unit->links]);
     }
-}
 
-int32_t perp__statics_factor_doubled(perp__statics *s)
-{
-    const int32_t n = s->rows->nodes * s->rows->width;
-
-    assemble(s);
+    /* 2. Its factors, row after row. */
     for (int32_t i = 0; i < n; i++) {
         double *Li = s->L + row_of(s, i), *low = s->L_low + row_of(s, i);
         const double size = Li[i];
@@ -249,27 +247,6 @@ void perp__statics_solve_doubled(perp__statics *s, double *x, double *low)
 
 /* ---- products ---- */
 
-static void add_rows(const perp__statics *s, const perp__statics_unit *unit, const pair *x,
-                     double *to, double *low)
-{
-    const int32_t width = s->rows->width;
-
-    for (int32_t l = 0; l < unit->links; l++) {
-        const perp__statics_link *link = &s->rows->link[unit->link + l];
-        const double *A = s->rows->values + link->at;
-
-        for (int32_t i = 0; i < width; i++) {
-            const size_t at = (size_t)(link->node * width + i);
-            pair sum = {to[at], low[at]};
-
-            for (int32_t k = 0; k < unit->rows; k++)
-                sum = add(sum, times(x[k], single(A[k * width + i])));
-            to[at] = sum.high;
-            low[at] = sum.low;
-        }
-    }
-}
-
 static void apply_inverse(const perp__statics *s, int32_t u, pair *x)
 {
     const int32_t rows = s->rows->unit[u].rows;
@@ -288,33 +265,34 @@ static void apply_inverse(const perp__statics *s, int32_t u, pair *x)
     }
 }
 
-void perp__statics_push_doubled(perp__statics *s, double factor, const double *p, double *to,
-                                double *low)
+void perp__statics_push_doubled(perp__statics *s, double factor, int32_t inverse, const double *p,
+                                double *to, double *low)
 {
+    const int32_t width = s->rows->width;
+
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
         pair x[PERP__STATICS_MOST_ROWS];
 
-        if (s->idle[u])
+        if (inverse && s->idle[u])
             continue;
         for (int32_t k = 0; k < unit->rows; k++)
             x[k] = single(factor * p[unit->row + k]);
-        apply_inverse(s, u, x);
-        add_rows(s, unit, x, to, low);
-    }
-}
+        if (inverse)
+            apply_inverse(s, u, x);
+        for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
+            const double *A = s->rows->values + s->rows->link[l].at;
 
-void perp__statics_load_doubled(perp__statics *s, double factor, const double *x, double *to,
-                                double *low)
-{
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-        pair own[PERP__STATICS_MOST_ROWS];
+            for (int32_t i = 0; i < width; i++) {
+                const size_t at = (size_t)(s->rows->link[l].node * width + i);
+                pair sum = {to[at], low[at]};
 
-        for (int32_t k = 0; k < unit->rows; k++)
-            own[k] = single(factor * x[unit->row + k]);
-        if (!s->idle[u])
-            add_rows(s, unit, own, to, low);
+                for (int32_t k = 0; k < unit->rows; k++)
+                    sum = add(sum, times(x[k], single(A[k * width + i])));
+                to[at] = sum.high;
+                low[at] = sum.low;
+            }
+        }
     }
 }
 
@@ -331,14 +309,14 @@ void perp__statics_pull_doubled(perp__statics *s, const double *p, const double 
             q[k] = single(s->idle[u] ? 0.0 : p[unit->row + k]);
         for (int32_t l = 0; l < unit->links && !s->idle[u]; l++) {
             const perp__statics_link *link = &s->rows->link[unit->link + l];
-            const double *A = s->rows->values + link->at;
 
-            for (int32_t k = 0; k < unit->rows; k++)
-                for (int32_t i = 0; i < width; i++) {
-                    const size_t at = (size_t)(link->node * width + i);
+            for (int32_t i = 0; i < unit->rows * width; i++) {
+                const size_t at = (size_t)(link->node * width + i % width);
 
-                    q[k] = add(q[k], times(single(A[k * width + i]), (pair){dy[at], dy_low[at]}));
-                }
+                q[i / width] =
+                    add(q[i / width], times(single(s->rows->values[link->at + (size_t)i]),
+                                            (pair){dy[at], dy_low[at]}));
+            }
         }
         if (!s->idle[u])
             apply_inverse(s, u, q);

@@ -18,9 +18,9 @@ static const double *link_rows(const perp__statics *s, const perp__statics_link 
     return s->rows->values + link->at;
 }
 
-/* Neighbours of each node, sorted. Returns how many in all; graph: NULL to count. */
-static int32_t list_neighbours(perp__statics *s, const int32_t *unit_starts, const int32_t *units,
-                               int32_t *starts, int32_t *graph)
+/* Neighbours of each node, sorted. */
+static void list_neighbours(perp__statics *s, const int32_t *unit_starts, const int32_t *units,
+                            int32_t *starts, int32_t *graph)
 {
     const perp__statics_rows *rows = s->rows;
     int32_t count = 0;
@@ -28,44 +28,36 @@ static int32_t list_neighbours(perp__statics *s, const int32_t *unit_starts, con
     for (int32_t i = 0; i < rows->nodes; i++)
         s->mark[i] = -1;
     for (int32_t i = 0; i < rows->nodes; i++) {
-        const int32_t first = count;
-
         starts[i] = count;
         s->mark[i] = i;
-        if (graph)
-            graph[count] = i;
-        count++;
+        graph[count++] = i;
         for (int32_t at = unit_starts[i]; at < unit_starts[i + 1]; at++) {
             const perp__statics_unit *unit = &rows->unit[units[at]];
 
-            for (int32_t l = 0; l < unit->links; l++) {
-                const int32_t other = rows->link[unit->link + l].node;
+            for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
+                const int32_t other = rows->link[l].node;
 
-                if (s->mark[other] == i)
-                    continue;
+                if (s->mark[other] != i)
+                    graph[count++] = other;
                 s->mark[other] = i;
-                if (graph)
-                    graph[count] = other;
-                count++;
             }
         }
-        if (graph)
-            perp__sort_few(graph + first, count - first);
+        perp__sort_few(graph + starts[i], count - starts[i]);
     }
     starts[rows->nodes] = count;
-    return count;
 }
 
 perp_status perp__statics_order(perp__statics *s)
 {
     const perp__statics_rows *rows = s->rows;
-    int32_t *unit_starts = NULL, *units = NULL, *graph = NULL, count;
+    int32_t *unit_starts = NULL, *units = NULL, *graph = NULL;
     perp_status status = PERP_ERROR_MEMORY;
 
     /* 1. Units of each node. */
     unit_starts = perp__allocate(s->context, (size_t)rows->nodes + 2, sizeof *unit_starts);
     units = perp__allocate(s->context, (size_t)rows->links + 1, sizeof *units);
-    if (!unit_starts || !units)
+    graph = perp__allocate(s->context, (size_t)rows->nodes + s->edges + 1, sizeof *graph);
+    if (!unit_starts || !units || !graph)
         goto done;
     memset(unit_starts, 0, ((size_t)rows->nodes + 2) * sizeof *unit_starts);
     for (int32_t i = 0; i < rows->links; i++)
@@ -77,10 +69,6 @@ perp_status perp__statics_order(perp__statics *s)
             units[unit_starts[rows->link[rows->unit[u].link + l].node + 1]++] = u;
 
     /* 2. The graph, and the order of elimination. */
-    count = list_neighbours(s, unit_starts, units, s->graph_starts, NULL);
-    graph = perp__allocate(s->context, (size_t)count + 1, sizeof *graph);
-    if (!graph)
-        goto done;
     list_neighbours(s, unit_starts, units, s->graph_starts, graph);
     status = perp__fronts_analyse(&s->fronts, s->context, rows->nodes, rows->width, s->graph_starts,
                                   graph);
@@ -93,7 +81,9 @@ perp_status perp__statics_order(perp__statics *s)
         for (int32_t a = 0; a < links; a++)
             for (int32_t b = 0; b < links; b++)
                 s->edge[s->unit_edge[u] + a * links + b] =
-                    perp__fronts_edge(&s->fronts, link[a].node, link[b].node);
+                    s->fronts.place[link[a].node] < s->fronts.place[link[b].node]
+                        ? -1 /* above the diagonal: never read */
+                        : perp__fronts_edge(&s->fronts, link[a].node, link[b].node);
     }
 done:
     perp__release(s->context, graph);
@@ -102,33 +92,8 @@ done:
     return status == PERP_ERROR_MEMORY ? perp__fail_memory(s->context, "statics") : status;
 }
 
-/* P := A_l' F of a link: by coordinates, rows of F side by side. */
-PERP__KERNEL static void multiply_factor(int32_t width, int32_t rows, const double *A,
-                                         const double *F, double *P)
-{
-    for (int32_t j = 0; j < rows; j++)
-        for (int32_t i = 0; i < width; i++) {
-            double sum = 0.0;
-
-            for (int32_t k = 0; k < rows; k++)
-                sum += A[k * width + i] * F[k * rows + j];
-            P[j * width + i] = sum;
-        }
-}
-
-/* block += P Q', column by column. */
-PERP__KERNEL static void add_product(int32_t width, int32_t rows, const double *P, const double *Q,
-                                     double *block)
-{
-    for (int32_t c = 0; c < width; c++)
-        for (int32_t j = 0; j < rows; j++) {
-            const double q = Q[j * width + c];
-
-            for (int32_t i = 0; i < width; i++)
-                block[c * width + i] += P[j * width + i] * q;
-        }
-}
-
+/* K += A S^-1 A' = P P' of all units, P := A'F: of each link by coordinates, rows of F side by
+ * side. width, and rows_of where the unit has as many: constants of bodies and their contacts. */
 PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, int32_t rows_of)
 {
     const perp__statics_rows *rows = s->rows;
@@ -136,64 +101,43 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
 
     for (int32_t u = 0; u < rows->units; u++) {
         const perp__statics_unit *unit = &rows->unit[u];
-        const perp__statics_link *link = rows->link + unit->link;
-        const int32_t count = rows_of > 0 && unit->rows == rows_of ? rows_of : unit->rows;
+        const int32_t n = rows_of > 0 && unit->rows == rows_of ? rows_of : unit->rows;
         const int32_t *edge = s->edge + s->unit_edge[u];
-        double P[2][36];
+        const double *F = s->F + s->square[u];
 
-        if (s->idle[u] || unit->links > 2)
-            continue;
-        for (int32_t a = 0; a < unit->links; a++)
-            multiply_factor(width, count, link_rows(s, &link[a]), s->F + s->square[u], P[a]);
-        for (int32_t a = 0; a < unit->links; a++)
-            for (int32_t b = 0; b < unit->links; b++)
-                add_product(width, count, P[a], P[b],
-                            s->fronts.values + (size_t)edge[a * unit->links + b] * square);
+        for (int32_t a = 0; a < unit->links && !s->idle[u]; a++) {
+            const double *A = link_rows(s, &rows->link[unit->link + a]);
+            double *restrict P = s->P + (size_t)(a * n) * (size_t)width;
+
+            for (int32_t j = 0; j < n; j++)
+                for (int32_t i = 0; i < width; i++) {
+                    double sum = 0.0;
+
+                    for (int32_t k = 0; k < n; k++)
+                        sum += A[k * width + i] * F[k * n + j];
+                    P[j * width + i] = sum;
+                }
+        }
+        for (int32_t pair = 0; pair < unit->links * unit->links && !s->idle[u]; pair++) {
+            const double *P = s->P + (size_t)(pair / unit->links * n) * (size_t)width;
+            const double *Q = s->P + (size_t)(pair % unit->links * n) * (size_t)width;
+            double *restrict block =
+                s->fronts.values + (size_t)(edge[pair] < 0 ? 0 : edge[pair]) * square;
+
+            for (int32_t c = 0; c < width && edge[pair] >= 0; c++)
+                for (int32_t j = 0; j < n; j++) {
+                    const double q = Q[j * width + c];
+
+                    for (int32_t i = 0; i < width; i++)
+                        block[c * width + i] += P[j * width + i] * q;
+                }
+        }
     }
 }
 
 PERP__MULTIVERSION(assemble_bodies, (const perp__statics *s), (s))
 {
     assemble_units(s, 6, 3);
-}
-
-/* Units of any width and number of links, entry by entry. */
-static void assemble_wide(const perp__statics *s)
-{
-    const perp__statics_rows *rows = s->rows;
-    const int32_t width = rows->width;
-    const size_t square = (size_t)width * (size_t)width;
-
-    for (int32_t u = 0; u < rows->units; u++) {
-        const perp__statics_unit *unit = &rows->unit[u];
-        const perp__statics_link *link = rows->link + unit->link;
-        const double *F = s->F + s->square[u];
-        double T[36];
-
-        if (s->idle[u] || (width <= 6 && unit->links <= 2))
-            continue;
-        for (int32_t i = 0; i < unit->rows; i++)
-            for (int32_t j = 0; j < unit->rows; j++) {
-                T[i * unit->rows + j] = 0.0;
-                for (int32_t k = 0; k < unit->rows; k++)
-                    T[i * unit->rows + j] += F[i * unit->rows + k] * F[j * unit->rows + k];
-            }
-        for (int32_t a = 0; a < unit->links; a++)
-            for (int32_t b = 0; b < unit->links; b++) {
-                const double *A = link_rows(s, &link[a]), *B = link_rows(s, &link[b]);
-                double *block = s->fronts.values +
-                                (size_t)s->edge[s->unit_edge[u] + a * unit->links + b] * square;
-
-                for (int32_t k = 0; k < unit->rows; k++)
-                    for (int32_t m = 0; m < unit->rows; m++)
-                        for (int32_t c = 0; c < width; c++) {
-                            const double q = T[k * unit->rows + m] * B[m * width + c];
-
-                            for (int32_t i = 0; i < width; i++)
-                                block[c * width + i] += A[k * width + i] * q;
-                        }
-            }
-    }
 }
 
 static double *diagonal_of(const perp__statics *s, int32_t node, int32_t i)
@@ -218,13 +162,12 @@ int32_t perp__statics_factor(perp__statics *s)
     memset(s->fronts.values, 0, (size_t)s->fronts.starts[rows->nodes] * square * sizeof(double));
     if (width == 6)
         assemble_bodies(s);
-    else if (width < 6)
+    else
         assemble_units(s, width, 0);
-    assemble_wide(s);
     for (int32_t node = 0; node < rows->nodes; node++)
         for (int32_t i = 0; i < width; i++)
             most = fmax(most, *diagonal_of(s, node, i));
-    for (int32_t node = 0; node < rows->nodes; node++) {
+    for (int32_t node = 0; node < rows->nodes; node++)
         for (int32_t i = 0; i < width; i++) {
             double *entry = diagonal_of(s, node, i);
             const double size = *entry;
@@ -232,21 +175,17 @@ int32_t perp__statics_factor(perp__statics *s)
             *entry += SHIFT * (size > 0.0 ? size : most > 0.0 ? most : 1.0);
             s->shift[node * width + i] = *entry - size;
         }
-    }
     return perp__fronts_factor(&s->fronts, 0, rows->nodes);
 }
 
-/* x := K^-1 x. */
 void perp__statics_solve(perp__statics *s, double *x, double *low)
 {
-    const size_t bytes = (size_t)(s->rows->nodes * s->rows->width) * sizeof(double);
-
     if (s->doubled) {
         perp__statics_solve_doubled(s, x, low);
-        return;
+    } else {
+        perp__fronts_solve(&s->fronts, 0, s->rows->nodes, x);
+        memset(low, 0, perp__statics_numbers(s) * sizeof *low);
     }
-    perp__fronts_solve(&s->fronts, 0, s->rows->nodes, x);
-    memset(low, 0, bytes);
 }
 
 PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
@@ -306,55 +245,33 @@ PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const doub
 }
 
 PERP__MULTIVERSION(push_all,
-                   (const perp__statics *s, int32_t width, double factor, const double *p,
-                    double *to),
-                   (s, width, factor, p, to))
+                   (const perp__statics *s, int32_t width, int32_t inverse, double factor,
+                    const double *p, double *to),
+                   (s, width, inverse, factor, p, to))
 {
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
         double out[PERP__STATICS_MOST_ROWS];
+        const double *x = inverse ? out : p + unit->row;
 
-        if (s->idle[u])
+        if (inverse && s->idle[u])
             continue;
-        apply_inverse(s->F + s->square[u], unit->rows, p + unit->row, out);
+        if (inverse)
+            apply_inverse(s->F + s->square[u], unit->rows, p + unit->row, out);
         if (width == 6)
-            add_rows(s, unit, 6, factor, out, to);
+            add_rows(s, unit, 6, factor, x, to);
         else
-            add_rows(s, unit, width, factor, out, to);
+            add_rows(s, unit, width, factor, x, to);
     }
 }
 
-void perp__statics_push(perp__statics *s, double factor, const double *p, double *to, double *low)
+void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
+                        double *to, double *low)
 {
     if (s->doubled)
-        perp__statics_push_doubled(s, factor, p, to, low);
+        perp__statics_push_doubled(s, factor, inverse, p, to, low);
     else
-        push_all(s, s->rows->width, factor, p, to);
-}
-
-PERP__MULTIVERSION(load_all,
-                   (const perp__statics *s, int32_t width, double factor, const double *x,
-                    double *to),
-                   (s, width, factor, x, to))
-{
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-
-        if (s->idle[u])
-            continue;
-        if (width == 6)
-            add_rows(s, unit, 6, factor, x + unit->row, to);
-        else
-            add_rows(s, unit, width, factor, x + unit->row, to);
-    }
-}
-
-void perp__statics_load(perp__statics *s, double factor, const double *x, double *to, double *low)
-{
-    if (s->doubled)
-        perp__statics_load_doubled(s, factor, x, to, low);
-    else
-        load_all(s, s->rows->width, factor, x, to);
+        push_all(s, s->rows->width, inverse, factor, p, to);
 }
 
 PERP__MULTIVERSION(pull_all,

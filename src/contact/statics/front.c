@@ -1,4 +1,5 @@
 /* perp/statics.h: checks, and rows of H and G as units on a graph of nodes. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -32,19 +33,21 @@ typedef struct front {
     perp__matrix H, G;
     int32_t n, rows, size; /* rows of H; with those of G */
     const double *f, *load;
+    const double *w; /* rows of H, or NULL: contacts with a normal above 0 are open */
+    int32_t lost;    /* 1: doubles do not hold all numbers in these units */
 
     perp__arena arena;
-    int32_t units, entries, own_rows, links;
+    int32_t entries;
     size_t numbers;
     int32_t *starts, *columns; /* of H and G, row by row */
     double *entry;
-    int32_t *given_row; /* own_rows: the caller's */
+    int32_t *given_row; /* own.size: the caller's */
     int32_t *mark;      /* n: the unit that met a block last */
     double *scale;      /* n: powers of two that bring velocities to rows of size 1 */
     perp__statics_unit *unit;
     perp__statics_link *link;
     double *values, *forces, *loads, *r, *v;
-    perp__statics_rows own;
+    perp__statics_rows own; /* its rows: those that can carry something */
 } front;
 
 /* ---- checks ---- */
@@ -87,7 +90,7 @@ static perp_status read_problem(front *a, const perp_statics_problem *given)
         status = perp__check_vector(a->context, "load", own.load, (size_t)a->n);
     a->f = own.f;
     a->load = own.load;
-    a->units = a->laws.contacts + a->laws.bounded + a->size - a->rows;
+    a->own.units = a->laws.contacts + a->laws.bounded + a->size - a->rows;
     return status;
 }
 
@@ -122,7 +125,7 @@ static void lay_out_rows(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, (size_t)a->size, &a->given_row);
     a->mark = perp__arena_take(arena, (size_t)a->n, sizeof *a->mark);
     a->scale = perp__arena_take(arena, (size_t)a->n, sizeof *a->scale);
-    a->unit = perp__arena_take(arena, (size_t)a->units, sizeof *a->unit);
+    a->unit = perp__arena_take(arena, (size_t)a->own.units, sizeof *a->unit);
 }
 
 static int32_t count_entries(const perp__matrix *M)
@@ -135,33 +138,27 @@ static int32_t count_entries(const perp__matrix *M)
     return count;
 }
 
-static void sort_entries(front *a, const perp__matrix *M, int32_t first_row, int32_t fills)
-{
-    perp__cursor at = perp__first(M);
-
-    while (M->rows > 0 && perp__advance(&at)) {
-        int32_t *place = &a->starts[first_row + at.i + (fills ? 1 : 2)];
-
-        if (fills) {
-            a->columns[*place] = at.j;
-            a->entry[*place] = at.value;
-        }
-        ++*place;
-    }
-}
-
 /* The entries of H and G row by row, and what brings their columns to size 1; noise stays so. */
 static void list_rows(front *a)
 {
     double most = 0.0;
 
     memset(a->starts, 0, ((size_t)a->size + 2) * sizeof *a->starts);
-    sort_entries(a, &a->H, 0, 0);
-    sort_entries(a, &a->G, a->rows, 0);
-    for (int32_t i = 0; i <= a->size; i++)
-        a->starts[i + 1] += a->starts[i];
-    sort_entries(a, &a->H, 0, 1);
-    sort_entries(a, &a->G, a->rows, 1);
+    for (int32_t pass = 0; pass < 4; pass++) { /* H and G are counted, then filled in */
+        const perp__matrix *M = pass % 2 == 0 ? &a->H : &a->G;
+        int32_t *place = a->starts + (pass % 2 == 0 ? 0 : a->rows) + (pass < 2 ? 2 : 1);
+        perp__cursor at = perp__first(M);
+
+        for (int32_t i = 0; i <= a->size && pass == 2; i++)
+            a->starts[i + 1] += a->starts[i];
+        while (M->rows > 0 && perp__advance(&at)) {
+            if (pass >= 2) {
+                a->columns[place[at.i]] = at.j;
+                a->entry[place[at.i]] = at.value;
+            }
+            place[at.i]++;
+        }
+    }
     for (int32_t j = 0; j < a->n; j++)
         a->scale[j] = 0.0;
     for (int32_t e = 0; e < a->entries; e++) {
@@ -174,36 +171,40 @@ static void list_rows(front *a)
                                                                    : 1.0));
 }
 
-/* The units of the laws; own_rows: those that can carry something. A row whose bounds are equal is
- * a force, added to the others in `forces`. */
+/* The units of the laws. A row whose bounds are equal is a force, added to the others. */
 static void list_units(front *a)
 {
     const perp_contact_laws *laws = &a->laws;
     int32_t row = 0;
 
-    a->own_rows = 0;
-    for (int32_t u = 0; u < a->units; u++) {
+    a->own.size = 0;
+    for (int32_t u = 0; u < a->own.units; u++) {
         perp__statics_unit *unit = &a->unit[u];
         const int32_t k = u - laws->contacts;
-        const double mu = laws->mu && k < 0 ? laws->mu[u] : 0.0;
 
         memset(unit, 0, sizeof *unit);
-        unit->row = a->own_rows;
+        unit->row = a->own.size;
         if (k < 0) {
             const int32_t tangents = perp__contact_dim(laws, u) - 1;
 
-            unit->mu = mu;
+            const int32_t open = a->w && a->w[row] > 0.0;
+
+            unit->mu = laws->mu ? laws->mu[u] : 0.0;
             unit->rolling = laws->rolling ? laws->rolling[u] : 0.0;
             unit->spinning = laws->spinning ? laws->spinning[u] : 0.0;
-            unit->tangents = mu > 0.0 ? tangents : 0;
+            unit->tangents = unit->mu > 0.0 ? tangents : 0;
             unit->rolls = unit->rolling > 0.0 ? tangents : 0;
             unit->spins = unit->spinning > 0.0;
-            a->given_row[a->own_rows++] = row++;
+            a->given_row[a->own.size++] = row++;
             for (int32_t j = 0; j < tangents; j++, row++)
                 if (unit->tangents > 0)
-                    a->given_row[a->own_rows++] = row;
+                    a->given_row[a->own.size++] = row;
             for (int32_t j = 0; j < unit->rolls + unit->spins; j++)
-                a->given_row[a->own_rows++] = row++;
+                a->given_row[a->own.size++] = row++;
+            if (open) {
+                a->own.size = unit->row;
+                unit->tangents = unit->rolls = unit->spins = 0;
+            }
         } else {
             unit->kind = k < laws->bounded ? PERP__STATICS_INTERVAL : PERP__STATICS_FREE;
             unit->lower = k < laws->bounded && laws->lower ? laws->lower[k] : 0.0;
@@ -211,10 +212,10 @@ static void list_units(front *a)
             if (unit->lower == -INFINITY && unit->upper == INFINITY)
                 unit->kind = PERP__STATICS_FREE;
             if (k >= laws->bounded || unit->lower < unit->upper)
-                a->given_row[a->own_rows++] = row;
+                a->given_row[a->own.size++] = row;
             row++;
         }
-        unit->rows = a->own_rows - unit->row;
+        unit->rows = a->own.size - unit->row;
     }
 }
 
@@ -225,7 +226,7 @@ static int32_t count_links(front *a, int32_t width, double *work)
 
     memset(a->mark, -1, (size_t)a->n * sizeof *a->mark);
     *work = 0.0;
-    for (int32_t u = 0; u < a->units; u++) {
+    for (int32_t u = 0; u < a->own.units; u++) {
         int32_t own = 0;
 
         for (int32_t k = 0; k < a->unit[u].rows; k++) {
@@ -243,37 +244,25 @@ static int32_t count_links(front *a, int32_t width, double *work)
     return sum;
 }
 
-/* Coordinates a node: all, six or three as bodies have them, or one: the most that costs little
- * more than the best, for it is beside all forces of a node that one of them is balanced. */
-static int32_t choose_width(front *a)
-{
-    const int32_t widths[] = {a->n, 6, 3, 1};
-    double work[4], least = INFINITY;
-    int32_t best = 3;
-
-    for (int32_t k = 3; k >= 0; k--) {
-        work[k] = INFINITY;
-        if (widths[k] > a->n || widths[k] < 1)
-            continue;
-        count_links(a, widths[k], &work[k]);
-        least = fmin(least, work[k]);
-    }
-    for (int32_t k = 3; k >= 0; k--)
-        if (work[k] <= LITTLE_MORE * least)
-            best = k;
-    a->links = count_links(a, widths[best], &least);
-    return widths[best];
-}
-
 static void lay_out_values(perp__arena *arena, void *object)
 {
     front *a = object;
     const size_t n = (size_t)a->own.nodes * (size_t)a->own.width;
 
-    a->link = perp__arena_take(arena, (size_t)a->links, sizeof *a->link);
+    a->link = perp__arena_take(arena, (size_t)a->own.links, sizeof *a->link);
     a->values = perp__arena_take(arena, a->numbers, sizeof *a->values);
-    a->r = perp__arena_take(arena, (size_t)a->own_rows, sizeof *a->r);
+    a->r = perp__arena_take(arena, (size_t)a->own.size, sizeof *a->r);
     PERP__DOUBLES(arena, n, &a->forces, &a->loads, &a->v);
+}
+
+/* A number in the unit of its velocity. Where doubles do not hold it there it is lost. */
+static double bring_in(front *a, double x, double scale)
+{
+    const double size = fabs(scale * x);
+
+    a->lost |=
+        x != 0.0 && (!(size > 0.0 && size < INFINITY) || (size < DBL_MIN && fabs(x) >= DBL_MIN));
+    return scale * x;
 }
 
 static void fill_links(front *a)
@@ -284,7 +273,7 @@ static void fill_links(front *a)
 
     memset(a->mark, -1, (size_t)a->n * sizeof *a->mark);
     memset(a->values, 0, a->numbers * sizeof *a->values);
-    for (int32_t u = 0; u < a->units; u++) {
+    for (int32_t u = 0; u < a->own.units; u++) {
         perp__statics_unit *unit = &a->unit[u];
 
         unit->link = links;
@@ -300,23 +289,58 @@ static void fill_links(front *a)
                     at += (size_t)(unit->rows * width);
                 }
                 a->values[a->link[a->mark[node]].at + (size_t)(k * width + i)] =
-                    a->entry[e] * a->scale[a->columns[e]];
+                    bring_in(a, a->entry[e], a->scale[a->columns[e]]);
             }
         }
         unit->links = links - unit->link;
     }
 }
 
-/* Forces in nodes; rows whose bounds are equal push as they are told. */
-static void fill_forces(front *a)
+static perp_status build(front *a, perp__arena *values)
 {
-    const size_t n = (size_t)a->own.nodes * (size_t)a->own.width;
+    const int32_t widths[] = {a->n > 0 ? a->n : 1, 6, 3, 1};
+    double work[4], least = INFINITY;
+    int32_t best = 3;
+    perp_status status;
 
-    memset(a->forces, 0, n * sizeof *a->forces);
-    memset(a->loads, 0, n * sizeof *a->loads);
+    /* 1. Units of rows. */
+    a->entries = count_entries(&a->H) + count_entries(&a->G);
+    status = perp__arena_fit(&a->arena, a->context, lay_out_rows, a);
+    if (status != PERP_OK)
+        return status;
+    list_rows(a);
+    list_units(a);
+
+    /* 2. Coordinates a node: all, six or three as bodies have them, or one: the most that costs
+     * little more than the best, for it is beside all forces of a node that one is balanced. */
+    for (int32_t k = 3; k >= 0; k--) {
+        work[k] = INFINITY;
+        if (widths[k] > a->n)
+            continue;
+        count_links(a, widths[k], &work[k]);
+        least = fmin(least, work[k]);
+    }
+    for (int32_t k = 3; k >= 0; k--)
+        if (work[k] <= LITTLE_MORE * least)
+            best = k;
+    a->own.width = widths[best];
+    a->own.links = count_links(a, widths[best], &least);
+    a->own.nodes = (a->n + a->own.width - 1) / a->own.width;
+    a->numbers = (size_t)a->own.links * (size_t)(PERP__STATICS_MOST_ROWS * a->own.width);
+    status = perp__arena_fit(values, a->context, lay_out_values, a);
+    if (status != PERP_OK)
+        return status;
+    fill_links(a);
+    a->own.unit = a->unit;
+    a->own.link = a->link;
+    a->own.values = a->values;
+
+    /* 3. Forces in nodes; rows whose bounds are equal push as they are told. */
+    memset(a->forces, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->forces);
+    memset(a->loads, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->loads);
     for (int32_t j = 0; j < a->n; j++) {
-        a->forces[j] = a->scale[j] * a->f[j];
-        a->loads[j] = a->load ? a->scale[j] * a->load[j] : 0.0;
+        a->forces[j] = bring_in(a, a->f[j], a->scale[j]);
+        a->loads[j] = a->load ? bring_in(a, a->load[j], a->scale[j]) : 0.0;
     }
     for (int32_t k = 0; k < a->laws.bounded; k++) {
         const perp__statics_unit *unit = &a->unit[a->laws.contacts + k];
@@ -325,58 +349,60 @@ static void fill_forces(front *a)
         for (int32_t e = a->starts[row]; e < a->starts[row + 1] && unit->rows == 0; e++)
             a->forces[a->columns[e]] += a->scale[a->columns[e]] * a->entry[e] * unit->lower;
     }
-}
-
-static perp_status build(front *a, perp__arena *values)
-{
-    perp_status status;
-
-    a->entries = count_entries(&a->H) + count_entries(&a->G);
-    status = perp__arena_fit(&a->arena, a->context, lay_out_rows, a);
-    if (status != PERP_OK)
-        return status;
-    list_rows(a);
-    list_units(a);
-    a->own.width = a->n > 0 ? choose_width(a) : 1;
-    a->own.nodes = (a->n + a->own.width - 1) / a->own.width;
-    a->numbers = (size_t)a->links * (size_t)(PERP__STATICS_MOST_ROWS * a->own.width);
-    status = perp__arena_fit(values, a->context, lay_out_values, a);
-    if (status != PERP_OK)
-        return status;
-    fill_links(a);
-    fill_forces(a);
-    a->own.units = a->units;
-    a->own.size = a->own_rows;
-    a->own.links = a->links;
-    a->own.unit = a->unit;
-    a->own.link = a->link;
-    a->own.values = a->values;
     return PERP_OK;
 }
 
-/* ---- the answer ---- */
-
-static void write_impulses(const front *a, double *r)
+/* Impulses in the caller's rows; velocities in its coordinates, the largest 1. Scales are those
+ * beside the largest of them, for all may be next to nothing. */
+static void write_answer(const front *a, perp__statics_answer *answer, double *r, double *v)
 {
-    for (int32_t i = 0; i < a->size; i++)
-        r[i] = 0.0;
-    for (int32_t i = 0; i < a->own_rows; i++)
-        r[a->given_row[i]] = a->r[i];
-    for (int32_t k = 0; k < a->laws.bounded; k++)
-        if (a->unit[a->laws.contacts + k].rows == 0)
-            r[a->rows - a->laws.bounded + k] = a->unit[a->laws.contacts + k].lower;
-}
-
-/* In the caller's coordinates, the largest 1. */
-static void write_velocities(const front *a, double *v, double *work)
-{
+    const double unit = perp__largest(a->scale, a->n);
     double most = 0.0;
 
-    for (int32_t j = 0; j < a->n; j++)
-        most = fmax(most, a->scale[j] * fabs(a->v[j]));
-    for (int32_t j = 0; j < a->n && v; j++)
-        v[j] = a->scale[j] * a->v[j] / most;
-    *work /= most;
+    if (answer->verdict == PERP_STATICS_STANDS && r) {
+        for (int32_t i = 0; i < a->size; i++)
+            r[i] = 0.0;
+        for (int32_t i = 0; i < a->own.size; i++)
+            r[a->given_row[i]] = a->r[i];
+        for (int32_t k = 0; k < a->laws.bounded; k++)
+            if (a->unit[a->laws.contacts + k].rows == 0)
+                r[a->rows - a->laws.bounded + k] = a->unit[a->laws.contacts + k].lower;
+    } else if (answer->verdict == PERP_STATICS_FALLS) {
+        for (int32_t j = 0; j < a->n; j++)
+            most = fmax(most, a->scale[j] / unit * fabs(a->v[j]));
+        for (int32_t j = 0; j < a->n && v; j++)
+            v[j] = a->scale[j] / unit * a->v[j] / most;
+        answer->work = fmin(answer->work / unit / most, DBL_MAX);
+    }
+}
+
+/* Builds and decides for what was read. */
+static perp_status decide(front *a, const perp__statics_aim *given, perp__statics_answer *answer,
+                          double *r, double *v)
+{
+    perp__statics_aim aim = *given;
+    perp__statics *statics = NULL;
+    perp__arena values = {0};
+    perp_status status = build(a, &values);
+
+    if (status == PERP_OK && !(statics = perp__statics_create(a->context)))
+        status = PERP_ERROR_MEMORY;
+    PERP__THEN(status, perp__statics_set_up(statics, &a->own));
+    if (status == PERP_OK) {
+        answer->r = a->r;
+        answer->v = a->v;
+        aim.load = a->load ? a->loads : NULL;
+        status = perp__statics_decide(statics, answer, a->forces, &aim);
+    }
+    if (status == PERP_OK) {
+        if (a->lost)
+            answer->verdict = PERP_STATICS_INDETERMINATE;
+        write_answer(a, answer, r, v);
+    }
+    perp__statics_destroy(statics);
+    perp__arena_release(&values);
+    perp__arena_release(&a->arena);
+    return status;
 }
 
 perp_status perp_contact_statics(perp_context *context, double *r, double *v,
@@ -386,45 +412,48 @@ perp_status perp_contact_statics(perp_context *context, double *r, double *v,
     const double started = perp__now();
     perp__statics_aim aim = {0};
     perp__statics_answer answer = {0};
-    perp__statics *statics = NULL;
-    perp__arena values = {0};
-    front a = {0};
+    front a = {.context = context};
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    a.context = context;
     status = PERP__CHECK(perp_statics_result, context, result);
     PERP__THEN(status, perp__statics_read_settings(context, &aim, settings));
     PERP__THEN(status, read_problem(&a, problem));
-    PERP__THEN(status, build(&a, &values));
-    if (status == PERP_OK && !(statics = perp__statics_create(context)))
-        status = PERP_ERROR_MEMORY;
-    PERP__THEN(status, perp__statics_set_up(statics, &a.own));
+    PERP__THEN(status, decide(&a, &aim, &answer, r, v));
     if (status == PERP_OK) {
-        answer.r = a.r;
-        answer.v = a.v;
-        aim.load = a.load ? a.loads : NULL;
-        status = perp__statics_decide(statics, &answer, a.forces, &aim);
-    }
-    if (status == PERP_OK) {
-        perp_statics_result own = {0};
+        perp_statics_result own = {.verdict = answer.verdict,
+                                   .iterations = answer.iterations,
+                                   .margin = answer.margin,
+                                   .safety = answer.safety,
+                                   .unbalance = answer.unbalance,
+                                   .work = answer.work,
+                                   .seconds = perp__now() - started};
 
-        if (answer.verdict == PERP_STATICS_STANDS && r)
-            write_impulses(&a, r);
-        if (answer.verdict == PERP_STATICS_FALLS)
-            write_velocities(&a, v, &answer.work);
-        own.verdict = answer.verdict;
-        own.iterations = answer.iterations;
-        own.margin = answer.margin;
-        own.safety = answer.safety;
-        own.unbalance = answer.unbalance;
-        own.work = answer.work;
-        own.seconds = perp__now() - started;
         perp__struct_write(result, &own, sizeof own);
     }
-    perp__statics_destroy(statics);
-    perp__arena_release(&values);
-    perp__arena_release(&a.arena);
     return perp__leave(context, status);
+}
+
+perp_status perp__statics_rests(perp_context *context, const perp_contact_laws *laws,
+                                const perp__dynamics *dynamics, const double *f, const double *w,
+                                double *r, int32_t *rests)
+{
+    const perp__statics_aim aim = {PERP_STATICS_LEAST, MOST_ITERATIONS, 0, NULL};
+    perp__statics_answer answer = {0};
+    front a = {.context = context,
+               .laws = *laws,
+               .H = dynamics->H,
+               .G = dynamics->G,
+               .n = dynamics->n,
+               .rows = dynamics->H.rows,
+               .size = dynamics->size,
+               .f = f,
+               .w = w};
+    perp_status status;
+
+    a.own.units = laws->contacts + dynamics->G.rows;
+    status = decide(&a, &aim, &answer, r, NULL);
+    *rests = status == PERP_OK && answer.verdict == PERP_STATICS_STANDS;
+    return status;
 }

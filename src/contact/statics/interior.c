@@ -1,7 +1,7 @@
 /* Phase one of a primal-dual interior-point method that starts balanced: x with A x = b by least
  * squares, s below the worst margin of a cone, then
  *
- *   maximise s   subject to   A x = b,   z = B x + h - s e in K,   s <= limit
+ *   maximise s   subject to   A x = b,   z = B x + h - s e in K,   s <= 1
  *
  * A dx = 0 from then on, so that the first iterate with s > 0 is an equilibrium strictly inside all
  * cones. The dual, B'u + A'y = 0, e'u + tau = 1, u in K, is at once the proof where there is none:
@@ -48,6 +48,9 @@
 
 /* A step that leads nowhere. */
 #define SHORT 1e-6
+
+/* What z may differ by from what x makes of it. */
+#define ROUGHLY 1e-6
 
 /* Of joints: rho beside u z. */
 #define PROXIMAL 0.1
@@ -146,40 +149,35 @@ static void condense_stack(perp__statics *s, int32_t u)
     }
 }
 
-/* F, k and what they add to kappa, of the scaled cones of a unit. */
-static void condense_unit(perp__statics *s, int32_t u, double rho)
-{
-    const perp__statics_unit *unit = &s->rows->unit[u];
-    const int32_t n = unit->rows;
-    double *F = s->F + s->square[u], *k = s->k + unit->row;
-
-    memset(F, 0, (size_t)(n * n) * sizeof *F);
-    memset(k, 0, (size_t)n * sizeof *k);
-    if (unit->kind == PERP__STATICS_FREE) {
-        for (int32_t i = 0; i < n; i++)
-            F[i * n + i] = 1.0 / sqrt(rho + (s->aim == PERP__AIM_LEAST));
-    } else if (is_single(s, u)) {
-        const perp__cone *cone = &s->cones[s->unit_cone[u]];
-
-        for (int32_t i = 0; i < n; i++)
-            for (int32_t j = 0; j < n; j++)
-                F[i * n + j] = cone->inverse[3 * i + j] / coefficient(cone, i);
-        k[0] = s->aim == PERP__AIM_MARGIN ? cone->e / cone->sign : 0.0;
-    } else if (n > 0) {
-        condense_stack(s, u);
-    }
-}
-
 void perp__statics_condense(perp__statics *s, double mean)
 {
     s->kappa = 0.0;
     memset(s->k, 0, (size_t)s->rows->size * sizeof *s->k);
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->idle[s->cones[c].unit])
-            perp__cone_scale(&s->cones[c]);
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (!s->idle[u])
-            condense_unit(s, u, PROXIMAL * fmax(mean, 1e-16) / (s->weight[u] * s->weight[u]));
+        perp__cone_scale(&s->cones[c]);
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const int32_t n = s->rows->unit[u].rows;
+        const double rho = PROXIMAL * fmax(mean, 1e-16) / (s->weight[u] * s->weight[u]);
+        double *F = s->F + s->square[u];
+
+        if (s->idle[u])
+            continue;
+        memset(F, 0, (size_t)(n * n) * sizeof *F);
+        if (s->unit_cone[u] == s->unit_cone[u + 1]) { /* free, or as good as that */
+            for (int32_t i = 0; i < n; i++)
+                F[i * n + i] = 1.0 / sqrt(rho + (s->aim == PERP__AIM_LEAST));
+        } else if (is_single(s, u)) {
+            const perp__cone *cone = &s->cones[s->unit_cone[u]];
+
+            for (int32_t i = 0; i < n; i++)
+                for (int32_t j = 0; j < n; j++)
+                    F[i * n + j] = cone->inverse[3 * i + j] / coefficient(cone, i);
+            if (s->aim == PERP__AIM_MARGIN)
+                s->k[s->rows->unit[u].row] = cone->e / cone->sign;
+        } else if (n > 0) {
+            condense_stack(s, u);
+        }
+    }
 }
 
 /* ---- a step ---- */
@@ -190,17 +188,6 @@ static int32_t is_limited(const perp__statics *s, int32_t u)
 {
     return s->aim != PERP__AIM_LEAST && s->rows->unit[u].kind == PERP__STATICS_CONE &&
            s->rows->unit[u].rows > 0 && !s->idle[u];
-}
-
-/* h'x of all. */
-static double sum_normals(const perp__statics *s, const double *x)
-{
-    double sum = 0.0;
-
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_limited(s, u))
-            sum += x[s->rows->unit[u].row] / s->weight[u];
-    return sum;
 }
 
 /* rd := B'u + A'y - q x - tau_R h, what the dual lacks. */
@@ -226,61 +213,91 @@ static void find_dual_residual(perp__statics *s)
     }
 }
 
+/* ds and theta = h'dx from two equations. */
+static void find_scalars(const perp__statics *s, double rs, const double rt[2], double sum,
+                         double *ds, double *theta)
+{
+    const int32_t n = (int32_t)perp__statics_numbers(s), limited = s->aim == PERP__AIM_MARGIN;
+    const double rho = s->tau_R / s->t_R;
+    double a[2][2], c[2], det, kp = 0.0, jp = 0.0, hk = 0.0, hj = 0.0;
+
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
+
+        if (s->idle[u])
+            continue;
+        kp += limited ? perp__dot(s->k + row, s->p + row, rows) : 0.0;
+        jp += perp__dot(s->j + row, s->p + row, rows);
+        if (is_limited(s, u)) {
+            hk += limited ? s->k[row] / s->weight[u] : 0.0;
+            hj += s->j[row] / s->weight[u];
+        }
+    }
+    a[0][0] = s->kappa + perp__dot(s->g, s->Kg, n) + (limited ? s->tau / s->t : 0.0);
+    a[0][1] = -rho * (perp__dot(s->g, s->Kq, n) - hk);
+    a[1][0] = perp__dot(s->q, s->Kg, n) - hk;
+    a[1][1] = 1.0 + rho * (hj - perp__dot(s->q, s->Kq, n));
+    c[0] = -rs + kp + perp__dot(s->g, s->Kr, n) - (limited ? sum + rt[0] / s->t : 0.0);
+    c[1] = jp + perp__dot(s->q, s->Kr, n);
+    det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    *ds = (c[0] * a[1][1] - a[0][1] * c[1]) / det;
+    *theta = (a[0][0] * c[1] - a[1][0] * c[0]) / det;
+}
+
+/* dz and du of a unit's cones, from dx and dy. */
+static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_step *d)
+{
+    const double ds = s->aim == PERP__AIM_MARGIN ? d->s : 0.0;
+    double row[PERP__STATICS_MOST_ROWS];
+
+    if (is_single(s, u)) { /* exactly what the dual lacks */
+        perp__statics_row(s, u, s->dy, row);
+        row[0] -= is_limited(s, u) ? d->tau_R / s->weight[u] : 0.0;
+    }
+    for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
+        perp__cone *cone = &s->cones[c];
+        double v[3];
+
+        perp__cone_place(s, cone, s->dx, -ds * cone->e, cone->dz);
+        for (int32_t i = 0; i < 3; i++)
+            v[i] = perp__dot(cone->V + 3 * i, cone->dz, 3);
+        for (int32_t i = 0; i < 3; i++)
+            if (i >= cone->dim)
+                cone->du[i] = 0.0;
+            else if (is_single(s, u))
+                cone->du[i] = -(row[i] + s->rd[s->rows->unit[u].row + i]) / coefficient(cone, i);
+            else
+                cone->du[i] = cone->rc[i] - perp__dot(cone->V + 3 * i, v, 3);
+    }
+}
+
 /* The step that the cones' rc ask for: dx, dy, dz, du, and those of s, tau and tau_R. */
 static void find_step(perp__statics *s, double rs, const double rt[2], perp__statics_step *d)
 {
-    const size_t n = perp__statics_numbers(s), bytes = n * sizeof(double);
+    const size_t n = perp__statics_numbers(s);
     const int32_t limited = s->aim == PERP__AIM_MARGIN, bounded = s->aim != PERP__AIM_LEAST;
     const double rho = bounded ? s->tau_R / s->t_R : 0.0;
-    double sum = 0.0, kp = 0.0, jp = 0.0, hk = 0.0, hj = 0.0, theta = 0.0, ds = 0.0;
+    double theta = 0.0, ds = 0.0, sum = 0.0;
 
-    /* 1. p, less what the limit of the sum makes of it; K^-1 of the right side. */
+    /* 1. p, less what the limit of the sum makes of it; Kr = K^-1 (rb - A S^-1 p); e'rc. */
     memcpy(s->p, s->rd, (size_t)s->rows->size * sizeof *s->p);
     for (int32_t c = 0; c < s->cone_count; c++) {
         const perp__cone *cone = &s->cones[c];
 
-        if (s->idle[cone->unit])
-            continue;
         add_dual(cone, cone->rc, s->p + s->rows->unit[cone->unit].row);
-        if (limited)
-            sum += cone->e * cone->rc[0];
+        sum += cone->e * cone->rc[0];
     }
     for (int32_t u = 0; u < s->rows->units; u++)
         if (is_limited(s, u))
             s->p[s->rows->unit[u].row] -= rt[1] / s->t_R / s->weight[u];
-    memcpy(s->Kr, s->rb, bytes);
-    memcpy(s->Kr_low, s->rb_low, bytes);
-    perp__statics_push(s, -1.0, s->p, s->Kr, s->Kr_low);
+    memcpy(s->Kr, s->rb, n * sizeof *s->Kr);
+    memcpy(s->Kr_low, s->rb_low, n * sizeof *s->Kr);
+    perp__statics_push(s, -1.0, 1, s->p, s->Kr, s->Kr_low);
     perp__statics_solve(s, s->Kr, s->Kr_low);
 
-    /* 2. ds and theta = h'dx from two equations. */
-    if (bounded) {
-        double a[2][2], c[2], det;
-
-        for (int32_t u = 0; u < s->rows->units; u++) {
-            const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
-
-            if (s->idle[u])
-                continue;
-            kp += limited ? perp__dot(s->k + row, s->p + row, rows) : 0.0;
-            jp += perp__dot(s->j + row, s->p + row, rows);
-            if (is_limited(s, u)) {
-                hk += limited ? s->k[row] / s->weight[u] : 0.0;
-                hj += s->j[row] / s->weight[u];
-            }
-        }
-        a[0][0] = s->kappa + perp__dot(s->g, s->Kg, (int32_t)n) + (limited ? s->tau / s->t : 0.0);
-        a[0][1] = -rho * (perp__dot(s->g, s->Kq, (int32_t)n) - hk);
-        a[1][0] = perp__dot(s->q, s->Kg, (int32_t)n) - hk;
-        a[1][1] = 1.0 + rho * (hj - perp__dot(s->q, s->Kq, (int32_t)n));
-        c[0] = -rs - sum + kp + perp__dot(s->g, s->Kr, (int32_t)n) - (limited ? rt[0] / s->t : 0.0);
-        c[1] = jp + perp__dot(s->q, s->Kr, (int32_t)n);
-        det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
-        ds = (c[0] * a[1][1] - a[0][1] * c[1]) / det;
-        theta = (a[0][0] * c[1] - a[1][0] * c[0]) / det;
-    }
-
-    /* 3. The rest. */
+    /* 2. The border's two equations, dy, dx. */
+    if (bounded)
+        find_scalars(s, rs, rt, sum, &ds, &theta);
     for (size_t i = 0; i < n; i++) {
         s->dy[i] = s->Kr[i];
         s->dy_low[i] = s->Kr_low[i];
@@ -295,40 +312,18 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
     perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
     for (int32_t i = 0; i < s->rows->size; i++)
         s->dx[i] += ds * s->k[i] - rho * theta * s->j[i];
-    d->s = ds;
+
+    /* 3. The scalars, and the cones. */
+    *d = (perp__statics_step){.s = ds};
     d->tau = limited ? (rt[0] + s->tau * ds) / s->t : 0.0;
     d->tau_R = bounded ? (rt[1] + s->tau_R * theta) / s->t_R : 0.0;
-    d->t_R = -sum_normals(s, s->dx);
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        double row[6];
-
-        if (s->idle[u])
-            continue;
-        if (is_single(s, u)) { /* exactly what the dual lacks */
-            perp__cone *cone = &s->cones[s->unit_cone[u]];
-
-            perp__statics_row(s, u, s->dy, row);
-            perp__cone_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN),
-                             cone->dz);
-            row[0] -= is_limited(s, u) ? d->tau_R / s->weight[u] : 0.0;
-            for (int32_t j = 0; j < 3; j++)
-                cone->du[j] = j < cone->dim ? -(row[j] + s->rd[s->rows->unit[u].row + j]) /
-                                                  coefficient(cone, j)
-                                            : 0.0;
-            continue;
-        }
-        for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
-            perp__cone *cone = &s->cones[c];
-            double v[3];
-
-            perp__cone_place(s, cone, s->dx, -ds * cone->e * (s->aim == PERP__AIM_MARGIN),
-                             cone->dz);
-            for (int32_t i = 0; i < 3; i++)
-                v[i] = perp__dot(cone->V + 3 * i, cone->dz, 3);
-            for (int32_t i = 0; i < 3; i++)
-                cone->du[i] = i < cone->dim ? cone->rc[i] - perp__dot(cone->V + 3 * i, v, 3) : 0.0;
-        }
-    }
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_limited(s, u))
+            d->t_R += s->dx[s->rows->unit[u].row] / s->weight[u];
+    d->t_R = -d->t_R;
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (!s->idle[u])
+            find_cone_steps(s, u, d);
 }
 
 /* The largest step with t + step dt >= 0. */
@@ -341,79 +336,15 @@ static double longest_step(const perp__statics *s, const perp__statics_step *d)
 {
     double most = INFINITY;
 
-    for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->idle[s->cones[c].unit]) {
-            most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
-            most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
-        }
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
+        most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
+    }
     if (s->aim == PERP__AIM_MARGIN)
         most = fmin(most, fmin(longest(s->t, -d->s), longest(s->tau, d->tau)));
     if (s->aim != PERP__AIM_LEAST)
         most = fmin(most, fmin(longest(s->t_R, d->t_R), longest(s->tau_R, d->tau_R)));
     return most;
-}
-
-static void advance(perp__statics *s, double step, const perp__statics_step *d)
-{
-    const size_t n = perp__statics_numbers(s);
-
-    for (int32_t i = 0; i < s->rows->size; i++)
-        s->x[i] += step * s->dx[i];
-    for (size_t i = 0; i < n; i++)
-        s->y[i] += step * s->dy[i];
-    s->s += step * d->s;
-    s->tau += step * d->tau;
-    s->tau_R += step * d->tau_R;
-    s->t = s->limit - s->s;
-    s->t_R = s->most - sum_normals(s, s->x);
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        perp__cone *cone = &s->cones[c];
-
-        if (s->idle[cone->unit])
-            continue;
-        for (int32_t j = 0; j < 3; j++)
-            cone->u[j] += step * cone->du[j];
-        perp__cone_place(s, cone, s->x,
-                         cone->h - (s->aim == PERP__AIM_MARGIN ? s->s * cone->e : 0.0), cone->z);
-    }
-}
-
-/* u'z of all, and its mean. */
-static double find_gap(const perp__statics *s, double *mean)
-{
-    double gap = s->aim == PERP__AIM_MARGIN ? s->t * s->tau : 0.0;
-    int32_t count = (s->aim == PERP__AIM_MARGIN) + (s->aim != PERP__AIM_LEAST);
-
-    gap += s->aim != PERP__AIM_LEAST ? s->t_R * s->tau_R : 0.0;
-    for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->idle[s->cones[c].unit]) {
-            gap += perp__dot(s->cones[c].u, s->cones[c].z, 3);
-            count++;
-        }
-    *mean = count > 0 ? gap / count : 0.0;
-    return gap;
-}
-
-/* What x makes of the dual's residual: joints approach theirs. */
-static double find_dual_gap(const perp__statics *s)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < s->rows->size; i++)
-        sum += fabs(s->rd[i] * s->x[i]);
-    return sum;
-}
-
-/* What the dual's measure lacks: e'u + tau = 1, or c'y = 1. */
-static double find_measure(const perp__statics *s)
-{
-    double sum = s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, (int32_t)perp__statics_numbers(s))
-                                          : s->tau;
-
-    for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_MARGIN; c++)
-        if (!s->idle[s->cones[c].unit])
-            sum += s->cones[c].e * s->cones[c].u[0];
-    return sum - 1.0;
 }
 
 /* K^-1 of what s and the limited sum bring in: g = A k, or -c of a load; q = A j, j = S^-1 h. */
@@ -431,7 +362,7 @@ static void find_borders(perp__statics *s)
     for (size_t i = 0; i < n && s->aim == PERP__AIM_LOAD; i++)
         s->Kg[i] = -s->c[i];
     if (s->aim == PERP__AIM_MARGIN)
-        perp__statics_load(s, 1.0, s->k, s->Kg, s->Kg_low);
+        perp__statics_push(s, 1.0, 0, s->k, s->Kg, s->Kg_low);
     memcpy(s->g, s->Kg, bytes);
     memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
     for (int32_t u = 0; u < s->rows->units; u++)
@@ -440,7 +371,7 @@ static void find_borders(perp__statics *s)
     memset(s->dy, 0, bytes);
     memset(s->dy_low, 0, bytes);
     perp__statics_pull(s, s->p, s->dy, s->dy_low, s->j);
-    perp__statics_load(s, 1.0, s->j, s->Kq, s->Kq_low);
+    perp__statics_push(s, 1.0, 0, s->j, s->Kq, s->Kq_low);
     memcpy(s->q, s->Kq, bytes);
     perp__statics_solve(s, s->Kg, s->Kg_low);
     perp__statics_solve(s, s->Kq, s->Kq_low);
@@ -449,33 +380,63 @@ static void find_borders(perp__statics *s)
 /* One iteration. Returns how far it went; 0 where numbers end. */
 static double iterate(perp__statics *s, double mean)
 {
-    const double rs = s->aim == PERP__AIM_LEAST ? 0.0 : find_measure(s);
-    double rt[2] = {-s->t * s->tau, -s->t_R * s->tau_R}, step, sigma;
+    const int32_t n = (int32_t)perp__statics_numbers(s);
+    double rt[2] = {-s->t * s->tau, -s->t_R * s->tau_R}, rs = 0.0, step, sigma;
     perp__statics_step d;
 
+    /* 1. The equations; rs: what the dual's measure lacks, e'u + tau = 1, or c'y = 1. */
     perp__statics_condense(s, mean);
     if (!perp__statics_factor(s))
         return 0.0;
     find_borders(s);
+    if (s->aim != PERP__AIM_LEAST)
+        rs = s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, n) : s->tau;
+    for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_MARGIN; c++)
+        rs += s->cones[c].e * s->cones[c].u[0];
+    rs -= s->aim != PERP__AIM_LEAST ? 1.0 : 0.0;
 
+    /* 2. The predictor, towards complementarity, and the corrector. */
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->idle[s->cones[c].unit])
-            perp__cone_aim(&s->cones[c], 0.0, 0);
+        perp__cone_aim(&s->cones[c], 0.0, 0);
     find_step(s, rs, rt, &d);
     step = fmin(longest_step(s, &d), 1.0);
     if (!(step >= 0.0))
         return 0.0;
     sigma = (1.0 - step) * (1.0 - step) * (1.0 - step);
     for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->idle[s->cones[c].unit])
-            perp__cone_aim(&s->cones[c], sigma * mean, 1);
+        perp__cone_aim(&s->cones[c], sigma * mean, 1);
     rt[0] += d.s * d.tau + sigma * mean;
     rt[1] += sigma * mean - d.t_R * d.tau_R;
     find_step(s, rs, rt, &d);
     step = fmin(STEP * longest_step(s, &d), 1.0);
     if (!(step >= 0.0))
         return 0.0;
-    advance(s, step, &d);
+
+    /* 3. There. */
+    for (int32_t i = 0; i < s->rows->size; i++)
+        s->x[i] += step * s->dx[i];
+    for (int32_t i = 0; i < n; i++)
+        s->y[i] += step * s->dy[i];
+    s->s += step * d.s;
+    s->tau += step * d.tau;
+    s->tau_R += step * d.tau_R;
+    s->t -= step * d.s;
+    s->t_R += step * d.t_R;
+    for (int32_t c = 0; c < s->cone_count; c++)
+        for (int32_t j = 0; j < 3; j++) {
+            s->cones[c].u[j] += step * s->cones[c].du[j];
+            /* B x + h - s e would round to 0 beside h */
+            s->cones[c].z[j] += step * s->cones[c].dz[j];
+        }
+    for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_LOAD; c++) {
+        perp__cone *cone = &s->cones[c];
+        double z[3];
+
+        /* unless it is known to ROUGHLY: then what earlier steps rounded to is left behind */
+        perp__cone_place(s, cone, s->x, cone->h, z);
+        if (perp__cone_room(z) > DBL_EPSILON / ROUGHLY * (fabs(z[0]) + fabs(cone->h)))
+            memcpy(cone->z, z, sizeof z);
+    }
     return step;
 }
 
@@ -488,43 +449,58 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
     int32_t since = 0, slow = 0;
 
     while (s->iterations < most) {
-        double mean, gap, step;
+        const int32_t margin = s->aim == PERP__AIM_MARGIN, bounded = s->aim != PERP__AIM_LEAST;
+        const int32_t count = s->cone_count + margin + bounded;
+        double gap = margin ? s->t * s->tau : 0.0, whole, step;
 
-        /* 1. What is known by now. */
+        /* 1. The gap, u'z of all; with what x makes of the dual's residual: joints approach
+         * theirs. */
         perp__statics_find_unbalance(s);
         find_dual_residual(s);
-        gap = find_gap(s, &mean);
+        gap += bounded ? s->t_R * s->tau_R : 0.0;
+        for (int32_t c = 0; c < s->cone_count; c++)
+            gap += perp__dot(s->cones[c].u, s->cones[c].z, 3);
+        whole = 0.0;
+        for (int32_t i = 0; i < s->rows->size; i++)
+            whole += fabs(s->rd[i] * s->x[i]);
+        /* as far as the dual is not that of a load, and a factor that the limit R holds back is
+         * none
+         */
+        if (s->aim == PERP__AIM_LOAD)
+            whole += fabs(s->s * (1.0 - perp__dot(s->c, s->y, (int32_t)perp__statics_numbers(s))));
+        for (int32_t u = 0; u < s->rows->units && s->aim == PERP__AIM_LOAD; u++)
+            if (is_limited(s, u))
+                whole += s->tau_R * s->x[s->rows->unit[u].row] / s->weight[u];
+        whole = gap + whole;
         if (!(gap < INFINITY))
             return PERP__STATICS_STUCK;
-        if (s->aim == PERP__AIM_MARGIN && s->s > 0.0) {
-            const int32_t close =
-                gap + find_dual_gap(s) <= MEASURED * s->s || s->s >= (1.0 - MEASURED) * s->limit;
+
+        /* 2. What is known by now. */
+        if (margin && s->s > 0.0) {
+            const int32_t close = whole <= MEASURED * s->s || s->s >= 1.0 - MEASURED;
 
             if (close || (!aim->measures && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
                 return PERP__STATICS_FOUND;
             since++;
         }
-        if (s->aim == PERP__AIM_MARGIN && s->s <= 0.0 &&
-            (!aim->measures || gap <= MEASURED * fabs(s->s)) &&
+        if (margin && s->s <= 0.0 && (!aim->measures || gap <= MEASURED * fabs(s->s)) &&
             perp__statics_prove(s, answer, s->y))
             return PERP__STATICS_PROVED;
-        if (s->aim == PERP__AIM_MARGIN && gap <= none)
+        if (margin && gap <= none)
             return PERP__STATICS_ENDED;
         if (s->aim == PERP__AIM_LOAD) {
-            const double lacks = gap + find_dual_gap(s);
-
-            if (lacks < s->lacks) {
-                s->lacks = lacks;
+            if (whole < s->lacks) {
+                s->lacks = whole;
                 s->factor = s->s;
             }
-            if (lacks <= FACTOR_GAP * fmax(fabs(s->s), FACTOR_GAP))
+            if (whole <= FACTOR_GAP * fmax(fabs(s->s), FACTOR_GAP))
                 return PERP__STATICS_FOUND;
         }
-        if (s->aim == PERP__AIM_LEAST && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
+        if (!bounded && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
             return PERP__STATICS_FOUND;
 
-        /* 2. On. */
-        step = iterate(s, mean);
+        /* 3. On. */
+        step = iterate(s, count > 0 ? gap / count : 0.0);
         slow = step < SHORT ? slow + 1 : 0;
         if (step == 0.0 || slow > 2)
             break;

@@ -4,6 +4,10 @@
 
 #include "contact/statics/statics.h"
 
+/* What bodies' terms may lack in the end, and at best. */
+#define BALANCED 1e-12
+#define ROUNDED 1e-15
+
 /* A second-order cone of 1, 2 or 3 coordinates, of one unit: z = B x + h - s e in K, with its dual
  * u. B takes the unit's normal times `sign` and the tangents from `first` on times `scale`. */
 typedef struct perp__cone {
@@ -20,7 +24,7 @@ enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
 struct perp__statics {
     perp_context *context;
     perp__arena arena, doubled_arena;
-    size_t fitted[5];
+    size_t edges, squares, widest; /* of `edge`, F and P */
     const perp__statics_rows *rows;
     perp__fronts fronts;
     int32_t cone_count, factored; /* factored: factors are those of `touch` */
@@ -28,24 +32,25 @@ struct perp__statics {
     int32_t *square;              /* units + 1: where F begins */
     int32_t *edge;                /* for each unit: links by links */
     int32_t *unit_edge;           /* units + 1 */
-    int32_t *graph_starts, *graph, *mark;
-    int8_t *idle; /* units that carry nothing */
-    perp__cone *cones;
+    int32_t *graph_starts, *mark;
+    int8_t *idle;            /* units whose x is told: nothing, or a bound */
+    perp__cone *cones;       /* of the others */
     double *weight;          /* units: impulses of ordinary size */
     double *reach;           /* nodes by width: the largest entry of A there */
-    double *F;               /* S^-1 = F F' of each unit */
+    double *F, *P;           /* S^-1 = F F' of each unit; A'F of one */
     double *k, *j;           /* size: S^-1 B'G e, S^-1 h */
     double *x, *dx, *p, *rd; /* size */
     double *inside;          /* size: strictly inside all cones */
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
-    double scale;            /* of b */
-    double s, t, tau, limit; /* the margin, or a factor; t = limit - s, its dual */
-    double t_R, tau_R, most; /* the same of the sum of normals */
-    double factor, lacks;    /* of a load: the best so far, and its gap */
+    double scale;         /* of b */
+    double s, t, tau;     /* the margin, or a factor; t = 1 - s, its dual */
+    double t_R, tau_R;    /* the same of the sum of normals */
+    double factor, lacks; /* of a load: the best so far, and its gap */
     double kappa;
     int32_t aim, doubled, iterations;
+    int32_t recedes; /* 1: cones of what impulses may grow by without end */
     /* doubled.c: L L' = K in doubled precision, row after row from `first` on */
     size_t envelope;
     int32_t *first;
@@ -65,13 +70,25 @@ static inline size_t perp__statics_numbers(const perp__statics *s)
     return (size_t)s->rows->nodes * (size_t)s->rows->width;
 }
 
+/* point.c */
+/* Forces, or a load alone (forces: NULL): then cones are those of what may grow without end. */
+void perp__statics_set_forces(perp__statics *s, const double *forces, const double *load);
+/* The cones of the units that are not idle, in units of their weights; intervals without end but
+ * towards infinity where they recede. */
+void perp__statics_build_cones(perp__statics *s);
+/* What is nearest to 0 within a unit's bounds. */
+double perp__statics_least(const perp__statics_unit *unit);
+double perp__statics_start_balanced(perp__statics *s);
+void perp__statics_start_margin(perp__statics *s, double room);
+void perp__statics_start_inside(perp__statics *s, int32_t aim, double mean);
+
 /* interior.c */
 perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answer *answer,
                                             const perp__statics_aim *aim, int32_t most);
 /* S^-1 of all units, from the cones' z and u. */
 void perp__statics_condense(perp__statics *s, double mean);
 
-/* found.c */
+/* point.c, what has been found */
 /* rb := b + s c - A x */
 void perp__statics_find_unbalance(perp__statics *s);
 /* The largest that a node's rows lack of b = A x, beside its terms; with rb. */
@@ -88,7 +105,9 @@ void perp__cone_scale(perp__cone *cone);
 /* z := B x + shift e_0 of a cone. */
 void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
                       double *z);
+/* z_0 - |z_t|: how far inside; and z_0^2 - |z_t|^2, without cancellation. */
 double perp__cone_room(const double *z);
+double perp__cone_det(const double *z);
 double perp__cone_longest(const double *z, const double *dz);
 /* rc := what complementarity asks for: lambda o lambda -> target, with the second-order part of the
  * step that z and u were going to make. */
@@ -100,9 +119,9 @@ perp_status perp__statics_order(perp__statics *s);
 int32_t perp__statics_factor(perp__statics *s);
 /* x := K^-1 x; low: NULL, or what x is rounded by. */
 void perp__statics_solve(perp__statics *s, double *x, double *low);
-/* to += factor A S^-1 p, and += factor A p. */
-void perp__statics_push(perp__statics *s, double factor, const double *p, double *to, double *low);
-void perp__statics_load(perp__statics *s, double factor, const double *x, double *to, double *low);
+/* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
+void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
+                        double *to, double *low);
 /* dx := S^-1 (p + A'dy) */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);
@@ -110,15 +129,12 @@ void perp__statics_pull(perp__statics *s, const double *p, const double *dy, con
 void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out);
 
 /* doubled.c */
-/* Whether doubled precision costs so little that it may be used where doubles do not do. */
-int32_t perp__statics_may_double(const perp__statics *s);
-perp_status perp__statics_make_doubled(perp__statics *s);
+/* From now on in doubled precision, where that is not so already and costs little: *goes. */
+perp_status perp__statics_go_doubled(perp__statics *s, int32_t *goes);
 int32_t perp__statics_factor_doubled(perp__statics *s);
 void perp__statics_solve_doubled(perp__statics *s, double *x, double *low);
-void perp__statics_push_doubled(perp__statics *s, double factor, const double *p, double *to,
-                                double *low);
-void perp__statics_load_doubled(perp__statics *s, double factor, const double *x, double *to,
-                                double *low);
+void perp__statics_push_doubled(perp__statics *s, double factor, int32_t inverse, const double *p,
+                                double *to, double *low);
 void perp__statics_pull_doubled(perp__statics *s, const double *p, const double *dy,
                                 const double *dy_low, double *dx);
 

@@ -16,24 +16,16 @@
 #include "base/outcome.h"
 #include "contact/statics/interior.h"
 #include "linalg/matrix.h"
+#include "linalg/spatial.h"
 
-/* What bodies' terms may lack in the end; what shows that forces are not in the rows' range. */
-#define BALANCED 1e-12
-#define ROUNDED 1e-15
+/* What bodies' terms may lack of other forces; what shows that forces are not in the rows' range.
+ */
 #define ADJUSTED 1e-13
 #define OUT_OF_RANGE 1e-11
 #define FACTOR_BALANCED 1e-11
 
 /* The gap of a load's factor, beside it, with which that is told where numbers end. */
 #define ROUGH 1e-7
-
-/* Of the smallest load beside the largest: what counts as none. */
-#define LEAST_LOAD 1e-15
-#define LIGHTEST 1e-8
-
-/* Times the impulses of least squares: the sum of normals that no one but wedged parts comes near.
- */
-#define UNLIMITED 1e4
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -43,12 +35,13 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t n = (size_t)rows->nodes * (size_t)rows->width;
 
     PERP__INTEGERS(arena, units + 1, &s->unit_cone, &s->square, &s->unit_edge);
-    s->edge = perp__arena_take(arena, s->fitted[3], sizeof *s->edge);
+    s->edge = perp__arena_take(arena, s->edges, sizeof *s->edge);
     PERP__INTEGERS(arena, (size_t)rows->nodes + 1, &s->graph_starts, &s->mark);
     s->idle = perp__arena_take(arena, units, sizeof *s->idle);
     s->cones = perp__arena_take(arena, 3 * units, sizeof *s->cones);
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);
-    s->F = perp__arena_take(arena, s->fitted[4], sizeof *s->F);
+    s->F = perp__arena_take(arena, s->squares, sizeof *s->F);
+    s->P = perp__arena_take(arena, s->widest, sizeof *s->P);
     PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->inside);
     PERP__DOUBLES(arena, n, &s->b, &s->g, &s->q, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg,
                   &s->Kq, &s->reach, &s->shift, &s->terms, &s->permuted);
@@ -59,8 +52,10 @@ perp__statics *perp__statics_create(perp_context *context)
 {
     perp__statics *s = perp__allocate_zeros(context, 1, sizeof *s, "statics");
 
-    if (s)
+    if (s) {
         s->context = context;
+        s->fronts.is_symmetric = 1;
+    }
     return s;
 }
 
@@ -87,269 +82,118 @@ int32_t perp__statics_is_too_large(const perp__statics *s)
 perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *rows)
 {
     const int32_t width = rows->width;
-    size_t edges = 0, squares = 0;
     perp_status status;
 
-    s->factored = 0;
-    for (int32_t u = 0; u < rows->units; u++) {
-        edges += (size_t)rows->unit[u].links * (size_t)rows->unit[u].links;
-        squares += (size_t)rows->unit[u].rows * (size_t)rows->unit[u].rows;
-    }
     s->rows = rows;
-    s->fitted[3] = edges;
-    s->fitted[4] = squares;
+    s->factored = 0;
+    s->edges = s->squares = s->widest = 0;
+    for (int32_t u = 0; u < rows->units; u++) {
+        const size_t links = (size_t)rows->unit[u].links, height = (size_t)rows->unit[u].rows;
+        const size_t entries = links * height * (size_t)width;
+
+        s->edges += links * links;
+        s->squares += height * height;
+        s->widest = entries > s->widest ? entries : s->widest;
+    }
     status = perp__arena_fit(&s->arena, s->context, lay_out, s);
     if (status != PERP_OK)
         return status;
     s->unit_edge[0] = s->square[0] = 0;
-    for (int32_t u = 0; u < rows->units; u++) {
-        s->unit_edge[u + 1] = s->unit_edge[u] + rows->unit[u].links * rows->unit[u].links;
-        s->square[u + 1] = s->square[u] + rows->unit[u].rows * rows->unit[u].rows;
-    }
     memset(s->reach, 0, (size_t)(rows->nodes * width) * sizeof *s->reach);
-    for (int32_t u = 0; u < rows->units; u++)
-        for (int32_t l = 0; l < rows->unit[u].links; l++) {
-            const perp__statics_link *link = &rows->link[rows->unit[u].link + l];
+    for (int32_t u = 0; u < rows->units; u++) {
+        const perp__statics_unit *unit = &rows->unit[u];
 
-            for (int32_t i = 0; i < rows->unit[u].rows * width; i++)
-                perp__raise_to(&s->reach[link->node * width + i % width],
-                               fabs(rows->values[link->at + (size_t)i]));
-        }
+        s->unit_edge[u + 1] = s->unit_edge[u] + unit->links * unit->links;
+        s->square[u + 1] = s->square[u] + unit->rows * unit->rows;
+        for (int32_t l = unit->link; l < unit->link + unit->links; l++)
+            for (int32_t i = 0; i < unit->rows * width; i++)
+                perp__raise_to(&s->reach[rows->link[l].node * width + i % width],
+                               fabs(rows->values[rows->link[l].at + (size_t)i]));
+    }
     return perp__statics_order(s);
-}
-
-/* ---- the start ---- */
-
-static perp__cone *add_cone(perp__statics *s, int32_t u, double sign, double h, double e)
-{
-    perp__cone *cone = &s->cones[s->cone_count++];
-
-    memset(cone, 0, sizeof *cone);
-    cone->unit = u;
-    cone->dim = 1;
-    cone->sign = sign / s->weight[u];
-    cone->h = h / s->scale / s->weight[u];
-    cone->e = e;
-    return cone;
-}
-
-static void add_disc(perp__statics *s, int32_t u, int32_t first, int32_t rows, double coefficient)
-{
-    perp__cone *cone = add_cone(s, u, 1.0, 0.0, 1.0);
-
-    cone->dim = 1 + rows;
-    cone->first = first;
-    cone->scale = 1.0 / (coefficient * s->weight[u]);
-}
-
-/* The cones of the units in units of their weights. */
-static void build_cones(perp__statics *s)
-{
-    s->cone_count = 0;
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-
-        s->unit_cone[u] = s->cone_count;
-        if (unit->kind == PERP__STATICS_INTERVAL && unit->rows > 0) {
-            const double half = 0.5 * (unit->upper - unit->lower) / s->scale / s->weight[u];
-            const double e = fmin(1.0, half);
-
-            if (unit->lower > -INFINITY)
-                add_cone(s, u, 1.0, -unit->lower, e);
-            if (unit->upper < INFINITY)
-                add_cone(s, u, -1.0, unit->upper, e);
-        } else if (unit->kind == PERP__STATICS_CONE) {
-            const int32_t rolling = 1 + unit->tangents, spinning = rolling + unit->rolls;
-
-            if (unit->tangents > 0)
-                add_disc(s, u, 1, unit->tangents, unit->mu);
-            if (unit->rolls > 0)
-                add_disc(s, u, rolling, unit->rolls, unit->rolling);
-            if (unit->spins > 0)
-                add_disc(s, u, spinning, 1, unit->spinning);
-            if (unit->rows == 1)
-                add_cone(s, u, 1.0, 0.0, 1.0);
-        }
-    }
-    s->unit_cone[s->rows->units] = s->cone_count;
-}
-
-/* The weight of a unit: the load of the less loaded of the nodes that it pushes. */
-static void weigh(perp__statics *s)
-{
-    const int32_t width = s->rows->width;
-
-    for (int32_t node = 0; node < s->rows->nodes; node++) {
-        s->terms[node] = 0.0;
-        for (int32_t i = node * width; i < (node + 1) * width; i++)
-            if (s->reach[i] > 0.0)
-                s->terms[node] = fmax(s->terms[node], fabs(s->b[i]) / s->reach[i]);
-    }
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        double least = INFINITY, most = 0.0;
-
-        for (int32_t l = 0; l < s->rows->unit[u].links; l++) {
-            const double load = s->terms[s->rows->link[s->rows->unit[u].link + l].node];
-
-            if (load > LEAST_LOAD)
-                least = fmin(least, load);
-            most = fmax(most, load);
-        }
-        s->weight[u] = least < INFINITY ? fmax(least, LIGHTEST * most) : 1.0;
-    }
-}
-
-/* x := the least |x|^2 with A x = b, without cones; y; returns what is left of b. */
-static double start_balanced(perp__statics *s)
-{
-    const size_t n = (size_t)s->rows->nodes * (size_t)s->rows->width;
-
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        double *F = s->F + s->square[u];
-        const int32_t rows = s->rows->unit[u].rows;
-
-        memset(F, 0, (size_t)(rows * rows) * sizeof *F);
-        for (int32_t i = 0; i < rows; i++)
-            F[i * rows + i] = 1.0;
-    }
-    s->aim = PERP__AIM_MARGIN;
-    if (!perp__statics_factor(s))
-        return INFINITY;
-    memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
-    memset(s->y, 0, n * sizeof *s->y);
-    perp__statics_unbalance(s);
-    memcpy(s->dy, s->rb, n * sizeof *s->dy);
-    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-    return perp__statics_refine(s, ROUNDED);
-}
-
-/* R: far above what x has by now; the first tau_R gives t_R tau_R = `mean`. */
-static void limit_sum(perp__statics *s, double mean)
-{
-    double sum = 0.0, size = 1.0;
-
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (s->rows->unit[u].kind == PERP__STATICS_CONE && s->rows->unit[u].rows > 0 &&
-            !s->idle[u]) {
-            const double normal = s->x[s->rows->unit[u].row] / s->weight[u];
-
-            sum += normal;
-            size += 1.0 + fabs(normal);
-        }
-    s->most = UNLIMITED * size;
-    s->t_R = s->most - sum;
-    s->tau_R = mean / s->t_R;
-}
-
-/* The first z and u of the margin's way, s below the worst margin. */
-static void start_margin(perp__statics *s, double room)
-{
-    int32_t count = 1;
-
-    s->aim = PERP__AIM_MARGIN;
-    s->limit = 1.0;
-    s->s = fmin(room, 1.0 - 1e-3);
-    if (!(room < INFINITY))
-        s->s = 0.0;
-    s->s -= fmax(1.0, fabs(s->s));
-    s->t = s->limit - s->s;
-    memset(s->y, 0, (size_t)(s->rows->nodes * s->rows->width) * sizeof *s->y);
-    for (int32_t c = 0; c < s->cone_count; c++)
-        count += !s->idle[s->cones[c].unit];
-    s->tau = 1.0 / count;
-    limit_sum(s, 1.0 / count);
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        perp__cone *cone = &s->cones[c];
-
-        cone->z[0] -= s->s * cone->e;
-        memset(cone->u, 0, sizeof cone->u);
-        cone->u[0] = 1.0 / count / cone->e;
-    }
-}
-
-/* The first u of a way from inside, on the central path: u o z = mean e. */
-static void start_inside(perp__statics *s, int32_t aim, double mean)
-{
-    s->aim = aim;
-    s->tau = s->t = 0.0;
-    memset(s->y, 0, (size_t)(s->rows->nodes * s->rows->width) * sizeof *s->y);
-    memset(s->k, 0, (size_t)s->rows->size * sizeof *s->k);
-    perp__statics_room(s); /* z */
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        perp__cone *cone = &s->cones[c];
-        const double t = hypot(cone->z[1], cone->z[2]);
-        const double det = fmax(cone->z[0] - t, 0.0) * (cone->z[0] + t);
-
-        cone->u[0] = mean * cone->z[0] / det;
-        cone->u[1] = -mean * cone->z[1] / det;
-        cone->u[2] = -mean * cone->z[2] / det;
-    }
-    limit_sum(s, mean);
 }
 
 /* ---- the phases ---- */
 
-/* Contacts of which a virtual motion without work shows that they carry nothing: its u is strictly
- * inside their dual cone. Returns how many. */
+/* Contacts of which a virtual motion without work shows that they carry nothing, for its u is
+ * strictly inside their dual cone; and rows that are at a bound likewise. Returns how many. */
 static int32_t drop_idle(perp__statics *s)
 {
     double most_u = 0.0, most_z = 0.0;
     int32_t count = 0;
 
-    for (int32_t c = 0; c < s->cone_count; c++)
-        if (!s->idle[s->cones[c].unit]) {
-            most_u = fmax(most_u, s->cones[c].u[0]);
-            most_z = fmax(most_z, s->cones[c].z[0]);
-        }
+    for (int32_t c = 0; c < s->cone_count; c++) {
+        most_u = fmax(most_u, s->cones[c].u[0]);
+        most_z = fmax(most_z, s->cones[c].z[0]);
+    }
     for (int32_t u = 0; u < s->rows->units; u++) {
-        int32_t dies = s->rows->unit[u].kind == PERP__STATICS_CONE && !s->idle[u];
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        const int32_t first = s->unit_cone[u], end = s->unit_cone[u + 1];
+        int32_t dead = 0;
+        double bound = 0.0;
 
-        for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1] && dies; c++)
-            dies = perp__cone_room(s->cones[c].u) / most_u > 1e3 * s->cones[c].z[0] / most_z;
-        s->idle[u] = (int8_t)(s->idle[u] || dies);
-        count += dies;
-        for (int32_t k = 0; k < s->rows->unit[u].rows && dies; k++)
-            s->x[s->rows->unit[u].row + k] = 0.0;
+        for (int32_t c = first; c < end; c++)
+            if (perp__cone_room(s->cones[c].u) / most_u > 1e3 * s->cones[c].z[0] / most_z) {
+                bound = s->cones[c].h == 0.0     ? 0.0
+                        : s->cones[c].sign > 0.0 ? unit->lower / s->scale
+                                                 : unit->upper / s->scale;
+                dead++;
+            }
+        if (dead == 0 || (dead < end - first && unit->kind == PERP__STATICS_CONE))
+            continue;
+        s->idle[u] = 1;
+        count++;
+        for (int32_t k = 0; k < unit->rows; k++)
+            s->x[unit->row + k] = bound;
     }
+    perp__statics_build_cones(s);
     return count;
-}
-
-/* Forces that no row can answer: of (A A' + shift) y = b, nearly all of y is in the null space of
- * A', for what b has there is divided by the shift; once more, and all of it is. */
-static int32_t project_out(perp__statics *s, perp__statics_answer *answer)
-{
-    const int32_t n = s->rows->nodes * s->rows->width;
-
-    memcpy(s->y, s->b, (size_t)n * sizeof *s->y);
-    for (int32_t round = 0; round < 2; round++) {
-        for (int32_t i = 0; i < n && round > 0; i++)
-            s->y[i] *= s->shift[i];
-        memset(s->dy_low, 0, (size_t)n * sizeof *s->dy_low);
-        perp__statics_solve(s, s->y, s->dy_low);
-    }
-    return perp__statics_prove(s, answer, s->y);
 }
 
 /* Phases 1 and 2: `room` is the least room of x then. */
 static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *answer,
                                      const perp__statics_aim *aim, double *room)
 {
-    const double left = start_balanced(s);
+    const int32_t width = s->rows->width, n = s->rows->nodes * width;
     const int32_t most = s->iterations + aim->max_iterations;
     perp__statics_end end;
+    double left;
 
+    /* 1. Forces on coordinates without a row, or with none but noise beside others of their body.
+     */
+    *room = -INFINITY;
+    for (int32_t i = 0; i < n; i++)
+        s->y[i] =
+            s->reach[i] > ROUNDED * perp__largest(s->reach + i - i % width, width) || s->b[i] == 0.0
+                ? 0.0
+                : copysign(1.0, s->b[i]);
+    if (perp__statics_prove(s, answer, s->y))
+        return PERP__STATICS_PROVED;
+    left = perp__statics_start_balanced(s);
     if (!(left < INFINITY))
         return PERP__STATICS_STUCK;
-    if (left > OUT_OF_RANGE && project_out(s, answer)) {
-        *room = -INFINITY;
-        return PERP__STATICS_PROVED;
+
+    /* 2. Forces that no row can answer: of (A A' + shift) y = b, nearly all of y is in the null
+     * space of A', for what b has there is divided by the shift; once more, and all of it is. */
+    if (left > OUT_OF_RANGE) {
+        perp__copy(s->y, s->b, n);
+        for (int32_t round = 0; round < 2; round++) {
+            for (int32_t i = 0; i < n && round > 0; i++)
+                s->y[i] *= s->shift[i];
+            memset(s->dy_low, 0, (size_t)n * sizeof *s->dy_low);
+            perp__statics_solve(s, s->y, s->dy_low);
+        }
+        if (perp__statics_prove(s, answer, s->y))
+            return PERP__STATICS_PROVED;
     }
+
+    /* 3. The margin, unless least squares are inside. */
     *room = perp__statics_room(s);
     if (*room > 0.0 && left <= BALANCED && !aim->measures)
         return PERP__STATICS_FOUND;
-    start_margin(s, *room);
+    perp__statics_start_margin(s, *room);
     end = perp__statics_follow_path(s, answer, aim, most);
-    *room = s->s;
+    *room = fmin(s->s, 1.0);
     return end;
 }
 
@@ -361,7 +205,7 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 
     answer->unbalance = perp__statics_refine(s, ROUNDED);
     if (!(answer->unbalance <= BALANCED) && perp__statics_room(s) > 0.0) {
-        start_inside(s, PERP__AIM_MARGIN, 1.0);
+        perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (perp__statics_factor(s))
             answer->unbalance = perp__statics_refine(s, ROUNDED);
@@ -373,14 +217,13 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
                                const perp__statics_aim *aim, perp__statics_end *end)
 {
-    const int32_t may_double = perp__statics_may_double(s);
     perp_status status = PERP_OK;
-    int32_t dropped, any = 0;
+    int32_t again, any = 0;
 
     do {
         double room = 0.0;
 
-        dropped = 0;
+        again = 0;
         *end = find_margin(s, answer, aim, &room);
         if (*end >= PERP__STATICS_ENDED && aim->measures) {
             perp__statics_aim rough = *aim; /* a proof at once, before numbers end */
@@ -391,27 +234,28 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
         if (*end == PERP__STATICS_FOUND && !is_inside(s, answer))
             *end = PERP__STATICS_STUCK;
         answer->margin = room;
-        if (*end >= PERP__STATICS_ENDED && !s->doubled && may_double) {
-            status = perp__statics_make_doubled(s);
-            s->doubled = status == PERP_OK;
-            dropped = s->doubled;
-            continue;
-        }
         if (*end >= PERP__STATICS_ENDED)
-            dropped = drop_idle(s);
-        s->doubled &= dropped == 0;
-        any |= dropped > 0 && !s->doubled;
-    } while (status == PERP_OK && dropped > 0);
+            status = perp__statics_go_doubled(s, &again);
+        if (*end >= PERP__STATICS_ENDED && status == PERP_OK && !again) {
+            again = drop_idle(s) > 0;
+            s->doubled &= !again;
+            any |= again;
+        }
+    } while (again);
     if (any && *end == PERP__STATICS_FOUND)
         answer->margin = 0.0; /* of those that carry nothing */
     return status;
 }
+
+/* A share of the way back to impulses inside: what the end of the path is known to. */
+#define EDGE 1e-12
 
 /* The least impulses that balance the forces, from those inside. */
 static void find_least(perp__statics *s, perp__statics_answer *answer, const perp__statics_aim *aim)
 {
     const size_t bytes = (size_t)s->rows->size * sizeof(double);
     const int32_t doubled = s->doubled;
+    perp__statics_end end;
     double mean = 0.0;
 
     memcpy(s->inside, s->x, bytes);
@@ -420,10 +264,11 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
 
         mean += normal * normal / s->cone_count;
     }
-    start_inside(s, PERP__AIM_LEAST, mean);
-    if (perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations) !=
-            PERP__STATICS_FOUND ||
-        !is_inside(s, answer)) {
+    perp__statics_start_inside(s, PERP__AIM_LEAST, mean);
+    end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
+    for (int32_t i = 0; i < s->rows->size; i++) /* from the edge, where rounding may take it out */
+        s->x[i] += EDGE * (s->inside[i] - s->x[i]);
+    if (end != PERP__STATICS_FOUND || !is_inside(s, answer)) {
         memcpy(s->x, s->inside, bytes);
         s->aim = PERP__AIM_MARGIN;
         answer->unbalance = perp__statics_unbalance(s);
@@ -438,153 +283,136 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
 {
     const int32_t n = s->rows->nodes * s->rows->width;
     const size_t bytes = (size_t)s->rows->size * sizeof(double);
-    perp__statics_end end;
+    const double load_scale = ldexp(1.0, ilogb(perp__largest(aim->load, n)));
     perp_status status = PERP_OK;
     int32_t again;
 
     for (int32_t i = 0; i < n; i++) {
         s->b[i] = -forces[i] / s->scale;
-        s->c[i] = -aim->load[i] / s->scale;
+        s->c[i] = -aim->load[i] / load_scale;
     }
     memcpy(s->inside, s->x, bytes);
     do {
-        s->s = s->factor = factor;
+        perp__statics_end end;
+
+        s->s = s->factor = factor * (load_scale / s->scale);
         s->lacks = INFINITY;
         memcpy(s->x, s->inside, bytes);
-        start_inside(s, PERP__AIM_LOAD, 0.1);
+        perp__statics_start_inside(s, PERP__AIM_LOAD, 0.1);
         end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
-        if (end == PERP__STATICS_FOUND && perp__statics_refine(s, ROUNDED) > FACTOR_BALANCED)
+        if (perp__statics_refine(s, ROUNDED) <= FACTOR_BALANCED &&
+            s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH))
+            answer->safety = s->factor / load_scale * s->scale;
+        else
             end = PERP__STATICS_STUCK;
-        answer->safety = s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH) ? s->factor : NAN;
-        again = end == PERP__STATICS_STUCK && !s->doubled && perp__statics_may_double(s);
-        if (again)
-            status = perp__statics_make_doubled(s);
-        s->doubled |= again;
-    } while (again && status == PERP_OK);
-    return status;
-}
-
-static void set_forces(perp__statics *s, const double *forces, const double *load)
-{
-    const int32_t n = s->rows->nodes * s->rows->width;
-
-    for (int32_t i = 0; i < n; i++)
-        s->b[i] = -(forces ? forces[i] : 0.0) - (load ? load[i] : 0.0);
-    s->scale = perp__largest(s->b, n);
-    if (s->scale == 0.0)
-        s->scale = 1.0;
-    for (int32_t i = 0; i < n; i++)
-        s->b[i] /= s->scale;
-    s->doubled = 0;
-    memset(s->idle, 0, (size_t)s->rows->units * sizeof *s->idle);
-    weigh(s);
-    build_cones(s);
-}
-
-/* The cones of what impulses may grow by without end: intervals have none but where they are
- * infinite. */
-static void use_recession_cones(perp__statics *s)
-{
-    for (int32_t c = 0; c < s->cone_count; c++)
-        s->cones[c].h = 0.0;
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-
-        s->idle[u] = (int8_t)(unit->kind == PERP__STATICS_INTERVAL && unit->lower > -INFINITY &&
-                              unit->upper < INFINITY);
-    }
-}
-
-/* The load's factor, in runs of its own: where the load alone is carried, every factor is. */
-static perp_status find_safety(perp__statics *s, perp__statics_answer *answer,
-                               const perp__statics_aim *aim, const double *forces)
-{
-    perp__statics_aim plain = *aim;
-    perp__statics_answer own = {0};
-    perp__statics_end end;
-    perp_status status;
-
-    plain.measures = 0;
-    set_forces(s, NULL, aim->load);
-    use_recession_cones(s);
-    status = find_inside(s, &own, &plain, &end);
-    if (status == PERP_OK && end == PERP__STATICS_FOUND)
-        answer->safety = INFINITY;
-    for (double factor = 1.0; status == PERP_OK && isnan(answer->safety) && factor >= 0.0;
-         factor--) {
-        set_forces(s, forces, factor > 0.0 ? aim->load : NULL);
-        status = find_inside(s, &own, &plain, &end);
-        if (status == PERP_OK && end == PERP__STATICS_FOUND)
-            status = find_factor(s, answer, aim, forces, factor);
+        again = 0;
+        if (end == PERP__STATICS_STUCK)
+            status = perp__statics_go_doubled(s, &again);
+    } while (again);
+    if (isnan(answer->safety) && factor == 0.0) { /* do rows answer a multiple of it at all? */
+        perp__statics_set_forces(s, NULL, aim->load);
+        memset(s->idle, 0, (size_t)s->rows->units * sizeof *s->idle);
+        if (!(perp__statics_start_balanced(s) <= OUT_OF_RANGE))
+            answer->safety = 0.0;
     }
     return status;
 }
 
-/* Within the cones to the last bit: rounding of a product may leave them by one. */
-static void pull_in(const perp__statics *s, double *r)
+/* The impulses in the caller's unit. Returns 0 where doubles have no such numbers, or where one
+ * left bounds that were thought to be too far away. */
+static int32_t write_impulses(perp__statics *s, perp__statics_answer *answer)
 {
+    double *r = answer->r ? answer->r : s->dx;
+    int32_t fine = 1;
+
+    for (int32_t i = 0; i < s->rows->size; i++) {
+        r[i] = s->scale * s->x[i];
+        fine &= isfinite(r[i]) != 0;
+    }
+
+    /* within the cones to the last bit: rounding of a product may leave them by one */
     for (int32_t c = 0; c < s->cone_count; c++) {
         const perp__cone *cone = &s->cones[c];
         const perp__statics_unit *unit = &s->rows->unit[cone->unit];
-        double *own = r + unit->row;
+        double *own = r + unit->row, *t = own + cone->first;
         const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
                                    : cone->first == 1 + unit->tangents && unit->rolls > 0
                                        ? unit->rolling
                                        : unit->spinning;
 
-        for (int32_t round = 0; round < 8 && cone->dim > 1 && !s->idle[cone->unit]; round++) {
-            if (hypot(own[cone->first], cone->dim > 2 ? own[cone->first + 1] : 0.0) *
-                    (1.0 + 2.0 * DBL_EPSILON) <=
+        for (int32_t round = 0; round < 8 && cone->dim > 1; round++) {
+            if (perp__length2(t[0], cone->dim > 2 ? t[1] : 0.0) * (1.0 + 2.0 * DBL_EPSILON) <
                 coefficient * own[0])
                 break;
-            for (int32_t j = 1; j < cone->dim; j++)
-                own[cone->first + j - 1] *= 1.0 - DBL_EPSILON;
+            for (int32_t j = 0; j < cone->dim - 1; j++)
+                t[j] = nextafter(t[j], 0.0);
         }
     }
-}
-
-/* Whether impulses of 0 are within all bounds. */
-static int32_t allows_nothing(const perp__statics *s)
-{
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
+        const double own = r[unit->row];
 
-        if (unit->kind == PERP__STATICS_INTERVAL && !(unit->lower <= 0.0 && unit->upper >= 0.0))
-            return 0;
+        if (unit->kind != PERP__STATICS_INTERVAL || unit->rows == 0)
+            continue;
+        r[unit->row] = fmin(fmax(own, unit->lower), unit->upper);
+        fine &= fabs(own - r[unit->row]) <= 4.0 * DBL_EPSILON * fabs(own);
     }
-    return 1;
+    return fine;
 }
 
 perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
                                  const double *forces, const perp__statics_aim *aim)
 {
-    const int32_t n = s->rows->nodes * s->rows->width;
-    perp__statics_end end = PERP__STATICS_STUCK;
+    perp__statics_end end = PERP__STATICS_FOUND;
+    perp__statics_aim plain = *aim;
+    perp__statics_answer other = {0};
     perp_status status = PERP_OK;
+    int32_t loaded;
 
     s->iterations = s->factored = 0;
     answer->safety = NAN;
     answer->margin = answer->unbalance = answer->work = 0.0;
-    if (aim->load)
-        status = find_safety(s, answer, aim, forces);
-    set_forces(s, forces, aim->load);
-    if (status == PERP_OK)
+
+    /* 1. The load's factor, in runs of its own: where the load alone is carried, every factor is.
+     */
+    plain.measures = 0;
+    if (aim->load) {
+        perp__statics_set_forces(s, NULL, aim->load);
+        status = find_inside(s, &other, &plain, &end);
+        if (status == PERP_OK && end == PERP__STATICS_FOUND)
+            answer->safety = INFINITY;
+    }
+    for (double factor = 1.0;
+         aim->load && status == PERP_OK && isnan(answer->safety) && factor >= 0.0; factor--) {
+        perp__statics_set_forces(s, forces, factor > 0.0 ? aim->load : NULL);
+        status = find_inside(s, &other, &plain, &end);
+        if (status == PERP_OK && end == PERP__STATICS_FOUND)
+            status = find_factor(s, answer, aim, forces, factor);
+    }
+
+    /* 2. The verdict. */
+    end = PERP__STATICS_FOUND;
+    memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
+    perp__statics_set_forces(s, forces, aim->load);
+    loaded = !perp__is_zero(s->b, s->rows->nodes * s->rows->width);
+    for (int32_t u = 0; u < s->rows->units; u++) /* impulses of 0 are not within all bounds */
+        loaded |= perp__statics_least(&s->rows->unit[u]) != 0.0;
+    if (status == PERP_OK && loaded) {
         status = find_inside(s, answer, aim, &end);
+        if (status == PERP_OK && end == PERP__STATICS_FOUND && aim->objective == PERP_STATICS_LEAST)
+            find_least(s, answer, aim);
+    }
     if (status != PERP_OK)
         return status;
-    if (end != PERP__STATICS_FOUND && perp__is_zero(s->b, n) && allows_nothing(s)) {
-        memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
-        end = PERP__STATICS_FOUND;
-    } else if (end == PERP__STATICS_FOUND && aim->objective == PERP_STATICS_LEAST) {
-        find_least(s, answer, aim);
-    }
+    if (end == PERP__STATICS_FOUND && !write_impulses(s, answer))
+        end = PERP__STATICS_STUCK;
     answer->verdict = end == PERP__STATICS_FOUND    ? PERP_STATICS_STANDS
                       : end == PERP__STATICS_PROVED ? PERP_STATICS_FALLS
                                                     : PERP_STATICS_INDETERMINATE;
-    for (int32_t i = 0; i < s->rows->size && end == PERP__STATICS_FOUND && answer->r; i++)
-        answer->r[i] = s->scale * s->x[i];
-    if (end == PERP__STATICS_FOUND && answer->r)
-        pull_in(s, answer->r);
+    if (!(answer->margin <= 1.0)) /* numbers ended before one was found */
+        answer->margin = 0.0;
+    if (end != PERP__STATICS_FOUND)
+        answer->unbalance = 0.0;
     answer->iterations = s->iterations;
     return PERP_OK;
 }
@@ -597,20 +425,19 @@ int32_t perp__statics_adjust(perp__statics *s, const perp__statics_rows *rows,
 {
     s->rows = rows;
     if (!(keep && s->factored)) {
-        s->iterations = s->doubled = 0;
+        s->iterations = s->doubled = s->recedes = 0;
         s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
-        for (int32_t u = 0; u < rows->units; u++)
-            s->weight[u] = 1.0;
-        build_cones(s);
-        for (int32_t i = 0; i < s->rows->size; i++)
+        for (int32_t i = 0; i < rows->size; i++)
             s->x[i] = base[i] / s->scale;
-        for (int32_t u = 0; u < s->rows->units; u++) /* contacts that carry nothing go on so */
-            s->idle[u] = (int8_t)(s->rows->unit[u].kind == PERP__STATICS_CONE &&
-                                  s->x[s->rows->unit[u].row] == 0.0);
+        for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */
+            s->weight[u] = 1.0;
+            s->idle[u] = rows->unit[u].kind == PERP__STATICS_CONE && s->x[rows->unit[u].row] == 0.0;
+        }
+        perp__statics_build_cones(s);
         if (!(perp__statics_room(s) > 0.0))
             return 0;
         s->t = s->tau = 0.0;
-        start_inside(s, PERP__AIM_MARGIN, 1.0);
+        perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (!perp__statics_factor(s))
             return 0;
@@ -625,10 +452,7 @@ int32_t perp__statics_adjust(perp__statics *s, const perp__statics_rows *rows,
     answer->margin = perp__statics_room(s);
     if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))
         return 0;
-    for (int32_t i = 0; i < s->rows->size; i++)
-        answer->r[i] = s->scale * s->x[i];
-    pull_in(s, answer->r);
     answer->verdict = PERP_STATICS_STANDS;
     answer->iterations = 0;
-    return 1;
+    return write_impulses(s, answer);
 }

@@ -11,6 +11,7 @@
 #include <perp/statics.h>
 
 #include "base/arena.h"
+#include "contact/dynamics/dynamics.h"
 #include "linalg/fronts/fronts.h"
 
 enum { PERP__STATICS_CONE, PERP__STATICS_INTERVAL, PERP__STATICS_FREE };
@@ -89,5 +90,12 @@ perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *a
 int32_t perp__statics_adjust(perp__statics *statics, const perp__statics_rows *rows,
                              perp__statics_answer *answer, const double *forces, const double *base,
                              int32_t keep);
+
+/* Whether velocities of 0 answer dynamics with the forces f, contacts without bounds, and w that is
+ * 0 but for the normals of open ones; then r: the least impulses that balance them: front.c.
+ * PERP_OK or _MEMORY. */
+perp_status perp__statics_rests(perp_context *context, const perp_contact_laws *laws,
+                                const perp__dynamics *dynamics, const double *f, const double *w,
+                                double *r, int32_t *rests);
 
 #endif

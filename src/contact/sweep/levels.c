@@ -84,68 +84,6 @@ static int32_t level_of(const perp__levels *levels, const perp__packed_contact *
     return a < 0 || b < 0 ? 0 : a > b ? a : b;
 }
 
-/* Contacts in the order of their levels; those without support come first. */
-static void sort_contacts(perp__sweep_work *work, int32_t most)
-{
-    perp__levels *levels = &work->levels;
-    const int32_t contacts = work->common.problem->contacts;
-
-    memset(levels->starts, 0, ((size_t)most + 2) * sizeof *levels->starts);
-    for (int32_t k = 0; k < contacts; k++)
-        levels->starts[level_of(levels, &work->packed[k]) + 1]++;
-    for (int32_t level = 0; level <= most; level++)
-        levels->starts[level + 1] += levels->starts[level];
-    for (int32_t k = 0; k < contacts; k++)
-        levels->contacts[levels->starts[level_of(levels, &work->packed[k])]++] = k;
-    memmove(levels->starts + 1, levels->starts, ((size_t)most + 1) * sizeof *levels->starts);
-    levels->starts[0] = 0;
-}
-
-/* The contact's own problem where only blocks of this level can move. */
-static void make_local(perp__sweep_work *work, int32_t k, int32_t level)
-{
-    const perp__levels *levels = &work->levels;
-    const perp__packed_contact *c = &work->packed[k];
-    const int32_t dim = c->local.dim;
-    double W[9];
-
-    for (int32_t i = 0; i < dim; i++)
-        for (int32_t j = 0; j < dim; j++) {
-            double sum = i == j ? c->compliance[i > 0] : 0.0;
-
-            for (int32_t which = 0; which < 2; which++)
-                for (int32_t l = 0;
-                     levels->of_block[c->blocks[which]] == level && l < PERP__PACKED_WIDTH; l++) {
-                    const int32_t place = perp__packed_place(which, l);
-
-                    sum += c->P[i * PERP__PACKED_ROW + place] * c->P[j * PERP__PACKED_ROW + place];
-                }
-            W[i * dim + j] = sum;
-        }
-    perp__local_make(&work->local[k], dim, W, dim, c->local.mu);
-}
-
-/* What a contact of this level does to the blocks of lower ones. */
-static void hand_on(perp__sweep_work *work, int32_t k, int32_t level)
-{
-    const perp__packed_contact *c = &work->packed[k];
-    const double *r = work->r + work->rows[k];
-
-    for (int32_t which = 0; which < 2; which++) {
-        double *y = work->y + (size_t)c->blocks[which] * PERP__PACKED_WIDTH;
-
-        if (work->levels.of_block[c->blocks[which]] == level ||
-            c->blocks[which] == work->common.problem->bodies->blocks)
-            continue;
-        for (int32_t l = 0; l < PERP__PACKED_WIDTH; l++) {
-            const int32_t place = perp__packed_place(which, l);
-
-            for (int32_t i = 0; i < c->local.dim; i++)
-                y[l] += c->P[i * PERP__PACKED_ROW + place] * r[i];
-        }
-    }
-}
-
 /* d := the step from x, given u; both in the packed contact's frame, not the local one's. */
 PERP__KERNEL static void step_turned(perp__local *local, const double *u, const double *x,
                                      double *d)
@@ -197,13 +135,69 @@ PERP__MULTIVERSION(settle,
     }
 }
 
+/* The level's contacts, by themselves: each with its own problem where only blocks of this level
+ * can move. What they do to lower ones is handed on. */
+static void settle_level(perp__sweep_work *work, int32_t level)
+{
+    const perp__levels *levels = &work->levels;
+    const double enough = ACCURACY * work->common.problem->tol;
+    const int32_t *contacts = levels->contacts + levels->starts[level];
+    const int32_t count = levels->starts[level + 1] - levels->starts[level];
+
+    for (int32_t n = 0; n < count; n++) {
+        const perp__packed_contact *c = &work->packed[contacts[n]];
+        const int32_t dim = c->local.dim;
+        double W[9];
+
+        for (int32_t i = 0; i < dim; i++)
+            for (int32_t j = 0; j < dim; j++) {
+                const double *P = c->P + i * PERP__PACKED_ROW, *Q = c->P + j * PERP__PACKED_ROW;
+                double sum = i == j ? c->compliance[i > 0] : 0.0;
+
+                for (int32_t which = 0; which < 2; which++)
+                    for (int32_t l = 0;
+                         levels->of_block[c->blocks[which]] == level && l < PERP__PACKED_WIDTH; l++)
+                        sum += P[perp__packed_place(which, l)] * Q[perp__packed_place(which, l)];
+                W[i * dim + j] = sum;
+            }
+        perp__local_make(&work->local[contacts[n]], dim, W, dim, c->local.mu);
+    }
+    for (int32_t smooth = 1; smooth >= 0; smooth--) {
+        const int32_t rounds = smooth ? ROUNDS_SMOOTH : ROUNDS_MOST;
+        double change = INFINITY;
+
+        for (int32_t n = 0; n < count; n++)
+            work->local[contacts[n]].mu = smooth ? 0.0 : work->packed[contacts[n]].local.mu;
+        for (int32_t round = 0; round < rounds && change > enough * enough; round++) {
+            change = 0.0;
+            settle(work, contacts, count, level, &change);
+        }
+    }
+    for (int32_t n = 0; n < count; n++) {
+        const perp__packed_contact *c = &work->packed[contacts[n]];
+        const double *r = work->r + work->rows[contacts[n]];
+
+        for (int32_t which = 0; which < 2; which++) {
+            const int32_t block = c->blocks[which];
+            double *y = work->y + (size_t)block * PERP__PACKED_WIDTH;
+
+            for (int32_t l = 0; l < PERP__PACKED_WIDTH && levels->of_block[block] != level &&
+                                block != work->common.problem->bodies->blocks;
+                 l++)
+                for (int32_t i = 0; i < c->local.dim; i++)
+                    y[l] += c->P[i * PERP__PACKED_ROW + perp__packed_place(which, l)] * r[i];
+        }
+        work->local[contacts[n]] = c->local;
+    }
+}
+
 void perp__sweep_settle(perp__sweep_work *work)
 {
     const perp__bodies *b = work->common.problem->bodies;
-    const double enough = ACCURACY * work->common.problem->tol;
     perp__levels *levels = &work->levels;
     int32_t most;
 
+    /* 1. No impulses. */
     memset(work->r, 0, (size_t)work->size * sizeof *work->r);
     perp__bodies_find_free(b);
     memset(work->y, 0, (size_t)b->blocks * PERP__PACKED_WIDTH * sizeof *work->y);
@@ -211,28 +205,18 @@ void perp__sweep_settle(perp__sweep_work *work)
     for (int32_t i = 0; i < b->blocks; i++)
         for (int32_t j = 0; j < b->width; j++)
             levels->rest[i * PERP__PACKED_WIDTH + j] = -b->free[i * b->width + j];
+    /* 2. Contacts in the order of their levels; those without support come first. */
     most = find_levels(work);
-    sort_contacts(work, most);
-    for (int32_t level = most; level > 0; level--) {
-        const int32_t *first = levels->contacts + levels->starts[level];
-        const int32_t count = levels->starts[level + 1] - levels->starts[level];
-
-        for (int32_t i = 0; i < count; i++)
-            make_local(work, first[i], level);
-        for (int32_t smooth = 1; smooth >= 0; smooth--) {
-            const int32_t rounds = smooth ? ROUNDS_SMOOTH : ROUNDS_MOST;
-            double change = INFINITY;
-
-            for (int32_t i = 0; i < count; i++)
-                work->local[first[i]].mu = smooth ? 0.0 : work->packed[first[i]].local.mu;
-            for (int32_t round = 0; round < rounds && change > enough * enough; round++) {
-                change = 0.0;
-                settle(work, first, count, level, &change);
-            }
-        }
-        for (int32_t i = 0; i < count; i++) {
-            hand_on(work, first[i], level);
-            work->local[first[i]] = work->packed[first[i]].local;
-        }
-    }
+    memset(levels->starts, 0, ((size_t)most + 2) * sizeof *levels->starts);
+    for (int32_t k = 0; k < b->contacts; k++)
+        levels->starts[level_of(levels, &work->packed[k]) + 1]++;
+    for (int32_t level = 0; level <= most; level++)
+        levels->starts[level + 1] += levels->starts[level];
+    for (int32_t k = 0; k < b->contacts; k++)
+        levels->contacts[levels->starts[level_of(levels, &work->packed[k])]++] = k;
+    memmove(levels->starts + 1, levels->starts, ((size_t)most + 1) * sizeof *levels->starts);
+    levels->starts[0] = 0;
+    /* 3. From the top. */
+    for (int32_t level = most; level > 0; level--)
+        settle_level(work, level);
 }

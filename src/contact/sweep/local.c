@@ -8,29 +8,21 @@
 /* What a diagonal is lifted to, of the trace. */
 #define LEAST 1e-14
 
-/* The turn that makes [[p, o], [o, q]] diagonal: cos, sin; p and q become its eigenvalues. */
-static void diagonalise(double *p, double o, double *q, double turn[2])
-{
-    double half, tangent, size;
-
-    turn[0] = 1.0;
-    turn[1] = 0.0;
-    if (o == 0.0)
-        return;
-    half = 0.5 * (*q - *p) / o; /* Jacobi: t^2 + 2 half t - 1 = 0, the smaller root */
-    tangent = (half >= 0.0 ? 1.0 : -1.0) / (fabs(half) + sqrt(1.0 + half * half));
-    size = 1.0 / sqrt(1.0 + tangent * tangent);
-    turn[0] = size;
-    turn[1] = -tangent * size;
-    *p -= tangent * o;
-    *q += tangent * o;
-}
-
+/* Turns [[p, o], [o, q]], or p alone, to where it is diagonal. */
 static void set_tangents(perp__local *local, int32_t tangents, double p, double o, double q,
                          double least)
 {
-    if (tangents == 2)
-        diagonalise(&p, o, &q, local->turn);
+    double half, tangent, size;
+
+    if (tangents == 2 && o != 0.0) {
+        half = 0.5 * (q - p) / o; /* Jacobi: t^2 + 2 half t - 1 = 0, the smaller root */
+        tangent = (half >= 0.0 ? 1.0 : -1.0) / (fabs(half) + sqrt(1.0 + half * half));
+        size = 1.0 / sqrt(1.0 + tangent * tangent);
+        local->turn[0] = size;
+        local->turn[1] = -tangent * size;
+        p -= tangent * o;
+        q += tangent * o;
+    }
     local->s[0] = fmax(p, least);
     local->s[1] = tangents == 2 ? fmax(q, least) : 1.0;
     local->inverse_s[0] = 1.0 / local->s[0];
@@ -116,7 +108,7 @@ int32_t perp__local_step(perp__local *local, const double *u, double *r)
 int32_t perp__local_step_disc(perp__local *local, double radius, const double *u, double *r)
 {
     double turned[2] = {u[0], 0.0}, old[2] = {r[0], 0.0}, c[2], next[2];
-    int32_t mode = PERP__STICK;
+    int32_t mode = PERP_CONTACT_STICK;
 
     if (local->dim == 2) {
         turn(local->turn, u, turned);
@@ -125,7 +117,7 @@ int32_t perp__local_step_disc(perp__local *local, double radius, const double *u
     for (int32_t i = 0; i < 2; i++)
         next[i] = old[i] - turned[i] * local->inverse_s[i];
     if (!(next[0] * next[0] + next[1] * next[1] <= radius * radius)) {
-        mode = PERP__SLIP;
+        mode = PERP_CONTACT_SLIP;
         for (int32_t i = 0; i < 2; i++)
             c[i] = turned[i] - local->s[i] * old[i];
         if (local->dim == 1)

@@ -4,10 +4,10 @@
 
 #include <math.h>
 
+#include <perp/contact.h>
+
 #include "contact/sweep/local.h"
 #include "linalg/lanes/multiversion.h"
-
-enum { PERP__SEPARATE = 0, PERP__STICK = 1, PERP__SLIP = 2 };
 
 #define PERP__SLIP_ACCURACY 5e-16
 #define PERP__SLIP_STEPS 100
@@ -108,7 +108,7 @@ PERP__KERNEL static int32_t perp__step_3(perp__local *local, const double *u, do
 
     if (!(z > 0.0)) {
         r[0] = r[1] = r[2] = 0.0;
-        return PERP__SEPARATE;
+        return PERP_CONTACT_SEPARATE;
     }
     t0 = r[1] - c0 * local->inverse_s[0];
     t1 = r[2] - c1 * local->inverse_s[1];
@@ -117,19 +117,19 @@ PERP__KERNEL static int32_t perp__step_3(perp__local *local, const double *u, do
         r[0] = normal;
         r[1] = t0;
         r[2] = t1;
-        return PERP__STICK;
+        return PERP_CONTACT_STICK;
     }
     if (!(local->mu > 0.0)) {
         r[0] = z;
         r[1] = r[2] = 0.0;
-        return PERP__SLIP;
+        return PERP_CONTACT_SLIP;
     }
     c[0] = c0 - s[0] * r[1];
     c[1] = c1 - s[1] * r[2];
     if (perp__slip_near(local, z, c, r))
-        return PERP__SLIP;
+        return PERP_CONTACT_SLIP;
     r[0] = perp__slip(local, z, c, r + 1);
-    return PERP__SLIP;
+    return PERP_CONTACT_SLIP;
 }
 
 /* In the plane the slip is linear: |r_t| = mu (z - a r_t). */
@@ -141,19 +141,19 @@ PERP__KERNEL static int32_t perp__step_2(const perp__local *local, const double 
 
     if (!(z > 0.0)) {
         r[0] = r[1] = 0.0;
-        return PERP__SEPARATE;
+        return PERP_CONTACT_SEPARATE;
     }
     t = r[1] - (u[1] - a * u[0]) * local->inverse_s[0];
     normal = z - a * t;
     if (normal >= 0.0 && fabs(t) <= mu * normal) {
         r[0] = normal;
         r[1] = t;
-        return PERP__STICK;
+        return PERP_CONTACT_STICK;
     }
     /* sticking asks for |t| (1 + mu a sign t) > mu z > 0, so the factor is positive */
     r[1] = t > 0.0 ? mu * z / (1.0 + mu * a) : -mu * z / (1.0 - mu * a);
     r[0] = mu > 0.0 ? fabs(r[1]) / mu : z;
-    return PERP__SLIP;
+    return PERP_CONTACT_SLIP;
 }
 
 PERP__KERNEL static int32_t perp__step_1(const perp__local *local, const double *u, double *r)
@@ -161,7 +161,7 @@ PERP__KERNEL static int32_t perp__step_1(const perp__local *local, const double 
     const double z = r[0] - u[0] * local->inverse_normal;
 
     r[0] = z > 0.0 ? z : 0.0;
-    return z > 0.0 ? PERP__STICK : PERP__SEPARATE;
+    return z > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
 }
 
 #endif

@@ -35,8 +35,6 @@ void perp__mixing_before(perp__mixing *mixing, const double *r)
     memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
 }
 
-/* ---- kernels --------------------------------------------------------------------------------- */
-
 PERP__MULTIVERSION(dot, (const double *a, const double *b, int32_t n, double *result),
                    (a, b, n, result))
 {
@@ -91,8 +89,6 @@ PERP__MULTIVERSION(combine,
     }
 }
 
-/* ---- least squares --------------------------------------------------------------------------- */
-
 /* x := (F'F + ridge)^-1 F'f; 0 where that breaks down. */
 static int32_t least_squares(const perp__mixing *m, double *x)
 {
@@ -126,41 +122,34 @@ static int32_t least_squares(const perp__mixing *m, double *x)
     return 1;
 }
 
-static void add_difference(perp__mixing *m, const double *weights, const double *r, const double *y)
+void perp__mixing_after(perp__mixing *m, const double *weights, double *r, double *y)
 {
     const int32_t at = m->next;
-    const size_t size = (size_t)m->size, y_size = (size_t)m->y_size;
-    double *Y = m->Y + (size_t)at * y_size;
+    const size_t size = (size_t)m->size;
+    double *F = m->F + (size_t)at * size, *Y = m->Y + (size_t)at * (size_t)m->y_size;
+    double norm, x[PERP__MIXING_DEPTH];
 
-    difference(m, weights, r, m->F + (size_t)at * size, m->R + (size_t)at * size);
+    /* 1. The differences from the last sweep, where there was one. */
+    difference(m, weights, r, F, m->R + (size_t)at * size);
     for (int32_t i = 0; i < m->y_size; i++) {
         Y[i] = y[i] - m->y[i];
         m->y[i] = y[i];
     }
-    if (!m->has_last) { /* nothing to differ from yet */
-        m->has_last = 1;
-        return;
+    if (m->has_last) {
+        m->next = (at + 1) % PERP__MIXING_DEPTH;
+        if (m->count < PERP__MIXING_DEPTH)
+            m->count++;
     }
-    m->next = (at + 1) % PERP__MIXING_DEPTH;
-    if (m->count < PERP__MIXING_DEPTH)
-        m->count++;
-    for (int32_t k = 0; k < m->count; k++) {
-        dot(m->F + (size_t)k * size, m->F + (size_t)at * size, m->size, &m->gram[at][k]);
+    for (int32_t k = 0; k < m->count && m->has_last; k++) {
+        dot(m->F + (size_t)k * size, F, m->size, &m->gram[at][k]);
         m->gram[k][at] = m->gram[at][k];
     }
-}
+    m->has_last = 1;
 
-void perp__mixing_after(perp__mixing *m, const double *weights, double *r, double *y)
-{
-    double norm, x[PERP__MIXING_DEPTH];
-
-    add_difference(m, weights, r, y);
+    /* 2. The next start; all is forgotten but the last sweep where |f| has grown. */
     dot(m->f, m->f, m->size, &norm);
-    if (!(norm <= m->norm)) {
-        m->count = m->next = 0; /* the last sweep is kept to differ from */
-        m->norm = norm;
-        return;
-    }
+    if (!(norm <= m->norm))
+        m->count = m->next = 0;
     m->norm = norm;
     if (m->count == 0 || !least_squares(m, x))
         return;

@@ -65,44 +65,33 @@ void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c
     c->weight = work->weights[k] * work->weights[k];
 }
 
-PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double *r, int32_t dim,
-                                     perp__packed_result *result)
-{
-    double *first = y + (size_t)c->blocks[0] * WIDTH, *second = y + (size_t)c->blocks[1] * WIDTH;
-    double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3];
-
-    perp__packed_velocity(c, first, second, x, u);
-    for (int32_t i = 0; i < 3; i++)
-        d[i] = x[i];
-    result->mode = dim == 2 ? perp__step_2(&c->local, u, x) : perp__step_3(&c->local, u, x);
-    for (int32_t i = 0; i < 3; i++)
-        d[i] = x[i] - d[i];
-    result->change = d[0] * d[0] + (d[1] * d[1] + d[2] * d[2]);
-    if (result->change == 0.0)
-        return;
-    r[0] = x[0];
-    if (dim > 1)
-        r[1] = x[1];
-    if (dim > 2)
-        r[2] = x[2];
-    perp__packed_push(c, d, first, second);
-}
-
 PERP__MULTIVERSION_SHARED(perp__sweep_packed,
                           (perp__sweep_work * work, int32_t from, int32_t to, double *most),
                           (work, from, to, most))
 {
-    const int32_t *starts = work->rows;
-    perp__packed_contact *c = work->packed;
     double worst = *most;
 
-    for (int32_t k = from; k != to; k += from < to ? 1 : -1) {
-        perp__packed_result result;
-        double change;
+    for (int32_t k = from; k < to; k++) {
+        perp__packed_contact *c = &work->packed[k];
+        const int32_t dim = work->rows[k + 1] - work->rows[k];
+        double *first = work->y + (size_t)c->blocks[0] * WIDTH;
+        double *second = work->y + (size_t)c->blocks[1] * WIDTH, *r = work->r + work->rows[k];
+        double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3], change;
 
-        visit_loops(&c[k], work->y, work->r + starts[k], starts[k + 1] - starts[k], &result);
-        work->modes[k] = (int8_t)result.mode;
-        change = c[k].weight * result.change;
+        perp__packed_velocity(c, first, second, x, u);
+        for (int32_t i = 0; i < 3; i++)
+            d[i] = x[i];
+        work->modes[k] =
+            (int8_t)(dim == 2 ? perp__step_2(&c->local, u, x) : perp__step_3(&c->local, u, x));
+        for (int32_t i = 0; i < 3; i++)
+            d[i] = x[i] - d[i];
+        change = d[0] * d[0] + (d[1] * d[1] + d[2] * d[2]);
+        if (change != 0.0) {
+            for (int32_t i = 0; i < dim; i++)
+                r[i] = x[i];
+            perp__packed_push(c, d, first, second);
+        }
+        change *= c->weight;
         if (!(change <= worst))
             worst = isnan(worst) ? worst : change;
     }
@@ -133,15 +122,6 @@ void perp__sweep_import(perp__sweep_work *work, const double *x)
 void perp__sweep_export(perp__sweep_work *work, const double *r)
 {
     turn(work, -1, r, work->x);
-    for (int32_t k = 0; k < work->common.problem->contacts; k++) {
-        double *x = work->x + work->rows[k], sum = 0.0, most;
-
-        for (int32_t i = 1; i < work->local[k].dim; i++)
-            sum += x[i] * x[i];
-        most = work->local[k].mu * x[0];
-        if (!(sum > most * most))
-            continue;
-        for (int32_t i = 1; i < work->local[k].dim; i++)
-            x[i] *= most / sqrt(sum);
-    }
+    for (int32_t k = 0; k < work->common.problem->contacts; k++)
+        perp__contact_clip(work->common.problem, k, work->x);
 }

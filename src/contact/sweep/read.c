@@ -5,54 +5,17 @@
 #include "contact/law.h"
 #include "contact/sweep/sweep.h"
 
-static int64_t count_entries(const perp__matrix *W)
-{
-    return W->column_starts ? (int64_t)W->column_starts[W->columns] : (int64_t)W->rows * W->columns;
-}
-
-static void layout_bodies(perp__arena *arena, perp__sweep_work *work, const perp__bodies *b)
-{
-    const int32_t packs = b->width == 3 || b->width == PERP__PACKED_WIDTH;
-    const size_t contacts = (size_t)b->contacts;
-    const size_t stride = packs ? PERP__PACKED_WIDTH : (size_t)b->width;
-    const size_t y_size = (size_t)b->blocks * stride;
-
-    work->stride = (int32_t)stride;
-    work->y = perp__arena_take(arena, y_size + stride, sizeof(double));
-    work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
-    work->packed = NULL;
-    if (packs) {
-        work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
-        perp__levels_layout(arena, &work->levels, b);
-    }
-    perp__mixing_layout(arena, &work->mixing, (size_t)b->size, y_size);
-    work->entry_starts = NULL;
-    work->columns = NULL;
-    work->entries = NULL;
-}
-
-static void layout_matrix(perp__arena *arena, perp__sweep_work *work, const perp__matrix *W)
-{
-    const size_t size = (size_t)work->size, entries = (size_t)count_entries(W);
-
-    work->y = NULL;
-    work->packs = NULL;
-    work->packed = NULL;
-    work->entry_starts = perp__arena_take(arena, size + 1, sizeof *work->entry_starts);
-    work->entries = perp__arena_take(arena, entries, sizeof(double));
-    work->columns = NULL;
-    if (W->column_starts)
-        work->columns = perp__arena_take(arena, entries, sizeof *work->columns);
-    perp__mixing_layout(arena, &work->mixing, size, 0);
-}
-
 void perp__sweep_layout(perp__arena *arena, void *object)
 {
     perp__sweep_work *work = object;
     const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
+    const perp__matrix *W = problem->W;
     const size_t size = (size_t)problem->size, contacts = (size_t)problem->contacts;
     const size_t constraints = contacts + size - (size_t)problem->rows;
+    size_t y_size = 0, entries = 0;
 
+    /* 1. Of every problem. */
     work->constraints = (int32_t)constraints;
     work->size = problem->size;
     work->rows = perp__arena_take(arena, constraints + 1, sizeof *work->rows);
@@ -63,41 +26,64 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     work->weights = perp__arena_take(arena, constraints, sizeof(double));
     PERP__DOUBLES(arena, size, &work->row_weights, &work->r, &work->x, &work->u, &work->best);
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
-    if (problem->bodies)
-        layout_bodies(arena, work, problem->bodies);
-    else
-        layout_matrix(arena, work, problem->W);
+    work->y = work->entries = NULL;
+    work->packs = NULL;
+    work->packed = NULL;
+    work->entry_starts = NULL;
+    work->columns = NULL;
+
+    /* 2. Of bodies; of W. */
+    if (b) {
+        const int32_t packs = b->width == 3 || b->width == PERP__PACKED_WIDTH;
+
+        work->stride = packs ? PERP__PACKED_WIDTH : b->width;
+        y_size = (size_t)b->blocks * (size_t)work->stride;
+        work->y = perp__arena_take(arena, y_size + (size_t)work->stride, sizeof(double));
+        work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
+        if (packs) {
+            work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
+            perp__levels_layout(arena, &work->levels, b);
+        }
+    } else {
+        entries = W->column_starts ? (size_t)W->column_starts[W->columns]
+                                   : (size_t)W->rows * (size_t)W->columns;
+        work->entry_starts = perp__arena_take(arena, size + 1, sizeof *work->entry_starts);
+        work->entries = perp__arena_take(arena, entries, sizeof(double));
+        if (W->column_starts)
+            work->columns = perp__arena_take(arena, entries, sizeof *work->columns);
+    }
+    perp__mixing_layout(arena, &work->mixing, size, y_size);
 }
 
-static void read_rows(perp__sweep_work *work)
+/* W by rows. */
+static void read_matrix(perp__sweep_work *work, const perp__matrix *W)
 {
-    const perp__matrix *W = work->common.problem->W;
+    int64_t *starts = work->entry_starts;
 
     if (!W->column_starts) {
         for (int32_t i = 0; i < W->rows; i++) {
-            work->entry_starts[i] = (int64_t)i * W->columns;
+            starts[i] = (int64_t)i * W->columns;
             for (int32_t j = 0; j < W->columns; j++)
-                work->entries[work->entry_starts[i] + j] =
+                work->entries[starts[i] + j] =
                     W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
         }
-        work->entry_starts[W->rows] = (int64_t)W->rows * W->columns;
+        starts[W->rows] = (int64_t)W->rows * W->columns;
         return;
     }
-    memset(work->entry_starts, 0, ((size_t)work->size + 1) * sizeof *work->entry_starts);
+    memset(starts, 0, ((size_t)work->size + 1) * sizeof *starts);
     for (int32_t k = 0; k < W->column_starts[W->columns]; k++)
-        work->entry_starts[W->row_indices[k] + 1]++;
+        starts[W->row_indices[k] + 1]++;
     for (int32_t i = 0; i < work->size; i++)
-        work->entry_starts[i + 1] += work->entry_starts[i];
+        starts[i + 1] += starts[i];
     for (int32_t j = 0; j < W->columns; j++)
         for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++) {
-            const int64_t at = work->entry_starts[W->row_indices[k]]++;
+            const int64_t at = starts[W->row_indices[k]]++;
 
             work->columns[at] = j;
             work->entries[at] = W->values[k];
         }
-    memmove(work->entry_starts + 1, work->entry_starts,
-            (size_t)work->size * sizeof *work->entry_starts);
-    work->entry_starts[0] = 0;
+    memmove(starts + 1, starts, (size_t)work->size * sizeof *starts);
+    starts[0] = 0;
 }
 
 /* W_kk of a constraint, row-major. */
@@ -123,60 +109,52 @@ static void read_diagonal(const perp__sweep_work *work, int32_t constraint, doub
     }
 }
 
-static void read_discs(perp__sweep_work *work, int32_t k, const double *W)
-{
-    const perp__contact_problem *problem = work->common.problem;
-    const int32_t rows = work->rows[k + 1] - work->rows[k];
-    perp__sweep_discs *discs = &work->discs[k];
-    int32_t row = problem->dims[k];
-
-    memcpy(discs->W, W, (size_t)(rows * rows) * sizeof *W);
-    if (problem->rolling && problem->rolling[k] > 0.0) {
-        perp__local_make_disc(&discs->rolling, problem->dims[k] - 1, W + row * rows + row, rows);
-        row += problem->dims[k] - 1;
-    }
-    if (problem->spinning && problem->spinning[k] > 0.0)
-        perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
-}
-
-static void read_constraint(perp__sweep_work *work, int32_t k)
-{
-    const perp__contact_problem *problem = work->common.problem;
-    const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
-    const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
-    double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
-
-    read_diagonal(work, k, W);
-    perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, W, rows,
-                     contact ? problem->mu[k] : 0.0);
-    if (both > 0)
-        perp__two_sided_make(&work->two_sided[k], both, rows - both, W, problem->mu[k]);
-    if (contact && problem->has_discs)
-        read_discs(work, k, W);
-    work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];
-    for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
-        work->row_weights[i] = work->weights[k];
-    if (contact && problem->bodies) {
-        work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
-        if (work->packs[k])
-            perp__sweep_pack(work, k, &work->packed[k]);
-        work->all_packed &= work->packs[k];
-    }
-}
-
 void perp__sweep_read(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
 
     memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
     for (int32_t k = problem->contacts; k < work->constraints; k++)
         work->rows[k + 1] = work->rows[k] + 1;
-    if (!problem->bodies)
-        read_rows(work);
+    if (!b)
+        read_matrix(work, problem->W);
+    else
+        memset(work->y, 0, (size_t)(b->blocks + 1) * (size_t)work->stride * sizeof *work->y);
     work->all_packed = work->packed && work->constraints == problem->contacts;
-    for (int32_t k = 0; k < work->constraints; k++)
-        read_constraint(work, k);
-    if (problem->bodies)
-        memset(work->y, 0,
-               (size_t)(problem->bodies->blocks + 1) * (size_t)work->stride * sizeof *work->y);
+    for (int32_t k = 0; k < work->constraints; k++) {
+        const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
+        const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
+        double W[PERP__ROWS_MOST * PERP__ROWS_MOST];
+
+        /* 1. The local problem; of a contact with discs, or one that holds both ways, too. */
+        read_diagonal(work, k, W);
+        perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, W, rows,
+                         contact ? problem->mu[k] : 0.0);
+        if (both > 0)
+            perp__two_sided_make(&work->two_sided[k], both, rows - both, W, problem->mu[k]);
+        if (contact && problem->has_discs) {
+            const int32_t tangents = problem->dims[k] - 1;
+            perp__sweep_discs *discs = &work->discs[k];
+            int32_t row = problem->dims[k];
+
+            memcpy(discs->W, W, (size_t)(rows * rows) * sizeof *W);
+            if (problem->rolling && problem->rolling[k] > 0.0) {
+                perp__local_make_disc(&discs->rolling, tangents, W + row * rows + row, rows);
+                row += tangents;
+            }
+            if (problem->spinning && problem->spinning[k] > 0.0)
+                perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
+        }
+        /* 2. Weights; and the piece of memory of contacts that have one. */
+        work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];
+        for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
+            work->row_weights[i] = work->weights[k];
+        if (contact && b) {
+            work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
+            if (work->packs[k])
+                perp__sweep_pack(work, k, &work->packed[k]);
+            work->all_packed &= work->packs[k];
+        }
+    }
 }

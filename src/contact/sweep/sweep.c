@@ -11,10 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/clock.h"
-
-/* PERP_CONTACT_METHOD_SWEEP */
-#define METHOD_SWEEP 1
+#include <perp/contact.h>
 
 /* Default limit: that many sweeps, less where these make more than VISITS_MOST visits. */
 #define SWEEPS_MOST 10000
@@ -31,10 +28,6 @@
 /* The rate is looked at after so many sweeps, and whenever they have doubled. */
 #define FIRST_LOOK 10
 
-/* The kind of sweep changes where the change fell by less than this within so many. */
-#define WINDOW_SWEEPS 60
-#define WINDOW_FACTOR 0.8
-
 /* From a start with a residual of so many times tol, sweeps are there at once. */
 #define NEAR_ENOUGH 3.0
 
@@ -45,72 +38,6 @@ static perp_status check(const perp__contact_problem *problem)
 {
     (void)problem; /* every one that the front door lets through, with the exact cone */
     return PERP_OK;
-}
-
-static int64_t sweep_limit(const perp__sweep_work *work)
-{
-    const int64_t limit = work->common.problem->iteration_limit;
-    const double sweeps = VISITS_MOST / (work->constraints + 1.0);
-
-    if (limit > 0)
-        return limit;
-    return sweeps > SWEEPS_MOST    ? SWEEPS_MOST
-           : sweeps < SWEEPS_LEAST ? SWEEPS_LEAST
-                                   : (int64_t)sweeps;
-}
-
-/* One sweep, from where mixing the last ones leads to. */
-static double sweep(perp__sweep_work *work)
-{
-    const int32_t backward = work->symmetric && work->phase;
-
-    if (!backward) {
-        if (work->sweeps > 0)
-            perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
-        perp__mixing_before(&work->mixing, work->r);
-    }
-    work->phase = work->symmetric && !work->phase;
-    work->sweeps++;
-    return work->common.problem->bodies ? perp__sweep_bodies(work, backward)
-                                        : perp__sweep_matrix(work, backward);
-}
-
-/* Some problems like sweeps to and fro, mixed by pairs, better: where progress is slow, the other
- * kind is tried for a while. */
-static void alternate(perp__sweep_work *work)
-{
-    if (work->sweeps < work->window_end || work->phase)
-        return;
-    if (work->least > WINDOW_FACTOR * work->window_least) {
-        work->symmetric = !work->symmetric;
-        perp__mixing_forget(&work->mixing);
-    }
-    work->window_least = work->least;
-    work->window_end = work->sweeps + WINDOW_SWEEPS;
-}
-
-/* -1 to go on, or the outcome to stop with. */
-static perp_outcome tick(const perp__contact_control *control, int64_t sweeps, double residual)
-{
-    if (!control)
-        return -1;
-    if (control->tick && control->tick(control->tick_user, sweeps, residual) != 0)
-        return PERP_OUTCOME_STOPPED;
-    if (control->deadline > 0.0 && perp__now() > control->deadline)
-        return PERP_OUTCOME_TIME_LIMIT;
-    return -1;
-}
-
-static int32_t hopeless(perp__sweep_work *work, double change)
-{
-    if (!(change <= DBL_MAX) || change > DIVERGENCE * work->least)
-        return 1;
-    if (work->sweeps % STAGNATION_SWEEPS != 0)
-        return 0;
-    if (work->least > STAGNATION_FACTOR * work->least_before)
-        return 1;
-    work->least_before = work->least;
-    return 0;
 }
 
 /* Whether what is left is more than the limit leaves room for, at the rate since there were a
@@ -141,17 +68,6 @@ static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
     return work->status != PERP_OK || work->sweeps >= work->patience;
 }
 
-/* Keeps the r where the change has halved: copies are few. */
-static void remember(perp__sweep_work *work, double change)
-{
-    if (change < work->least)
-        work->least = change;
-    if (change < 0.5 * work->remembered) {
-        work->remembered = change;
-        memcpy(work->best, work->r, (size_t)work->size * sizeof *work->best);
-    }
-}
-
 /* A sweep that hardly changes r: is r the solution? `share` of tol is what the change has to be
  * for the question to be worth its cost. */
 static int32_t is_solved(perp__sweep_work *work, double change)
@@ -172,10 +88,17 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     return 0;
 }
 
-/* From blocks by width to blocks by stride. */
-static void spread(perp__sweep_work *work, const perp__bodies *b)
+/* Begins at x, in the caller's frame. */
+static void begin_at(perp__sweep_work *work, const double *x)
 {
-    for (int32_t i = b->blocks; i-- > 0 && work->stride > b->width;) {
+    const perp__bodies *b = work->common.problem->bodies;
+
+    perp__sweep_import(work, x);
+    if (!b)
+        return;
+    perp__bodies_gather(b, x, work->y);
+    for (int32_t i = b->blocks;
+         i-- > 0 && work->stride > b->width;) { /* by width, then by stride */
         double *block = work->y + (size_t)i * (size_t)work->stride;
 
         memmove(block, work->y + (size_t)i * (size_t)b->width, (size_t)b->width * sizeof *block);
@@ -183,45 +106,25 @@ static void spread(perp__sweep_work *work, const perp__bodies *b)
     }
 }
 
-/* Begins at x, in the caller's frame. */
-static void begin_at(perp__sweep_work *work, const double *x)
-{
-    const perp__contact_problem *problem = work->common.problem;
-
-    perp__sweep_import(work, x);
-    if (!problem->bodies)
-        return;
-    perp__bodies_gather(problem->bodies, x, work->y);
-    spread(work, problem->bodies);
-}
-
-/* Begins with the guess that all comes to rest, if it is better than x. */
-static void settle(perp__sweep_work *work, const double *x)
-{
-    const double given = perp__sweep_residual(work, x, work->u);
-
-    if (given <= NEAR_ENOUGH * work->common.problem->tol) {
-        begin_at(work, x);
-        return;
-    }
-    perp__sweep_settle(work);
-    perp__sweep_export(work, work->r);
-    if (!(perp__sweep_residual(work, work->x, work->u) <= given))
-        begin_at(work, x);
-}
-
 static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
 {
     const perp__contact_problem *problem = work->common.problem;
     const size_t bytes = (size_t)work->size * sizeof *work->r;
+    double given;
 
     perp__sweep_read(work);
     if (!iterate->warm)
         memset(iterate->r, 0, bytes);
-    if (work->all_packed)
-        settle(work, iterate->r);
-    else
+    /* begins with the guess that all comes to rest, if that can be made and is better */
+    given = work->all_packed ? perp__sweep_residual(work, iterate->r, work->u) : 0.0;
+    if (work->all_packed && !(given <= NEAR_ENOUGH * problem->tol)) {
+        perp__sweep_settle(work);
+        perp__sweep_export(work, work->r);
+        if (!(perp__sweep_residual(work, work->x, work->u) <= given))
+            begin_at(work, iterate->r);
+    } else {
         begin_at(work, iterate->r);
+    }
     memcpy(work->best, work->r, bytes);
     perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
@@ -232,9 +135,6 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     work->status = PERP_OK;
     work->share = 1.0;
     work->sweeps = work->next_test = 0;
-    work->symmetric = work->phase = 0;
-    work->window_least = INFINITY;
-    work->window_end = WINDOW_SWEEPS;
 }
 
 /* The better of the last r and the remembered one. */
@@ -267,27 +167,57 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 {
     perp__sweep_work *work = object;
     const perp__contact_problem *problem = work->common.problem;
-    const int64_t limit = sweep_limit(work);
+    const double affordable = fmin(VISITS_MOST / (work->constraints + 1.0), SWEEPS_MOST);
+    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit
+                                                       : (int64_t)fmax(affordable, SWEEPS_LEAST);
     perp_outcome outcome = -1;
 
     start(work, iterate);
     while (outcome < 0 && work->sweeps < limit) {
-        const double change = sweep(work);
+        double change;
+        int32_t is_hopeless;
 
-        remember(work, change);
-        if (is_solved(work, change))
+        /* 1. One sweep, from where mixing the last ones leads to. */
+        if (work->sweeps > 0)
+            perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
+        perp__mixing_before(&work->mixing, work->r);
+        work->sweeps++;
+        change = perp__sweep_pass(work);
+
+        /* 2. The r where the change has halved is kept: copies are few. */
+        if (change < work->least)
+            work->least = change;
+        if (change < 0.5 * work->remembered) {
+            work->remembered = change;
+            memcpy(work->best, work->r, (size_t)work->size * sizeof *work->best);
+        }
+
+        /* 3. Whether to go on; not where sweeps diverge or stagnate. */
+        if (is_solved(work, change)) {
             outcome = PERP_OUTCOME_SOLVED;
-        else if (hopeless(work, change))
-            outcome = PERP_OUTCOME_STALLED;
-        else if (is_too_slow(work, limit))
-            break;
-        else
-            outcome = tick(problem->control, work->sweeps, change);
-        alternate(work);
+        } else {
+            is_hopeless = !(change <= DBL_MAX) || change > DIVERGENCE * work->least;
+            if (!is_hopeless && work->sweeps % STAGNATION_SWEEPS == 0) {
+                is_hopeless = work->least > STAGNATION_FACTOR * work->least_before;
+                work->least_before = work->least;
+            }
+            if (!is_hopeless && is_too_slow(work, limit))
+                break;
+            outcome = is_hopeless
+                          ? PERP_OUTCOME_STALLED
+                          : perp__contact_asks_to_stop(problem->control, work->sweeps, change);
+        }
     }
     finish(work, iterate, outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome);
     return work->status;
 }
 
-const perp__contact_method perp__contact_sweep = {
-    METHOD_SWEEP, sizeof(perp__sweep_work), 1, 0, 1, check, perp__sweep_layout, solve, NULL};
+const perp__contact_method perp__contact_sweep = {PERP_CONTACT_METHOD_SWEEP,
+                                                  sizeof(perp__sweep_work),
+                                                  1,
+                                                  0,
+                                                  1,
+                                                  check,
+                                                  perp__sweep_layout,
+                                                  solve,
+                                                  NULL};

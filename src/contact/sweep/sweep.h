@@ -7,7 +7,6 @@
 #include "contact/sweep/local.h"
 #include "contact/method.h"
 #include "contact/sweep/mixing.h"
-#include "contact/sweep/two_sided.h"
 
 enum { PERP__PACKED_WIDTH = 6, PERP__PACKED_ROW = 12 };
 
@@ -42,11 +41,6 @@ typedef struct perp__levels {
     double *rest; /* blocks + 1 by stride: the y at which a block stands still */
 } perp__levels;
 
-typedef struct perp__packed_result {
-    double change; /* |dr|^2 */
-    int32_t mode;
-} perp__packed_result;
-
 typedef struct perp__sweep_work {
     perp__contact_work common;
     int32_t constraints, size;
@@ -73,22 +67,18 @@ typedef struct perp__sweep_work {
     int64_t patience, next_look;
     perp_status status;
     double remembered, residual; /* the change that led to `best`; the residual of r in the end */
-    int32_t symmetric, phase;    /* every other sweep goes backward; the next one does */
-    double window_least;
-    int64_t window_end;
-    double share; /* of tol: the change that makes the residual worth its cost */
+    double share;                /* of tol: the change that makes the residual worth its cost */
     /* W by rows; columns NULL: dense */
     int64_t *entry_starts; /* size + 1 */
     int32_t *columns;
     double *entries;
 } perp__sweep_work;
 
-/* One pass over all constraints, the last first if `backward`. Returns the largest weighted change
- * of r, max sqrt(t_k) |dr_k| / omega; NaN or infinity where a number overflowed. */
-double perp__sweep_bodies(perp__sweep_work *work, int32_t backward);
-double perp__sweep_matrix(perp__sweep_work *work, int32_t backward);
+/* One pass over all constraints. Returns the largest weighted change of r, max sqrt(t_k) |dr_k| /
+ * omega; NaN or infinity where a number overflowed. */
+double perp__sweep_pass(perp__sweep_work *work);
 
-/* Whether contact k can be packed; packs it; one pass over the contacts from `from` up or down to
+/* Whether contact k can be packed; packs it; one pass over the contacts from `from` up to
  * before `to`, all packed, which raises *most to the largest squared change. */
 int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k);
 void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *packed);
@@ -102,15 +92,9 @@ void perp__sweep_export(perp__sweep_work *work, const double *r);
 void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__bodies *bodies);
 void perp__sweep_settle(perp__sweep_work *work);
 
-/* u_k given, with the current r: the constraint's next r, and dr. Returns the mode. */
-int32_t perp__sweep_constraint(perp__sweep_work *work, int32_t constraint, double *u, double *dr);
-
 /* W by rows from problem->W; the local problems from either. */
 void perp__sweep_read(perp__sweep_work *work);
 void perp__sweep_layout(perp__arena *arena, void *work);
-
-/* (W r + q)_i by the rows of W. */
-double perp__sweep_row(const perp__sweep_work *work, int32_t i, const double *r);
 
 /* The tested residual of x, in the caller's frame, with u := W x + q. */
 double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u);

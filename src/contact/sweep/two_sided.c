@@ -1,4 +1,4 @@
-#include "contact/sweep/two_sided.h"
+#include "contact/sweep/local.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,10 +8,11 @@
 /* What a pivot is lifted to, of the trace. */
 #define LEAST 1e-14
 #define ACCURACY 5e-16
-enum { STEPS = 100, COLUMNS = PERP__NORMALS_MOST + PERP__TANGENTS_MOST };
+enum { STEPS = 100, ROWS = PERP__NORMALS_MOST + PERP__TANGENTS_MOST };
 
 /* Columns of K past the first n := W^-1 times these, W symmetric positive definite in the first. */
-static void eliminate(int32_t n, int32_t columns, double K[][COLUMNS], double least)
+static void eliminate(int32_t n, int32_t columns, double K[][ROWS + PERP__NORMALS_MOST],
+                      double least)
 {
     for (int32_t p = 0; p < n; p++) {
         const double pivot = fmax(K[p][p], least);
@@ -31,7 +32,9 @@ void perp__two_sided_make(perp__two_sided *p, int32_t normals, int32_t tangents,
                           double mu)
 {
     const int32_t rows = normals + tangents;
-    double symmetric[COLUMNS][COLUMNS], K[PERP__NORMALS_MOST][COLUMNS], trace = 0.0, least;
+    double symmetric[ROWS][ROWS], trace = 0.0, least;
+    double K[PERP__NORMALS_MOST][ROWS + PERP__NORMALS_MOST] = {
+        {0.0}}; /* W_NN, W_Nt, the identity */
 
     memset(p, 0, sizeof *p);
     p->normals = normals;
@@ -43,12 +46,17 @@ void perp__two_sided_make(perp__two_sided *p, int32_t normals, int32_t tangents,
         trace += symmetric[i][i];
     }
     least = trace > 0.0 ? LEAST * trace : 1.0;
-    for (int32_t i = 0; i < normals; i++)
-        memcpy(K[i], symmetric[i], sizeof K[i]);
-    eliminate(normals, rows, K, least);
-    for (int32_t i = 0; i < normals; i++)
+    for (int32_t i = 0; i < normals; i++) {
+        memcpy(K[i], symmetric[i], (size_t)rows * sizeof(double));
+        K[i][rows + i] = 1.0;
+    }
+    eliminate(normals, rows + normals, K, least);
+    for (int32_t i = 0; i < normals; i++) {
         for (int32_t j = 0; j < tangents; j++)
             p->A[i][j] = K[i][normals + j];
+        for (int32_t j = 0; j < normals; j++)
+            p->inverse[i][j] = K[i][rows + j];
+    }
     for (int32_t i = 0; i < tangents; i++) {
         for (int32_t j = 0; j < tangents; j++) {
             p->S[i][j] = symmetric[normals + i][normals + j];
@@ -56,15 +64,6 @@ void perp__two_sided_make(perp__two_sided *p, int32_t normals, int32_t tangents,
                 p->S[i][j] -= symmetric[normals + i][k] * p->A[k][j];
         }
         p->S[i][i] = fmax(p->S[i][i], least);
-    }
-    for (int32_t column = 0; column < normals; column++) {
-        for (int32_t i = 0; i < normals; i++) {
-            memcpy(K[i], symmetric[i], (size_t)normals * sizeof(double));
-            K[i][normals] = i == column ? 1.0 : 0.0;
-        }
-        eliminate(normals, normals + 1, K, least);
-        for (int32_t i = 0; i < normals; i++)
-            p->inverse[i][column] = K[i][normals];
     }
 }
 
@@ -101,28 +100,27 @@ static void rub(const perp__two_sided *p, double l, const double *c, double *t)
     t[1] = -(a * c[1] - b * c[0]) / det;
 }
 
-/* |t| = mu |n - A t| between 0 and t, one tangent. */
-static void slip_on_line(const perp__two_sided *p, const double *n, double *t)
+/* |t| = mu |n - A t| between 0 and t: one tangent, a quadratic; two, regula falsi (Illinois) in l,
+ * at 0 of which that much friction is missing. */
+static void slip(const perp__two_sided *p, const double *n, const double *c, double *t,
+                 double excess)
 {
     const double sign = t[0] > 0.0 ? 1.0 : -1.0, square = p->mu * p->mu;
-    double alpha = 1.0, beta = 0.0, gamma = 0.0;
-
-    for (int32_t i = 0; i < p->normals; i++) {
-        alpha -= square * p->A[i][0] * p->A[i][0];
-        beta += square * sign * n[i] * p->A[i][0];
-        gamma += square * n[i] * n[i];
-    }
-    t[0] = gamma > 0.0 ? sign * gamma / (beta + sqrt(fmax(0.0, beta * beta + alpha * gamma))) : 0.0;
-}
-
-/* The same with two, by regula falsi (Illinois) in l. */
-static void slip_in_plane(const perp__two_sided *p, const double *n, const double *c, double *t,
-                          double excess)
-{
     const double length = norm(n, p->normals);
-    double reach = 0.0, low = 0.0, high, at_low = excess, at_high, carried[PERP__NORMALS_MOST];
+    double alpha = 1.0, beta = 0.0, gamma = 0.0, reach = 0.0;
+    double low = 0.0, high, at_low = excess, at_high, carried[PERP__NORMALS_MOST];
     int32_t side = 0;
 
+    if (p->tangents == 1) {
+        for (int32_t i = 0; i < p->normals; i++) {
+            alpha -= square * p->A[i][0] * p->A[i][0];
+            beta += square * sign * n[i] * p->A[i][0];
+            gamma += square * n[i] * n[i];
+        }
+        t[0] = gamma > 0.0 ? sign * gamma / (beta + sqrt(fmax(0.0, beta * beta + alpha * gamma)))
+                           : 0.0;
+        return;
+    }
     for (int32_t i = 0; i < p->normals; i++)
         reach = hypot(reach, hypot(p->A[i][0], p->A[i][1]));
     if (!(p->mu * length > 0.0)) {
@@ -175,10 +173,7 @@ int32_t perp__two_sided_step(const perp__two_sided *p, const double *u, double *
     rub(p, 0.0, c, t);
     excess = p->mu * carry(p, n, t, carried) - norm(t, p->tangents);
     if (!(excess >= 0.0)) {
-        if (p->tangents == 1)
-            slip_on_line(p, n, t);
-        else
-            slip_in_plane(p, n, c, t, excess);
+        slip(p, n, c, t, excess);
         carry(p, n, t, carried);
     }
     memcpy(r, carried, (size_t)p->normals * sizeof *r);

@@ -73,24 +73,6 @@ static void gather(const perp__active_block *b, int32_t j, int32_t row, int32_t 
         into[r] = from[(size_t)b->order[r] * stride] * (d[b->order[r]] * d[j]);
 }
 
-static void collect(perp__active_block *b, const int8_t *places)
-{
-    int32_t *position = b->position, *column_of = b->column_of, *order = b->order;
-    const int32_t n = b->M.rows;
-    int32_t count = 0;
-
-    for (int32_t i = 0; i < n; i++) {
-        const int32_t is_between = places[i] == PERP__BETWEEN;
-
-        position[i] = is_between ? count : -1;
-        column_of[i] = -1;
-        if (is_between)
-            order[count++] = i;
-    }
-    b->count = count;
-    b->kept = b->changes = 0;
-}
-
 /* No pivot that rounding could have made, and for `definite` a determinant > 0. Without `pivots`
  * the diagonal holds the roots of Cholesky. */
 static enum perp__block_state judge(const double *factored, int32_t n, const int32_t *pivots,
@@ -120,37 +102,41 @@ static enum perp__block_state judge(const double *factored, int32_t n, const int
     return PERP__BLOCK_READY;
 }
 
-static enum perp__block_state factor_cholesky(perp__active_block *b)
-{
-    for (int32_t c = 0; c < b->count; c++)
-        gather(b, b->order[c], 0, c, b->block + at(0, c, b->count));
-    if (perp__cholesky_factor(b->count, b->block, b->count) != 0)
-        return PERP__BLOCK_INDEFINITE;
-    return judge(b->block, b->count, NULL, b->definite);
-}
-
-static enum perp__block_state factor_lu(perp__active_block *b)
-{
-    for (int32_t c = 0; c < b->count; c++)
-        gather(b, b->order[c], b->transposed, 0, b->block + at(0, c, b->count));
-    if (perp__lu_factor(b->count, b->block, b->count, b->pivots) != 0)
-        return PERP__BLOCK_SINGULAR;
-    return judge(b->block, b->count, b->pivots, b->definite);
-}
-
+/* Factors the block of A anew. */
 static enum perp__block_state factor(perp__active_block *b, const int8_t *places)
 {
     enum perp__block_state state = PERP__BLOCK_INDEFINITE;
+    int32_t count = 0;
 
-    collect(b, places);
-    if (b->count == 0)
+    /* 1. A0 := A */
+    for (int32_t i = 0; i < b->M.rows; i++) {
+        const int32_t is_between = places[i] == PERP__BETWEEN;
+
+        b->position[i] = is_between ? count : -1;
+        b->column_of[i] = -1;
+        if (is_between)
+            b->order[count++] = i;
+    }
+    b->count = count;
+    b->kept = b->changes = 0;
+    if (count == 0)
         return PERP__BLOCK_READY;
+    /* 2. Cholesky's factors of the lower triangle, where M is symmetric. */
     b->by_cholesky = b->symmetric;
-    if (b->by_cholesky)
-        state = factor_cholesky(b);
+    if (b->by_cholesky) {
+        for (int32_t c = 0; c < count; c++)
+            gather(b, b->order[c], 0, c, b->block + at(0, c, count));
+        if (perp__cholesky_factor(count, b->block, count) == 0)
+            state = judge(b->block, count, NULL, b->definite);
+    }
+    /* 3. Else those of LU. */
     if (state == PERP__BLOCK_INDEFINITE && !(b->symmetric && b->definite)) {
         b->by_cholesky = 0;
-        state = factor_lu(b);
+        for (int32_t c = 0; c < count; c++)
+            gather(b, b->order[c], b->transposed, 0, b->block + at(0, c, count));
+        state = perp__lu_factor(count, b->block, count, b->pivots) == 0
+                    ? judge(b->block, count, b->pivots, b->definite)
+                    : PERP__BLOCK_SINGULAR;
     }
     if (state != PERP__BLOCK_READY)
         b->count = 0;
@@ -168,15 +154,16 @@ static void solve_old(const perp__active_block *b, int32_t columns, double *X)
                                b->transposed);
 }
 
-/* The columns of the upper right block and the rows of the lower left one, for kept changes from
- * `first` on. */
-static void add_borders(perp__active_block *b, int32_t first)
+/* The borders of kept changes from `first` on, and their rows and columns of the corner. */
+static void add_changes(perp__active_block *b, int32_t first)
 {
     const size_t bytes = (size_t)b->count * sizeof(double);
+    const int32_t n = b->M.rows;
 
+    /* 1. The columns of the upper right block and the rows of the lower left one. */
     for (int32_t k = first; k < b->kept; k++) {
         const int32_t i = b->changed[k];
-        double *border = b->border + at(0, k, b->M.rows), *solved = b->solved + at(0, k, b->M.rows);
+        double *border = b->border + at(0, k, n), *solved = b->solved + at(0, k, n);
 
         if (b->position[i] >= 0) { /* it left */
             memset(border, 0, bytes);
@@ -190,14 +177,8 @@ static void add_borders(perp__active_block *b, int32_t first)
                 gather(b, i, 1, 0, border);
         }
     }
-    solve_old(b, b->kept - first, b->solved + at(0, first, b->M.rows));
-}
-
-/* Rows and columns of corner = M_EE - border' solved, from `first` on. */
-static void add_corner(perp__active_block *b, int32_t first)
-{
-    const int32_t n = b->M.rows;
-
+    solve_old(b, b->kept - first, b->solved + at(0, first, n));
+    /* 2. corner = M_EE - border' solved */
     for (int32_t k = first; k < b->kept; k++) {
         double *column = b->corner + at(0, k, b->capacity);
         const int32_t i = b->changed[k], entered = b->position[i] < 0;
@@ -220,11 +201,13 @@ static void add_corner(perp__active_block *b, int32_t first)
     }
 }
 
-/* Finds which indices tell A from A0. Returns how many of them have no column yet. */
-static int32_t compare(perp__active_block *b, const int8_t *places, int32_t most)
+/* The old factors with a border, if that is cheaper. */
+static int32_t update(perp__active_block *b, const int8_t *places)
 {
-    int32_t fresh = 0, i;
+    const int32_t first = b->kept, most = b->count / PERP__CHANGED_PART;
+    int32_t fresh = 0, i, q;
 
+    /* 1. Which indices tell A from A0, and how many of them have no column yet. */
     b->changes = 0;
     for (i = 0; i < b->M.rows; i++) {
         if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
@@ -232,20 +215,8 @@ static int32_t compare(perp__active_block *b, const int8_t *places, int32_t most
         fresh += b->column_of[i] < 0;
         b->changes++;
         if (b->changes > most || b->kept + fresh > b->capacity)
-            return -1;
+            return 0;
     }
-    return fresh;
-}
-
-/* The old factors with a border, if that is cheaper. */
-static int32_t update(perp__active_block *b, const int8_t *places)
-{
-    const int32_t first = b->kept;
-    int32_t fresh, i, q;
-
-    fresh = compare(b, places, b->count / PERP__CHANGED_PART);
-    if (fresh < 0)
-        return 0;
     for (i = 0, q = 0; i < b->M.rows; i++) {
         if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
             continue;
@@ -255,10 +226,9 @@ static int32_t update(perp__active_block *b, const int8_t *places)
         }
         b->used[q++] = b->column_of[i];
     }
-    if (fresh > 0) {
-        add_borders(b, first);
-        add_corner(b, first);
-    }
+    if (fresh > 0)
+        add_changes(b, first);
+    /* 2. Their Schur complement. */
     for (q = 0; q < b->changes; q++)
         for (int32_t p = 0; p < b->changes; p++)
             b->schur[at(p, q, b->changes)] = b->corner[at(b->used[p], b->used[q], b->capacity)];

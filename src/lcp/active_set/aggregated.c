@@ -12,6 +12,7 @@
 
 #include <math.h>
 
+#include "base/clock.h"
 #include "base/context.h"
 
 #define SMALLEST 1000 /* below, a few more factorisations cost less than the levels */
@@ -52,76 +53,40 @@ static void layout_shared(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &coarse->ones, &coarse->norms);
 }
 
-/* The variable coupled most to j among those that no pair has, and strongly; or -1. */
-static int32_t partner(const perp__aggregated_level *level, int32_t j)
-{
-    const perp__matrix *M = &level->M;
-    double largest = 0.0, best = 0.0;
-    int32_t found = -1;
-
-    for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-        const int32_t i = M->row_indices[k];
-        const double coupling = i == j ? 0.0 : -(M->values[k] + perp__entry(M, j, i));
-
-        largest = fmax(largest, coupling);
-        if (level->aggregate[i] < 0 && coupling > best) {
-            best = coupling;
-            found = i;
-        }
-    }
-    return best >= STRONG * largest ? found : -1;
-}
-
 /* Pairs, and what is left alone; members of pair a in members[2 a], [2 a + 1] or -1. Returns how
  * many. */
 static int32_t pair(perp__aggregated *coarse, perp__aggregated_level *level)
 {
+    const perp__matrix *M = &level->M;
     int32_t count = 0;
 
     for (int32_t i = 0; i < level->n; i++)
         level->aggregate[i] = -1;
-    for (int32_t i = 0; i < level->n; i++) {
-        int32_t other;
+    for (int32_t j = 0; j < level->n; j++) {
+        double largest = 0.0, best = 0.0;
+        int32_t other = -1; /* coupled most to j among those that no pair has, and strongly */
 
-        if (level->aggregate[i] >= 0)
+        if (level->aggregate[j] >= 0)
             continue;
-        other = partner(level, i);
-        level->aggregate[i] = count;
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+            const double coupling = i == j ? 0.0 : -(M->values[k] + perp__entry(M, j, i));
+
+            largest = fmax(largest, coupling);
+            if (level->aggregate[i] < 0 && coupling > best) {
+                best = coupling;
+                other = i;
+            }
+        }
+        if (!(best >= STRONG * largest))
+            other = -1;
+        level->aggregate[j] = count;
         if (other >= 0)
             level->aggregate[other] = count;
-        coarse->members[2 * count] = i;
+        coarse->members[2 * count] = j;
         coarse->members[2 * count++ + 1] = other;
     }
     return count;
-}
-
-/* Column a of P' M P appended at `at`, rows in order; returns its end. */
-static int32_t add_column(perp__aggregated *coarse, const perp__aggregated_level *fine,
-                          perp__aggregated_level *level, int32_t a, int32_t at)
-{
-    const int32_t first = at;
-
-    for (int32_t m = 0; m < 2 && coarse->members[2 * a + m] >= 0; m++) {
-        const int32_t j = coarse->members[2 * a + m];
-
-        for (int32_t k = fine->M.column_starts[j]; k < fine->M.column_starts[j + 1]; k++) {
-            const int32_t row = fine->aggregate[fine->M.row_indices[k]];
-            int32_t place = coarse->position[row];
-
-            if (place < first) { /* not in this column yet: moved to its place among the rows */
-                for (place = at++; place > first && level->own_rows[place - 1] > row; place--) {
-                    level->own_rows[place] = level->own_rows[place - 1];
-                    level->own_values[place] = level->own_values[place - 1];
-                    coarse->position[level->own_rows[place]] = place;
-                }
-                level->own_rows[place] = row;
-                level->own_values[place] = 0.0;
-                coarse->position[row] = place;
-            }
-            level->own_values[place] += fine->M.values[k];
-        }
-    }
-    return at;
 }
 
 /* Whether every diagonal entry is there and positive; these are noted. */
@@ -137,29 +102,50 @@ static int32_t read_diagonal(perp__aggregated_level *level)
     return j == level->n;
 }
 
-/* Level k + 1 from level k. *useful: there is one, and it is smaller. */
+/* Level k + 1 from level k, M := P' M P. *useful: there is one, and it is smaller. */
 static perp_status coarsen(perp__aggregated *coarse, int32_t k, int32_t *useful)
 {
     perp__aggregated_level *fine = &coarse->level[k], *level = fine + 1;
-    const size_t entries = (size_t)fine->M.column_starts[fine->n];
+    const int32_t *starts = fine->M.column_starts;
     perp_status status;
     int32_t at = 0;
 
     level->n = pair(coarse, fine);
-    level->entries = entries;
+    level->entries = (size_t)starts[fine->n];
     status = perp__arena_fit(&level->arena, coarse->context, layout_level, level);
     if (status != PERP_OK)
         return status;
     for (int32_t a = 0; a < level->n; a++)
         coarse->position[a] = -1;
     for (int32_t a = 0; a < level->n; a++) {
+        const int32_t first = at;
+
         level->own_starts[a] = at;
-        at = add_column(coarse, fine, level, a, at);
+        for (int32_t m = 0; m < 2 && coarse->members[2 * a + m] >= 0; m++) {
+            const int32_t j = coarse->members[2 * a + m];
+
+            for (int32_t e = starts[j]; e < starts[j + 1]; e++) {
+                const int32_t row = fine->aggregate[fine->M.row_indices[e]];
+                int32_t place = coarse->position[row];
+
+                if (place < first) { /* not in this column yet: moved to its place among the rows */
+                    for (place = at++; place > first && level->own_rows[place - 1] > row; place--) {
+                        level->own_rows[place] = level->own_rows[place - 1];
+                        level->own_values[place] = level->own_values[place - 1];
+                        coarse->position[level->own_rows[place]] = place;
+                    }
+                    level->own_rows[place] = row;
+                    level->own_values[place] = 0.0;
+                    coarse->position[row] = place;
+                }
+                level->own_values[place] += fine->M.values[e];
+            }
+        }
     }
     level->own_starts[level->n] = at;
     level->M = (perp__matrix){level->n,          level->n,       0, 0, level->own_values,
                               level->own_starts, level->own_rows};
-    *useful = read_diagonal(level) && at <= DENSER * (double)entries;
+    *useful = read_diagonal(level) && at <= DENSER * (double)level->entries;
     return PERP_OK;
 }
 
@@ -167,7 +153,7 @@ perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_pro
 {
     perp__aggregated_level *finest;
     perp_status status;
-    int32_t useful = 1, k;
+    int32_t useful = 1, is_late = 0, k;
 
     if (coarse->levels > 0)
         return PERP_OK;
@@ -191,12 +177,12 @@ perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_pro
     }
     useful = read_diagonal(finest);
     for (k = 0; status == PERP_OK && useful && k + 1 < PERP__LEVELS; k++)
-        if (coarse->level[k].n <= COARSEST)
+        if ((is_late = perp__is_past(problem->block->deadline)) || coarse->level[k].n <= COARSEST)
             break;
         else
             status = coarsen(coarse, k, &useful);
-    coarse->levels = status == PERP_OK ? k + (useful ? 1 : 0) : 0;
-    if (status == PERP_OK && coarse->levels == 0)
+    coarse->levels = status == PERP_OK && !is_late ? k + (useful ? 1 : 0) : 0;
+    if (status == PERP_OK && !is_late && coarse->levels == 0)
         coarse->levels = 1;
     return status;
 }
@@ -213,27 +199,6 @@ void perp__aggregated_release(perp__aggregated *coarse)
 
 /* ---- problems ---- */
 
-static void load_next(perp__aggregated *coarse, int32_t k)
-{
-    perp__aggregated_level *fine = &coarse->level[k], *next = fine + 1;
-
-    for (int32_t a = 0; a < next->n; a++) {
-        next->q[a] = 0.0;
-        next->lower[a] = -INFINITY;
-        next->upper[a] = INFINITY;
-    }
-    for (int32_t i = 0; i < fine->n; i++)
-        fine->z[i] = perp__finite_bound(fine->lower[i], fine->upper[i]);
-    perp__multiply(&fine->M, fine->z, fine->w);
-    for (int32_t i = 0; i < fine->n; i++) {
-        const int32_t a = fine->aggregate[i];
-
-        next->q[a] += fine->w[i] + fine->q[i];
-        next->lower[a] = fmax(next->lower[a], fine->lower[i] - fine->z[i]);
-        next->upper[a] = fmin(next->upper[a], fine->upper[i] - fine->z[i]);
-    }
-}
-
 void perp__aggregated_load(perp__aggregated *coarse, const perp__lcp_problem *problem)
 {
     perp__aggregated_level *finest = &coarse->level[0];
@@ -244,8 +209,25 @@ void perp__aggregated_load(perp__aggregated *coarse, const perp__lcp_problem *pr
         finest->lower[i] = problem->lower[i] * problem->factors[i];
         finest->upper[i] = problem->upper[i] * problem->factors[i];
     }
-    for (int32_t k = 0; k + 1 < coarse->levels; k++)
-        load_next(coarse, k);
+    for (int32_t k = 0; k + 1 < coarse->levels; k++) {
+        perp__aggregated_level *fine = &coarse->level[k], *next = fine + 1;
+
+        for (int32_t a = 0; a < next->n; a++) {
+            next->q[a] = 0.0;
+            next->lower[a] = -INFINITY;
+            next->upper[a] = INFINITY;
+        }
+        for (int32_t i = 0; i < fine->n; i++)
+            fine->z[i] = perp__finite_bound(fine->lower[i], fine->upper[i]);
+        perp__multiply(&fine->M, fine->z, fine->w);
+        for (int32_t i = 0; i < fine->n; i++) {
+            const int32_t a = fine->aggregate[i];
+
+            next->q[a] += fine->w[i] + fine->q[i];
+            next->lower[a] = fmax(next->lower[a], fine->lower[i] - fine->z[i]);
+            next->upper[a] = fmin(next->upper[a], fine->upper[i] - fine->z[i]);
+        }
+    }
     for (int32_t i = 0; i < last->n; i++)
         last->z[i] = perp__clamp(0.0, last->lower[i], last->upper[i]);
 }

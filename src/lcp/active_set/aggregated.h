@@ -31,7 +31,8 @@ typedef struct perp__aggregated {
  * M-matrix or nearly so. */
 int32_t perp__aggregated_suits(const perp__lcp_problem *problem);
 
-/* The levels of the problem's matrix, where they are not built yet. PERP_OK or _MEMORY. */
+/* The levels of the problem's matrix, where they are not built yet; none if the deadline is over.
+ * PERP_OK or _MEMORY. */
 perp_status perp__aggregated_build(perp__aggregated *coarse, const perp__lcp_problem *problem);
 
 /* q and bounds of all levels, and z on the last. */

@@ -28,41 +28,32 @@ void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, in
     PERP__DOUBLES(arena, size, &b->trial_z, &b->z, &b->w, &b->x);
 }
 
-static int8_t resting_place(const perp__lcp_problem *p, int32_t i)
-{
-    if (p->lower[i] == p->upper[i])
-        return PERP__FIXED;
-    if (p->lower[i] != -INFINITY)
-        return PERP__AT_LOWER;
-    return p->upper[i] != INFINITY ? PERP__AT_UPPER : PERP__BETWEEN;
-}
-
 void perp__block_pivoting_start(const perp__lcp_problem *problem, int8_t *places)
 {
+    const double *lower = problem->lower, *upper = problem->upper;
+
     for (int32_t i = 0; i < problem->n; i++)
-        places[i] = resting_place(problem, i);
+        places[i] = lower[i] == upper[i]    ? PERP__FIXED
+                    : lower[i] != -INFINITY ? PERP__AT_LOWER
+                    : upper[i] != INFINITY  ? PERP__AT_UPPER
+                                            : PERP__BETWEEN;
 }
 
 void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places)
 {
+    const double *lower = problem->lower, *upper = problem->upper;
+
     for (int32_t i = 0; i < problem->n; i++)
-        places[i] = problem->lower[i] == problem->upper[i] ? PERP__FIXED
-                    : z[i] <= problem->lower[i]            ? PERP__AT_LOWER
-                    : z[i] >= problem->upper[i]            ? PERP__AT_UPPER
-                                                           : PERP__BETWEEN;
+        places[i] = perp__place(lower[i] == upper[i], z[i] - lower[i], z[i] - upper[i], 0.0);
 }
 
 /* w = M z + q */
 static void multiply(perp__block_pivoting *b)
 {
-    const perp__lcp_problem *p = b->problem;
-    const double *d = p->factors;
+    perp__lcp_problem p = *b->problem;
 
-    for (int32_t i = 0; i < p->n; i++)
-        b->x[i] = d[i] * b->trial_z[i];
-    perp__multiply(&b->active.M, b->x, b->w);
-    for (int32_t i = 0; i < p->n; i++)
-        b->w[i] = d[i] * b->w[i] + p->q[i];
+    p.M = &b->active.M; /* its columns lie in one piece, where M is symmetric */
+    perp__lcp_affine(&p, b->trial_z, b->x, b->w);
 }
 
 /* The z that `trial_places` stands for, and its w. */
@@ -94,57 +85,36 @@ static enum perp__block_state solve_places(perp__block_pivoting *b)
     return state;
 }
 
-/* Where index i, between its bounds, belongs. */
-static inline int8_t side_of(double z, double lower, double upper, double noise)
-{
-    return z < lower - noise ? PERP__AT_LOWER : z > upper + noise ? PERP__AT_UPPER : PERP__BETWEEN;
-}
-
 /* Finds `next`, where every index belongs. Returns how many are elsewhere; -1: z is not finite. */
 static int32_t find_next(perp__block_pivoting *b)
 {
+    const perp__lcp_problem *p = b->problem;
     const double *z = b->trial_z, *w = b->w;
-    const double *lower = b->problem->lower, *upper = b->problem->upper;
-    const double *q = b->problem->q, *norms = b->problem->row_norms;
-    const int32_t n = b->problem->n;
-    const int8_t *places = b->trial_places;
     double z_largest = 0.0, nothing = 0.0; /* NaN once a NaN or an infinity is met */
-    int8_t *next = b->next;
     int32_t count = 0;
 
-    for (int32_t i = 0; i < n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         const double size = fabs(z[i]);
 
         nothing += 0.0 * z[i] + 0.0 * w[i];
         z_largest = size > z_largest ? size : z_largest;
     }
-    for (int32_t i = 0; i < n; i++) {
-        const int8_t place = places[i];
+    for (int32_t i = 0; i < p->n; i++) {
+        const int8_t place = b->trial_places[i];
         const double wrong = place == PERP__AT_LOWER ? -w[i] : place == PERP__AT_UPPER ? w[i] : 0.0;
+        const double noise = PERP__NOISE * z_largest;
         int8_t to = place;
 
-        if (place == PERP__BETWEEN)
-            to = side_of(z[i], lower[i], upper[i], PERP__NOISE * z_largest);
-        else if (wrong > 0.0 && wrong > PERP__NOISE * (norms[i] * z_largest + fabs(q[i])))
+        if (place == PERP__BETWEEN && z[i] < p->lower[i] - noise)
+            to = PERP__AT_LOWER;
+        else if (place == PERP__BETWEEN && z[i] > p->upper[i] + noise)
+            to = PERP__AT_UPPER;
+        else if (wrong > 0.0 && wrong > PERP__NOISE * (p->row_norms[i] * z_largest + fabs(p->q[i])))
             to = PERP__BETWEEN; /* released */
-        next[i] = to;
+        b->next[i] = to;
         count += to != place;
     }
     return nothing == 0.0 ? count : -1;
-}
-
-/* All infeasible indices, or the last one. */
-static void exchange(perp__block_pivoting *b, int32_t single)
-{
-    int32_t i = b->problem->n - 1;
-
-    if (!single) {
-        memcpy(b->trial_places, b->next, (size_t)b->problem->n);
-        return;
-    }
-    while (b->next[i] == b->trial_places[i])
-        i--;
-    b->trial_places[i] = b->next[i];
 }
 
 perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
@@ -175,7 +145,15 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
         stop = perp__lcp_tick(b->problem->control, b->rounds, INFINITY);
         if (stop >= 0)
             return stop;
-        exchange(b, waited > patience);
+        if (waited > patience) { /* the last infeasible index alone */
+            int32_t i = b->problem->n - 1;
+
+            while (b->next[i] == b->trial_places[i])
+                i--;
+            b->trial_places[i] = b->next[i];
+        } else {
+            memcpy(b->trial_places, b->next, bytes);
+        }
     }
 }
 
@@ -213,27 +191,6 @@ static void layout(perp__arena *arena, void *work)
     a->examined = 0;
 }
 
-static void expand(active_set_work *a)
-{
-    const perp__matrix *M = a->head.problem->M;
-    const size_t n = (size_t)M->rows;
-
-    a->M = *M;
-    if (!M->column_starts)
-        return;
-    for (int32_t j = 0; j < M->columns; j++) {
-        double *column = a->expanded + (size_t)j * n;
-
-        memset(column, 0, n * sizeof *column);
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            column[M->row_indices[k]] = M->values[k];
-    }
-    a->M.values = a->expanded;
-    a->M.row_stride = 1;
-    a->M.column_stride = n;
-    a->M.column_starts = a->M.row_indices = NULL;
-}
-
 static int32_t correct(void *work, const double *residual, double *step)
 {
     active_set_work *a = work;
@@ -244,19 +201,33 @@ static int32_t correct(void *work, const double *residual, double *step)
     return 1;
 }
 
+/* The problem with its matrix expanded, once a set-up. */
+static void examine(active_set_work *a)
+{
+    const perp__matrix *M = a->head.problem->M;
+    const size_t n = (size_t)M->rows;
+
+    a->dense = *a->head.problem;
+    a->dense.M = &a->M;
+    if (a->examined)
+        return;
+    a->M = *M;
+    if (M->column_starts && n > 0) {
+        memset(a->expanded, 0, n * n * sizeof *a->expanded);
+        perp__matrix_spread(M, a->expanded, n);
+        a->M = (perp__matrix){M->rows, M->columns, 1, n, a->expanded, NULL, NULL};
+    }
+    a->symmetric = perp__is_symmetric(&a->dense);
+    a->examined = 1;
+}
+
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     active_set_work *a = work;
     perp__block_pivoting *b = &a->pivoting;
     const size_t n = (size_t)a->head.problem->n;
 
-    a->dense = *a->head.problem;
-    if (!a->examined)
-        expand(a);
-    a->dense.M = &a->M;
-    if (!a->examined)
-        a->symmetric = perp__is_symmetric(&a->dense);
-    a->examined = 1;
+    examine(a);
     perp__active_block_begin(&b->active, &a->dense, a->symmetric);
     b->active.definite = 0;
     b->problem = &a->dense;

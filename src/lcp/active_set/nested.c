@@ -68,12 +68,14 @@ static double row_times(const perp__level *grid, int32_t i, const double *x)
     return sum;
 }
 
-/* The bounds of an aggregate are the tightest of its rows, in the aggregate's share of t. */
-static void coarsen_bounds(const perp__nested *nested, int32_t k)
+/* The problem of level k + 1 from that of level k. */
+static void coarsen(perp__nested *nested, int32_t k)
 {
     const perp__level *grid = &nested->grid->level[k];
-    const perp__nested_level *fine = &nested->level[k], *coarse = fine + 1;
+    const perp__nested_level *fine = &nested->level[k];
+    perp__nested_level *coarse = &nested->level[k + 1];
 
+    /* 1. The bounds of an aggregate are the tightest of its rows, in the aggregate's share of t. */
     for (int32_t i = 0; i < grid->coarse; i++) {
         coarse->own_lower[i] = -INFINITY;
         coarse->own_upper[i] = INFINITY;
@@ -88,58 +90,19 @@ static void coarsen_bounds(const perp__nested *nested, int32_t k)
             coarse->own_lower[a] = fmax(coarse->own_lower[a], (fine->lower[i] - r) * share);
             coarse->own_upper[a] = fmin(coarse->own_upper[a], (fine->upper[i] - r) * share);
         }
+        nested->correction[i] = r;
     }
-}
-
-/* q of the next level: P' (S r + q) */
-static void coarsen_load(const perp__nested *nested, int32_t k)
-{
-    const perp__level *grid = &nested->grid->level[k];
-    const perp__nested_level *fine = &nested->level[k];
-
-    for (int32_t i = 0; i < grid->n; i++)
-        nested->correction[i] = perp__finite_bound(fine->lower[i], fine->upper[i]);
-    memset(fine[1].own_q, 0, (size_t)grid->coarse * sizeof(double));
+    /* 2. q of the next level: P' (S r + q) */
+    memset(coarse->own_q, 0, (size_t)grid->coarse * sizeof(double));
     for (int32_t i = 0; i < grid->n; i++) {
         const double load = row_times(grid, i, nested->correction) + fine->q[i];
 
         for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
-            fine[1].own_q[grid->p_columns[p]] += grid->p_values[p] * load;
+            coarse->own_q[grid->p_columns[p]] += grid->p_values[p] * load;
     }
-}
-
-static void coarsen(perp__nested *nested, int32_t k)
-{
-    perp__nested_level *coarse = &nested->level[k + 1];
-
-    coarsen_bounds(nested, k);
-    coarsen_load(nested, k);
     coarse->q = coarse->own_q;
     coarse->lower = coarse->own_lower;
     coarse->upper = coarse->own_upper;
-}
-
-/* z = r + P y */
-static void prolong(const perp__nested *nested, int32_t k)
-{
-    const perp__level *grid = &nested->grid->level[k];
-    const perp__nested_level *fine = &nested->level[k];
-
-    for (int32_t i = 0; i < grid->n; i++) {
-        double z = perp__finite_bound(fine->lower[i], fine->upper[i]);
-
-        for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
-            z += grid->p_values[p] * fine[1].z[grid->p_columns[p]];
-        fine->z[i] = perp__clamp(z, fine->lower[i], fine->upper[i]);
-    }
-}
-
-static int8_t place_of(const perp__nested_level *level, int32_t i, double z)
-{
-    return level->lower[i] == level->upper[i] ? PERP__FIXED
-           : z <= level->lower[i]             ? PERP__AT_LOWER
-           : z >= level->upper[i]             ? PERP__AT_UPPER
-                                              : PERP__BETWEEN;
 }
 
 /* A projected Gauss-Seidel sweep. Notes where each row ended; returns how many notes changed. */
@@ -153,7 +116,10 @@ static int32_t sweep(const perp__nested *nested, int32_t k, int32_t forward)
         const int32_t i = forward ? step : grid->n - 1 - step;
         const double w = row_times(grid, i, level->z) + level->q[i];
         const double z = level->z[i] - w * grid->inverse_diagonal[i];
-        const int8_t place = place_of(level, i, z);
+        const int8_t place = level->lower[i] == level->upper[i] ? PERP__FIXED
+                             : z <= level->lower[i]             ? PERP__AT_LOWER
+                             : z >= level->upper[i]             ? PERP__AT_UPPER
+                                                                : PERP__BETWEEN;
 
         level->z[i] = perp__clamp(z, level->lower[i], level->upper[i]);
         changes += place != level->places[i];
@@ -162,77 +128,54 @@ static int32_t sweep(const perp__nested *nested, int32_t k, int32_t forward)
     return changes;
 }
 
-static int32_t list_active(const perp__nested *nested, int32_t k)
-{
-    const perp__nested_level *level = &nested->level[k];
-    int32_t count = 0, i;
-
-    for (i = 0; i < nested->grid->level[k].n; i++)
-        if (level->places[i] == PERP__BETWEEN)
-            nested->active[count++] = i;
-    return count;
-}
-
 /* How far the coarse matrices have fallen behind the index set. */
 typedef struct lag {
     int32_t changes; /* rows that changed since they were made */
     int32_t cycles;  /* what the last solve took */
 } lag;
 
-/* correction := S_AA^-1 residual on the last level. Returns 0 if that fails. */
-static int32_t solve_exactly(perp__nested *nested, int32_t k, int32_t count)
-{
-    perp__multigrid *grid = nested->grid;
-    double *residual = nested->level[k].residual;
-
-    grid->bottom_matrix.values = grid->level[k].values;
-    if (!perp__sparse_cholesky_factor(&grid->bottom, nested->active, count, 0.0))
-        return 0;
-    perp__sparse_cholesky_solve(&grid->bottom, residual);
-    memcpy(nested->correction, residual, (size_t)grid->level[k].n * sizeof *residual);
-    return 1;
-}
-
-/* The same by multigrid, roughly. Coarse matrices of an index set that has changed since serve
- * while the cycles stay few: making them costs as much as three or four. */
-static int32_t solve_roughly(perp__nested *nested, int32_t k, int32_t count, lag *behind)
-{
-    perp__multigrid *grid = nested->grid;
-
-    if (behind->changes <= SIMILAR * grid->level[k].n && behind->cycles <= FEW_CYCLES) {
-        perp__multigrid_change_block(grid, k, nested->active, count);
-    } else {
-        if (!perp__multigrid_take_block(grid, k, nested->active, count))
-            return 0;
-        behind->changes = 0;
-    }
-    behind->cycles = perp__multigrid_solve(grid, nested->level[k].residual, nested->correction,
-                                           ROUGH, MOST_CYCLES);
-    return behind->cycles >= 0;
-}
-
-/* Newton's step for the rows between their bounds. */
+/* Newton's step for the rows between their bounds: exact on the last level, else by multigrid, and
+ * rough. Coarse matrices of an index set that has changed since serve while the cycles stay few:
+ * making them costs as much as three or four. Returns 0 if that fails. */
 static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
 {
-    const perp__level *rows = &nested->grid->level[k];
+    perp__multigrid *grid = nested->grid;
+    const perp__level *rows = &grid->level[k];
     const perp__nested_level *level = &nested->level[k];
-    const int32_t count = list_active(nested, k);
+    const int32_t *active = nested->active;
+    int32_t count = 0, done = 1;
 
-    for (int32_t r = 0; r < count; r++) {
-        const int32_t i = nested->active[r];
-
-        level->residual[i] = -(row_times(rows, i, level->z) + level->q[i]);
+    for (int32_t i = 0; i < rows->n; i++)
+        if (level->places[i] == PERP__BETWEEN)
+            nested->active[count++] = i;
+    for (int32_t r = 0; r < count; r++)
+        level->residual[active[r]] = -(row_times(rows, active[r], level->z) + level->q[active[r]]);
+    if (k == grid->levels - 1) {
+        grid->bottom_matrix.values = rows->values;
+        done = perp__sparse_cholesky_factor(&grid->bottom, active, count, 0.0);
+        if (done) {
+            perp__sparse_cholesky_solve(&grid->bottom, level->residual);
+            memcpy(nested->correction, level->residual, (size_t)rows->n * sizeof(double));
+        }
+    } else {
+        if (behind->changes <= SIMILAR * rows->n && behind->cycles <= FEW_CYCLES) {
+            perp__multigrid_change_block(grid, k, active, count);
+        } else {
+            done = perp__multigrid_take_block(grid, k, active, count);
+            behind->changes = 0;
+        }
+        if (done)
+            behind->cycles = perp__multigrid_solve(grid, level->residual, nested->correction, ROUGH,
+                                                   MOST_CYCLES);
+        done = done && behind->cycles >= 0;
     }
-    if (!(k == nested->grid->levels - 1 ? solve_exactly(nested, k, count)
-                                        : solve_roughly(nested, k, count, behind)))
-        return 0;
-    for (int32_t r = 0; r < count; r++) {
-        const int32_t i = nested->active[r];
+    for (int32_t r = 0; r < count && done; r++) {
+        const int32_t i = active[r];
 
         level->z[i] =
             perp__clamp(level->z[i] + nested->correction[i], level->lower[i], level->upper[i]);
     }
-    return 1;
+    return done;
 }
 
 /* Sweeps and corrections until the index set settles, or as far as they get. The finest level may
@@ -245,34 +188,23 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
     int32_t changes;
     lag behind = {n, 0};
 
+    *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : *request;
     memset(nested->level[k].places, PERP__FIXED, (size_t)n); /* none of what a sweep notes */
     for (int32_t step = 1; step < FIRST_SWEEPS; step++)
         sweep(nested, k, step % 2);
-    for (int32_t step = 0; step < limit; step++) {
+    for (int32_t step = 0; step < limit && *request < 0; step++) {
         changes = sweep(nested, k, step % 2);
         behind.changes += changes;
         if ((step > 0 && changes == 0) || !correct(nested, k, &behind))
             return;
-        if (k > 0)
+        if (k > 0) {
+            *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
             continue;
+        }
         *request = perp__lcp_tick(problem->control, ++*iterations, INFINITY);
         if (*request < 0 && problem->iteration_limit > 0 && *iterations >= problem->iteration_limit)
             *request = PERP_OUTCOME_ITERATION_LIMIT;
-        if (*request >= 0)
-            return;
     }
-}
-
-/* The problems of all levels, and a start on the coarsest one. */
-static void coarsen_all(perp__nested *nested)
-{
-    const int32_t last = nested->grid->levels - 1;
-    const perp__nested_level *level = &nested->level[last];
-
-    for (int32_t k = 0; k < last; k++)
-        coarsen(nested, k);
-    for (int32_t i = 0; i < nested->grid->level[last].n; i++)
-        level->z[i] = perp__clamp(0.0, level->lower[i], level->upper[i]);
 }
 
 int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem, int32_t warm,
@@ -287,11 +219,22 @@ int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem,
     finest->upper = problem->upper;
     finest->z = z;
     finest->places = places;
-    if (!warm)
-        coarsen_all(nested);
+    for (int32_t k = 0; !warm && k < last; k++)
+        coarsen(nested, k);
     for (int32_t k = warm ? 0 : last; k >= 0; k--) {
-        if (!warm && k < last)
-            prolong(nested, k);
+        const perp__level *grid = &nested->grid->level[k];
+        const perp__nested_level *level = &nested->level[k];
+
+        for (int32_t i = 0; !warm && i < grid->n; i++) {
+            double start = 0.0; /* on the coarsest level; else r + P y */
+
+            if (k < last) {
+                start = perp__finite_bound(level->lower[i], level->upper[i]);
+                for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
+                    start += grid->p_values[p] * level[1].z[grid->p_columns[p]];
+            }
+            level->z[i] = perp__clamp(start, level->lower[i], level->upper[i]);
+        }
         settle(nested, problem, k, iterations, request);
     }
     return perp__all_finite(z, (size_t)problem->n);

@@ -7,7 +7,9 @@
  * For an M-matrix with bounds on one side the sets shrink from the second step on: the method ends.
  * For other P-matrices it can cycle; block principal pivoting (Judice & Pires, "A block principal
  * pivoting algorithm for large-scale strictly monotone linear complementarity problems", Computers
- * Oper. Res. 21 (1994) 587) then exchanges one index at a time until fewer signs are wrong.
+ * Oper. Res. 21 (1994) 587) then exchanges one index at a time until fewer signs are wrong. Where M
+ * is symmetric, the index set of a penalty method comes before that: the sets of bending plates,
+ * which meet an obstacle in forces along the edge of the contact, never settle by exchanges alone.
  *
  * The start is the solution's index set where the matrix is a tridiagonal M-matrix. */
 #include <float.h>
@@ -22,7 +24,9 @@
 #define ROUNDS 3       /* of a rough solve */
 #define PROXIMAL_ROUNDS 30
 #define COARSE_STEPS 30
-#define PATIENCE 10 /* full exchanges without progress before single ones */
+#define SMALL_PENALTY 0x1p-26
+#define PENALTY_STEPS 30 /* for one penalty */
+#define PATIENCE 10      /* full exchanges without progress before single ones */
 
 /* What an exchange would do. */
 typedef struct exchange {
@@ -44,7 +48,7 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
 
     perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
-    PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step);
+    PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step, &work->weights);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
     work->coarse.levels = 0; /* those of another matrix */
@@ -60,27 +64,9 @@ void perp__sparse_active_set_places(perp__sparse_active_set *work, const double 
     const perp__lcp_problem *p = work->common.problem;
 
     multiply(work, z);
-    for (int32_t i = 0; i < p->n; i++) {
-        if (p->lower[i] == p->upper[i])
-            places[i] = PERP__FIXED;
-        else if (z[i] - p->lower[i] <= work->w[i])
-            places[i] = PERP__AT_LOWER;
-        else if (z[i] - p->upper[i] >= work->w[i])
-            places[i] = PERP__AT_UPPER;
-        else
-            places[i] = PERP__BETWEEN;
-    }
-}
-
-/* The largest |w| of the variables between their bounds. */
-static double equation_residual(const perp__sparse_active_set *work, int32_t count)
-{
-    double largest = 0.0;
-
-    for (int32_t k = 0; k < count; k++)
-        if (!(fabs(work->w[work->active[k]]) <= largest))
-            largest = fabs(work->w[work->active[k]]);
-    return largest;
+    for (int32_t i = 0; i < p->n; i++)
+        places[i] = perp__place(p->lower[i] == p->upper[i], z[i] - p->lower[i], z[i] - p->upper[i],
+                                work->w[i]);
 }
 
 /* Solves for the variables between their bounds, starting from z, with the others at theirs, in
@@ -110,25 +96,13 @@ static perp_status approach(perp__sparse_active_set *work, const int8_t *places,
         for (k = 0; k < count && status == PERP_OK; k++)
             z[work->active[k]] -= work->step[work->active[k]];
         multiply(work, z);
-        work->residual = equation_residual(work, count);
+        work->residual = 0.0;
+        for (k = 0; k < count; k++)
+            if (!(fabs(work->w[work->active[k]]) <= work->residual))
+                work->residual = fabs(work->w[work->active[k]]);
         if (work->residual <= goal || (round > 0 && !(work->residual < 0.5 * before)))
             break;
     }
-    return status;
-}
-
-/* Without factors a solve is rough: where no polish follows, it is repeated. With a proximal term
- * one shows the signs of its own problem (the proximal point method's first step, Rockafellar
- * 1976). */
-static perp_status solve_equations(perp__sparse_active_set *work, const int8_t *places, double *z)
-{
-    const perp__lcp_problem *p = work->common.problem;
-    perp_status status;
-
-    if (work->rho == 0.0)
-        return approach(work, places, z, ROUNDS, p->settings->polish ? INFINITY : 0.1 * p->tol);
-    status = approach(work, places, z, 1, 0.0);
-    work->residual = 0.0;
     return status;
 }
 
@@ -167,145 +141,191 @@ static exchange find_exchange(perp__sparse_active_set *work, const int8_t *place
     return e;
 }
 
-/* How often a full exchange may fail to lower the number of wrong signs: for ever where the sets
- * are monotone. */
-typedef struct safeguard {
-    int32_t fewest, patience;
-} safeguard;
-
-/* Returns 0 where patience is at its end and single exchanges are not wanted. */
-static int32_t apply_exchange(perp__sparse_active_set *work, safeguard *guard, const exchange *e,
-                              const perp__active_set_limits *limits, int8_t *places)
+/* The rows that are outside of their bounds: their weights and, with the penalty's force added to
+ * them, w. Returns how many places are others than before. */
+static int32_t penalise(perp__sparse_active_set *work, int8_t *places, const double *z,
+                        double penalty)
 {
     const perp__lcp_problem *p = work->common.problem;
+    int32_t changes = 0;
 
-    if (e->count < guard->fewest) {
-        guard->fewest = e->count;
-        guard->patience = limits->patience;
-    } else if (!p->block->has_z_signs && guard->patience-- <= 0) {
-        places[e->last] = work->next[e->last];
-        return limits->singles;
+    for (int32_t i = 0; i < p->n; i++) {
+        const double bound = perp__clamp(z[i], p->lower[i], p->upper[i]);
+        const int8_t place = p->lower[i] == p->upper[i] ? PERP__FIXED
+                             : z[i] < bound             ? PERP__AT_LOWER
+                             : z[i] > bound             ? PERP__AT_UPPER
+                                                        : PERP__BETWEEN;
+
+        work->weights[i] = place == PERP__BETWEEN ? 0.0 : penalty;
+        work->step[i] = work->w[i] + work->weights[i] * (z[i] - bound);
+        changes += place != places[i];
+        places[i] = place;
     }
-    memcpy(places, work->next, (size_t)p->n * sizeof *places);
-    return 1;
+    return changes;
 }
 
-static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
-                                const perp__active_set_limits *limits)
+/* The index set for large penalties, from that of small ones, where Newton's method takes a few
+ * steps whatever the mesh: Hintermueller & Kunisch, "Path-following methods for a class of
+ * constrained minimization problems in function space", SIAM J. Optim. 17 (2006) 159. The scaled
+ * matrix is about 1: the penalty goes from the root of its rounding to one over that. */
+static perp_status follow_penalty(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
+                                  int64_t limit)
 {
-    const perp__lcp_problem *problem = work->common.problem;
-    safeguard guard = {problem->n + 1, limits->patience};
+    const perp__lcp_problem *p = work->common.problem;
+    double *z = iterate->z;
+    perp_status status = PERP_OK;
+    int32_t steps = 2;
 
-    iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    while (iterate->iterations < limits->iterations) {
-        perp_status status = solve_equations(work, iterate->places, iterate->z);
-        perp_outcome request;
-        exchange e;
+    for (int32_t i = 0; i < p->n; i++) {
+        work->active[i] = i;
+        z[i] = perp__clamp(isfinite(z[i]) ? z[i] : 0.0, p->lower[i], p->upper[i]);
+    }
+    multiply(work, z);
+    /* An index set that a thousand times the penalty leaves as it is, is the last: of 1e2 to 1e4
+     * none takes fewer steps on plates. */
+    for (double penalty = SMALL_PENALTY; steps > 1 && penalty <= 1.0 / SMALL_PENALTY;
+         penalty *= 0x1p10) {
+        int32_t changes = penalise(work, iterate->places, z, penalty);
 
-        if (status == PERP__FACTOR_SINGULAR && work->rho < limits->rho) {
-            work->rho = limits->rho;
-            continue;
-        }
-        if (status == PERP__FACTOR_SINGULAR)
-            iterate->outcome = PERP_OUTCOME_SINGULAR;
-        if (status != PERP_OK)
-            return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
-        iterate->iterations++;
-        e = find_exchange(work, iterate->places, iterate->z);
-        if (e.count == 0) {
-            iterate->outcome = PERP_OUTCOME_SOLVED;
-            return work->rho > 0.0
-                       ? approach(work, iterate->places, iterate->z, PROXIMAL_ROUNDS, 0.0)
-                       : PERP_OK;
-        }
-        request = perp__lcp_tick(problem->control, iterate->iterations, e.violation);
-        if (request >= 0) {
-            iterate->outcome = request;
-            return PERP_OK;
-        }
-        if ((e.count <= limits->few && work->rho == 0.0) ||
-            !apply_exchange(work, &guard, &e, limits, iterate->places)) {
-            iterate->outcome = PERP_OUTCOME_STALLED;
-            return PERP_OK;
+        for (steps = 0; (steps == 0 || changes > 0) && steps < PENALTY_STEPS; steps++) {
+            status = perp__sparse_block_factor_with(p->block, work->active, p->n, work->weights);
+            if (status != PERP_OK)
+                return status;
+            perp__sparse_block_solve(p->block, work->step, 0);
+            for (int32_t i = 0; i < p->n; i++)
+                z[i] -= work->step[i];
+            multiply(work, z);
+            changes = penalise(work, iterate->places, z, penalty);
+            iterate->outcome = ++iterate->iterations >= limit
+                                   ? PERP_OUTCOME_ITERATION_LIMIT
+                                   : perp__lcp_tick(p->control, iterate->iterations, INFINITY);
+            if (iterate->outcome >= 0)
+                return PERP_OK;
         }
     }
     return PERP_OK;
 }
 
-/* z of a level's problem and the sides on which its rows lie; the equations of these are solved and
- * the sets exchanged, as far as that gets in few steps. */
-static perp_status solve_level(perp__sparse_active_set *work, const perp__lcp_problem *problem,
-                               int32_t k, int8_t *places)
+static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
+                                const perp__active_set_limits *limits)
 {
-    const perp__active_set_limits limits = {COARSE_STEPS, PATIENCE, 0, 0, 0.0};
-    perp__lcp_control control = *problem->control;
-    perp__lcp_iterate iterate = {.z = work->coarse.level[k].z, .places = places};
-    perp__lcp_problem own;
-    perp_status status;
+    const perp__lcp_problem *p = work->common.problem;
+    const double goal = p->settings->polish ? INFINITY : 0.1 * p->tol;
+    int32_t fewest = p->n + 1, patience = limits->patience;
+    int8_t *places = iterate->places;
+    perp_status status = PERP_OK;
+    int32_t may_follow = p->block->kind == PERP__SPARSE_SYMMETRIC && limits->singles;
 
-    work->coarse_block.context = problem->context;
-    perp__aggregated_pose(&work->coarse, k, problem, &work->coarse_block, &own);
-    status = perp__sparse_block_read(&work->coarse_block, own.M, own.factors);
-    if (status != PERP_OK)
-        return status;
-    control.monitor = NULL; /* it hears of the caller's own problem */
-    own.control = &control;
-    work->common.problem = &own;
-    work->rho = 0.0;
-    perp__sparse_active_set_places(work, iterate.z, places);
-    status = exchange_all(work, &iterate, &limits);
-    work->common.problem = problem;
-    for (int32_t i = 0; i < own.n; i++)
-        iterate.z[i] = isfinite(iterate.z[i])
-                           ? perp__clamp(iterate.z[i], own.lower[i], own.upper[i])
-                           : perp__clamp(0.0, own.lower[i], own.upper[i]);
-    return status;
+    iterate->outcome = -1;
+    while (iterate->outcome < 0 && iterate->iterations < limits->iterations) {
+        exchange e;
+
+        /* 1. The equations. Without factors a solve is rough: where no polish follows, it is
+         * repeated. With a proximal term one shows the signs of its own problem (the proximal point
+         * method's first step, Rockafellar 1976). */
+        if (work->rho == 0.0) {
+            status = approach(work, places, iterate->z, ROUNDS, goal);
+        } else {
+            status = approach(work, places, iterate->z, 1, 0.0);
+            work->residual = 0.0;
+        }
+        if (status == PERP__FACTOR_SINGULAR && work->rho < limits->rho) {
+            work->rho = limits->rho;
+            continue;
+        }
+        if (status == PERP__FACTOR_SINGULAR)
+            iterate->outcome = p->block->late ? PERP_OUTCOME_TIME_LIMIT : PERP_OUTCOME_SINGULAR;
+        if (status != PERP_OK)
+            return status < 0 ? status : PERP_OK;
+        iterate->iterations++;
+        /* 2. The signs. */
+        e = find_exchange(work, places, iterate->z);
+        if (e.count == 0) {
+            iterate->outcome = PERP_OUTCOME_SOLVED;
+            return work->rho > 0.0 ? approach(work, places, iterate->z, PROXIMAL_ROUNDS, 0.0)
+                                   : PERP_OK;
+        }
+        iterate->outcome = perp__lcp_tick(p->control, iterate->iterations, e.violation);
+        if (iterate->outcome >= 0)
+            break;
+        if (e.count <= limits->few && work->rho == 0.0) {
+            iterate->outcome = PERP_OUTCOME_STALLED;
+        } else if (e.count >= fewest && !p->block->has_z_signs && patience-- <= 0) {
+            /* 3. Full exchanges have failed to lower their number too often, which they may for
+             * ever where the sets are monotone: the way of the penalty, once, where M can be
+             * factored; then a single one. */
+            if (may_follow && p->block->steps <= 0) {
+                status = follow_penalty(work, iterate, limits->iterations);
+                fewest = p->n + 1;
+                patience = limits->patience;
+            } else {
+                places[e.last] = work->next[e.last];
+            }
+            may_follow = 0;
+            if (status < 0)
+                return status;
+            if (!limits->singles)
+                iterate->outcome = PERP_OUTCOME_STALLED;
+        } else {
+            if (e.count < fewest) {
+                fewest = e.count;
+                patience = limits->patience;
+            }
+            memcpy(places, work->next, (size_t)p->n * sizeof *places);
+        }
+    }
+    if (iterate->outcome < 0)
+        iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+    return PERP_OK;
 }
 
 /* From the coarsest problem to the caller's: returns 1 with the first index set, 0 where there are
- * no coarser ones, or PERP_ERROR_MEMORY. */
+ * no coarser ones, or PERP_ERROR_MEMORY. On every level the sweeps' z is followed by exchanges, as
+ * far as these get in few steps. */
 static perp_status descend(perp__sparse_active_set *work, perp__lcp_iterate *iterate)
 {
+    const perp__active_set_limits limits = {COARSE_STEPS, PATIENCE, 0, 0, 0.0};
     const perp__lcp_problem *problem = work->common.problem;
+    perp__lcp_control control = *problem->control;
     perp__aggregated *coarse = &work->coarse;
     perp_status status = perp__aggregated_build(coarse, problem);
 
-    if (status != PERP_OK || coarse->levels == 1)
+    if (status != PERP_OK || coarse->levels <= 1)
         return status;
+    control.monitor = NULL; /* it hears of the caller's own problem */
+    work->coarse_block.context = problem->context;
+    perp__sparse_block_restart(&work->coarse_block, problem->block->deadline);
     perp__aggregated_load(coarse, problem);
-    for (int32_t k = coarse->levels - 1; k >= 0 && status == PERP_OK; k--) {
+    for (int32_t k = coarse->levels - 1; k >= 0; k--) {
+        perp__lcp_iterate level = {.z = coarse->level[k].z, .places = iterate->places};
+        perp__lcp_problem own;
+
         if (k < coarse->levels - 1)
             perp__aggregated_prolong(coarse, k);
         perp__aggregated_smooth(coarse, k);
-        if (k > 0)
-            status = solve_level(work, problem, k, iterate->places);
+        if (k == 0)
+            break;
+        perp__aggregated_pose(coarse, k, problem, &work->coarse_block, &own);
+        status = perp__sparse_block_read(&work->coarse_block, own.M, own.factors);
+        if (status != PERP_OK)
+            return status;
+        own.control = &control;
+        work->common.problem = &own;
+        work->rho = 0.0;
+        perp__sparse_active_set_places(work, level.z, level.places);
+        status = exchange_all(work, &level, &limits);
+        work->common.problem = problem;
+        if (status != PERP_OK)
+            return status;
+        for (int32_t i = 0; i < own.n; i++)
+            level.z[i] =
+                perp__clamp(isfinite(level.z[i]) ? level.z[i] : 0.0, own.lower[i], own.upper[i]);
     }
-    if (status != PERP_OK)
-        return status;
     for (int32_t i = 0; i < problem->n; i++)
         iterate->z[i] = perp__clamp(coarse->level[0].z[i] / problem->factors[i], problem->lower[i],
                                     problem->upper[i]);
     perp__sparse_active_set_places(work, iterate->z, iterate->places);
     return 1;
-}
-
-/* Nested iteration, where the matrix suits. Returns 1, 0 where it does not or got nowhere, or
- * PERP_ERROR_MEMORY. */
-static perp_status nest(perp__sparse_active_set *work, perp__lcp_iterate *iterate)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-    perp__multigrid *grid;
-    perp_status status;
-
-    if (perp__aggregated_suits(problem))
-        return iterate->warm ? PERP_OK : descend(work, iterate);
-    status = perp__sparse_block_grid(problem->block, &grid);
-    if (status == PERP_OK && grid)
-        status = perp__nested_fit(&work->nested, grid);
-    if (status != PERP_OK || !grid)
-        return status;
-    return perp__nested_run(&work->nested, problem, iterate->warm, iterate->z, iterate->places,
-                            &iterate->iterations, &iterate->outcome);
 }
 
 /* The first index set, or with *solved the last one and z. */
@@ -314,8 +334,10 @@ static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *itera
     const perp__lcp_problem *problem = work->common.problem;
     const size_t bytes = (size_t)problem->n * sizeof *work->step;
     int32_t found = PERP__TRIDIAGONAL_NO;
+    perp__multigrid *grid;
     perp_status status = PERP_OK;
 
+    /* 1. The solution's, where the matrix is a tridiagonal M-matrix. */
     memcpy(work->step, iterate->z, bytes);
     if (problem->block->kind == PERP__SPARSE_TRIDIAGONAL)
         status = perp__tridiagonal_lcp_solve(&work->tridiagonal, problem, iterate->places,
@@ -325,7 +347,19 @@ static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *itera
         return status;
     if (found == PERP__TRIDIAGONAL_FAR)
         memcpy(iterate->z, work->step, bytes);
-    status = nest(work, iterate);
+    /* 2. Nested iteration, where the matrix suits: status 1 if it got anywhere. */
+    if (perp__aggregated_suits(problem)) {
+        if (!iterate->warm)
+            status = descend(work, iterate);
+    } else {
+        status = perp__sparse_block_grid(problem->block, &grid);
+        if (status == PERP_OK && grid)
+            status = perp__nested_fit(&work->nested, grid);
+        if (status == PERP_OK && grid)
+            status = perp__nested_run(&work->nested, problem, iterate->warm, iterate->z,
+                                      iterate->places, &iterate->iterations, &iterate->outcome);
+    }
+    /* 3. Else that of the start. */
     if (status == 0) {
         memcpy(iterate->z, work->step, bytes);
         perp__sparse_active_set_places(work, iterate->z, iterate->places);

@@ -16,6 +16,7 @@ typedef struct perp__sparse_active_set {
     double *w;                       /* n */
     double *product;                 /* n */
     double *step;                    /* n */
+    double *weights;                 /* n, of a penalty */
     double residual;                 /* of the last equations */
     double rho;                      /* proximal term of their block */
     int32_t *active;                 /* n: the variables between their bounds */

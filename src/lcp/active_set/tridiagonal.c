@@ -47,41 +47,6 @@ void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *wor
     work->examined = 0; /* another matrix, other bounds */
 }
 
-/* Elimination from the top: a Z-matrix is a nonsingular M-matrix if and only if all its pivots are
- * positive (Berman & Plemmons, "Nonnegative Matrices", chapter 6, condition E17). */
-static int32_t is_m_matrix(const perp__tridiagonal *T)
-{
-    double pivot = 1.0;
-
-    for (int32_t i = 0; i < T->n; i++) {
-        pivot = T->diagonal[i] - (i > 0 ? T->below[i - 1] * T->above[i - 1] / pivot : 0.0);
-        if (!(pivot > 0.0))
-            return 0;
-    }
-    return 1;
-}
-
-/* The matrix without positive couplings, as central differences leave a few. */
-static void read_z_part(perp__tridiagonal *Z, const perp__tridiagonal *T)
-{
-    Z->n = T->n;
-    for (int32_t i = 0; i < T->n; i++) {
-        Z->below[i] = T->below[i] < 0.0 ? T->below[i] : 0.0;
-        Z->diagonal[i] = T->diagonal[i];
-        Z->above[i] = T->above[i] < 0.0 ? T->above[i] : 0.0;
-    }
-}
-
-/* 1: lower bounds count; -1: upper ones, where there are more of them. */
-static double side_of_bounds(const perp__lcp_problem *p)
-{
-    int32_t balance = 0, i;
-
-    for (i = 0; i < p->n; i++)
-        balance += (p->lower[i] > -INFINITY) - (p->upper[i] < INFINITY);
-    return balance < 0 ? -1.0 : 1.0;
-}
-
 static int32_t is_fixed(const scan *s, int32_t i)
 {
     return s->problem->lower[i] == s->problem->upper[i];
@@ -96,28 +61,6 @@ static double bound_of(const scan *s, int32_t i)
 static double finite_bound_of(const scan *s, int32_t i)
 {
     return isfinite(bound_of(s, i)) ? bound_of(s, i) : 0.0;
-}
-
-/* q of the shifted problem; 0 if it is not finite. */
-static int32_t shift(perp__tridiagonal_lcp *work, const scan *s)
-{
-    const perp__tridiagonal *T = s->T;
-    const perp__lcp_problem *p = s->problem;
-    double before = 0.0, here = finite_bound_of(s, 0);
-    int32_t i, finite = 1;
-
-    for (i = 0; i < T->n; i++) {
-        const double after = i + 1 < T->n ? finite_bound_of(s, i + 1) : 0.0;
-        double q = p->q[i] + T->diagonal[i] * here;
-
-        q += i > 0 ? T->below[i - 1] * before : 0.0;
-        q += T->above[i] * after;
-        work->q[i] = s->sign * q;
-        finite &= isfinite(q);
-        before = here;
-        here = after;
-    }
-    return finite;
 }
 
 static run single(const scan *s, int32_t i)
@@ -150,12 +93,6 @@ static void join(run *left, const run *right)
     left->last[1] = right->last[1] * end[1];
     left->last[2] = right->last[2] + right->last[1] * end[2];
     left->b = right->b;
-}
-
-/* x_i, for a row at the right end of run `k` or beyond. */
-static double end_value(const scan *s, int32_t k, int32_t i)
-{
-    return k >= 0 && s->runs[k].b == i ? s->runs[k].last[0] : 0.0;
 }
 
 /* Row i, whose w is given, joins the last run on its right: a step of elimination, which is `join`
@@ -192,8 +129,8 @@ static void settle(scan *s)
         if (i < 0 || is_fixed(s, i))
             return;
         w = s->q[i] + s->T->above[i] * r->first[0];
-        if (i > 0)
-            w += s->T->below[i - 1] * end_value(s, s->top - 1, i - 1);
+        if (i > 0) /* x at the end of the run before, where that touches row i */
+            w += s->T->below[i - 1] * (s->top > 0 && r[-1].b == i - 1 ? r[-1].last[0] : 0.0);
         if (!(w < 0.0))
             return;
         r[1] = *r; /* row i is right of it by one at least: there is room */
@@ -207,56 +144,43 @@ static int32_t is_free(const scan *s, int32_t i)
     return i < s->T->n && !isfinite(bound_of(s, i));
 }
 
-/* The run of free variables from i on. */
-static run free_run(const scan *s, int32_t i)
-{
-    run r = single(s, i);
-
-    while (is_free(s, ++i)) {
-        const run next = single(s, i);
-
-        join(&r, &next);
-    }
-    return r;
-}
-
-/* Row i, bounded, comes next. Enters it if its w says so; `ahead` is the run of free variables that
- * follows, or NULL. Returns whether it entered. */
-static int32_t look_at(scan *s, int32_t i, const run *ahead)
-{
-    const int32_t touches = s->top >= 0 && s->runs[s->top].b == i - 1;
-    double w = s->q[i];
-
-    if (touches)
-        w += s->T->below[i - 1] * s->runs[s->top].last[0];
-    if (!((ahead ? w + s->T->above[i] * ahead->first[0] : w) < 0.0))
-        return 0;
-    if (touches)
-        append(s, i, w);
-    else
-        s->runs[++s->top] = single(s, i);
-    if (ahead)
-        join(&s->runs[s->top], ahead);
-    settle(s);
-    return 1;
-}
-
-/* Free variables are there before their neighbours are looked at: their x may be negative. */
+/* Looks at one row after the other. Free variables are there before their neighbours are looked at:
+ * their x may be negative. */
 static void enter_all(scan *s)
 {
+    const perp__tridiagonal *T = s->T;
     int32_t i = 0;
 
     s->top = -1;
-    while (i < s->T->n) {
-        const int32_t is_inside = is_free(s, i);
-        const int32_t has_ahead = is_inside || is_free(s, i + 1);
-        run ahead;
+    while (i < T->n) {
+        const int32_t is_inside = is_free(s, i), first = is_inside ? i : i + 1;
+        const int32_t has_ahead = is_free(s, first);
+        run ahead = {0};
 
         if (has_ahead)
-            ahead = free_run(s, is_inside ? i : i + 1);
-        if (!is_inside && !is_fixed(s, i) && look_at(s, i, has_ahead ? &ahead : NULL)) {
-            i = s->runs[s->top].b + 1;
-            continue;
+            ahead = single(s, first);
+        for (int32_t k = first + 1; has_ahead && is_free(s, k); k++) {
+            const run next = single(s, k);
+
+            join(&ahead, &next);
+        }
+        if (!is_inside && !is_fixed(s, i)) {
+            const int32_t touches = s->top >= 0 && s->runs[s->top].b == i - 1;
+            double w = s->q[i];
+
+            if (touches)
+                w += T->below[i - 1] * s->runs[s->top].last[0];
+            if ((has_ahead ? w + T->above[i] * ahead.first[0] : w) < 0.0) {
+                if (touches)
+                    append(s, i, w);
+                else
+                    s->runs[++s->top] = single(s, i);
+                if (has_ahead)
+                    join(&s->runs[s->top], &ahead);
+                settle(s);
+                i = s->runs[s->top].b + 1;
+                continue;
+            }
         }
         if (has_ahead) {
             s->runs[++s->top] = ahead;
@@ -265,21 +189,6 @@ static void enter_all(scan *s)
         }
         i++;
     }
-}
-
-/* Writes the places and the list of rows in runs; returns how many these are. */
-static int32_t write_places(const scan *s, int8_t *places, int32_t *active)
-{
-    int32_t count = 0, i, k;
-
-    for (i = 0; i < s->T->n; i++)
-        places[i] = is_fixed(s, i) ? PERP__FIXED : s->sign > 0.0 ? PERP__AT_LOWER : PERP__AT_UPPER;
-    for (k = 0; k <= s->top; k++)
-        for (i = s->runs[k].a; i <= s->runs[k].b; i++) {
-            places[i] = PERP__BETWEEN;
-            active[count++] = i;
-        }
-    return count;
 }
 
 static double row_times(const perp__tridiagonal *T, int32_t i, const double *z)
@@ -291,88 +200,111 @@ static double row_times(const perp__tridiagonal *T, int32_t i, const double *z)
     return i + 1 < T->n ? sum + T->above[i] * z[i + 1] : sum;
 }
 
-/* z_A = -S_AA^-1 (q_A + S_AN z_N) with the others at their bounds. */
-static perp_status solve_equations(const scan *s, double *z, const int32_t *active, int32_t count,
+/* The places of the rows in runs, which are listed, and of the others; and
+ * z_A = -S_AA^-1 (q_A + S_AN z_N) with the others at their bounds. */
+static perp_status solve_equations(const scan *s, int8_t *places, double *z, int32_t *active,
                                    double *x)
 {
     const perp__lcp_problem *p = s->problem;
-    perp_status status = perp__sparse_block_factor(p->block, active, count, 0.0);
+    int32_t count = 0;
+    perp_status status;
 
+    for (int32_t i = 0; i < p->n; i++) {
+        places[i] = is_fixed(s, i) ? PERP__FIXED : s->sign > 0.0 ? PERP__AT_LOWER : PERP__AT_UPPER;
+        z[i] = finite_bound_of(s, i);
+    }
+    for (int32_t k = 0; k <= s->top; k++)
+        for (int32_t i = s->runs[k].a; i <= s->runs[k].b; i++) {
+            places[i] = PERP__BETWEEN;
+            z[i] = 0.0;
+            active[count++] = i;
+        }
+    status = perp__sparse_block_factor(p->block, active, count, 0.0);
     if (status != PERP_OK)
         return status;
-    for (int32_t i = 0; i < p->n; i++)
-        z[i] = finite_bound_of(s, i);
     for (int32_t k = 0; k < count; k++)
-        z[active[k]] = 0.0;
-    for (int32_t k = 0; k < count; k++)
-        x[active[k]] = -(p->q[active[k]] + row_times(&s->problem->block->T, active[k], z));
+        x[active[k]] = -(p->q[active[k]] + row_times(&p->block->T, active[k], z));
     perp__sparse_block_solve(p->block, x, 0);
     for (int32_t k = 0; k < count; k++)
         z[active[k]] = x[active[k]];
     return PERP_OK;
 }
 
-/* How many z and w do not have the signs that the places ask for, up to rounding in w. */
-static int32_t count_wrong_signs(const scan *s, const int8_t *places, const double *z)
+/* The problem without positive couplings, as central differences leave a few, its bounds on one
+ * side shifted to 0. Returns 0 if it is not one for this method. */
+static int32_t begin(scan *s, perp__tridiagonal_lcp *work, const perp__lcp_problem *problem)
 {
-    const perp__lcp_problem *p = s->problem;
-    double z_largest = 0.0;
-    int32_t wrong = 0, i;
+    const perp__tridiagonal *T = &problem->block->T;
+    perp__tridiagonal *Z = &work->Z;
+    int32_t balance = 0, finite = 1, i;
+    double before = 0.0, here, pivot = 1.0;
 
-    for (i = 0; i < p->n; i++)
-        z_largest = fabs(z[i]) > z_largest ? fabs(z[i]) : z_largest;
-    for (i = 0; i < p->n; i++) {
-        if (places[i] == PERP__BETWEEN) {
-            wrong += !(z[i] >= p->lower[i] && z[i] <= p->upper[i]);
-        } else if (places[i] != PERP__FIXED) {
-            const double w = s->sign * (row_times(&p->block->T, i, z) + p->q[i]);
-            const double size = p->row_norms[i] * z_largest + fabs(p->q[i]);
-
-            wrong += !(w >= -16.0 * DBL_EPSILON * size);
-        }
-    }
-    return wrong;
-}
-
-/* Finds the index set; 0 if this is not a problem for this method. */
-static int32_t find_places(scan *s, perp__tridiagonal_lcp *work, const perp__lcp_problem *problem)
-{
     if (!work->examined) {
-        work->examined = 1;
-        read_z_part(&work->Z, &problem->block->T);
-        work->suits = is_m_matrix(&work->Z);
-        work->sign = side_of_bounds(problem);
+        work->examined = work->suits = 1;
+        Z->n = T->n;
+        /* Elimination from the top: a Z-matrix is a nonsingular M-matrix if and only if all its
+         * pivots are positive (Berman & Plemmons, "Nonnegative Matrices", chapter 6, E17). */
+        for (i = 0; i < T->n; i++) {
+            Z->below[i] = T->below[i] < 0.0 ? T->below[i] : 0.0;
+            Z->diagonal[i] = T->diagonal[i];
+            Z->above[i] = T->above[i] < 0.0 ? T->above[i] : 0.0;
+            pivot = Z->diagonal[i] - (i > 0 ? Z->below[i - 1] * Z->above[i - 1] / pivot : 0.0);
+            work->suits &= pivot > 0.0;
+            balance += (problem->lower[i] > -INFINITY) - (problem->upper[i] < INFINITY);
+        }
+        work->sign = balance < 0 ? -1.0 : 1.0; /* the bounds of which there are more */
     }
-    s->T = &work->Z;
+    s->T = Z;
     s->problem = problem;
     s->q = work->q;
     s->runs = work->runs;
     s->sign = work->sign;
-    if (!work->suits || !shift(work, s))
-        return 0;
-    enter_all(s);
-    return 1;
+    here = finite_bound_of(s, 0);
+    for (i = 0; i < Z->n && work->suits; i++) {
+        const double after = i + 1 < Z->n ? finite_bound_of(s, i + 1) : 0.0;
+        double q = problem->q[i] + Z->diagonal[i] * here;
+
+        q += i > 0 ? Z->below[i - 1] * before : 0.0;
+        q += Z->above[i] * after;
+        work->q[i] = s->sign * q;
+        finite &= isfinite(q) != 0;
+        before = here;
+        here = after;
+    }
+    return work->suits && finite;
 }
 
 perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
                                         const perp__lcp_problem *problem, int8_t *places, double *z,
                                         int32_t *found)
 {
+    double z_largest = 0.0;
+    int32_t wrong = 0, i;
     perp_status status;
     scan s;
-    int32_t count;
 
     *found = PERP__TRIDIAGONAL_NO;
-    if (!find_places(&s, work, problem))
+    if (!begin(&s, work, problem))
         return PERP_OK;
-    count = write_places(&s, places, work->active);
-    status = solve_equations(&s, z, work->active, count, work->x);
-    if (status == PERP_OK) {
-        const int32_t wrong = count_wrong_signs(&s, places, z);
+    enter_all(&s);
+    status = solve_equations(&s, places, z, work->active, work->x);
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    /* How many z and w do not have the signs that the places ask for, up to rounding in w. */
+    for (i = 0; i < problem->n; i++)
+        z_largest = fabs(z[i]) > z_largest ? fabs(z[i]) : z_largest;
+    for (i = 0; i < problem->n; i++) {
+        if (places[i] == PERP__BETWEEN) {
+            wrong += !(z[i] >= problem->lower[i] && z[i] <= problem->upper[i]);
+        } else if (places[i] != PERP__FIXED) {
+            const double w = s.sign * (row_times(&problem->block->T, i, z) + problem->q[i]);
+            const double size = problem->row_norms[i] * z_largest + fabs(problem->q[i]);
 
-        *found = wrong == 0             ? PERP__TRIDIAGONAL_SOLVED
-                 : wrong <= s.T->n / 64 ? PERP__TRIDIAGONAL_NEAR
-                                        : PERP__TRIDIAGONAL_FAR;
+            wrong += !(w >= -16.0 * DBL_EPSILON * size);
+        }
     }
-    return status < 0 ? status : PERP_OK;
+    *found = wrong == 0                 ? PERP__TRIDIAGONAL_SOLVED
+             : wrong <= problem->n / 64 ? PERP__TRIDIAGONAL_NEAR
+                                        : PERP__TRIDIAGONAL_FAR;
+    return PERP_OK;
 }

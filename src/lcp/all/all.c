@@ -18,31 +18,24 @@ PERP__INIT(perp_lcp_enumeration)
 
 /* ---- reports ------------------------------------------------------------------------------- */
 
-/* z_i of a vertex in the caller's units: where its pattern has it at a bound, that bound, for two
- * bounds beyond the range of scaled doubles look alike. */
-static double vertex_entry(const perp_lcp_solver *solver, int32_t i, int8_t place, double scaled)
-{
-    const double lower = solver->lower[i], upper = solver->upper[i];
-
-    switch (place) {
-    case PERP__BETWEEN:
-        return perp__clamp(perp__z_exact(solver, i, scaled), lower, upper);
-    case PERP__AT_UPPER:
-        return upper;
-    default:
-        return lower;
-    }
-}
-
-/* Vertices in the caller's units, rays with largest entry 1 there. */
+/* Vertices in the caller's units, rays with largest entry 1 there. A vertex whose pattern has z_i
+ * at a bound has that bound, for two bounds beyond the range of scaled doubles look alike. */
 static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
 {
+    const double *lower = solver->lower, *upper = solver->upper;
+
     for (int32_t k = 0; k < answer->vertices + answer->rays; k++) {
         double *x = answer->points + (size_t)k * (size_t)solver->n, largest = 0.0;
 
         for (int32_t i = 0; i < solver->n; i++) {
-            x[i] = k < answer->vertices ? vertex_entry(solver, i, answer->pattern[i], x[i])
-                                        : perp__z_caller(solver, i, x[i]);
+            const int8_t place = answer->pattern[i];
+
+            if (k >= answer->vertices)
+                x[i] = perp__z_caller(solver, i, x[i]);
+            else if (place == PERP__BETWEEN)
+                x[i] = perp__clamp(perp__z_exact(solver, i, x[i]), lower[i], upper[i]);
+            else
+                x[i] = place == PERP__AT_UPPER ? upper[i] : lower[i];
             largest = fmax(largest, fabs(x[i]));
         }
         for (int32_t i = 0; k >= answer->vertices && i < solver->n; i++)
@@ -50,65 +43,50 @@ static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
     }
 }
 
-/* What the middle is worth, which is left in the solver; of vertices far apart it loses what one of
- * them holds, so that this one is taken. */
-static perp__evaluation evaluate_middle(perp__lcp_all *all, const perp__answer *answer)
+void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
 {
-    perp__evaluation worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
-
-    if (answer->dimension > 0 && !perp__lcp_all_is_solution(all, &worth, 0.0)) {
-        memcpy(answer->middle, answer->points, (size_t)all->n * sizeof *answer->middle);
-        worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
-    }
-    return worth;
-}
-
-static void visit(perp__lcp_all *all, const perp__answer *answer, double residual)
-{
-    const perp_lcp_found found = {.struct_size = sizeof found,
-                                  .dimension = answer->dimension,
-                                  .vertex_count = answer->vertices,
-                                  .ray_count = answer->rays,
-                                  .residual = fmax(residual, answer->residual),
-                                  .z = all->solver->z,
-                                  .w = all->solver->w_high,
-                                  .places = answer->modes,
-                                  .vertices = answer->points,
-                                  .rays =
-                                      answer->points + (size_t)answer->vertices * (size_t)all->n};
+    const size_t n = (size_t)all->n, entries = (size_t)(answer->vertices + answer->rays) * n;
+    perp_lcp_found found = {.struct_size = sizeof found,
+                            .dimension = answer->dimension,
+                            .vertex_count = answer->vertices,
+                            .ray_count = answer->rays,
+                            .z = all->solver->z,
+                            .w = all->solver->w_high,
+                            .places = answer->modes,
+                            .vertices = answer->points,
+                            .rays = answer->points + (size_t)answer->vertices * n};
+    perp__evaluation worth;
+    double largest;
     int32_t said;
 
-    if (answer->dimension > 0)
-        all->result.families++;
-    else
-        all->result.isolated++;
+    if (all->silent)
+        return;
+    /* 1. The middle; of vertices far apart it loses what one of them holds, so that this one is
+     * taken. */
+    perp__answer_find_middle(&all->answers, answer);
+    largest = perp__largest(answer->middle, all->n);
+    worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
+    if (answer->dimension > 0 && !perp__lcp_all_is_solution(all, &worth, 0.0)) {
+        memcpy(answer->middle, answer->points, n * sizeof *answer->middle);
+        worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
+    }
+    to_caller(all->solver, answer);
+    for (int32_t i = 0; i < all->n; i++)
+        answer->modes[i] = answer->pattern[i];
+    if (!perp__lcp_all_is_solution(all, &worth, largest) ||
+        !perp__all_finite(answer->points, entries)) {
+        all->answers.incomplete = 1;
+        return;
+    }
+    /* 2. What the caller says of it. */
+    *(answer->dimension > 0 ? &all->result.families : &all->result.isolated) += 1;
+    found.residual = fmax(worth.tested, answer->residual);
     said = all->visit ? all->visit(&found, all->user) : 0;
     if (said != 0) {
         all->silent = all->tree.ended = 1;
         all->aborted = said < 0;
         all->result.outcome = PERP_OUTCOME_STOPPED;
     }
-}
-
-void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
-{
-    const size_t entries = (size_t)(answer->vertices + answer->rays) * (size_t)all->n;
-    perp__evaluation worth;
-    double largest;
-
-    if (all->silent)
-        return;
-    perp__answer_find_middle(&all->answers, answer);
-    largest = perp__largest(answer->middle, all->n);
-    worth = evaluate_middle(all, answer);
-    to_caller(all->solver, answer);
-    for (int32_t i = 0; i < all->n; i++)
-        answer->modes[i] = answer->pattern[i];
-    if (perp__lcp_all_is_solution(all, &worth, largest) &&
-        perp__all_finite(answer->points, entries))
-        visit(all, answer, worth.tested);
-    else
-        all->answers.incomplete = 1;
 }
 
 /* ---- the call ------------------------------------------------------------------------------ */
@@ -135,30 +113,6 @@ static void layout(perp__arena *arena, void *object)
     all->directions = perp__arena_take(arena, n * n, sizeof(double));
     all->work = perp__arena_take(arena, (n + 1) * (n + 1), sizeof(double));
     all->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
-}
-
-static perp_status check(perp_context *context, const perp_lcp_solver *solver,
-                         const perp_lcp_enumeration *result, const double *q)
-{
-    perp_status status = PERP__CHECK(perp_lcp_enumeration, context, result);
-
-    if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
-        status = perp__refuse(context, "M has %d rows: all solutions are searched for up to %d",
-                              (int)solver->n, PERP__LARGEST_ALL);
-    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
-    return status;
-}
-
-static void limit(perp__lcp_all *all, double started)
-{
-    perp_lcp_solver *solver = all->solver;
-
-    memset(&solver->control, 0, sizeof solver->control);
-    solver->control.monitor = solver->settings.monitor;
-    solver->control.monitor_user = solver->settings.monitor_user;
-    if (solver->settings.time_limit > 0.0)
-        solver->control.deadline = started + solver->settings.time_limit;
-    all->limit = solver->settings.max_iterations;
 }
 
 static void all_init(perp__lcp_all *all, perp_lcp_solver *solver)
@@ -217,44 +171,44 @@ static void all_release(perp__lcp_all *all)
     perp__arena_release(&all->arena);
 }
 
-/* False where entries of the equilibrated matrix are beyond the range of doubles; those that have
- * become 0 there hide index sets. */
-static int32_t is_finite(perp__lcp_all *all)
-{
-    const perp__matrix *M = &all->solver->M;
-
-    for (int32_t line = 0; line < all->n; line++) {
-        const perp__line l = perp__line_of(M, line);
-
-        for (int32_t k = 0; k < l.count; k++) {
-            const int32_t at = l.indices ? l.indices[k] : k;
-            const int32_t rows = perp__lines_are_rows(M);
-            const double entry =
-                all->levels[0].T[(rows ? line : at) * (all->n + 1) + (rows ? at : line)];
-
-            if (!isfinite(entry))
-                return 0;
-            all->answers.incomplete |= entry == 0.0 && l.values[k] != 0.0;
-        }
-    }
-    return 1;
-}
-
 static perp_status run(perp__lcp_all *all, const double *q)
 {
     const double started = perp__now();
-    perp__answer *answer;
+    perp_lcp_solver *solver = all->solver;
+    const perp__matrix *M = &solver->M;
+    int32_t finite = 1;
     perp_status status;
 
-    limit(all, started);
-    perp__scale_problem(all->solver, q);
+    memset(&solver->control, 0, sizeof solver->control);
+    solver->control.monitor = solver->settings.monitor;
+    solver->control.monitor_user = solver->settings.monitor_user;
+    if (solver->settings.time_limit > 0.0)
+        solver->control.deadline = started + solver->settings.time_limit;
+    all->limit = solver->settings.max_iterations;
+    perp__scale_problem(solver, q);
     status = all_prepare(all);
-    all->result.outcome = PERP_OUTCOME_SOLVED;
-    if (status == PERP_OK && !is_finite(all))
-        all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
-    else
-        PERP__THEN(status, perp__lcp_all_search(all));
-    for (answer = all->answers.first; status == PERP_OK && !all->aborted && answer;
+    if (status != PERP_OK)
+        return status;
+    /* 1. Entries of the equilibrated matrix may be beyond the range of doubles; those that have
+     * become 0 there hide index sets. */
+    for (int32_t line = 0; line < all->n; line++) {
+        const perp__line l = perp__line_of(M, line);
+        const int32_t rows = perp__lines_are_rows(M);
+
+        for (int32_t k = 0; k < l.count; k++) {
+            const int32_t at = l.indices ? l.indices[k] : k;
+            const double entry =
+                all->levels[0].T[(rows ? line : at) * (all->n + 1) + (rows ? at : line)];
+
+            finite &= isfinite(entry) != 0;
+            all->answers.incomplete |= entry == 0.0 && l.values[k] != 0.0;
+        }
+    }
+    /* 2. The search, which reports what is its own index set's, and what it has kept. */
+    all->result.outcome = finite ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_EVALUATION_FAILED;
+    if (finite)
+        status = perp__lcp_all_search(all);
+    for (perp__answer *answer = all->answers.first; status == PERP_OK && !all->aborted && answer;
          answer = answer->next)
         perp__lcp_all_report(all, answer);
     if (status == PERP_OK && all->aborted)
@@ -265,28 +219,13 @@ static perp_status run(perp__lcp_all *all, const double *q)
     return status;
 }
 
-static perp_status find_all(perp_lcp_solver *solver, perp_lcp_enumeration *result, const double *q,
-                            perp_lcp_visit visitor, void *user)
-{
-    perp__lcp_all all;
-    perp_status status = check(solver->context, solver, result, q);
-
-    all_init(&all, solver);
-    all.visit = visitor;
-    all.user = user;
-    PERP__THEN(status, run(&all, q));
-    if (status == PERP_OK)
-        perp__struct_write(result, &all.result, sizeof all.result);
-    all_release(&all);
-    return status;
-}
-
 perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
                          const perp_lcp_settings *settings, const perp_matrix *M, const double *q,
                          const double *lower, const double *upper, perp_lcp_visit visitor,
                          void *user)
 {
     perp_lcp_solver *solver;
+    perp__lcp_all all;
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
@@ -295,7 +234,20 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
     if (status != PERP_OK)
         return perp__leave(context, status);
     status = perp__lcp_setup(solver, M, lower, upper);
-    PERP__THEN(status, find_all(solver, result, q, visitor, user));
+    PERP__THEN(status, PERP__CHECK(perp_lcp_enumeration, context, result));
+    if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
+        status = perp__refuse(context, "M has %d rows: all solutions are searched for up to %d",
+                              (int)solver->n, PERP__LARGEST_ALL);
+    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)solver->n));
+    if (status == PERP_OK) {
+        all_init(&all, solver);
+        all.visit = visitor;
+        all.user = user;
+        status = run(&all, q);
+        if (status == PERP_OK)
+            perp__struct_write(result, &all.result, sizeof all.result);
+        all_release(&all);
+    }
     perp__lcp_destroy(solver);
     return perp__leave(context, status);
 }
@@ -309,18 +261,6 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
 /* Largest n: there a search that finds nothing takes milliseconds; and where no variable
  * has more than two places. */
 enum { LARGEST_LAST_WORD = 12, LARGEST_INSISTENT = 20 };
-
-static perp__lcp_all *tree_of(perp_lcp_solver *solver)
-{
-    if (!solver->tree) {
-        solver->tree = perp__allocate(solver->context, 1, sizeof *solver->tree);
-        if (!solver->tree)
-            return NULL;
-        all_init(solver->tree, solver);
-        solver->tree->first = 1;
-    }
-    return solver->tree;
-}
 
 int32_t perp__has_last_word(const perp_lcp_solver *solver)
 {
@@ -336,16 +276,20 @@ void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists)
 perp_status perp__last_word(perp_lcp_solver *solver)
 {
     const int64_t budget = solver->settings.max_iterations;
-    perp__lcp_all *tree;
+    perp__lcp_all *tree = solver->tree;
     perp_status status;
 
     if (budget > 0 && solver->spent >= budget) {
         solver->ended = PERP_OUTCOME_ITERATION_LIMIT;
         return PERP_OK;
     }
-    tree = tree_of(solver);
-    if (!tree)
-        return perp__fail_memory(solver->context, "the tree of index sets");
+    if (!tree) {
+        tree = solver->tree = perp__allocate(solver->context, 1, sizeof *tree);
+        if (!tree)
+            return perp__fail_memory(solver->context, "the tree of index sets");
+        all_init(tree, solver);
+        tree->first = 1;
+    }
     tree->aborted = tree->found = 0;
     memset(&tree->result, 0, sizeof tree->result);
     tree->limit = budget > 0 ? budget - solver->spent : 0;

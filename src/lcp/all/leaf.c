@@ -42,12 +42,7 @@ int32_t perp__lcp_all_is_solution(perp__lcp_all *all, const perp__evaluation *wo
 {
     const perp__evidence evidence = perp__lcp_evidence(all->solver, worth, fmax(1.0, size));
 
-    if (!perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1)))
-        return 0;
-    if (perp__find_hidden(all->solver, worth) < 0)
-        return 1;
-    all->answers.incomplete = 1; /* nobody knows */
-    return 0;
+    return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
 }
 
 /* In the search for the first solution: takes the point just evaluated if the gate does. */
@@ -57,23 +52,16 @@ static void offer(perp__lcp_all *all, const perp__evaluation *worth)
     all->tree.ended |= all->found;
 }
 
-static int32_t is_clear(const perp__lcp_all *all)
-{
-    for (int32_t i = 0; i < all->n; i++)
-        if (!(perp__margin_of(all->solver, i) > clear_margin))
-            return 0;
-    return 1;
-}
-
 /* The solver's point, which solves the problem: told at once where its index set is its own. */
 static perp_status keep_point(perp__lcp_all *all, double residual)
 {
     perp_lcp_solver *solver = all->solver;
     perp__answer *answer;
-    int32_t clear, lost = 0, i; /* lost: to the end of doubles */
+    int32_t clear = 1, lost = 0, i; /* lost: to the end of doubles */
 
     perp__read_places(solver, solver->places);
-    clear = is_clear(all);
+    for (i = 0; i < all->n && clear; i++)
+        clear = perp__margin_of(solver, i) > clear_margin;
     if (clear && memcmp(solver->places, all->places, (size_t)all->n) != 0)
         return PERP_OK; /* the polish went over to a solution that has a leaf of its own */
     answer = perp__answer_create(&all->answers, 1);
@@ -111,8 +99,6 @@ perp_status perp__lcp_all_point(perp__lcp_all *all)
     memcpy(solver->places, all->places, (size_t)all->n);
     if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
         status = perp__polish_run(solver, &worth);
-    if (status == PERP_OK && worth.finite)
-        perp__polish_hidden(solver, &worth);
     if (status == PERP_OK && all->first)
         offer(all, &worth);
     if (status != PERP_OK || all->first || !perp__lcp_all_is_solution(all, &worth, 0.0))
@@ -238,36 +224,13 @@ static void cut_all(perp__lcp_all *all)
     }
 }
 
-/* In the search for the first solution: offers the vertices until one is taken. */
-static void offer_vertices(perp__lcp_all *all)
-{
-    for (int32_t k = 0; k < all->polyhedron.cone.rays && !all->found; k++) {
-        perp__evaluation worth;
-
-        if (!perp__polyhedron_is_vertex(&all->polyhedron, k))
-            continue;
-        perp__polyhedron_point(&all->polyhedron, k, 1.0, all->z);
-        worth = perp__lcp_all_evaluate(all, all->places, all->z);
-        offer(all, &worth);
-    }
-}
-
-/* Whether the point all->z solves the problem. */
-static int32_t solves(perp__lcp_all *all, double *residual)
-{
-    const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, all->z);
-
-    *residual = worth.tested;
-    return perp__lcp_all_is_solution(all, &worth, perp__largest(all->z, all->n));
-}
-
 /* Leaves the vertices that solve the problem, and the rays that lead from the first one to points
  * that do; these get a largest entry of 1. */
 static void check_points(perp__lcp_all *all, perp__answer *answer)
 {
     const size_t n = (size_t)all->n;
     const int32_t vertices = answer->vertices, rays = answer->rays;
-    double *to = answer->points, residual;
+    double *to = answer->points;
 
     answer->residual = 0.0;
     answer->vertices = answer->rays = 0;
@@ -275,13 +238,17 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
         const double *z = answer->points + (size_t)k * n;
         const double size = k < vertices ? 1.0 : perp__largest(z, all->n);
         const double reach = fmax(1.0, perp__largest(answer->points, all->n));
+        perp__evaluation worth;
 
         for (size_t i = 0; i < n; i++)
             all->z[i] = k < vertices ? z[i] : answer->points[i] + reach * (z[i] / size);
-        if ((k >= vertices && answer->vertices == 0) || !solves(all, &residual))
+        if (k >= vertices && answer->vertices == 0)
+            continue;
+        worth = perp__lcp_all_evaluate(all, all->places, all->z);
+        if (!perp__lcp_all_is_solution(all, &worth, perp__largest(all->z, all->n)))
             continue;
         if (k < vertices)
-            answer->residual = fmax(answer->residual, residual);
+            answer->residual = fmax(answer->residual, worth.tested);
         *(k < vertices ? &answer->vertices : &answer->rays) += 1;
         for (size_t i = 0; i < n; i++)
             to[i] = z[i] / size;
@@ -311,6 +278,7 @@ static int32_t find_dimension(const perp__lcp_all *all, const perp__answer *answ
 perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
 {
     const size_t n = (size_t)all->n;
+    perp__polyhedron *p = &all->polyhedron;
     perp__answer *answer = NULL;
     perp_status status;
 
@@ -322,15 +290,22 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     }
     if (is_covered(all, level->pending))
         return PERP_OK;
-    status = perp__polyhedron_begin(&all->polyhedron, 2 * all->n, level->pending);
+    status = perp__polyhedron_begin(p, 2 * all->n, level->pending);
     if (status != PERP_OK)
         return status;
     cut_all(all);
-    status = perp__polyhedron_enumerate(&all->polyhedron, &all->answers);
-    if (status == PERP_OK && all->first)
-        offer_vertices(all);
-    else
-        PERP__THEN(status, perp__polyhedron_list(&all->polyhedron, &all->answers, &answer));
+    status = perp__polyhedron_enumerate(p, &all->answers);
+    if (status == PERP_OK && !all->first)
+        status = perp__polyhedron_list(p, &all->answers, &answer);
+    /* In the search for the first solution the vertices are offered until one is taken. */
+    for (int32_t k = 0; status == PERP_OK && all->first && k < p->cone.rays && !all->found; k++)
+        if (perp__polyhedron_is_vertex(p, k)) {
+            perp__evaluation worth;
+
+            perp__polyhedron_point(p, k, 1.0, all->z);
+            worth = perp__lcp_all_evaluate(all, all->places, all->z);
+            offer(all, &worth);
+        }
     if (!answer)
         return status;
     check_points(all, answer);

@@ -76,22 +76,6 @@ static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t dep
     }
 }
 
-/* `to` := `from`, with z_d at `value` unless it is between its bounds. Columns that are decided
- * stay behind without a meaning. */
-static void copy_level(const perp__lcp_all *all, const perp__tableau *from, perp__tableau *to,
-                       int32_t d, int32_t between, double value)
-{
-    const size_t n = (size_t)all->n;
-
-    memcpy(to->T, from->T, n * (n + 1) * sizeof(double));
-    memcpy(to->kind, from->kind, n);
-    memcpy(to->basic, from->basic, n);
-    memcpy(to->columns, from->columns, n);
-    to->pending = from->pending;
-    for (int32_t i = 0; i < all->n && !between && value != 0.0; i++)
-        row_of(all, to, i)[n] += row_of(all, to, i)[d] * value;
-}
-
 /* The largest value of sign * row over the bounds of the free columns. */
 static double find_most(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
                         int32_t i, double sign)
@@ -163,39 +147,42 @@ static int32_t choices(void *user, int32_t d)
     return 1 + !!isfinite(solver->lower[d]) + !!isfinite(solver->upper[d]);
 }
 
-/* Between first: of nested families the largest tends to come first. */
-static int8_t place_of(const perp_lcp_solver *solver, int32_t d, int32_t choice)
-{
-    if (solver->lower[d] == solver->upper[d])
-        return PERP__FIXED;
-    if (choice == 0)
-        return PERP__BETWEEN;
-    return choice == 1 && isfinite(solver->lower[d]) ? PERP__AT_LOWER : PERP__AT_UPPER;
-}
-
-/* Gives variable d its place. */
+/* Gives variable d its place. Between comes first: of nested families the largest tends to. */
 static int32_t choose(void *user, int32_t d, int32_t choice)
 {
     perp__lcp_all *all = user;
+    const perp_lcp_solver *solver = all->solver;
+    const perp__tableau *from = &all->levels[d];
     perp__tableau *to = &all->levels[d + 1];
-    const int8_t where = place_of(all->solver, d, choice);
+    const size_t n = (size_t)all->n;
+    const int8_t place = solver->lower[d] == solver->upper[d]             ? PERP__FIXED
+                         : choice == 0                                    ? PERP__BETWEEN
+                         : choice == 1 && isfinite(solver->lower[d]) != 0 ? PERP__AT_LOWER
+                                                                          : PERP__AT_UPPER;
     const double value =
-        where == PERP__AT_UPPER ? all->solver->upper_scaled[d] : all->solver->lower_scaled[d];
+        place == PERP__AT_UPPER ? solver->upper_scaled[d] : solver->lower_scaled[d];
     int32_t row, k;
 
     tick(all);
     if (all->tree.ended)
         return 0;
-    all->places[d] = where;
-    copy_level(all, &all->levels[d], to, d, where == PERP__BETWEEN, value);
-    if (where == PERP__BETWEEN) {
-        to->kind[d] = PERP__ROW_EQUATION;
+    all->places[d] = place;
+    /* 1. The level with z_d at `value`, unless it is between its bounds. Columns that are decided
+     * stay behind without a meaning. */
+    memcpy(to->T, from->T, n * (n + 1) * sizeof(double));
+    memcpy(to->kind, from->kind, n);
+    memcpy(to->basic, from->basic, n);
+    memcpy(to->columns, from->columns, n);
+    to->pending = from->pending;
+    for (int32_t i = 0; i < all->n && place != PERP__BETWEEN && value != 0.0; i++)
+        row_of(all, to, i)[n] += row_of(all, to, i)[d] * value;
+    /* 2. What its row stands for now. */
+    to->kind[d] = place == PERP__BETWEEN    ? PERP__ROW_EQUATION
+                  : place == PERP__AT_LOWER ? PERP__ROW_W_LOWER
+                  : place == PERP__AT_UPPER ? PERP__ROW_W_UPPER
+                                            : PERP__ROW_W_FREE;
+    if (place == PERP__BETWEEN)
         to->columns[to->pending++] = (int8_t)d;
-    } else {
-        to->kind[d] = where == PERP__AT_LOWER   ? PERP__ROW_W_LOWER
-                      : where == PERP__AT_UPPER ? PERP__ROW_W_UPPER
-                                                : PERP__ROW_W_FREE;
-    }
     while (to->pending > 0 && find_pivot(all, to, d + 1, &row, &k))
         exchange(all, to, d + 1, row, k);
     return is_possible(all, to, d + 1);

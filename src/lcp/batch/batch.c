@@ -42,21 +42,6 @@ typedef struct batch_worker {
     perp_status status;
 } batch_worker;
 
-static void begin_worker(batch_worker *worker, batch *b, int64_t first, int64_t end)
-{
-    memset(worker, 0, sizeof *worker);
-    worker->batch = b;
-    worker->first = first;
-    worker->end = end;
-    perp__tasks_context(b->tasks, &worker->context);
-}
-
-static void end_worker(batch_worker *worker)
-{
-    perp__lcp_destroy(worker->solver);
-    perp__arena_release(&worker->arena);
-}
-
 /* z nearest to 0, with nothing known about it. */
 static void leave_unsolved(const batch *b, int64_t problem)
 {
@@ -79,35 +64,27 @@ static int32_t is_late(const batch *b)
     return b->deadline > 0.0 && perp__now() > b->deadline;
 }
 
-/* A solver with what is left of the call's time. */
-static perp_status fit_solver(batch_worker *worker)
-{
-    const batch *b = worker->batch;
-    perp_lcp_settings settings = *b->settings;
-
-    if (b->deadline > 0.0) /* never 0, which is no limit */
-        settings.time_limit = fmax(b->deadline - perp__now(), DBL_MIN);
-    else if (worker->solver)
-        return PERP_OK;
-    return worker->solver ? perp__lcp_set(worker->solver, &settings)
-                          : perp__lcp_create(&worker->context, &worker->solver, &settings);
-}
-
-/* One problem by a solver of its own. */
+/* One problem by a solver of its own, with what is left of the call's time. */
 static perp_status solve_alone(batch_worker *worker, int64_t problem)
 {
     const batch *b = worker->batch;
     const perp__batch_data *data = &b->data;
     const size_t n = (size_t)data->n, at = (size_t)problem * n;
-    perp_lcp_result result;
     const perp_matrix M = perp__view(PERP_STORAGE_ROW_MAJOR, data->n, data->n, data->M + at * n);
-    perp_status status;
+    perp_lcp_settings settings = *b->settings;
+    perp_lcp_result result;
+    perp_status status = PERP_OK;
 
     if (is_late(b)) {
         leave_unsolved(b, problem);
         return PERP_OK;
     }
-    status = fit_solver(worker);
+    if (b->deadline > 0.0) /* never 0, which is no limit */
+        settings.time_limit = fmax(b->deadline - perp__now(), DBL_MIN);
+    if (!worker->solver)
+        status = perp__lcp_create(&worker->context, &worker->solver, &settings);
+    else if (b->deadline > 0.0)
+        status = perp__lcp_set(worker->solver, &settings);
     PERP__THEN(status, perp_lcp_result_init(&result, sizeof result));
     PERP__THEN(status, perp__lcp_setup(worker->solver, &M, data->lower ? data->lower + at : NULL,
                                        data->upper ? data->upper + at : NULL));
@@ -141,76 +118,34 @@ static int32_t take_answer(batch_worker *worker, int64_t problem, int32_t lane)
     return 1;
 }
 
-static perp_status solve_group(batch_worker *worker, int64_t first)
-{
-    perp__batch_group *g = &worker->group;
-    perp_status status = PERP_OK;
-    int32_t takes[8], lane;
-
-    perp__batch_group_read(g, &worker->batch->data, first, takes);
-    worker->batch->kernel->solve(g);
-    for (lane = 0; lane < g->width && first + lane < worker->end && status == PERP_OK; lane++)
-        if (!takes[lane] || !take_answer(worker, first + lane, lane))
-            status = solve_alone(worker, first + lane);
-    return status;
-}
-
 static void work(int32_t which, void *workers)
 {
     batch_worker *worker = (batch_worker *)workers + which;
+    perp__batch_group *g = &worker->group;
     batch *b = worker->batch;
     const int64_t stride = b->kernel ? b->kernel->width : 1;
 
     if (b->kernel) {
-        worker->group.n = b->data.n;
-        worker->group.width = b->kernel->width;
-        worker->status = perp__arena_fit(&worker->arena, &worker->context, perp__batch_group_layout,
-                                         &worker->group);
+        g->n = b->data.n;
+        g->width = b->kernel->width;
+        worker->status =
+            perp__arena_fit(&worker->arena, &worker->context, perp__batch_group_layout, g);
     }
     for (int64_t at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
-        if (is_late(b))
-            for (int64_t k = at; k < at + stride && k < worker->end; k++)
-                leave_unsolved(b, k);
-        else
-            worker->status = b->kernel ? solve_group(worker, at) : solve_alone(worker, at);
+        const int32_t late = is_late(b);
+        int32_t takes[8] = {0};
+
+        if (b->kernel && !late) {
+            perp__batch_group_read(g, &b->data, at, takes);
+            b->kernel->solve(g);
+        }
+        for (int32_t lane = 0;
+             lane < stride && at + lane < worker->end && worker->status == PERP_OK; lane++)
+            if (late)
+                leave_unsolved(b, at + lane);
+            else if (!takes[lane] || !take_answer(worker, at + lane, lane))
+                worker->status = solve_alone(worker, at + lane);
     }
-}
-
-/* The worker's failure, for the caller. What is not finite is named as an entry of the caller's
- * arrays; to look for it before it is met would cost a pass over all the data. */
-static perp_status fail_as(const batch *b, const batch_worker *worker)
-{
-    const size_t n = (size_t)b->data.n, all = (size_t)b->data.count * n;
-    perp_status status = PERP_OK;
-
-    if (worker->status == PERP_ERROR_NOT_FINITE)
-        status = perp__check_finite(b->context, "M", b->data.M, all * n);
-    if (worker->status == PERP_ERROR_NOT_FINITE && status == PERP_OK)
-        status = perp__check_finite(b->context, "q", b->data.q, all);
-    PERP__THEN(status, perp__fail(b->context, worker->status, "%s", worker->context.message));
-    return status;
-}
-
-/* Every thread gets a run of whole groups. */
-static perp_status run(batch *b, batch_worker *workers, int32_t threads)
-{
-    const int64_t stride = b->kernel ? b->kernel->width : 1;
-    const int64_t groups = (b->data.count + stride - 1) / stride;
-    perp_status status = PERP_OK;
-
-    for (int32_t k = 0; k < threads; k++) {
-        const int64_t first = stride * (groups * k / threads);
-        const int64_t end = stride * (groups * (k + 1) / threads);
-
-        begin_worker(&workers[k], b, first, end < b->data.count ? end : b->data.count);
-    }
-    perp__tasks_run(b->tasks, work, workers);
-    for (int32_t k = 0; k < threads; k++) {
-        if (workers[k].status != PERP_OK && status == PERP_OK)
-            status = fail_as(b, &workers[k]);
-        end_worker(&workers[k]);
-    }
-    return status;
 }
 
 static perp_status check(perp_context *context, const batch *b, const double *z, int32_t threads)
@@ -252,35 +187,49 @@ static void layout(perp__arena *arena, void *object)
 /* All answers into the arena's arrays; with n = 0 or count = 0 there is nothing but outcomes. */
 static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
 {
+    const int64_t stride = b->kernel ? b->kernel->width : 1;
+    const int64_t count = b->data.count, groups = (count + stride - 1) / stride;
+    const size_t n = (size_t)b->data.n, all = (size_t)count * n;
     batch_worker *workers;
-    perp_status status;
+    perp_status status = perp__arena_fit(arena, b->context, layout, b);
 
-    status = perp__arena_fit(arena, b->context, layout, b);
     if (status != PERP_OK)
         return status;
     workers = perp__allocate(b->context, (size_t)threads, sizeof *workers);
     if (!workers)
         return perp__fail_memory(b->context, "the threads");
     status = perp__tasks_create(b->context, &b->tasks, threads, NULL, NULL);
-    PERP__THEN(status, run(b, workers, threads));
+    /* 1. Every thread gets a run of whole groups. */
+    memset(workers, 0, (size_t)threads * sizeof *workers);
+    for (int32_t k = 0; k < threads && status == PERP_OK; k++) {
+        const int64_t end = stride * (groups * (k + 1) / threads);
+
+        workers[k].batch = b;
+        workers[k].first = stride * (groups * k / threads);
+        workers[k].end = end < count ? end : count;
+        perp__tasks_context(b->tasks, &workers[k].context);
+    }
+    if (status == PERP_OK)
+        perp__tasks_run(b->tasks, work, workers);
+    /* 2. The first failure, for the caller. What is not finite is named as an entry of the caller's
+     * arrays; to look for it before it is met would cost a pass over all the data. */
+    for (int32_t k = 0; k < threads && status == PERP_OK; k++) {
+        const perp_status failed = workers[k].status;
+
+        if (failed == PERP_ERROR_NOT_FINITE)
+            status = perp__check_finite(b->context, "M", b->data.M, all * n);
+        if (failed == PERP_ERROR_NOT_FINITE && status == PERP_OK)
+            status = perp__check_finite(b->context, "q", b->data.q, all);
+        if (failed != PERP_OK && status == PERP_OK)
+            status = perp__fail(b->context, failed, "%s", workers[k].context.message);
+    }
+    for (int32_t k = 0; k < threads; k++) {
+        perp__lcp_destroy(workers[k].solver);
+        perp__arena_release(&workers[k].arena);
+    }
     perp__tasks_destroy(b->tasks);
     perp__release(b->context, workers);
     return status;
-}
-
-static void write_out(const batch *b, double *z, double *w, int32_t *outcomes, double *residuals)
-{
-    const size_t count = (size_t)b->data.count, bytes = count * (size_t)b->data.n * sizeof(double);
-
-    if (bytes > 0) {
-        memcpy(z, b->answers.z, bytes);
-        if (w)
-            memcpy(w, b->answers.w, bytes);
-    }
-    if (outcomes && count > 0)
-        memcpy(outcomes, b->answers.outcomes, count * sizeof *outcomes);
-    if (residuals && count > 0)
-        memcpy(residuals, b->answers.residuals, count * sizeof *residuals);
 }
 
 perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t *outcomes,
@@ -290,19 +239,18 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
 {
     perp_lcp_settings own;
     perp__arena arena = {0};
-    batch b = {0};
+    batch b = {.context = context, .settings = &own, .wants_w = w != NULL};
+    size_t bytes;
     perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
-    b.context = context;
     b.data.count = count;
     b.data.n = n;
     b.data.M = M;
     b.data.q = q;
     b.data.lower = lower;
     b.data.upper = upper;
-    b.wants_w = w != NULL;
     status = perp__lcp_settings_read(context, &own, settings);
     PERP__THEN(status, check(context, &b, z, threads));
     if (status == PERP_OK) {
@@ -310,15 +258,23 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
             b.deadline = perp__now() + own.time_limit;
         own.time_limit = 0.0;
         own.monitor = NULL;
-        b.settings = &own;
         b.data.scaling = own.scaling;
         b.data.max_iterations = own.max_iterations;
         if (own.method == PERP_LCP_AUTO && n > 0 && n <= PERP__BATCH_LARGEST)
             b.kernel = perp__batch_kernel_number(0);
         status = solve_all(&b, &arena, threads);
     }
-    if (status == PERP_OK)
-        write_out(&b, z, w, outcomes, residuals);
+    if (status == PERP_OK && count > 0) {
+        bytes = (size_t)count * (size_t)n * sizeof(double);
+        if (bytes > 0)
+            memcpy(z, b.answers.z, bytes);
+        if (w && bytes > 0)
+            memcpy(w, b.answers.w, bytes);
+        if (outcomes)
+            memcpy(outcomes, b.answers.outcomes, (size_t)count * sizeof *outcomes);
+        if (residuals)
+            memcpy(residuals, b.answers.residuals, (size_t)count * sizeof *residuals);
+    }
     perp__arena_release(&arena);
     return perp__leave(context, status);
 }

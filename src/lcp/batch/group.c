@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/doubled.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
 
@@ -36,7 +37,7 @@ void perp__batch_group_layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, all, &g->M, &g->LU);
     PERP__DOUBLES(arena, row, &g->q, &g->lower, &g->upper, &g->z_unit, &g->w_unit, &g->size,
                   &g->norm, &g->active, &g->rest, &g->target, &g->change, &g->inverse, &g->z,
-                  &g->high, &g->low);
+                  &g->high);
     PERP__DOUBLES(arena, (size_t)g->width, &g->tested, &g->own);
 }
 
@@ -60,32 +61,18 @@ static void interleave(size_t entries, int32_t width, double *into, const double
         interleave_loops(entries, (size_t)width, into, from);
 }
 
-static uint64_t bits_of(double value)
+/* floor(log2 |value|) of a normal number; -1023 of 0 and of what is smaller. */
+static int32_t binary_exponent(double value)
 {
     uint64_t bits;
 
     memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
-/* floor(log2 |value|) of a normal number; -1023 of 0 and of what is smaller. */
-static int32_t binary_exponent(double value)
-{
-    return (int32_t)(bits_of(value) >> 52 & 0x7ff) - 1023;
+    return (int32_t)(bits >> 52 & 0x7ff) - 1023;
 }
 
 static uint64_t bits_of_power(int32_t e)
 {
     return (uint64_t)(e + 1023) << 52;
-}
-
-/* As unit_diagonal of linalg/scale.c for normal numbers: their half exponents never reach its
- * limits. */
-static int32_t unit_diagonal(double diagonal)
-{
-    const int32_t p = binary_exponent(diagonal) + 1;
-
-    return -((p - (p & 1)) / 2);
 }
 
 /* The units of the tested residual. Returns 0 where the kernel must leave the problem to a solver:
@@ -100,7 +87,10 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     for (size_t i = 0; i < n; i++) {
         const double diagonal = g->M[(i * n + i) * width + lane];
         const double q = g->q[i * width + lane];
-        const int32_t e = scaling ? unit_diagonal(diagonal) : 0, p = binary_exponent(q);
+        /* as unit_diagonal of linalg/scale.c for normal numbers: their half exponents never reach
+         * its limits */
+        const int32_t twice_e = binary_exponent(diagonal) + 1, p = binary_exponent(q);
+        const int32_t e = scaling ? -((twice_e - (twice_e & 1)) / 2) : 0;
 
         takes &= diagonal >= DBL_MIN && (p > -1023 || q == 0.0);
         exponents[i] = e;
@@ -123,41 +113,10 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     return takes;
 }
 
-/* z starts at its lower bound, else at its upper one; where it has neither, it is active. */
-static void read_bounds(perp__batch_group *g, const perp__batch_data *data, int64_t problem,
-                        size_t lane)
-{
-    const size_t n = (size_t)g->n, width = (size_t)g->width;
-    const size_t at = (size_t)problem * n;
-
-    for (size_t i = 0; i < n; i++) {
-        const double low = data->lower ? data->lower[at + i] : 0.0;
-        const double up = data->upper ? data->upper[at + i] : INFINITY;
-        const int32_t is_free = low == -INFINITY && up == INFINITY;
-
-        g->has_free |= is_free;
-        g->lower[i * width + lane] = low;
-        g->upper[i * width + lane] = up;
-        g->active[i * width + lane] = is_free;
-        g->rest[i * width + lane] = is_free ? 0.0 : low > -INFINITY ? low : up;
-    }
-}
-
-/* The same for all lanes where there are no bounds but 0. */
-static void start_at_zero(perp__batch_group *g)
-{
-    const size_t all = (size_t)g->n * (size_t)g->width;
-
-    for (size_t i = 0; i < all; i++) {
-        g->lower[i] = g->active[i] = g->rest[i] = 0.0;
-        g->upper[i] = INFINITY;
-    }
-}
-
 void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *data, int64_t first,
                             int32_t *takes)
 {
-    const size_t n = (size_t)group->n;
+    const size_t n = (size_t)group->n, width = (size_t)group->width;
     const double *M[8] = {NULL}, *q[8] = {NULL};
 
     group->has_free = 0;
@@ -165,16 +124,29 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
                              ? data->max_iterations
                              : PERP__BATCH_ROUNDS;
     group->rests_at_zero = !data->lower && !data->upper;
-    for (int32_t k = 0; k < group->width; k++) {
-        const int64_t problem = first + k < data->count ? first + k : data->count - 1;
-
-        M[k] = data->M + (size_t)problem * n * n;
-        q[k] = data->q + (size_t)problem * n;
-        if (!group->rests_at_zero)
-            read_bounds(group, data, problem, (size_t)k);
+    for (size_t i = 0; i < n * width && group->rests_at_zero; i++) {
+        group->lower[i] = group->active[i] = group->rest[i] = 0.0;
+        group->upper[i] = INFINITY;
     }
-    if (group->rests_at_zero)
-        start_at_zero(group);
+    for (size_t k = 0; k < width; k++) {
+        const int64_t own = first + (int64_t)k;
+        const size_t problem = (size_t)(own < data->count ? own : data->count - 1);
+
+        M[k] = data->M + problem * n * n;
+        q[k] = data->q + problem * n;
+        /* z starts at its lower bound, else at its upper one; where it has neither, it is active */
+        for (size_t i = 0; i < n && !group->rests_at_zero; i++) {
+            const double low = data->lower ? data->lower[problem * n + i] : 0.0;
+            const double up = data->upper ? data->upper[problem * n + i] : INFINITY;
+            const int32_t is_free = low == -INFINITY && up == INFINITY;
+
+            group->has_free |= is_free;
+            group->lower[i * width + k] = low;
+            group->upper[i * width + k] = up;
+            group->active[i * width + k] = is_free;
+            group->rest[i * width + k] = is_free ? 0.0 : low > -INFINITY ? low : up;
+        }
+    }
     interleave(n * n, group->width, group->M, M);
     interleave(n, group->width, group->q, q);
     for (int32_t k = 0; k < group->width; k++)

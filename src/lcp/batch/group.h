@@ -23,7 +23,7 @@ typedef struct perp__batch_group {
     double *target;          /* where z_i goes if it leaves the active set */
     double *change;          /* 1 where index i violates its place */
     double *inverse;         /* of LU's pivots */
-    double *z, *high, *low;  /* the point and w = M z + q in doubled precision */
+    double *z, *high;        /* the point and w = M z + q, rounded from doubled precision */
     double *tested;          /* one vector: the tested residual, +inf where the kernel gave up */
     double *own;             /* one vector: at least the own residual of every row; +inf where more
                                 must be looked at to say: numbers that are not finite or too large,

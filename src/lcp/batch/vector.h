@@ -226,36 +226,21 @@ static TARGET lanes NAME(find_set)(const perp__batch_group *g)
     return pick(less(half, add(count, not_finite)), one, bad);
 }
 
-/* high + low = M z + q in doubled precision (Ogita, Rump & Oishi 2005, algorithm 5.3), high rounded
- * from the pair. */
+/* high := M z + q, rounded from doubled precision (Ogita, Rump & Oishi 2005, algorithm 5.3). */
 static TARGET void NAME(multiply_doubled)(const perp__batch_group *g)
 {
     const size_t n = (size_t)g->n;
     const double *const M = g->M;
     double *const high_out = g->high;
-    double *const low_out = g->low;
     const double *const q = g->q;
     const double *const z = g->z;
 
     for (size_t i = 0; i < n; i++) {
-        lanes high = load(q + i * LANES), low = spread(0.0), sum, part;
+        lanes high = load(q + i * LANES), low = spread(0.0);
 
-        for (size_t j = 0; j < n; j++) {
-            const lanes a = load(M + (i * n + j) * LANES), x = load(z + j * LANES);
-            const lanes product = multiply(a, x);
-            const lanes product_error = minus_fused(product, a, x); /* its negative */
-            lanes sum_error;
-
-            sum = add(high, product);
-            part = subtract(sum, high);
-            sum_error = add(subtract(high, subtract(sum, part)), subtract(product, part));
-            low = add(low, subtract(sum_error, product_error));
-            high = sum;
-        }
-        sum = add(high, low);
-        part = subtract(sum, high);
-        store(low_out + i * LANES, add(subtract(high, subtract(sum, part)), subtract(low, part)));
-        store(high_out + i * LANES, sum);
+        for (size_t j = 0; j < n; j++)
+            PERP__ACCUMULATE(high, low, load(M + (i * n + j) * LANES), load(z + j * LANES));
+        store(high_out + i * LANES, add(high, low));
     }
 }
 

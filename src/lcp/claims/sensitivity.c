@@ -55,76 +55,34 @@ static void layout(perp__arena *arena, void *object)
     s->rows = perp__arena_take(arena, uses_csc(s) ? entries : 0, sizeof(int32_t));
 }
 
-static void collect(perp_lcp_sensitivity *s)
+/* Factors block := D_A M_AA D_A and finds its condition number: 1 if it is empty, +inf if it is
+ * singular. */
+static perp_status factor(perp_lcp_sensitivity *s, double *condition)
 {
-    int32_t i, count = 0;
-
-    memcpy(s->places, s->solver->places, (size_t)s->n);
-    for (i = 0; i < s->n; i++) {
-        s->position[i] = -1;
-        if (s->places[i] == PERP__BETWEEN) {
-            s->position[i] = count;
-            s->active[count++] = i;
-        }
-    }
-}
-
-/* block := D_A M_AA D_A */
-static perp__square fill(perp_lcp_sensitivity *s)
-{
-    const double *d = s->solver->factors;
+    const int32_t sparse = uses_csc(s);
+    const perp__factor_type *type = sparse ? &perp__factor_klu : &perp__factor_lapack;
     const perp__index_set block = {s->count, s->active, s->position};
-    const perp__square A = {s->count, s->block, uses_csc(s) ? s->starts : NULL, s->rows};
+    const perp__square A = {s->count, s->block, sparse ? s->starts : NULL, s->rows};
+    const double *d = s->solver->factors;
+    perp_status status;
 
-    if (uses_csc(s))
+    if (sparse)
         perp__principal_csc(&s->solver->M, &block, s->starts, s->rows, s->block);
     else
         perp__principal_dense(&s->solver->M, &block, s->block, 1, (size_t)s->count);
     for (int32_t c = 0; c < s->count; c++) {
-        const int32_t from = uses_csc(s) ? s->starts[c] : 0;
-        const int32_t to = uses_csc(s) ? s->starts[c + 1] : s->count;
-        double *column = uses_csc(s) ? s->block : s->block + (size_t)c * (size_t)s->count;
+        const int32_t from = sparse ? s->starts[c] : 0, to = sparse ? s->starts[c + 1] : s->count;
+        double *column = sparse ? s->block : s->block + (size_t)c * (size_t)s->count;
 
         for (int32_t k = from; k < to; k++)
-            column[k] *= d[s->active[uses_csc(s) ? s->rows[k] : k]] * d[s->active[c]];
+            column[k] *= d[s->active[sparse ? s->rows[k] : k]] * d[s->active[c]];
     }
-    return A;
-}
-
-/* The condition number of the scaled block: 1 if it is empty, +inf if it is singular. */
-static perp_status factor(perp_lcp_sensitivity *s, double *condition)
-{
-    const perp__factor_type *type = uses_csc(s) ? &perp__factor_klu : &perp__factor_lapack;
-    const perp__square A = fill(s);
-    perp_status status = perp__kept_factor_analyse(&s->kept, s->context, type, &A);
-
     *condition = INFINITY;
+    status = perp__kept_factor_analyse(&s->kept, s->context, type, &A);
     PERP__THEN(status, type->factor(s->kept.factor, &A, 0));
     if (status == PERP_OK)
         *condition = 1.0 / type->condition(s->kept.factor, &A);
     return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
-}
-
-/* The row with the largest tested residual. */
-static int32_t find_worst(const perp_lcp_solver *solver)
-{
-    double largest = -1.0;
-    int32_t worst = -1, i;
-
-    for (i = 0; i < solver->n; i++) {
-        const double w = perp__w_scaled(solver, i, solver->w_high[i]);
-        const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
-        const double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
-        const double residual = fabs(perp__mid(0.0, -above, -below, w));
-
-        if (!(residual <= largest)) {
-            largest = residual;
-            worst = i;
-        }
-        if (isnan(residual))
-            break;
-    }
-    return worst;
 }
 
 int32_t perp__lcp_verdict(int32_t good, double condition, double margin, double tol)
@@ -148,28 +106,41 @@ perp_status perp__lcp_check_verdict(perp_context *context, const char *name, con
                         perp_lcp_verdict_text(verdict));
 }
 
+/* Margin, verdict, and the row that decides. */
 static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
                   const perp__evaluation *worth)
 {
-    const perp__evidence evidence = perp__lcp_evidence(s->solver, worth, 1.0);
-    int32_t i, least = -1;
+    perp_lcp_solver *solver = s->solver;
+    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+    const int32_t good = perp__is_good(perp__gate(&evidence, solver->settings.tol, -1));
+    double largest = -1.0;
+    int32_t least = -1, worst = -1;
 
     info->margin = INFINITY;
-    for (i = 0; i < s->n && !isnan(info->margin); i++) {
-        const double margin = perp__margin_of(s->solver, i);
+    for (int32_t i = 0; i < s->n && !isnan(info->margin); i++) {
+        const double margin = perp__margin_of(solver, i);
 
         if (!(margin >= info->margin)) {
             info->margin = margin;
             least = i;
         }
     }
-    info->verdict =
-        perp__lcp_verdict(perp__is_good(perp__gate(&evidence, s->solver->settings.tol, -1)),
-                          info->condition, info->margin, s->solver->settings.tol);
-    info->index = info->verdict == PERP_VERDICT_NOT_A_SOLUTION ? find_worst(s->solver)
+    for (int32_t i = 0; i < s->n && !isnan(largest); i++) { /* the largest tested residual */
+        const double w = perp__w_scaled(solver, i, solver->w_high[i]);
+        const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
+        const double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
+        const double residual = fabs(perp__mid(0.0, -above, -below, w));
+
+        if (!(residual <= largest)) {
+            largest = residual;
+            worst = i;
+        }
+    }
+    s->verdict = info->verdict =
+        perp__lcp_verdict(good, info->condition, info->margin, solver->settings.tol);
+    info->index = info->verdict == PERP_VERDICT_NOT_A_SOLUTION ? worst
                   : info->verdict == PERP_VERDICT_DEGENERATE   ? least
                                                                : -1;
-    s->verdict = info->verdict;
 }
 
 /* Reads the index set, factors its block, finds verdict, index, margin and condition. PERP_OK or
@@ -177,22 +148,28 @@ static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
 static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info)
 {
     const perp__evaluation worth = perp__evaluate(s->solver);
+    const int8_t *places = s->solver->places;
+    int32_t count = 0;
     perp_status status;
 
     perp__read_places(s->solver, s->solver->places);
-    s->count = 0;
     for (int32_t i = 0; i < s->n; i++)
-        s->count += s->solver->places[i] == PERP__BETWEEN;
+        count += places[i] == PERP__BETWEEN;
+    s->count = info->active = count;
     status = perp__arena_fit(&s->arena, s->context, layout, s);
     if (status != PERP_OK)
         return status;
-    collect(s);
+    count = 0;
+    for (int32_t i = 0; i < s->n; i++) {
+        s->places[i] = places[i];
+        s->position[i] = places[i] == PERP__BETWEEN ? count : -1;
+        if (places[i] == PERP__BETWEEN)
+            s->active[count++] = i;
+    }
     status = factor(s, &info->condition);
-    if (status != PERP_OK)
-        return status;
-    info->active = s->count;
-    judge(s, info, &worth);
-    return PERP_OK;
+    if (status == PERP_OK)
+        judge(s, info, &worth);
+    return status;
 }
 
 /* x_A := M_AA^-1 x_A, or its transpose; x has n entries, the others are not touched. */
@@ -221,62 +198,42 @@ static void release(void *object)
 
 static const perp__kind kind = {"sensitivities", sizeof(perp_lcp_sensitivity), release};
 
-/* What a caller gives. */
-typedef struct claim {
-    const perp_lcp_settings *settings;
-    const perp_matrix *M;
-    const double *q, *lower, *upper, *z;
-} claim;
-
-/* Takes the problem into a solver of its own, and z as the point that is evaluated. */
-static perp_status take_problem(perp_lcp_sensitivity *s, const claim *given)
-{
-    perp_status status = perp__lcp_create(s->context, &s->solver, given->settings);
-
-    PERP__THEN(status, perp__lcp_setup(s->solver, given->M, given->lower, given->upper));
-    if (status != PERP_OK)
-        return status;
-    s->n = s->solver->n;
-    status = perp__check_vector(s->context, "q", given->q, (size_t)s->n);
-    PERP__THEN(status, perp__check_vector(s->context, "z", given->z, (size_t)s->n));
-    if (status != PERP_OK)
-        return status;
-    perp__scale_problem(s->solver, given->q);
-    if (s->n > 0)
-        memcpy(s->solver->z, given->z, (size_t)s->n * sizeof(double));
-    return PERP_OK;
-}
-
-static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitivity,
-                          perp_lcp_sensitivity_info *info, const claim *given)
-{
-    perp_lcp_sensitivity_info own = {0};
-    perp_lcp_sensitivity *made;
-    perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
-
-    PERP__THEN(status, PERP__CHECK(perp_lcp_sensitivity_info, context, info));
-    if (status != PERP_OK)
-        return status;
-    made = perp__handle_create(context, &kind);
-    if (!made)
-        return PERP_ERROR_MEMORY;
-    status = take_problem(made, given);
-    PERP__THEN(status, prepare(made, &own));
-    if (status == PERP_OK)
-        perp__struct_write(info, &own, sizeof own);
-    PERP__HAND_OUT(status, made, sensitivity);
-    return status;
-}
-
 perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitivity **sensitivity,
                                         perp_lcp_sensitivity_info *info,
                                         const perp_lcp_settings *settings, const perp_matrix *M,
                                         const double *q, const double *lower, const double *upper,
                                         const double *z)
 {
-    const claim given = {settings, M, q, lower, upper, z};
+    perp_lcp_sensitivity_info own = {0};
+    perp_lcp_sensitivity *made = NULL;
+    perp_status status = perp__enter(context);
 
-    return PERP__CALL(perp__enter(context), context, create(context, sensitivity, info, &given));
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "sensitivity", sensitivity);
+    PERP__THEN(status, PERP__CHECK(perp_lcp_sensitivity_info, context, info));
+    if (status == PERP_OK) {
+        made = perp__handle_create(context, &kind);
+        status = made ? PERP_OK : PERP_ERROR_MEMORY;
+    }
+    /* 1. The problem goes into a solver of its own; z is the point that is evaluated. */
+    PERP__THEN(status, perp__lcp_create(context, &made->solver, settings));
+    PERP__THEN(status, perp__lcp_setup(made->solver, M, lower, upper));
+    if (status == PERP_OK)
+        made->n = made->solver->n;
+    PERP__THEN(status, perp__check_vector(context, "q", q, (size_t)made->n));
+    PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)made->n));
+    if (status == PERP_OK) {
+        perp__scale_problem(made->solver, q);
+        perp__copy(made->solver->z, z, made->n);
+        status = prepare(made, &own);
+    }
+    /* 2. The handle. */
+    if (status == PERP_OK)
+        perp__struct_write(info, &own, sizeof own);
+    if (made)
+        PERP__HAND_OUT(status, made, sensitivity);
+    return perp__leave(context, status);
 }
 
 void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)
@@ -296,29 +253,8 @@ static perp_status check_verdict(const perp_lcp_sensitivity *s)
     return perp__lcp_check_verdict(s->context, "z", "block", s->verdict);
 }
 
-/* rhs := dM z + M_.N dz_N + dq, dz_N := the movement of the bounds */
-static void find_rhs(perp_lcp_sensitivity *s, const perp__matrix *dM, const double *dq,
-                     const double *dlower, const double *dupper)
-{
-    if (s->n == 0)
-        return;
-    for (int32_t i = 0; i < s->n; i++) {
-        const double *moved = s->places[i] == PERP__BETWEEN    ? NULL
-                              : s->places[i] == PERP__AT_UPPER ? dupper
-                                                               : dlower;
-
-        s->move[i] = moved ? moved[i] : 0.0;
-    }
-    perp__multiply(&s->solver->M, s->move, s->rhs);
-    for (int32_t i = 0; dq && i < s->n; i++)
-        s->rhs[i] += dq[i];
-    if (dM) {
-        perp__multiply(dM, s->solver->z, s->product);
-        for (int32_t i = 0; i < s->n; i++)
-            s->rhs[i] += s->product[i];
-    }
-}
-
+/* move := dz: rhs := dM z + M_.N dz_N + dq with dz_N the movement of the bounds, then
+ * dz_A = -M_AA^-1 rhs_A. */
 static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq,
                            const perp_matrix *dM, const double *dlower, const double *dupper)
 {
@@ -332,14 +268,28 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
     PERP__THEN(status, perp__check_finite(s->context, "dupper", dupper, (size_t)s->n));
     if (status == PERP_OK && dM)
         status = perp__matrix_read_sized(s->context, "dM", &own, dM, s->n, s->n);
-    if (status != PERP_OK)
+    if (status != PERP_OK || s->n == 0)
         return status;
-    find_rhs(s, dM ? &own : NULL, dq, dlower, dupper);
+    for (int32_t i = 0; i < s->n; i++) {
+        const double *moved = s->places[i] == PERP__BETWEEN    ? NULL
+                              : s->places[i] == PERP__AT_UPPER ? dupper
+                                                               : dlower;
+
+        s->move[i] = moved ? moved[i] : 0.0;
+    }
+    perp__multiply(&s->solver->M, s->move, s->rhs);
+    for (int32_t i = 0; dq && i < s->n; i++)
+        s->rhs[i] += dq[i];
+    if (dM) {
+        perp__multiply(&own, s->solver->z, s->product);
+        for (int32_t i = 0; i < s->n; i++)
+            s->rhs[i] += s->product[i];
+    }
     solve(s, s->rhs, 0);
     for (int32_t k = 0; k < s->count; k++)
         s->move[s->active[k]] = -s->rhs[s->active[k]];
     status = perp__check_finite(s->context, "dz", s->move, (size_t)s->n);
-    if (status == PERP_OK && s->n > 0)
+    if (status == PERP_OK)
         memcpy(dz, s->move, (size_t)s->n * sizeof *dz);
     return status;
 }

@@ -68,97 +68,80 @@ static void layout(perp__arena *arena, void *object)
     }
 }
 
-/* values := D M D, columns one after the other */
-static void scale_matrix(perp__verify *v, const perp__matrix *M)
-{
-    const int32_t *e = v->exponents;
-
-    for (int32_t j = 0; j < v->n; j++) {
-        double *column = v->values + (size_t)j * (size_t)v->n;
-        const double *from = M->values + (size_t)j * M->column_stride;
-
-        if (M->column_starts)
-            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-                v->values[k] = M->values[k] * perp__power_of_two(e[M->row_indices[k]] + e[j]);
-        else
-            for (int32_t i = 0; i < v->n; i++)
-                column[i] = from[(size_t)i * M->row_stride] * perp__power_of_two(e[i] + e[j]);
-    }
-    v->M = *M;
-    v->M.values = v->values;
-    if (!M->column_starts) {
-        v->M.row_stride = 1;
-        v->M.column_stride = (size_t)v->n;
-    }
-}
-
-/* The power of two near max |D q|; only the size of the numbers depends on it. */
-static int32_t find_omega(const perp__verify *v, const double *q)
-{
-    int32_t largest = 0, found = 0, i;
-
-    for (i = 0; i < v->n; i++) {
-        int exponent;
-
-        if (q[i] == 0.0)
-            continue;
-        frexp(q[i], &exponent);
-        exponent += v->exponents[i];
-        if (!found || exponent > largest)
-            largest = exponent;
-        found = 1;
-    }
-    return largest;
-}
-
-/* The natural map's reading: the side of z - w on which z lies, in scaled units. */
-static int8_t read_place(const perp__verify *v, int32_t i)
-{
-    const double l = v->lower_caller ? v->lower_caller[i] : 0.0;
-    const double u = v->upper_caller ? v->upper_caller[i] : INFINITY;
-
-    if (perp__is_same(l, u))
-        return PERP__FIXED;
-    if (isfinite(l) && v->z[i] - v->lower[i] <= v->w_high[i])
-        return PERP__AT_LOWER;
-    if (isfinite(u) && v->z[i] - v->upper[i] >= v->w_high[i])
-        return PERP__AT_UPPER;
-    return PERP__BETWEEN;
-}
-
+/* The index set that z shows by the natural map: the side of z - w on which it lies. */
 static void read_places(perp__verify *v)
 {
     perp__multiply_doubled(&v->M, v->z, v->q, v->w_high, v->w_low);
     v->count = 0;
     for (int32_t i = 0; i < v->n; i++) {
-        v->places[i] = read_place(v, i);
+        const double l = v->lower_caller ? v->lower_caller[i] : 0.0;
+        const double u = v->upper_caller ? v->upper_caller[i] : INFINITY;
+        int8_t place = PERP__BETWEEN;
+
+        if (perp__is_same(l, u))
+            place = PERP__FIXED;
+        else if (isfinite(l) && v->z[i] - v->lower[i] <= v->w_high[i])
+            place = PERP__AT_LOWER;
+        else if (isfinite(u) && v->z[i] - v->upper[i] >= v->w_high[i])
+            place = PERP__AT_UPPER;
+        v->places[i] = place;
         v->position[i] = -1;
-        v->high[i] = v->places[i] == PERP__AT_UPPER  ? v->upper[i]
-                     : v->places[i] == PERP__BETWEEN ? v->z[i]
-                                                     : v->lower[i];
+        v->high[i] = place == PERP__AT_UPPER  ? v->upper[i]
+                     : place == PERP__BETWEEN ? v->z[i]
+                                              : v->lower[i];
         v->low[i] = 0.0;
-        if (v->places[i] == PERP__BETWEEN) {
+        if (place == PERP__BETWEEN) {
             v->position[i] = v->count;
             v->active[v->count++] = i;
         }
     }
 }
 
-/* Scales everything by powers of two and reads the index set off z. */
-static void scale_problem(perp__verify *v, const perp__matrix *M, const double *q)
+/* Scales everything by powers of two. */
+static void scale_problem(perp__verify *v, const double *q)
 {
-    perp__equilibrate(M, 1, v->exponents, v->width, v->work);
-    v->omega = find_omega(v, q);
-    scale_matrix(v, M);
-    for (int32_t i = 0; i < v->n; i++) {
-        const int32_t e = v->exponents[i];
+    const perp__matrix M = v->M;
+    const int32_t *e = v->exponents;
+    int32_t found = 0;
 
-        v->q[i] = ldexp(q[i], e - v->omega);
-        v->z[i] = ldexp(v->z_caller[i], -e - v->omega);
-        v->lower[i] = ldexp(v->lower_caller ? v->lower_caller[i] : 0.0, -e - v->omega);
-        v->upper[i] = ldexp(v->upper_caller ? v->upper_caller[i] : INFINITY, -e - v->omega);
+    /* 1. omega: the power of two near max |D q|; only the size of the numbers depends on it. */
+    perp__equilibrate(&M, 1, v->exponents, v->width, v->work);
+    v->omega = 0;
+    for (int32_t i = 0; i < v->n; i++) {
+        int exponent;
+
+        if (q[i] == 0.0)
+            continue;
+        frexp(q[i], &exponent);
+        exponent += e[i];
+        if (!found || exponent > v->omega)
+            v->omega = exponent;
+        found = 1;
     }
-    read_places(v);
+    /* 2. values := D M D, columns one after the other */
+    for (int32_t j = 0; j < v->n; j++) {
+        double *column = v->values + (size_t)j * (size_t)v->n;
+        const double *from = M.values + (size_t)j * M.column_stride;
+
+        if (M.column_starts)
+            for (int32_t k = M.column_starts[j]; k < M.column_starts[j + 1]; k++)
+                v->values[k] = M.values[k] * perp__power_of_two(e[M.row_indices[k]] + e[j]);
+        else
+            for (int32_t i = 0; i < v->n; i++)
+                column[i] = from[(size_t)i * M.row_stride] * perp__power_of_two(e[i] + e[j]);
+    }
+    v->M.values = v->values;
+    if (!M.column_starts) {
+        v->M.row_stride = 1;
+        v->M.column_stride = (size_t)v->n;
+    }
+    /* 3. The vectors. */
+    for (int32_t i = 0; i < v->n; i++) {
+        v->q[i] = ldexp(q[i], e[i] - v->omega);
+        v->z[i] = ldexp(v->z_caller[i], -e[i] - v->omega);
+        v->lower[i] = ldexp(v->lower_caller ? v->lower_caller[i] : 0.0, -e[i] - v->omega);
+        v->upper[i] = ldexp(v->upper_caller ? v->upper_caller[i] : INFINITY, -e[i] - v->omega);
+    }
 }
 
 /* ---- the enclosure: the equations of the index set are solved to doubled precision, and what is
@@ -186,38 +169,6 @@ static void find_w(perp__verify *v)
         v->w[i] = v->w_high[i] + (v->w_low[i] + v->w[i]);
 }
 
-/* step := M_AA^-1 w_A, approximately; returns its largest entry. */
-static double find_step(perp__verify *v)
-{
-    double largest = 0.0;
-
-    for (int32_t k = 0; k < v->count; k++)
-        v->middle[k] = v->w[v->active[k]];
-    if (v->uses_dense) {
-        perp__verified_apply(&v->dense, v->middle, v->step);
-    } else {
-        memcpy(v->step, v->middle, (size_t)v->count * sizeof *v->step);
-        perp__factor_klu.solve(v->dominance.kept.factor, v->step, 0);
-    }
-    for (int32_t k = 0; k < v->count; k++)
-        largest = perp__larger(largest, fabs(v->step[k]));
-    return largest;
-}
-
-/* high + low -= step */
-static void take_step(perp__verify *v)
-{
-    for (int32_t k = 0; k < v->count; k++) {
-        const int32_t i = v->active[k];
-        const double low = v->low[i] - v->step[k];
-        const double sum = v->high[i] + low;
-        const double part = sum - v->high[i];
-
-        v->low[i] = (v->high[i] - (sum - part)) + (low - part);
-        v->high[i] = sum;
-    }
-}
-
 /* Any point will do for the proof; the nearer, the narrower the interval. */
 static void refine(perp__verify *v)
 {
@@ -225,46 +176,61 @@ static void refine(perp__verify *v)
 
     find_w(v);
     for (int32_t round = 0; round < PERP__REFINEMENTS && v->count > 0; round++) {
-        const double largest = find_step(v);
+        double largest = 0.0;
 
+        /* 1. step := M_AA^-1 w_A, approximately */
+        for (int32_t k = 0; k < v->count; k++)
+            v->middle[k] = v->w[v->active[k]];
+        if (v->uses_dense) {
+            perp__verified_apply(&v->dense, v->middle, v->step);
+        } else {
+            memcpy(v->step, v->middle, (size_t)v->count * sizeof *v->step);
+            perp__factor_klu.solve(v->dominance.kept.factor, v->step, 0);
+        }
+        for (int32_t k = 0; k < v->count; k++)
+            largest = perp__larger(largest, fabs(v->step[k]));
         if (!(largest < 0.5 * last) || largest == 0.0)
             break;
-        take_step(v);
+        /* 2. high + low -= step */
+        for (int32_t k = 0; k < v->count; k++) {
+            const int32_t i = v->active[k];
+            const double low = v->low[i] - v->step[k];
+            const double sum = v->high[i] + low;
+            const double part = sum - v->high[i];
+
+            v->low[i] = (v->high[i] - (sum - part)) + (low - part);
+            v->high[i] = sum;
+        }
         find_w(v);
         last = largest;
     }
 }
 
-/* width: the error of the product in doubled precision, of the one with `low`, of adding the three,
- * of underflow. */
-static void find_width(perp__verify *v)
+/* width, delta and spread, from the bounds of |M_AA^-1 w_A|. False if nothing was proved. */
+static int32_t find_delta(perp__verify *v)
 {
     const double n = v->n;
     const double sizes = perp__sum_of_sizes(v->high, v->n) + perp__sum_of_sizes(v->low, v->n);
     double *products = v->delta, *ones = v->delta;
+    int32_t i, k, proved = 1;
 
-    for (int32_t i = 0; i < v->n; i++)
+    /* 1. width: the error of the product in doubled precision, of the one with `low`, of adding
+     * the three, of underflow. */
+    for (i = 0; i < v->n; i++)
         ones[i] = 1.0;
     perp__multiply_absolute(&v->M, ones, v->width);
-    for (int32_t i = 0; i < v->n; i++)
+    for (i = 0; i < v->n; i++)
         v->width[i] = DBL_MIN * (16.0 * (n + 1.0) + 2.0 * (sizes + v->width[i]));
     perp__multiply_absolute(&v->M, v->high, products);
-    for (int32_t i = 0; i < v->n; i++)
+    for (i = 0; i < v->n; i++)
         v->width[i] += perp__doubled_error(v->n) * (products[i] + fabs(v->q[i]));
     perp__multiply_absolute(&v->M, v->low, products);
-    for (int32_t i = 0; i < v->n; i++) {
+    for (i = 0; i < v->n; i++) {
         v->width[i] += PERP__GAMMA(n + 8.0) * (products[i] + fabs(v->w_low[i])) +
                        PERP__GAMMA(2.0) * fabs(v->w[i]);
         v->width[i] = perp__raise(v->width[i], 4.0 * n + 8.0);
     }
-}
-
-/* delta and spread, from the bounds of |M_AA^-1 w_A|. False if nothing was proved. */
-static int32_t find_delta(perp__verify *v)
-{
-    int32_t i, k, proved = 1;
-
-    find_width(v);
+    /* 2. The interval around the active variables, and how far the others' w move with it. */
     for (k = 0; k < v->count; k++) {
         v->middle[k] = v->w[v->active[k]];
         v->margin[k] = v->width[v->active[k]];
@@ -304,38 +270,30 @@ static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
     return PERP_OK;
 }
 
-static perp_status enclose_sparse(perp__verify *v, int32_t *verdict)
-{
-    const perp__index_set block = {v->count, v->active, v->position};
-    perp_status status;
-
-    v->uses_dense = 0;
-    perp__principal_csc(&v->M, &block, v->starts, v->rows, v->block);
-    v->dominance.n = v->dominance.A.n = v->count;
-    v->dominance.A.values = v->block;
-    v->dominance.A.column_starts = v->starts;
-    v->dominance.A.row_indices = v->rows;
-    status = perp__dominance_factor(&v->dominance, v->context);
-    *verdict = PERP_VERDICT_SINGULAR;
-    if (status == PERP_OK) {
-        refine(v);
-        if (find_delta(v))
-            *verdict = PERP_VERDICT_REGULAR;
-    }
-    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
-}
-
 /* Finds the solution of the index set's equations and an interval around it that holds the exact
  * one. *verdict: PERP_VERDICT_REGULAR, _SINGULAR or _TOO_LARGE. PERP_OK or PERP_ERROR_MEMORY. */
 static perp_status enclose(perp__verify *v, int32_t *verdict)
 {
-    perp_status status = PERP_OK;
+    const perp__index_set block = {v->count, v->active, v->position};
+    const perp__square A = {v->count, v->block, v->starts, v->rows};
+    perp_status status;
 
     if (!v->M.column_starts || v->count <= PERP__SMALL_BLOCK)
         return enclose_dense(v, verdict);
-    status = enclose_sparse(v, verdict);
-    if (status != PERP_OK || *verdict == PERP_VERDICT_REGULAR)
+    v->uses_dense = 0;
+    perp__principal_csc(&v->M, &block, v->starts, v->rows, v->block);
+    v->dominance.n = v->count;
+    v->dominance.A = A;
+    status = perp__dominance_factor(&v->dominance, v->context);
+    if (status < 0)
         return status;
+    if (status == PERP_OK) {
+        refine(v);
+        if (find_delta(v)) {
+            *verdict = PERP_VERDICT_REGULAR;
+            return PERP_OK;
+        }
+    }
     if (v->count <= PERP__LARGEST_BLOCK)
         return enclose_dense(v, verdict);
     *verdict = PERP_VERDICT_TOO_LARGE;
@@ -366,31 +324,26 @@ static int32_t side_of(const perp__verify *v, int32_t i, double bound, double di
     return distance + low < -width ? -1 : 0;
 }
 
-static int32_t judge_row(const perp__verify *v, int32_t i)
-{
-    const double width = perp__raise(v->width[i] + v->spread[i], 4.0);
-    int32_t above, below;
-
-    if (v->places[i] == PERP__FIXED)
-        return 1;
-    if (v->places[i] == PERP__AT_LOWER)
-        return sign_of(v->w[i], width);
-    if (v->places[i] == PERP__AT_UPPER)
-        return sign_of(-v->w[i], width);
-    above = v->lower[i] > -INFINITY ? side_of(v, i, v->lower[i], 1.0) : 1;
-    below = v->upper[i] < INFINITY ? side_of(v, i, v->upper[i], -1.0) : 1;
-    return above < below ? above : below;
-}
-
 /* Compares the enclosure with bounds and signs; *index is the row that decides, or -1. */
 static int32_t judge(const perp__verify *v, int32_t *index)
 {
-    int32_t verdict = PERP_VERDICT_REGULAR, i;
+    int32_t verdict = PERP_VERDICT_REGULAR;
 
     *index = -1;
-    for (i = 0; i < v->n; i++) {
-        const int32_t row = judge_row(v, i);
+    for (int32_t i = 0; i < v->n; i++) {
+        const double width = perp__raise(v->width[i] + v->spread[i], 4.0);
+        int32_t row = 1; /* proved right (1), wrong (-1), or neither (0) */
 
+        if (v->places[i] == PERP__AT_LOWER) {
+            row = sign_of(v->w[i], width);
+        } else if (v->places[i] == PERP__AT_UPPER) {
+            row = sign_of(-v->w[i], width);
+        } else if (v->places[i] == PERP__BETWEEN) {
+            const int32_t above = v->lower[i] > -INFINITY ? side_of(v, i, v->lower[i], 1.0) : 1;
+            const int32_t below = v->upper[i] < INFINITY ? side_of(v, i, v->upper[i], -1.0) : 1;
+
+            row = above < below ? above : below;
+        }
         if (row < 0) {
             *index = i;
             return PERP_VERDICT_NOT_A_SOLUTION;
@@ -429,64 +382,39 @@ PERP__INIT(perp_lcp_proof)
 PERP__WORDS(perp_lcp_verdict_text, "unknown verdict", "regular", "not a solution", "singular",
             "degenerate", "too large")
 
-static perp_status check(perp__verify *v, const perp_lcp_proof *proof, const perp_matrix *M,
-                         const double *q)
+static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
+                          const perp_matrix *M, const double *q)
 {
+    perp_lcp_proof own = {.verdict = PERP_VERDICT_SINGULAR, .index = -1};
     perp_status status = PERP__CHECK(perp_lcp_proof, v->context, proof);
 
+    /* 1. What the caller gave. */
     PERP__THEN(status,
                perp__lcp_problem_read(v->context, &v->M, M, v->lower_caller, v->upper_caller));
     v->n = v->M.rows;
     PERP__THEN(status, perp__check_vector(v->context, "q", q, (size_t)v->n));
     PERP__THEN(status, perp__check_vector(v->context, "z", v->z_caller, (size_t)v->n));
-    return status;
-}
-
-/* A radius that is not finite proves nothing. */
-static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proof, int32_t verdict,
-                      int32_t index)
-{
-    perp_lcp_proof own = {0};
-
-    for (int32_t i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
+    if (status != PERP_OK)
+        return status;
+    /* 2. The proof. A radius that is not finite proves nothing. */
+    status = perp__arena_fit(&v->arena, v->context, layout, v);
+    if (status == PERP_OK) {
+        scale_problem(v, q);
+        read_places(v);
+        status = enclose(v, &own.verdict);
+    }
+    if (status == PERP_OK && own.verdict == PERP_VERDICT_REGULAR)
+        own.verdict = judge(v, &own.index);
+    for (int32_t i = 0; i < v->n && status == PERP_OK && own.verdict == PERP_VERDICT_REGULAR; i++)
         perp__raise_to(&own.radius, radius_of(v, i));
     if (!isfinite(own.radius))
-        verdict = PERP_VERDICT_SINGULAR;
-    if (verdict != PERP_VERDICT_REGULAR)
+        own.verdict = PERP_VERDICT_SINGULAR;
+    if (own.verdict != PERP_VERDICT_REGULAR)
         own.radius = INFINITY;
-    own.verdict = verdict;
-    own.index = index;
-    for (int32_t i = 0; i < v->n && radii; i++)
-        radii[i] = verdict == PERP_VERDICT_REGULAR ? radius_of(v, i) : INFINITY;
-    perp__struct_write(proof, &own, sizeof own);
-}
-
-static perp_status prove(perp__verify *v, double *radii, perp_lcp_proof *proof, const double *q)
-{
-    const perp__matrix M = v->M;
-    perp_status status = perp__arena_fit(&v->arena, v->context, layout, v);
-    int32_t verdict = PERP_VERDICT_SINGULAR, index = -1;
-
-    if (status != PERP_OK)
-        return status;
-    scale_problem(v, &M, q);
-    status = enclose(v, &verdict);
-    if (status != PERP_OK)
-        return status;
-    if (verdict == PERP_VERDICT_REGULAR)
-        verdict = judge(v, &index);
-    write_out(v, radii, proof, verdict, index);
-    return PERP_OK;
-}
-
-static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
-                          const perp_matrix *M, const double *q)
-{
-    perp_status status = check(v, proof, M, q);
-
-    if (status != PERP_OK)
-        return status;
-    status = prove(v, radii, proof, q);
+    for (int32_t i = 0; i < v->n && status == PERP_OK && radii; i++)
+        radii[i] = own.verdict == PERP_VERDICT_REGULAR ? radius_of(v, i) : INFINITY;
+    if (status == PERP_OK)
+        perp__struct_write(proof, &own, sizeof own);
     perp__dominance_release(&v->dominance);
     perp__arena_release(&v->dense_arena);
     perp__arena_release(&v->arena);

@@ -12,9 +12,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/outcome.h"
+
 #define ITERATIONS 500 /* default limit */
 #define AIM 0.1        /* goes on to tol * AIM while it can: the next step is cheap or the last */
-#define PATIENCE 30    /* iterations without progress, see is_stuck */
+#define PATIENCE 30    /* iterations without progress */
 
 /* Of the start. */
 #define SLACK 0.95 /* Khobotov's bound on t |F(y) - F(z)| / |y - z| */
@@ -61,13 +63,9 @@ double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, con
                               double *phi)
 {
     const perp__lcp_problem *p = f->common.problem;
-    double sum = 0.0;
+    const perp__fischer_point point = {p->n, z, w, p->lower, p->upper, f->penalty};
 
-    for (int32_t i = 0; i < p->n; i++) {
-        phi[i] = perp__fischer_bounded(z[i], p->lower[i], p->upper[i], w[i], f->penalty);
-        sum += phi[i] * phi[i];
-    }
-    return 0.5 * sum;
+    return perp__fischer_merit(&point, phi);
 }
 
 /* Keeps z, projected onto the bounds, if its natural residual is the smallest so far. Uses trial_z,
@@ -83,12 +81,9 @@ static void keep_best(perp__fischer_state *f)
         f->trial_w[i] = f->w[i];
     }
     perp__multiply_add(&f->S.S, f->part, f->trial_w);
-    for (int32_t i = 0; i < p->n; i++) {
-        double r = fabs(perp__mid(f->trial_z[i], p->lower[i], p->upper[i], f->trial_w[i]));
-
-        if (!(r <= residual) && !isnan(residual)) /* NaN stays */
-            residual = r;
-    }
+    for (int32_t i = 0; i < p->n; i++)
+        perp__raise_to(&residual,
+                       fabs(perp__mid(f->trial_z[i], p->lower[i], p->upper[i], f->trial_w[i])));
     if (residual < f->best_residual) {
         f->best_residual = residual;
         memcpy(f->best, f->trial_z, (size_t)p->n * sizeof(double));
@@ -126,29 +121,23 @@ void perp__fischer_solve_rows(perp__fischer_state *f, double *x, double *image)
     perp__multiply_add(&f->S.S, f->part, image);
 }
 
-/* One sweep of projected Gauss-Seidel by columns, which keeps w up to date. */
-static void sweep(perp__fischer_state *f)
-{
-    const perp__lcp_problem *p = f->common.problem;
-
-    for (int32_t j = 0; j < p->n; j++) {
-        double diagonal = perp__diagonal_entry(&f->S.S, j);
-        double z = f->z[j];
-
-        if (!(diagonal > 0.0))
-            diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
-        f->z[j] = perp__clamp(z - f->w[j] / diagonal, p->lower[j], p->upper[j]);
-        if (f->z[j] != z)
-            perp__fischer_matrix_add_column(&f->S, j, f->z[j] - z, f->w);
-    }
-}
-
+/* Sweeps of projected Gauss-Seidel by columns, which keep w up to date. */
 static void sweeps(perp__fischer_state *f, int32_t count)
 {
+    const perp__lcp_problem *p = f->common.problem;
     double last = f->best_residual;
 
     for (int32_t k = 0; k < count; k++) {
-        sweep(f);
+        for (int32_t j = 0; j < p->n; j++) {
+            const double z = f->z[j];
+            double diagonal = perp__diagonal_entry(&f->S.S, j);
+
+            if (!(diagonal > 0.0))
+                diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
+            f->z[j] = perp__clamp(z - f->w[j] / diagonal, p->lower[j], p->upper[j]);
+            if (f->z[j] != z)
+                perp__fischer_matrix_add_column(&f->S, j, f->z[j] - z, f->w);
+        }
         keep_best(f);
         if (!(f->best_residual <= PROGRESS * last))
             break;
@@ -193,118 +182,84 @@ static void extragradient(perp__fischer_state *f, int32_t steps)
     }
 }
 
-/* z := mid(l, u, z - w_i / |S_i|_1) */
-static void jacobi(perp__fischer_state *f, int32_t steps)
+/* Where Newton's method begins: a guess at which bounds are active, safe for any S since only the
+ * best point met is kept. */
+static void improve_start(perp__fischer_state *f, const start *first)
 {
     const perp__lcp_problem *p = f->common.problem;
 
-    for (int32_t k = 0; k < steps; k++) {
+    perp__fischer_set_point(f);
+    if (f->S.symmetric)
+        sweeps(f, first->steps);
+    else
+        extragradient(f, first->steps);
+    for (int32_t k = 0; k < first->jacobi; k++) { /* z := mid(l, u, z - w_i / |S_i|_1) */
         for (int32_t i = 0; i < p->n; i++) {
-            double s = p->row_norms[i] > 0.0 ? p->row_norms[i] : 1.0;
+            const double s = p->row_norms[i] > 0.0 ? p->row_norms[i] : 1.0;
 
             f->z[i] = perp__clamp(f->z[i] - f->w[i] / s, p->lower[i], p->upper[i]);
         }
         multiply(f, f->z, f->w);
         keep_best(f);
     }
-}
-
-/* Where Newton's method begins: a guess at which bounds are active, safe for any S since only the
- * best point met is kept. */
-static void improve_start(perp__fischer_state *f, int32_t steps, int32_t jacobi_steps)
-{
+    memcpy(f->z, f->best, (size_t)p->n * sizeof(double));
     perp__fischer_set_point(f);
-    if (f->S.symmetric)
-        sweeps(f, steps);
-    else
-        extragradient(f, steps);
-    jacobi(f, jacobi_steps);
-    memcpy(f->z, f->best, (size_t)f->common.problem->n * sizeof(double));
-    perp__fischer_set_point(f);
-}
-
-/* Returns 1 if z moved, 0 if nothing more can be done, or PERP_ERROR_MEMORY. */
-static perp_status iteration(perp__fischer_state *f, int32_t active)
-{
-    perp_status moved = 0;
-
-    f->recent[f->steps++ % PERP__FISCHER_MEMORY] = f->psi;
-    if (active)
-        moved = perp__fischer_active_step(f);
-    return moved != 0 ? moved : perp__fischer_newton_step(f);
-}
-
-/* Neither the residual nor Psi has fallen by a quarter for PATIENCE iterations. */
-typedef struct milestone {
-    double residual, psi;
-    int64_t iteration;
-} milestone;
-
-static int32_t is_stuck(milestone *last, const perp__fischer_state *f)
-{
-    if (f->best_residual < 0.75 * last->residual || f->psi < 0.75 * last->psi) {
-        last->residual = f->best_residual;
-        last->psi = f->psi;
-        last->iteration = f->steps;
-    }
-    return f->steps - last->iteration > PATIENCE;
 }
 
 static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *problem = f->common.problem;
-    int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
-    double goal = AIM * problem->tol;
-    milestone last = {INFINITY, INFINITY, 0};
+    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
+    double residual = INFINITY, psi = INFINITY; /* when they had last fallen by a quarter, */
+    int64_t progress = 0;                       /* and when that was */
 
-    iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    while (f->steps < limit && f->best_residual > goal) {
-        perp_status moved = iteration(f, active);
-        perp_outcome request;
+    iterate->outcome = -1;
+    while (iterate->outcome < 0 && f->steps < limit && f->best_residual > AIM * problem->tol) {
+        perp_status moved = 0;
 
+        f->recent[f->steps++ % PERP__FISCHER_MEMORY] = f->psi;
+        if (active)
+            moved = perp__fischer_active_step(f);
+        if (moved == 0)
+            moved = perp__fischer_newton_step(f);
         if (moved < 0)
             return moved;
         iterate->iterations = f->steps;
-        if (!moved || is_stuck(&last, f)) {
-            iterate->outcome = PERP_OUTCOME_STALLED;
-            break;
+        if (f->best_residual < 0.75 * residual || f->psi < 0.75 * psi) {
+            residual = f->best_residual;
+            psi = f->psi;
+            progress = f->steps;
         }
-        request = perp__lcp_tick(problem->control, f->steps, f->best_residual);
-        if (request >= 0) {
-            iterate->outcome = request;
-            break;
-        }
+        iterate->outcome = !moved || f->steps - progress > PATIENCE
+                               ? PERP_OUTCOME_STALLED
+                               : perp__lcp_tick(problem->control, f->steps, f->best_residual);
     }
+    if (iterate->outcome < 0)
+        iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
     if (f->best_residual <= problem->tol)
         iterate->outcome = PERP_OUTCOME_SOLVED;
     return PERP_OK;
-}
-
-static void begin(perp__fischer_state *f, perp__lcp_iterate *iterate)
-{
-    const perp__lcp_problem *problem = f->common.problem;
-
-    f->penalty = problem->settings->penalty;
-    f->z = iterate->z;
-    f->steps = 0;
-    f->best_residual = INFINITY;
-    memcpy(f->best, iterate->z, (size_t)problem->n * sizeof(double));
-    f->has_places = f->watched = f->failures = 0;
-    f->rho = 0.0;
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
     perp__fischer_state *f = object;
     const perp__lcp_problem *problem = f->common.problem;
+    const size_t bytes = (size_t)problem->n * sizeof(double);
     const start *first = &starts[iterate->warm ? 1 : 0][iterate->attempt];
     perp_status status;
 
     perp__fischer_matrix_read(&f->S, problem);
-    begin(f, iterate);
-    improve_start(f, first->steps, first->jacobi);
+    f->penalty = problem->settings->penalty;
+    f->z = iterate->z;
+    f->steps = 0;
+    f->best_residual = INFINITY;
+    memcpy(f->best, iterate->z, bytes);
+    f->has_places = f->watched = f->failures = 0;
+    f->rho = 0.0;
+    improve_start(f, first);
     status = run(f, first->active, iterate);
-    memcpy(iterate->z, f->best, (size_t)problem->n * sizeof(double));
+    memcpy(iterate->z, f->best, bytes);
     iterate->has_places = 0;
     return status;
 }

@@ -3,6 +3,8 @@
 #ifndef PERP_LCP_FISCHER_FUNCTION_H
 #define PERP_LCP_FISCHER_FUNCTION_H
 
+#include "linalg/matrix.h"
+
 /* Partial derivatives; both in [0, 2] for phi, >= 0 for the composition. */
 typedef struct perp__slopes {
     double z, w;
@@ -25,5 +27,26 @@ perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, 
 
 /* True if (z, w) is at a kink. */
 int perp__fischer_at_kink(double z, double lower, double upper, double w);
+
+/* ---- the rows of a problem, in the notation of De Luca, Facchinei & Kanzow (1996): F has the
+ * derivative S, Phi_i = phi of row i, Psi = 1/2 |Phi|^2, H = D_z + D_w S ---- */
+
+typedef struct perp__fischer_point {
+    int32_t n;
+    const double *z, *w, *lower, *upper;
+    double penalty;
+} perp__fischer_point;
+
+/* phi := Phi; returns Psi. */
+double perp__fischer_merit(const perp__fischer_point *point, double *phi);
+
+/* D_z and D_w, in the B-subdifferential. kink_z, kink_w: n of work each. */
+void perp__fischer_slopes(const perp__fischer_point *point, const perp__matrix *S, double *kink_z,
+                          double *kink_w, double *slope_z, double *slope_w);
+
+/* d, the gradient of Psi or as much of it as may be used, becomes -t d with the t that minimises
+ * |Phi + H d|, and image S d. Returns d' grad Psi, 0 where there is no such t. */
+double perp__fischer_descent(const perp__matrix *S, const double *slope_z, const double *slope_w,
+                             double *d, double *image);
 
 #endif

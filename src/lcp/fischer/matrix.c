@@ -27,16 +27,6 @@ void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matri
     PERP__INTEGERS(arena, n, &matrix->active, &matrix->pivots);
 }
 
-static void read_sparse(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
-{
-    const perp__matrix *M = problem->M;
-    const double *d = problem->factors;
-
-    for (int32_t j = 0; j < problem->n; j++)
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            matrix->S_values[k] = M->values[k] * (d[M->row_indices[k]] * d[j]);
-}
-
 void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
 {
     perp__matrix *S = &matrix->S;
@@ -56,7 +46,10 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
                         problem->M->row_indices};
     matrix->is_read = 1;
     if (is_sparse(matrix)) {
-        read_sparse(matrix, problem);
+        for (int32_t j = 0; j < problem->n; j++)
+            for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++)
+                matrix->S_values[k] = problem->M->values[k] *
+                                      (problem->factors[S->row_indices[k]] * problem->factors[j]);
         matrix->symmetric = perp__has_symmetric_entries(S, matrix->active, 0.0);
     } else {
         perp__lcp_dense(problem, matrix->S_values, (size_t)problem->n);
@@ -83,7 +76,7 @@ void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t
         y[S->row_indices[k]] += S->values[k] * x;
 }
 
-static void fill_dense(perp__fischer_matrix *matrix, const double *weights, double rho)
+static void fill_dense(perp__fischer_matrix *matrix, const double *weights)
 {
     const int32_t *active = matrix->active;
     const size_t count = (size_t)matrix->count;
@@ -95,63 +88,41 @@ static void fill_dense(perp__fischer_matrix *matrix, const double *weights, doub
 
         for (size_t r = whole ? 0 : c; r < count; r++)
             column[r] = from[active[r]];
-        column[c] += weights ? weights[active[c]] : rho;
+        column[c] += weights[active[c]];
     }
 }
 
-/* Factors that overflowed are of no more use than a zero pivot. */
-static int32_t is_finite(const perp__fischer_matrix *matrix)
+perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const double *weights,
+                                        int32_t uniform)
 {
-    const size_t count = (size_t)matrix->count;
+    perp__sparse_block *block = matrix->problem->block;
+    const int32_t *active = matrix->active;
+    int32_t count = 0, stride, regular = 0;
 
-    for (size_t k = 0; k < count; k++)
-        if (!isfinite(matrix->block[k * count + k]))
-            return 0;
-    return 1;
-}
-
-static perp_status factor_dense(perp__fischer_matrix *matrix, const double *weights, double rho)
-{
-    const int32_t count = matrix->count, stride = count > 0 ? count : 1;
-    int32_t regular = 0;
-
+    for (int32_t i = 0; i < matrix->problem->n; i++)
+        if (isfinite(weights[i]))
+            matrix->active[count++] = i;
+    matrix->count = count;
+    stride = count > 0 ? count : 1;
+    if (is_sparse(matrix)) {
+        matrix->by = PERP__FISCHER_SHARED;
+        return uniform ? perp__sparse_block_factor(block, active, count,
+                                                   count > 0 ? weights[active[0]] : 0.0)
+                       : perp__sparse_block_factor_with(block, active, count, weights);
+    }
     if (matrix->symmetric) {
         matrix->by = PERP__FISCHER_CHOLESKY;
-        fill_dense(matrix, weights, rho);
+        fill_dense(matrix, weights);
         regular = perp__cholesky_factor(count, matrix->block, stride) == 0;
     }
     if (!regular) {
         matrix->by = PERP__FISCHER_LU;
-        fill_dense(matrix, weights, rho);
+        fill_dense(matrix, weights);
         regular = perp__lu_factor(count, matrix->block, stride, matrix->pivots) == 0;
     }
-    return regular && is_finite(matrix) ? PERP_OK : PERP__FACTOR_SINGULAR;
-}
-
-perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const double *weights)
-{
-    matrix->count = 0;
-    for (int32_t i = 0; i < matrix->problem->n; i++)
-        if (isfinite(weights[i]))
-            matrix->active[matrix->count++] = i;
-    if (!is_sparse(matrix))
-        return factor_dense(matrix, weights, 0.0);
-    matrix->by = PERP__FISCHER_SHARED;
-    return perp__sparse_block_factor_with(matrix->problem->block, matrix->active, matrix->count,
-                                          weights);
-}
-
-perp_status perp__fischer_matrix_factor_block(perp__fischer_matrix *matrix, const int8_t *places,
-                                              double rho)
-{
-    matrix->count = 0;
-    for (int32_t i = 0; i < matrix->problem->n; i++)
-        if (places[i] == PERP__BETWEEN)
-            matrix->active[matrix->count++] = i;
-    if (!is_sparse(matrix))
-        return factor_dense(matrix, NULL, rho);
-    matrix->by = PERP__FISCHER_SHARED;
-    return perp__sparse_block_factor(matrix->problem->block, matrix->active, matrix->count, rho);
+    for (size_t k = 0; k < (size_t)count; k++) /* overflow is of no more use than a zero pivot */
+        regular = regular && isfinite(matrix->block[k * (size_t)count + k]);
+    return regular ? PERP_OK : PERP__FACTOR_SINGULAR;
 }
 
 void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x)

@@ -38,12 +38,11 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
 void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t j, double x,
                                      double *y);
 
-/* Factors S_AA + W_A where A has the rows whose weight is finite, or S_AA + rho I where A has those
- * between their bounds. By Cholesky where S is symmetric and the block positive definite, else by
- * LU. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const double *weights);
-perp_status perp__fischer_matrix_factor_block(perp__fischer_matrix *matrix, const int8_t *places,
-                                              double rho);
+/* Factors S_AA + W_A, A the rows whose weight is finite; `uniform`: all of these are the same. By
+ * Cholesky where S is symmetric and the block positive definite, else by LU. PERP_OK,
+ * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const double *weights,
+                                        int32_t uniform);
 
 /* Solves with the last factors on the active rows of x; leaves the others alone. */
 void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x);

@@ -42,11 +42,13 @@ void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l)
     l->examined = -1;
 }
 
-/* b = sign (q + M base), T = -sign M sign in the pairs, in place of -M. */
-static void fill_tableau(perp__lemke *l, int32_t plain)
+/* The standard form with all x nonbasic at 0: b = sign (q + M base), T = -sign M sign in the
+ * pairs. */
+static void fill(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
     const size_t ld = (size_t)l->tableau.leading_dimension;
+    const int32_t plain = perp__lemke_name_pairs(l);
     double *T = l->tableau.T;
 
     perp__lcp_dense_times(p, -1.0, T, ld);
@@ -60,19 +62,13 @@ static void fill_tableau(perp__lemke *l, int32_t plain)
     }
     for (int32_t k = 0; k < l->pairs; k++)
         l->b[k] = l->sign[k] * l->work[l->index[k]];
-    for (int32_t j = 0; j < l->pairs && !plain; j++) {
+    for (int32_t j = 0; j < l->pairs && !plain; j++) { /* in place of -M */
         const double *from = T + (size_t)l->index[j] * ld;
         double *into = T + (size_t)j * ld;
 
         for (int32_t i = 0; i < l->pairs; i++)
             into[i] = (double)(l->sign[i] * l->sign[j]) * from[l->index[i]];
     }
-}
-
-/* The standard form with all x nonbasic at 0. */
-static void fill(perp__lemke *l)
-{
-    fill_tableau(l, perp__lemke_name_pairs(l));
     perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
     for (int32_t k = 0; k < l->pairs; k++) {
         l->basic[k] = l->pairs + k;
@@ -136,40 +132,29 @@ static int32_t is_free_variable(const perp__lemke *l, int32_t c)
     return l->nonbasic[c] < l->pairs && is_free(l, l->nonbasic[c]);
 }
 
-/* The equation with the largest entry in l->column. */
-static int32_t largest_equation(const perp__lemke *l)
-{
-    int32_t found = -1, r;
-
-    for (r = 0; r < l->pairs; r++)
-        if (is_free_equation(l, r) && (found < 0 || fabs(l->column[r]) > fabs(l->column[found])))
-            found = r;
-    return found;
-}
-
-static double largest_free_entry(const perp__lemke *l)
+/* Exchanges equations with free variables, column by column with partial pivoting; which equation
+ * goes with which variable is of no account. What elimination leaves of dependent equations is
+ * rounding: it is taken for the 0 it stands for. Returns how many variables are left nonbasic. */
+static int32_t make_free_basic(perp__lemke *l)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
-    double largest = 0.0;
+    double *T = l->tableau.T, largest = 0.0, size;
+    int32_t c, r, i, left = 0;
 
-    for (int32_t c = 0; c < l->tableau.columns; c++)
-        for (int32_t r = 0; is_free_variable(l, c) && r < l->pairs; r++)
+    /* 1. The largest entry in equations and free variables. */
+    for (c = 0; c < l->tableau.columns; c++)
+        for (r = 0; is_free_variable(l, c) && r < l->pairs; r++)
             if (is_free_equation(l, r))
-                largest = fmax(largest, fabs(l->tableau.T[(size_t)r + (size_t)c * ld]));
-    return largest;
-}
-
-/* Exchanges equations with free variables, column by column with partial pivoting; which equation
- * goes with which variable is of no account. Returns the largest entry there was. */
-static double make_free_basic(perp__lemke *l)
-{
-    const double largest = largest_free_entry(l);
-    int32_t c = 0, r;
-
-    while (c < l->tableau.columns) {
+                largest = fmax(largest, fabs(T[(size_t)r + (size_t)c * ld]));
+    /* 2. The exchanges. */
+    for (c = 0; c < l->tableau.columns;) {
+        r = -1;
         perp__tableau_column(&l->tableau, c, l->column);
-        r = is_free_variable(l, c) ? largest_equation(l) : -1;
+        for (i = 0; is_free_variable(l, c) && i < l->pairs; i++)
+            if (is_free_equation(l, i) && (r < 0 || fabs(l->column[i]) > fabs(l->column[r])))
+                r = i;
         if (r < 0 || !(fabs(l->column[r]) > DEPENDENT * largest)) {
+            left += is_free_variable(l, c);
             c++;
             continue;
         }
@@ -177,33 +162,18 @@ static double make_free_basic(perp__lemke *l)
         drop(l, c);
     }
     perp__tableau_flush(&l->tableau);
-    return largest;
-}
-
-static int32_t count_left(const perp__lemke *l)
-{
-    int32_t left = 0, c;
-
-    for (c = 0; c < l->tableau.columns; c++)
-        left += is_free_variable(l, c);
-    return left;
-}
-
-/* What elimination left of dependent equations is rounding: it is taken for the 0 it stands for. */
-static void clear_dependent(perp__lemke *l, double largest)
-{
-    const size_t ld = (size_t)l->tableau.leading_dimension;
-    const double size = perp__largest(l->b, l->pairs);
-
-    for (int32_t r = 0; r < l->pairs; r++) {
+    /* 3. What is left. */
+    size = perp__largest(l->b, l->pairs);
+    for (r = 0; left > 0 && r < l->pairs; r++) {
         if (!is_free_equation(l, r))
             continue;
         if (fabs(l->b[r]) <= DEPENDENT * size)
             l->b[r] = 0.0;
-        for (int32_t c = 0; c < l->tableau.columns; c++)
-            if (fabs(l->tableau.T[(size_t)r + (size_t)c * ld]) <= DEPENDENT * largest)
-                l->tableau.T[(size_t)r + (size_t)c * ld] = 0.0;
+        for (c = 0; c < l->tableau.columns; c++)
+            if (fabs(T[(size_t)r + (size_t)c * ld]) <= DEPENDENT * largest)
+                T[(size_t)r + (size_t)c * ld] = 0.0;
     }
+    return left;
 }
 
 /* A free variable left nonbasic becomes two pairs, x >= 0 and x' >= 0 with x - x' in its place:
@@ -245,20 +215,14 @@ static void split_left(perp__lemke *l, int32_t left)
 
 static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
-    int32_t any_free = 0, k;
+    int32_t any_free = 0, left;
 
     fill(l);
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         any_free |= is_free(l, k);
-    if (any_free) {
-        const double size = make_free_basic(l);
-        const int32_t left = count_left(l);
-
-        if (left > 0) {
-            clear_dependent(l, size);
-            split_left(l, left);
-        }
-    }
+    left = any_free ? make_free_basic(l) : 0;
+    if (left > 0)
+        split_left(l, left);
     perp__lemke_index(l);
     perp__lemke_choose_units(l, iterate->attempt > 0);
     return PERP_OK;
@@ -270,51 +234,28 @@ static int32_t enters(const perp__lemke *l, int32_t k)
     return is_free(l, k) || l->places[l->index[k]] == PERP__BETWEEN;
 }
 
-/* Nonbasic x at their upper bounds: v at x = range is b less its column there. */
-static void rest_at_upper(perp__lemke *l)
-{
-    for (int32_t k = 0; k < l->pairs; k++) {
-        l->at_upper[k] =
-            l->sign[k] > 0 && l->places[l->index[k]] == PERP__AT_UPPER && isfinite(l->range[k]);
-        if (!l->at_upper[k])
-            continue;
-        perp__tableau_column(&l->tableau, k, l->column);
-        for (int32_t i = 0; i < l->pairs; i++)
-            l->b[i] -= l->column[i] * l->range[k];
-    }
-}
-
-/* The row of l->column with the largest entry, of those whose v leaves; -1 if all are too small. */
-static int32_t leaving_row(const perp__lemke *l)
-{
-    double largest = 0.0;
-    int32_t found = -1, r;
-
-    for (r = 0; r < l->pairs; r++) {
-        const double size = fabs(l->column[r]);
-
-        largest = fmax(largest, size);
-        if (l->basic[r] >= l->pairs && enters(l, l->basic[r] - l->pairs) && size > 0.0 &&
-            (found < 0 || size > fabs(l->column[found])))
-            found = r;
-    }
-    return found >= 0 && fabs(l->column[found]) > SMALLEST_PIVOT * largest ? found : -1;
-}
-
 /* The block principal transform, one exchange after the other: the tableau applies them together.
  * Which v goes with which x is of no account. Returns 0 if there is no good pivot. */
 static int32_t transform(perp__lemke *l)
 {
-    int32_t r;
-
     for (int32_t c = 0; c < l->pairs; c++) {
+        double largest = 0.0;
+        int32_t found = -1; /* of the rows whose v leaves, that with the largest entry */
+
         if (!enters(l, l->nonbasic[c]))
             continue;
         perp__tableau_column(&l->tableau, c, l->column);
-        r = leaving_row(l);
-        if (r < 0)
+        for (int32_t r = 0; r < l->pairs; r++) {
+            const double size = fabs(l->column[r]);
+
+            largest = fmax(largest, size);
+            if (l->basic[r] >= l->pairs && enters(l, l->basic[r] - l->pairs) && size > 0.0 &&
+                (found < 0 || size > fabs(l->column[found])))
+                found = r;
+        }
+        if (found < 0 || !(fabs(l->column[found]) > SMALLEST_PIVOT * largest))
             return 0;
-        exchange_at_start(l, r, c);
+        exchange_at_start(l, found, c);
     }
     for (int32_t c = l->tableau.columns - 1; c >= 0; c--)
         if (l->nonbasic[c] >= l->pairs && is_free(l, l->nonbasic[c] - l->pairs))
@@ -386,18 +327,6 @@ static void examine(perp__lemke *l)
     l->crashes &= !has_large_couplings(p->M);
 }
 
-/* From a good start a round or two are enough, whatever M's symmetry; but the polish, where it is
- * on, has tried these already. */
-static int32_t may_crash(perp__lemke *l, int32_t warm)
-{
-    const perp__lcp_problem *p = l->head.problem;
-
-    if (!p->settings->crash || p->M->column_starts)
-        return 0;
-    examine(l);
-    return l->crashes || (warm && l->positive && !p->settings->polish);
-}
-
 /* perp__lcp_iterate's, by the block of the crash. */
 static int32_t correct_crash(void *work, const double *residual, double *step)
 {
@@ -447,32 +376,42 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     return PERP__GUESS_BASIS;
 }
 
-/* Block pivoting where M looks positive definite, and the basis that a start of the caller's names,
- * in l->places. Counts its rounds in l->spent. */
-static enum perp__lemke_guess guess_places(perp__lemke *l, perp__lcp_iterate *iterate)
+/* Block pivoting where M looks positive definite, and the basis that a start of the caller's names.
+ * Its rounds are counted in l->spent. */
+static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
+                              enum perp__lemke_guess *guess)
 {
     const perp__lcp_problem *p = l->head.problem;
-    enum perp__lemke_guess guess = PERP__GUESS_NONE;
 
+    *guess = PERP__GUESS_NONE;
     if (p->settings->pivot_rule != PERP_PIVOT_HARRIS)
-        return guess;
+        return PERP_OK;
+    /* 1. The places. From a good start a round or two are enough, whatever M's symmetry; but the
+     * polish, where it is on, has tried these already. */
     if (iterate->warm)
         perp__places_of(p, iterate->z, l->places);
     else
         perp__block_pivoting_start(p, l->places);
-    if (may_crash(l, iterate->warm))
-        guess = crash(l, iterate);
-    return guess == PERP__GUESS_NONE && iterate->warm ? PERP__GUESS_BASIS : guess;
-}
-
-static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
-                              enum perp__lemke_guess *guess)
-{
-    *guess = guess_places(l, iterate);
+    if (p->settings->crash && !p->M->column_starts) {
+        examine(l);
+        if (l->crashes || (iterate->warm && l->positive && !p->settings->polish))
+            *guess = crash(l, iterate);
+    }
+    if (*guess == PERP__GUESS_NONE && iterate->warm)
+        *guess = PERP__GUESS_BASIS;
     if (*guess != PERP__GUESS_BASIS)
         return PERP_OK;
+    /* 2. Their basis. With x nonbasic at its upper bound v is b less its column there. */
     fill(l);
-    rest_at_upper(l);
+    for (int32_t k = 0; k < l->pairs; k++) {
+        l->at_upper[k] =
+            l->sign[k] > 0 && l->places[l->index[k]] == PERP__AT_UPPER && isfinite(l->range[k]);
+        if (!l->at_upper[k])
+            continue;
+        perp__tableau_column(&l->tableau, k, l->column);
+        for (int32_t i = 0; i < l->pairs; i++)
+            l->b[i] -= l->column[i] * l->range[k];
+    }
     if (!transform(l))
         return PERP__FACTOR_SINGULAR;
     perp__tableau_flush(&l->tableau);

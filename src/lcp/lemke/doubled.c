@@ -212,22 +212,8 @@ static void append(perp__lemke *l, int32_t r)
     d->count++;
 }
 
-/* The row of the largest entry in the column among those not taken; -1: there is none but 0. */
-static int32_t free_row(const perp__lemke *l)
-{
-    double largest = 0.0;
-    int32_t found = -1, i;
-
-    for (i = 0; i < l->pairs; i++)
-        if (l->doubled.taken[i] < 0 && fabs(l->column[i]) > largest) {
-            largest = fabs(l->column[i]);
-            found = i;
-        }
-    return found;
-}
-
 /* Inverts the basis afresh. Variables that are basic as at the start take their old rows and cost
- * nothing; each other one takes the row of its largest entry. */
+ * nothing; each other one takes the row of its largest entry among those not taken. */
 static perp_status invert(perp__lemke *l)
 {
     perp__doubled *d = &l->doubled;
@@ -242,14 +228,21 @@ static perp_status invert(perp__lemke *l)
         if (l->row_of[v] >= 0 && d->start_row[v] >= 0)
             d->taken[d->start_row[v]] = v;
     for (v = 0; v <= 2 * l->pairs; v++) {
+        double largest = 0.0;
+        int32_t found = -1;
+
         if (l->row_of[v] < 0 || d->start_row[v] >= 0)
             continue;
         read_column(l, v);
-        i = free_row(l);
-        if (i < 0)
+        for (i = 0; i < l->pairs; i++)
+            if (d->taken[i] < 0 && fabs(l->column[i]) > largest) {
+                largest = fabs(l->column[i]);
+                found = i;
+            }
+        if (found < 0)
             return PERP__FACTOR_SINGULAR;
-        append(l, i);
-        d->taken[i] = v;
+        append(l, found);
+        d->taken[found] = v;
     }
     for (i = 0; i < l->pairs; i++) {
         v = d->taken[i];

@@ -8,8 +8,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Most problems need one, the hardest contact problems met so far a dozen. */
-#define ATTEMPTS 11
+/* Most problems need one. */
+#define ATTEMPTS 5
 /* How often the answer may be looked for once more, for its last digits. */
 #define IMPROVEMENTS 5
 /* A t that is larger than this, relative to its start, is no end that a polish could mend. */
@@ -36,41 +36,33 @@
 static const perp__lemke_trial in_double[] = {
     {0, 0, 8, 1e-12, 1e-10, 1e-11},
     {0, 1, 8, 1e-12, 1e-10, 1e-11},
-    {0, 1, 8, 1e-12, 1e-10, 1e-11},
-    {0, 0, 20, 1e-12, 1e-10, 1e-11},
 };
 static const perp__lemke_trial in_doubled[] = {
-    {1, 0, 20, 1e-11, 1e-14, 1e-13}, {1, 1, 8, 1e-12, 1e-11, 1e-13},  {1, 1, 8, 0.0, 1e-12, 1e-13},
-    {1, 1, 8, 1e-11, 1e-14, 1e-13},  {1, 1, 8, 1e-12, 1e-10, 1e-11},  {1, 1, 20, 0.0, 1e-11, 1e-11},
-    {1, 1, 20, 1e-11, 1e-13, 1e-14}, {1, 1, 40, 1e-13, 1e-12, 1e-13},
+    {1, 0, 20, 1e-11, 1e-14, 1e-13},
+    {1, 1, 8, 1e-12, 1e-11, 1e-13},
+    {1, 1, 8, 0.0, 1e-12, 1e-13},
 };
 enum {
     IN_DOUBLE = sizeof in_double / sizeof *in_double,
     IN_DOUBLED = sizeof in_doubled / sizeof *in_doubled
 };
 
-static int32_t suits_sparse(const perp__lcp_problem *p)
-{
-    const int32_t *starts = p->M->column_starts;
-    const int64_t n = p->n;
-
-    return starts && n > SMALL && FILLED * (int64_t)starts[n] <= n * n;
-}
-
 static void layout(perp__arena *arena, void *work)
 {
     perp__lemke *l = work;
     const perp__lcp_problem *p = l->head.problem;
-    int32_t i, most = p->n;
+    const int32_t *starts = p->M->column_starts;
+    const int64_t n = p->n;
+    int32_t most = p->n;
     size_t pairs, rows;
 
-    for (i = 0; i < p->n; i++)
+    for (int32_t i = 0; i < p->n; i++)
         most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
     l->capacity = most;
     pairs = (size_t)most;
     rows = perp__tableau_length(most);
     l->kernels = perp__row_kernels_number(0);
-    l->is_sparse = suits_sparse(p);
+    l->is_sparse = starts && n > SMALL && FILLED * (int64_t)starts[n] <= n * n;
     if (l->is_sparse)
         perp__factored_layout(arena, l);
     else
@@ -113,36 +105,6 @@ int32_t perp__lemke_name_pairs(perp__lemke *l)
     return plain;
 }
 
-/* Sets l->trial, given how the last one ended, what holds the basis, and what the iterate may say
- * of the next. */
-static void choose_trial(perp__lemke *l, perp__lcp_iterate *iterate, perp_outcome last)
-{
-    const int32_t first = iterate->attempt == l->guessed;
-
-    if (first)
-        l->tried = l->tried_doubled = 0;
-    if (first ||
-        (!l->trial->doubled && last == PERP_OUTCOME_ITERATION_LIMIT && l->tried < IN_DOUBLE))
-        l->trial = &in_double[l->tried++];
-    else
-        l->trial = &in_doubled[l->tried_doubled++ % IN_DOUBLED];
-    if (l->trial->doubled && (!l->is_sparse || l->capacity <= ROOM_TO_DOUBLE))
-        l->basis = &perp__lemke_doubled;
-    else
-        l->basis = l->is_sparse ? &perp__lemke_sparse : &perp__lemke_dense;
-    iterate->improvable = !l->is_sparse && l->tried_doubled < IMPROVEMENTS;
-}
-
-/* The trial's tolerances; no end to the path but its own. */
-static void begin_path(perp__lemke *l)
-{
-    l->slack = l->trial->slack;
-    l->smallest_pivot = l->trial->smallest_pivot;
-    l->idle = l->near = 0;
-    l->most_idle = INT32_MAX;
-    l->near_end = -INFINITY;
-}
-
 /* Random in [1, 2], the same in every run. */
 static double draw(int32_t stream, int32_t k)
 {
@@ -153,69 +115,6 @@ static double draw(int32_t stream, int32_t k)
     x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
     x ^= x >> 31;
     return 1.0 + (double)(x >> 11) * 0x1p-53;
-}
-
-/* The column of t at the cold start: d in the rows of basic v, 0 in those of basic free x. Only
- * this is what makes Lemke's method process copositive matrices, and a ray mean something; and once
- * e has ended in one another vector must have the second word on that. */
-static void choose_covering(perp__lemke *l, const perp__lcp_iterate *iterate)
-{
-    const int32_t random = l->trial->random || iterate->rays > 0;
-
-    for (int32_t r = 0; r < l->pairs; r++) {
-        const int32_t is_v = l->basic[r] >= l->pairs, k = perp__lemke_pair(l, l->basic[r]);
-
-        l->covering[k] = !is_v ? 0.0 : random ? draw(1 + iterate->attempt, k) : 1.0;
-        l->column[r] = is_v ? -l->covering[k] : 0.0;
-    }
-    l->basis->set_covering(l);
-}
-
-/* The column of t anywhere else: what is infeasible moves to where it is feasible for the t that
- * the worst one needs, and what is feasible stays. A basic x with two bounds moves no further than
- * half way between them. */
-static void cover_violated(perp__lemke *l)
-{
-    double worst = 0.0;
-
-    for (int32_t r = 0; r < l->pairs; r++)
-        worst = fmax(worst, perp__lemke_violation(l, r));
-    for (int32_t r = 0; r < l->pairs; r++) {
-        const double violation = perp__lemke_violation(l, r);
-        const int32_t variable = l->basic[r];
-        double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
-
-        if (variable < l->pairs && d > 0.0)
-            d = fmin(d, (violation + 0.5 * l->range[variable]) / worst);
-        if (l->b[r] > l->high[r])
-            d = -d;
-        l->column[r] = -d;
-        l->covering[perp__lemke_pair(l, variable)] = d;
-    }
-    l->basis->set_covering(l);
-}
-
-/* Against wandering: the trial's perturbation, and an end to steps that lead nowhere. */
-static void perturb(perp__lemke *l, int32_t attempt)
-{
-    const perp_lcp_settings *settings = l->head.problem->settings;
-    /* in double it is for the polish to take it away again */
-    const double size =
-        l->basis->values || settings->polish ? l->trial->perturbation * l->largest_b : 0.0;
-
-    if (settings->pivot_rule != PERP_PIVOT_HARRIS)
-        return;
-    l->most_idle = 100 + (size > 0.0 ? 1 : 4) * l->pairs;
-    l->near_end = 4.0 * fmax(size, l->slack * l->largest_b);
-    for (int32_t r = 0; size > 0.0 && r < l->pairs; r++) {
-        const double change = size * draw(101 + attempt, r);
-
-        if (l->basic[r] < l->pairs)
-            continue;
-        l->b[r] += change;
-        if (l->basis == &perp__lemke_sparse) /* slacks have unit columns */
-            l->factored.q[l->basic[r] - l->pairs] += change;
-    }
 }
 
 /* What the iterate is to hold of the current basis: z and places. */
@@ -272,16 +171,6 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
     }
 }
 
-/* How far a basic variable is beyond its limits, at most. */
-static double farthest(const perp__lemke *l)
-{
-    double far = 0.0;
-
-    for (int32_t r = 0; r < l->pairs; r++)
-        far = fmax(far, perp__lemke_violation(l, r));
-    return far;
-}
-
 /* From a basis near the solution's, and again with less slack from where that ends; a path that
  * ends elsewhere leaves what the last one has written. */
 static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
@@ -289,9 +178,28 @@ static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
     double far = INFINITY;
 
     for (int32_t round = 0; round <= CORRECTIONS && far > ROUNDING * l->largest_b; round++) {
+        double worst = 0.0;
         perp_status status;
 
-        cover_violated(l);
+        /* 1. The column of t: what is infeasible moves to where it is feasible for the t that the
+         * worst one needs, and what is feasible stays. A basic x with two bounds moves no further
+         * than half way between them. */
+        for (int32_t r = 0; r < l->pairs; r++)
+            worst = fmax(worst, perp__lemke_violation(l, r));
+        for (int32_t r = 0; r < l->pairs; r++) {
+            const double violation = perp__lemke_violation(l, r);
+            const int32_t variable = l->basic[r];
+            double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
+
+            if (variable < l->pairs && d > 0.0)
+                d = fmin(d, (violation + 0.5 * l->range[variable]) / worst);
+            if (l->b[r] > l->high[r])
+                d = -d;
+            l->column[r] = -d;
+            l->covering[perp__lemke_pair(l, variable)] = d;
+        }
+        l->basis->set_covering(l);
+        /* 2. The path, and what is off by its slack where it ends. */
         status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
         if (status != PERP_OK)
             return status;
@@ -303,7 +211,9 @@ static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
             iterate->outcome = round > 0 ? PERP_OUTCOME_SOLVED : iterate->outcome;
             break;
         }
-        far = farthest(l);
+        far = 0.0;
+        for (int32_t r = 0; r < l->pairs; r++)
+            far = fmax(far, perp__lemke_violation(l, r));
         l->slack = 1e-3 * far / l->largest_b;
     }
     return PERP_OK;
@@ -316,7 +226,8 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     enum perp__lemke_guess guess = PERP__GUESS_NONE;
     perp_status status;
 
-    begin_path(l);
+    l->slack = l->trial->slack;
+    l->smallest_pivot = l->trial->smallest_pivot;
     status = l->basis->start_near(l, iterate, &guess);
     *done = status == PERP_OK && guess == PERP__GUESS_END;
     if (status != PERP_OK || guess != PERP__GUESS_BASIS)
@@ -330,50 +241,39 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     return PERP_OK;
 }
 
-/* l->work := |S| |z| + |q|: the sizes of the roundings of z and of the data in a row. Rows at rest
- * among small numbers are known far better than the largest z. */
-static void find_row_sizes(perp__lemke *l, const double *z)
+/* Makes t's column -1 in the rows whose variables are below their limits, +1 where they are above,
+ * and 0 elsewhere. Returns how far the farthest is off; 0: none is by more than what half a
+ * rounding of z may change. */
+static double cover_slack(perp__lemke *l, const double *z)
 {
     const perp__lcp_problem *p = l->head.problem;
     perp__cursor c = perp__first(p->M);
+    double z_largest = 0.0, far = 0.0;
 
+    /* 1. work := |S| |z| + |q|: the sizes of the roundings of z and of the data in a row. Rows at
+     * rest among small numbers are known far better than the largest z. */
     for (int32_t i = 0; i < p->n; i++)
         l->work[i] = fabs(p->q[i]);
     while (perp__advance(&c))
         l->work[c.i] += fabs(c.value * (p->factors[c.i] * p->factors[c.j]) * z[c.j]);
-}
-
-/* What may be wrong with a basic variable once z is rounded; with x what it had in doubled
- * precision already. */
-static double noise(const perp__lemke *l, int32_t variable, double z_largest)
-{
-    const int32_t k = perp__lemke_pair(l, variable);
-
-    return variable < l->pairs ? KNOWN_IN_DOUBLED * z_largest / l->column_unit[k]
-                               : 0.5 * DBL_EPSILON * l->work[l->index[k]] * l->row_unit[k];
-}
-
-/* Makes t's column -1 in the rows whose variables are below their limits, +1 where they are above,
- * and 0 elsewhere. Returns how far the farthest is off; 0: none is by more than what half a
- * rounding may change. */
-static double cover_slack(perp__lemke *l, const double *z)
-{
-    double z_largest = 0.0, far = 0.0;
-
-    find_row_sizes(l, z);
     for (int32_t r = 0; r < l->pairs; r++)
         if (l->basic[r] < l->pairs)
             z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
+    /* 2. The column; an x is known in doubled precision already. */
     memset(l->covering, 0, (size_t)l->pairs * sizeof *l->covering);
     for (int32_t r = 0; r < l->pairs; r++) {
         const double off = perp__lemke_violation(l, r);
+        const int32_t k = perp__lemke_pair(l, l->basic[r]);
+        const double noise = l->basic[r] < l->pairs
+                                 ? KNOWN_IN_DOUBLED * z_largest / l->column_unit[k]
+                                 : 0.5 * DBL_EPSILON * l->work[l->index[k]] * l->row_unit[k];
 
         l->column[r] = off == 0.0 ? 0.0 : l->b[r] < l->low[r] ? -1.0 : 1.0;
         if (off == 0.0)
             continue;
-        if (off > noise(l, l->basic[r], z_largest))
+        if (off > noise)
             far = fmax(far, off);
-        l->covering[perp__lemke_pair(l, l->basic[r])] = 1.0;
+        l->covering[k] = 1.0;
     }
     return far;
 }
@@ -406,38 +306,59 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
     return status < 0 ? status : PERP_OK;
 }
 
-/* Whether a path that ended elsewhere came near its end. */
-static int32_t is_far_off(const perp__lemke *l, perp_outcome outcome)
-{
-    const int32_t t_row = l->row_of[perp__lemke_t(l)];
-
-    return (outcome == PERP_OUTCOME_RAY || outcome == PERP_OUTCOME_STALLED ||
-            (outcome == PERP_OUTCOME_ITERATION_LIMIT && l->head.problem->iteration_limit <= 0)) &&
-           t_row >= 0 && fabs(l->b[t_row]) > FAR_OFF * l->largest_b;
-}
-
 static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
 {
+    const perp__lcp_problem *p = l->head.problem;
+    const int32_t random = l->trial->random || iterate->rays > 0;
     perp_status status = l->basis->start(l, iterate);
+    double size;
+    int32_t t_row;
 
     if (status != PERP_OK) {
         l->outcome = iterate->outcome = PERP_OUTCOME_STALLED;
         return status < 0 ? status : PERP_OK;
     }
-    begin_path(l);
-    choose_covering(l, iterate);
-    perturb(l, iterate->attempt);
+    l->slack = l->trial->slack;
+    l->smallest_pivot = l->trial->smallest_pivot;
+    /* 1. The column of t: d in the rows of basic v, 0 in those of basic free x. Only this is what
+     * makes Lemke's method process copositive matrices, and a ray mean something; and once e has
+     * ended in one another vector must have the second word on that. */
+    for (int32_t r = 0; r < l->pairs; r++) {
+        const int32_t is_v = l->basic[r] >= l->pairs, k = perp__lemke_pair(l, l->basic[r]);
+
+        l->covering[k] = !is_v ? 0.0 : random ? draw(1 + iterate->attempt, k) : 1.0;
+        l->column[r] = is_v ? -l->covering[k] : 0.0;
+    }
+    l->basis->set_covering(l);
+    /* 2. Against wandering: the trial's perturbation, which in double it is for the polish to take
+     * away again. */
+    size = p->settings->pivot_rule == PERP_PIVOT_HARRIS && (l->basis->values || p->settings->polish)
+               ? l->trial->perturbation * l->largest_b
+               : 0.0;
+    for (int32_t r = 0; size > 0.0 && r < l->pairs; r++) {
+        const double change = size * draw(101 + iterate->attempt, r);
+
+        if (l->basic[r] < l->pairs)
+            continue;
+        l->b[r] += change;
+        if (l->basis == &perp__lemke_sparse) /* slacks have unit columns */
+            l->factored.q[l->basic[r] - l->pairs] += change;
+    }
+    /* 3. The path, and where it ends: elsewhere than at a solution, but near it, the polish may
+     * mend that. */
     status = perp__lemke_follow_path(l, iterate, 200 + l->trial->patience * (int64_t)l->pairs);
     if (status != PERP_OK)
         return status;
     l->outcome = iterate->outcome;
     iterate->iterations += l->spent;
     write_point(l, iterate);
-    iterate->far_off = is_far_off(l, iterate->outcome);
-    if (iterate->outcome == PERP_OUTCOME_RAY)
+    t_row = l->row_of[perp__lemke_t(l)];
+    iterate->far_off = (l->outcome == PERP_OUTCOME_RAY || l->outcome == PERP_OUTCOME_STALLED ||
+                        (l->outcome == PERP_OUTCOME_ITERATION_LIMIT && p->iteration_limit <= 0)) &&
+                       t_row >= 0 && fabs(l->b[t_row]) > FAR_OFF * l->largest_b;
+    if (l->outcome == PERP_OUTCOME_RAY)
         write_ray(l, iterate);
-    return l->basis->values && iterate->outcome == PERP_OUTCOME_SOLVED ? tighten(l, iterate)
-                                                                       : PERP_OK;
+    return l->basis->values && l->outcome == PERP_OUTCOME_SOLVED ? tighten(l, iterate) : PERP_OK;
 }
 
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
@@ -448,7 +369,20 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     l->spent = 0;
     if (iterate->attempt == 0)
         l->guessed = 0;
-    choose_trial(l, iterate, l->outcome);
+    /* 1. The trial, given how the last one ended, and what holds the basis. */
+    if (iterate->attempt == l->guessed)
+        l->tried = l->tried_doubled = 0;
+    if (iterate->attempt == l->guessed ||
+        (!l->trial->doubled && l->outcome == PERP_OUTCOME_ITERATION_LIMIT && l->tried < IN_DOUBLE))
+        l->trial = &in_double[l->tried++];
+    else
+        l->trial = &in_doubled[l->tried_doubled++ % IN_DOUBLED];
+    if (l->trial->doubled && (!l->is_sparse || l->capacity <= ROOM_TO_DOUBLE))
+        l->basis = &perp__lemke_doubled;
+    else
+        l->basis = l->is_sparse ? &perp__lemke_sparse : &perp__lemke_dense;
+    iterate->improvable = !l->is_sparse && l->tried_doubled < IMPROVEMENTS;
+    /* 2. From a guess, or else from the problem as it is. */
     if (iterate->attempt == 0)
         status = solve_near(l, iterate, &l->guessed);
     return status != PERP_OK || (iterate->attempt == 0 && l->guessed) ? status

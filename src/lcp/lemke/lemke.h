@@ -158,9 +158,6 @@ struct perp__lemke {
     double largest_b;      /* max |b| at the start */
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
     double smallest_pivot; /* relative to the column's largest entry */
-    int32_t idle, near,
-        most_idle;   /* steps of length 0 on end, and with t near 0; the most of them */
-    double near_end; /* t that counts as near 0 */
 
     /* attempts */
     const perp__lemke_trial *trial;

@@ -141,15 +141,6 @@ static void write_perturbations(perp__lemke *l, int32_t r, double *row)
         row[j] /= pivot;
 }
 
-/* Does the row with perturbations a come before that with b? Their ratios tie. */
-static int32_t comes_before(const perp__lemke *l, const double *a, const double *b)
-{
-    for (int32_t j = 0; j < l->pairs; j++)
-        if (fabs(a[j] - b[j]) > TIE * (fabs(a[j]) + fabs(b[j])))
-            return a[j] < b[j];
-    return 0;
-}
-
 static int32_t lexicographic_row(perp__lemke *l, double own_range)
 {
     const double floor = l->smallest_pivot * perp__lemke_largest_entry(l);
@@ -157,6 +148,7 @@ static int32_t lexicographic_row(perp__lemke *l, double own_range)
     double least = INFINITY, far, speed, tie;
     int32_t found = PERP__NO_ROW, ties = 0, r;
 
+    /* 1. The least ratio, and the first row that has it; t wins a tie. */
     for (r = 0; r < l->pairs; r++)
         if (find_distance(l, r, floor, &far, &speed) && far / speed < least)
             least = far / speed;
@@ -168,13 +160,18 @@ static int32_t lexicographic_row(perp__lemke *l, double own_range)
             continue;
         if (l->basic[r] == perp__lemke_t(l))
             return r;
+        /* 2. Of rows that tie, the one whose perturbations come first. */
         if (ties++ == 1)
             write_perturbations(l, found, best);
         if (ties > 1) {
             double *kept = best;
+            int32_t j = 0;
 
             write_perturbations(l, r, other);
-            if (!comes_before(l, other, best))
+            while (j < l->pairs &&
+                   !(fabs(other[j] - best[j]) > TIE * (fabs(other[j]) + fabs(best[j]))))
+                j++;
+            if (j == l->pairs || !(other[j] < best[j]))
                 continue;
             best = other;
             other = kept;
@@ -191,12 +188,6 @@ static int32_t blocking_row(perp__lemke *l, double own_range)
                : harris_row(l, own_range);
 }
 
-static int32_t is_doubtful(const perp__lemke *l, int32_t r)
-{
-    return r == PERP__NO_ROW ||
-           (r >= 0 && !(fabs(l->column[r]) >= DOUBTFUL * perp__lemke_largest_entry(l)));
-}
-
 /* Finds the row whose basic variable stops the entering one, whose column is in l->column;
  * PERP__FLIP if that reaches its own other bound, own_range away, before any row blocks;
  * PERP__NO_ROW if nothing does. What looks like a ray or a tiny pivot is looked at again with new
@@ -208,7 +199,8 @@ static perp_status find_blocking(perp__lemke *l, double own_range, int32_t *r)
     if (status != PERP_OK)
         return status;
     *r = blocking_row(l, own_range);
-    if (!l->basis->refactor || !is_doubtful(l, *r))
+    if (!l->basis->refactor || *r == PERP__FLIP ||
+        (*r >= 0 && fabs(l->column[*r]) >= DOUBTFUL * perp__lemke_largest_entry(l)))
         return PERP_OK;
     status = l->basis->refactor(l);
     if (status == PERP__LEMKE_AS_NEW)
@@ -256,17 +248,6 @@ static void enter_partner(perp__lemke *l, int32_t leaving, int32_t left_at_upper
     }
 }
 
-/* Steps of length 0 without end, or steps without end where t is as small as what was done to b. */
-static int32_t is_idle(perp__lemke *l)
-{
-    l->idle++;
-    if (fabs(l->b[l->row_of[perp__lemke_t(l)]]) > l->near_end)
-        l->near = 0;
-    else
-        l->near++;
-    return l->idle > l->most_idle || l->near > l->most_idle;
-}
-
 /* One step of the path: the entering variable goes as far as it can. Sets *outcome where the path
  * ends, else the next entering variable. */
 static perp_status advance(perp__lemke *l, perp_outcome *outcome)
@@ -290,8 +271,6 @@ static perp_status advance(perp__lemke *l, perp_outcome *outcome)
         return PERP_OK;
     }
     find_distance(l, r, 0.0, &far, &speed);
-    if (far > 0.0)
-        l->idle = 0;
     leaving = l->basic[r];
     at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
     status = pivot(l, r, far, from);
@@ -302,63 +281,46 @@ static perp_status advance(perp__lemke *l, perp_outcome *outcome)
     return status;
 }
 
-/* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
- * the unit matrix has it. -1: the basis solves the problem. */
-static int32_t first_row(const perp__lemke *l)
+perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most)
 {
+    const perp__lcp_problem *p = l->head.problem;
+    const int64_t limit = p->iteration_limit > 0 ? p->iteration_limit - l->spent : most;
     double worst = 0.0;
-    int32_t found = -1, r;
+    int32_t first = -1, leaving, at_upper;
+    perp_outcome outcome = -1;
+    perp_status status;
 
-    for (r = 0; r < l->pairs; r++) {
+    /* 1. The row that t must make feasible last; of rows that tie, the last, as the lexicographic
+     * order of the unit matrix has it. Without any the basis solves the problem. */
+    for (int32_t r = 0; r < l->pairs; r++) {
         const double d = l->covering[perp__lemke_pair(l, l->basic[r])];
         const double violation = perp__lemke_violation(l, r);
 
         if (d != 0.0 && violation != 0.0 && violation / fabs(d) >= worst) {
             worst = violation / fabs(d);
-            found = r;
+            first = r;
         }
     }
-    return found;
-}
-
-/* t enters and makes row r feasible. */
-static perp_status begin(perp__lemke *l, int32_t r)
-{
-    const int32_t leaving = l->basic[r];
-    const int32_t at_upper = leaving < l->pairs && l->b[r] > 0.0;
-    perp_status status;
-
-    l->direction = 1.0;
-    l->entering = perp__lemke_t(l);
-    status = pivot(l, r, perp__lemke_violation(l, r), 0.0);
-    enter_partner(l, leaving, at_upper);
-    return status;
-}
-
-perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most)
-{
-    const perp__lcp_problem *p = l->head.problem;
-    const int64_t limit = p->iteration_limit > 0 ? p->iteration_limit - l->spent : most;
-    const int32_t first = first_row(l);
-    perp_outcome outcome = -1;
-    perp_status status;
-
     iterate->iterations = 0;
     iterate->outcome = first < 0 ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_ITERATION_LIMIT;
     if (first < 0 || limit <= 0)
         return PERP_OK;
-    status = begin(l, first);
+    /* 2. t enters there. */
+    leaving = l->basic[first];
+    at_upper = leaving < l->pairs && l->b[first] > 0.0;
+    l->direction = 1.0;
+    l->entering = perp__lemke_t(l);
+    status = pivot(l, first, perp__lemke_violation(l, first), 0.0);
+    enter_partner(l, leaving, at_upper);
+    /* 3. Steps of the path, until it ends. */
     for (iterate->iterations = 1; status == PERP_OK && outcome < 0; iterate->iterations++) {
         if (iterate->iterations >= limit)
             outcome = PERP_OUTCOME_ITERATION_LIMIT;
         else if (iterate->iterations % 16 == 1)
             outcome = perp__lcp_tick(p->control, l->spent + iterate->iterations, INFINITY);
-        if (outcome < 0 && is_idle(l))
-            outcome = PERP_OUTCOME_STALLED;
-        if (outcome >= 0)
-            break;
-        status = advance(l, &outcome);
-        if (outcome == PERP_OUTCOME_RAY)
+        if (outcome < 0)
+            status = advance(l, &outcome);
+        if (outcome >= 0 && outcome != PERP_OUTCOME_SOLVED)
             break;
     }
     iterate->outcome = status == PERP__FACTOR_SINGULAR ? PERP_OUTCOME_STALLED : outcome;

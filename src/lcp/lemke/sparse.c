@@ -35,11 +35,13 @@
 /* Reciprocal condition below which free variables count as dependent. */
 #define DEPENDENT 1e-13
 
-/* Entries of [I, -S] that can be in the basis's kernel, with every free variable split. */
-static size_t count_entries(const perp__lcp_problem *p)
+void perp__factored_layout(perp__arena *arena, perp__lemke *l)
 {
+    perp__factored *f = &l->factored;
+    const perp__lcp_problem *p = l->head.problem;
     const perp__matrix *M = p->M;
-    size_t entries = 0;
+    const size_t n = (size_t)p->n, pairs = (size_t)l->capacity;
+    size_t entries = 0; /* of [I, -S] that can be in the kernel, with every free variable split */
 
     for (int32_t j = 0; j < p->n; j++) {
         size_t column = 0;
@@ -51,16 +53,7 @@ static size_t count_entries(const perp__lcp_problem *p)
         }
         entries += p->lower[j] == -INFINITY && p->upper[j] == INFINITY ? 2 * column : column;
     }
-    return entries;
-}
-
-void perp__factored_layout(perp__arena *arena, perp__lemke *l)
-{
-    perp__factored *f = &l->factored;
-    const perp__lcp_problem *p = l->head.problem;
-    const size_t n = (size_t)p->n, pairs = (size_t)l->capacity;
-
-    perp__basis_layout(arena, &f->basis, l->capacity, count_entries(p), SPIKES, SPIKES * pairs);
+    perp__basis_layout(arena, &f->basis, l->capacity, entries, SPIKES, SPIKES * pairs);
     f->crash.common.problem = p;
     perp__sparse_active_set_layout(arena, &f->crash);
     f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
@@ -68,48 +61,22 @@ void perp__factored_layout(perp__arena *arena, perp__lemke *l)
     f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
 }
 
-/* w := S z + q in the caller's variables. */
-static void affine(const perp__lcp_problem *p, const double *z, double *w)
+/* sign (S base + q) */
+static void write_q(perp__lemke *l)
 {
+    const perp__lcp_problem *p = l->head.problem;
     const perp__matrix *M = p->M;
+    const double *z = l->base;
 
-    memcpy(w, p->q, (size_t)p->n * sizeof *w);
+    memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
     for (int32_t j = 0; j < p->n; j++)
         for (int32_t k = M->column_starts[j]; z[j] != 0.0 && k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
-            w[i] += M->values[k] * (p->factors[i] * p->factors[j]) * z[j];
+            l->work[i] += M->values[k] * (p->factors[i] * p->factors[j]) * z[j];
         }
-}
-
-/* sign (S base + q) */
-static void write_q(perp__lemke *l)
-{
-    affine(l->head.problem, l->base, l->work);
     for (int32_t k = 0; k < l->pairs; k++)
         l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
-}
-
-/* Writes the problem in standard form; free variables basic from the start, or split. */
-static void write_pairs(perp__lemke *l, int32_t split)
-{
-    perp__factored *f = &l->factored;
-    int32_t k, first;
-
-    perp__lemke_name_pairs(l);
-    f->split = split;
-    for (int32_t i = 0; i < l->head.problem->n; i++)
-        f->pair_of[i] = -1;
-    for (k = 0, first = l->pairs; k < first; k++) {
-        f->pair_of[l->index[k]] = k;
-        if (!split || !perp__lemke_is_free(l, k))
-            continue;
-        perp__lemke_write_pair(l, l->pairs, l->index[k], -1, INFINITY);
-        l->twin[k] = l->pairs;
-        l->twin[l->pairs++] = k;
-    }
-    memset(f->h, 0, (size_t)l->pairs * sizeof *f->h);
-    write_q(l);
 }
 
 /* Entries of a column of [I, -S]: the perp__columns of the basis. */
@@ -167,23 +134,18 @@ static void solve_column(perp__lemke *l, int32_t variable)
     perp__basis_solve(&l->factored.basis, l->work, l->column);
 }
 
-/* work := q - the columns of all variables times their values */
-static void write_residual(perp__lemke *l)
-{
-    memcpy(l->work, l->factored.q, (size_t)l->pairs * sizeof *l->work);
-    for (int32_t k = 0; k < l->pairs; k++) {
-        if (l->row_of[k] < 0 && l->at_upper[k])
-            add_column(l, k, -l->range[k], l->work);
-        add_column(l, l->basic[k], -l->b[k], l->work);
-    }
-}
-
 /* b = B^-1 (q + what rests at upper bounds), with a step of refinement. */
 static void find_values(perp__lemke *l)
 {
     memset(l->b, 0, (size_t)l->pairs * sizeof *l->b);
     for (int32_t round = 0; round < 2; round++) {
-        write_residual(l);
+        /* work := q - the columns of all variables times their values */
+        memcpy(l->work, l->factored.q, (size_t)l->pairs * sizeof *l->work);
+        for (int32_t k = 0; k < l->pairs; k++) {
+            if (l->row_of[k] < 0 && l->at_upper[k])
+                add_column(l, k, -l->range[k], l->work);
+            add_column(l, l->basic[k], -l->b[k], l->work);
+        }
         perp__basis_solve(&l->factored.basis, l->work, l->column);
         for (int32_t r = 0; r < l->pairs; r++)
             l->b[r] += l->column[r];
@@ -205,9 +167,27 @@ static perp_status load(perp__lemke *l)
  * free variables are basic, or split. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
 static perp_status take_places(perp__lemke *l, int32_t split)
 {
+    perp__factored *f = &l->factored;
+    int32_t first;
     perp_status status;
 
-    write_pairs(l, split);
+    /* 1. The problem in standard form. */
+    perp__lemke_name_pairs(l);
+    first = l->pairs;
+    f->split = split;
+    for (int32_t i = 0; i < l->head.problem->n; i++)
+        f->pair_of[i] = -1;
+    for (int32_t k = 0; k < first; k++) {
+        f->pair_of[l->index[k]] = k;
+        if (!split || !perp__lemke_is_free(l, k))
+            continue;
+        perp__lemke_write_pair(l, l->pairs, l->index[k], -1, INFINITY);
+        l->twin[k] = l->pairs;
+        l->twin[l->pairs++] = k;
+    }
+    memset(f->h, 0, (size_t)l->pairs * sizeof *f->h);
+    write_q(l);
+    /* 2. The basis. */
     for (int32_t k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = -1;
     for (int32_t k = 0; k < l->pairs; k++) {
@@ -217,7 +197,7 @@ static perp_status take_places(perp__lemke *l, int32_t split)
         l->row_of[l->basic[k]] = k;
         l->at_upper[k] = place == PERP__AT_UPPER && l->sign[k] > 0;
     }
-    l->factored.missing = -1;
+    f->missing = -1;
     status = load(l);
     perp__lemke_write_limits(l);
     if (status == PERP_OK)
@@ -233,13 +213,17 @@ static void find_largest_b(perp__lemke *l)
             l->largest_b = fmax(l->largest_b, fabs(l->b[r]));
 }
 
-/* Basic variables that are beyond a limit by more than rounding. */
-static int32_t count_violated(const perp__lemke *l)
+/* Takes l->places for a guess if they are near the solution's: few basic variables are beyond a
+ * limit by more than rounding. */
+static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
 {
     const perp__lcp_problem *p = l->head.problem;
+    perp_status status = take_places(l, 0);
     double x_largest = 0.0;
-    int32_t count = 0, k;
+    int32_t violated = 0, k;
 
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
     for (k = 0; k < l->pairs; k++)
         if (l->basic[k] < l->pairs)
             x_largest = fmax(x_largest, fabs(l->b[k]));
@@ -248,34 +232,12 @@ static int32_t count_violated(const perp__lemke *l)
         const double size =
             l->basic[k] < l->pairs ? x_largest : p->row_norms[i] * x_largest + fabs(p->q[i]);
 
-        count += perp__lemke_violation(l, k) > 16.0 * DBL_EPSILON * size;
+        violated += perp__lemke_violation(l, k) > 16.0 * DBL_EPSILON * size;
     }
-    return count;
-}
-
-/* Takes l->places for a guess if they are near the solution's. */
-static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
-{
-    perp_status status = take_places(l, 0);
-
-    if (status != PERP_OK)
-        return status < 0 ? status : PERP_OK;
-    if (count_violated(l) <= FEW + l->pairs / CLOSE)
+    if (violated <= FEW + l->pairs / CLOSE)
         *guess = PERP__GUESS_BASIS;
     find_largest_b(l);
     return PERP_OK;
-}
-
-/* Whether all variables with a bound have positive diagonal entries. */
-static int32_t could_be_P(const perp__lcp_problem *p)
-{
-    for (int32_t i = 0; i < p->n; i++) {
-        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
-
-        if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
-            return 0;
-    }
-    return 1;
 }
 
 static int32_t correct(void *work, const double *residual, double *step)
@@ -311,41 +273,37 @@ static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__
     return PERP_OK;
 }
 
-/* l->places by z alone: a solution of a problem nearby solves no equations here, so that w says
- * nothing of what it has at a bound. */
-static void read_places(perp__lemke *l, const double *z)
-{
-    const perp__lcp_problem *p = l->head.problem;
-
-    for (int32_t i = 0; i < p->n; i++)
-        l->places[i] = p->lower[i] == p->upper[i] ? PERP__FIXED
-                       : z[i] <= p->lower[i]      ? PERP__AT_LOWER
-                       : z[i] >= p->upper[i]      ? PERP__AT_UPPER
-                                                  : PERP__BETWEEN;
-}
-
 /* From the caller's z0, by active sets, or both, as the settings allow. */
 static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
                               enum perp__lemke_guess *guess)
 {
     const perp__lcp_problem *p = l->head.problem;
+    const double *z = iterate->z;
+    int32_t has_diagonal = 1; /* that of a P-matrix: all variables with a bound do */
     perp_status status = PERP_OK;
 
     if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         return PERP_OK;
     if (iterate->warm) {
         l->factored.crash.common.problem = p;
-        perp__sparse_active_set_places(&l->factored.crash, iterate->z, l->places);
+        perp__sparse_active_set_places(&l->factored.crash, z, l->places);
         status = take_guess(l, guess);
         if (status == PERP_OK && *guess == PERP__GUESS_NONE) {
-            read_places(l, iterate->z);
+            /* by z alone: a solution of a problem nearby solves no equations here, so that w says
+             * nothing of what it has at a bound */
+            perp__places_of(p, z, l->places);
             status = take_guess(l, guess);
         }
     }
-    if (status == PERP_OK && *guess == PERP__GUESS_NONE && p->settings->crash &&
-        (iterate->warm || p->n >= WORTH_IT || could_be_P(p)))
-        status = crash(l, iterate, guess);
-    return status;
+    if (status != PERP_OK || *guess != PERP__GUESS_NONE || !p->settings->crash)
+        return status;
+    for (int32_t i = 0; i < p->n; i++) {
+        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+
+        if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
+            has_diagonal = 0;
+    }
+    return iterate->warm || p->n >= WORTH_IT || has_diagonal ? crash(l, iterate, guess) : PERP_OK;
 }
 
 /* The basis of the slacks and the free variables, or, where those depend on each other, of the
@@ -369,52 +327,43 @@ static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
     return status;
 }
 
-/* The slack to be loaded in place of t, which is a full column: that of the missing pair, unless
- * its entry in t's row of B^-1 says that another makes a better basis. With a singular principal
- * block in the basis neither member of the missing pair would do. */
-static int32_t choose_slack(perp__lemke *l)
-{
-    const int32_t missing = l->factored.missing;
-    int32_t best = missing, k;
-
-    memset(l->work, 0, (size_t)l->pairs * sizeof *l->work);
-    l->work[l->row_of[perp__lemke_t(l)]] = 1.0;
-    perp__basis_solve_transposed(&l->factored.basis, l->work, l->column);
-    for (k = 0; k < l->pairs; k++)
-        if (fabs(l->column[k]) > fabs(l->column[best]))
-            best = k;
-    return fabs(l->column[missing]) >= 0.1 * fabs(l->column[best]) ? missing : best;
-}
-
-/* Puts the slack of pair k in the row of the missing pair, loads, and puts t there instead. */
-static perp_status load_with(perp__lemke *l, int32_t slack)
-{
-    const int32_t r = l->factored.missing;
-    perp_status status;
-
-    l->basic[r] = l->pairs + slack;
-    status = load(l);
-    if (status != PERP_OK)
-        return status;
-    solve_column(l, perp__lemke_t(l));
-    if (!(fabs(l->column[r]) > l->smallest_pivot * perp__largest(l->column, l->pairs)))
-        return PERP__FACTOR_SINGULAR;
-    perp__basis_replace(&l->factored.basis, r, l->column); /* the file is empty: there is room */
-    l->basic[r] = perp__lemke_t(l);
-    return PERP_OK;
-}
-
 /* Factors the current basis anew, pair k in row k, t in that of the missing pair, and recomputes
  * its values. */
 static perp_status refresh(perp__lemke *l)
 {
-    const int32_t slack = l->factored.missing >= 0 ? choose_slack(l) : -1;
+    const int32_t missing = l->factored.missing, t = perp__lemke_t(l);
+    int32_t slack = missing, best = missing, k;
     perp_status status;
 
-    for (int32_t k = 0; k < l->pairs; k++)
+    /* 1. The slack to be loaded in place of t, which is a full column: that of the missing pair,
+     * unless its entry in t's row of B^-1 says that another makes a better basis. With a singular
+     * principal block in the basis neither member of the missing pair would do. */
+    if (missing >= 0) {
+        memset(l->work, 0, (size_t)l->pairs * sizeof *l->work);
+        l->work[l->row_of[t]] = 1.0;
+        perp__basis_solve_transposed(&l->factored.basis, l->work, l->column);
+        for (k = 0; k < l->pairs; k++)
+            if (fabs(l->column[k]) > fabs(l->column[best]))
+                best = k;
+        if (!(fabs(l->column[missing]) >= 0.1 * fabs(l->column[best])))
+            slack = best;
+    }
+    for (k = 0; k < l->pairs; k++)
         l->basic[k] = l->row_of[k] >= 0 ? k : l->pairs + k;
-    status = slack >= 0 ? load_with(l, slack) : load(l);
-    for (int32_t k = 0; k < l->pairs; k++)
+    if (missing >= 0)
+        l->basic[missing] = l->pairs + slack;
+    /* 2. The factors, and t in its place. */
+    status = load(l);
+    if (status == PERP_OK && missing >= 0) {
+        solve_column(l, t);
+        if (fabs(l->column[missing]) > l->smallest_pivot * perp__largest(l->column, l->pairs)) {
+            perp__basis_replace(&l->factored.basis, missing, l->column); /* which has room */
+            l->basic[missing] = t;
+        } else {
+            status = PERP__FACTOR_SINGULAR;
+        }
+    }
+    for (k = 0; k < l->pairs; k++)
         l->row_of[l->basic[k]] = k;
     perp__lemke_write_limits(l);
     if (status == PERP_OK)

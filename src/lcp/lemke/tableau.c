@@ -25,26 +25,6 @@ size_t perp__tableau_length(int32_t rows)
     return panels_of(rows) * PERP__PANEL;
 }
 
-static size_t delay_of(int32_t rows)
-{
-    const size_t length = perp__tableau_length(rows);
-
-    if (rows > LONG_DELAY_TO)
-        return DELAY;
-    return length < LONGEST_DELAY ? length : LONGEST_DELAY;
-}
-
-/* An odd number of panels, so that the columns of a tile don't meet in the same cache lines. */
-static size_t leading_dimension_of(int32_t rows)
-{
-    return (panels_of(rows) | 1) * PERP__PANEL;
-}
-
-static size_t width_of(int32_t columns)
-{
-    return ((size_t)columns + PERP__TILE - 1) / PERP__TILE * PERP__TILE;
-}
-
 /* From one panel of U to the next. */
 static size_t stride_of(const perp__tableau *t)
 {
@@ -59,14 +39,19 @@ static double *row_of(const perp__tableau *t, int32_t r)
 
 void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, int32_t columns)
 {
-    const size_t ld = leading_dimension_of(rows), width = width_of(columns);
-    const size_t delay = delay_of(rows);
+    const size_t length = perp__tableau_length(rows);
+    /* an odd number of panels, so that the columns of a tile don't meet in the same cache lines */
+    const size_t ld = (panels_of(rows) | 1) * PERP__PANEL;
+    const size_t width = ((size_t)columns + PERP__TILE - 1) / PERP__TILE * PERP__TILE;
+    const size_t delay = rows > LONG_DELAY_TO     ? DELAY
+                         : length < LONGEST_DELAY ? length
+                                                  : LONGEST_DELAY;
 
     t->kernels = perp__panel_kernels_choose(rows >= FUSED_FROM);
     t->leading_dimension = (int32_t)ld;
     t->delay = (int32_t)delay;
     t->T = perp__arena_take(arena, ld * width, sizeof(double));
-    t->U = perp__arena_take(arena, perp__tableau_length(rows) * delay, sizeof(double));
+    t->U = perp__arena_take(arena, length * delay, sizeof(double));
     t->L = perp__arena_take(arena, delay * delay, sizeof(double));
     PERP__DOUBLES(arena, delay * PERP__STRIP, &t->V, &t->rewritten);
     t->pivots = perp__arena_take(arena, delay, sizeof(double));
@@ -160,31 +145,20 @@ void perp__tableau_multiply(perp__tableau *t, double *x, double *y)
     }
 }
 
-/* Reads the rows that were exchanged into V, for the columns from `begin`. */
-static void gather(perp__tableau *t, size_t begin, size_t width)
+/* What becomes of columns begin .. begin + width - 1, a strip. */
+static void flush_strip(perp__tableau *t, size_t begin, size_t width)
 {
     const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
-    size_t j;
-
-    for (j = 0; j < width; j++) {
-        const double *column = t->T + (begin + j) * ld;
-
-        for (size_t k = 0; k < pending; k++)
-            t->V[k * PERP__STRIP + j] = column[t->exchanged[k]];
-    }
-    for (; j < PERP__STRIP; j++)
-        for (size_t k = 0; k < pending; k++)
-            t->V[k * PERP__STRIP + j] = 0.0;
-}
-
-/* V and what becomes of the rows that were exchanged. Columns that were written afresh after
- * exchange k have nothing to do with it. */
-static void eliminate_rows(perp__tableau *t, size_t begin, size_t width)
-{
-    const size_t pending = (size_t)t->pending;
     const int32_t *started = t->started + begin;
+    double *T = t->T + begin * ld;
     int32_t newest = 0;
 
+    /* 1. V := the rows that were exchanged. */
+    for (size_t j = 0; j < PERP__STRIP; j++)
+        for (size_t k = 0; k < pending; k++)
+            t->V[k * PERP__STRIP + j] = j < width ? T[j * ld + (size_t)t->exchanged[k]] : 0.0;
+    /* 2. V and what becomes of these rows. Columns that were written afresh after exchange k have
+     * nothing to do with it. */
     for (size_t j = 0; j < width; j++)
         newest = started[j] > newest ? started[j] : newest;
     for (size_t k = 0; k < pending; k++) {
@@ -199,39 +173,24 @@ static void eliminate_rows(perp__tableau *t, size_t begin, size_t width)
             if ((size_t)started[j] <= k)
                 again[j] = rewritten[j];
     }
-}
-
-static void scatter(perp__tableau *t, size_t begin, size_t width)
-{
-    const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
-
-    for (size_t j = 0; j < width; j++) {
-        double *column = t->T + (begin + j) * ld;
-
-        for (size_t k = (size_t)t->started[begin + j]; k < pending; k++)
-            column[t->exchanged[k]] = t->rewritten[k * PERP__STRIP + j];
-    }
+    for (size_t j = 0; j < width; j++)
+        for (size_t k = (size_t)started[j]; k < pending; k++)
+            T[j * ld + (size_t)t->exchanged[k]] = t->rewritten[k * PERP__STRIP + j];
+    /* 3. All the others. */
+    for (size_t j = 0; j < width; j += PERP__TILE)
+        t->kernels->subtract_tile(panels_of(t->rows), pending, t->U, stride_of(t), t->V + j,
+                                  T + j * ld, ld);
 }
 
 void perp__tableau_flush(perp__tableau *t)
 {
-    const size_t ld = (size_t)t->leading_dimension, columns = (size_t)t->columns;
-    const size_t pending = (size_t)t->pending;
-    size_t begin;
+    const size_t columns = (size_t)t->columns, pending = (size_t)t->pending;
 
     for (size_t k = 0; k < pending; k++) /* all groups are one now */
         for (size_t j = 0; j < k; j++)
             row_of(t, t->exchanged[k])[j * PERP__PANEL] = 0.0;
-    for (begin = 0; begin < columns && pending > 0; begin += PERP__STRIP) {
-        const size_t left = columns - begin, width = left < PERP__STRIP ? left : PERP__STRIP;
-
-        gather(t, begin, width);
-        eliminate_rows(t, begin, width);
-        scatter(t, begin, width);
-        for (size_t j = 0; j < width; j += PERP__TILE)
-            t->kernels->subtract_tile(panels_of(t->rows), pending, t->U, stride_of(t), t->V + j,
-                                      t->T + (begin + j) * ld, ld);
-    }
+    for (size_t begin = 0; begin < columns && pending > 0; begin += PERP__STRIP)
+        flush_strip(t, begin, columns - begin < PERP__STRIP ? columns - begin : PERP__STRIP);
     forget(t);
 }
 
@@ -248,38 +207,34 @@ void perp__tableau_drop(perp__tableau *t, int32_t c)
         t->entered[t->started[c] - 1] = c;
 }
 
-/* The row r that exchange k replaces owes nothing to those before any more. Those of earlier groups
- * have been applied when k's turn comes, so what they did to row r will be overwritten. */
-static void keep_row(perp__tableau *t, int32_t k, int32_t r)
+void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, const double *column)
 {
-    double *u = row_of(t, r), *owed = t->L + (size_t)k * (size_t)t->delay;
-    int32_t l;
+    double *into = t->T + (size_t)c * (size_t)t->leading_dimension, *row = row_of(t, r), *owed;
+    int32_t k, l;
 
+    if (t->pending == t->delay)
+        perp__tableau_flush(t);
+    k = t->pending;
+    /* 1. Row r owes nothing to exchanges before this one any more. Those of earlier groups have
+     * been applied when its turn comes, so what they did to row r will be overwritten. */
+    owed = t->L + (size_t)k * (size_t)t->delay;
     for (l = 0; l <= t->last[r]; l++)
         owed[l] = 0.0;
     for (; l < k; l++)
-        owed[l] = u[(size_t)l * PERP__PANEL];
+        owed[l] = row[(size_t)l * PERP__PANEL];
     for (l = k - k % GROUP; l < k; l++)
-        u[(size_t)l * PERP__PANEL] = 0.0;
+        row[(size_t)l * PERP__PANEL] = 0.0;
     t->exchanged[k] = r;
     t->again[k] = 0;
     if (t->last[r] >= 0)
         t->again[t->last[r]] = k;
     t->last[r] = k;
-}
-
-void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, const double *column)
-{
-    double *into = t->T + (size_t)c * (size_t)t->leading_dimension, *u;
-
-    if (t->pending == t->delay)
-        perp__tableau_flush(t);
-    keep_row(t, t->pending, r);
-    u = t->U + (size_t)t->pending * PERP__PANEL;
-    t->kernels->keep(panels_of(t->rows), column[r], column, into, u, stride_of(t));
+    /* 2. The column, which starts afresh. */
+    t->kernels->keep(panels_of(t->rows), column[r], column, into, t->U + (size_t)k * PERP__PANEL,
+                     stride_of(t));
     into[r] = 1.0 / column[r];
-    row_of(t, r)[(size_t)t->pending * PERP__PANEL] = 0.0;
-    t->pivots[t->pending] = column[r];
-    t->entered[t->pending] = c;
+    row[(size_t)k * PERP__PANEL] = 0.0;
+    t->pivots[k] = column[r];
+    t->entered[k] = c;
     t->started[c] = ++t->pending;
 }

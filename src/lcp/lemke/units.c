@@ -27,22 +27,6 @@ static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
            (product >= SIGNIFICANT * l->row_unit[i] || product >= SIGNIFICANT * l->row_unit[j]);
 }
 
-/* row_unit := the row's largest |M_ij M_ji|, for is_coupled. */
-static void find_strongest(perp__lemke *l)
-{
-    for (int32_t i = 0; i < l->pairs; i++)
-        l->row_unit[i] = 0.0;
-    for (int32_t j = 0; j < l->pairs; j++)
-        for (int32_t i = 0; i <= j; i++) {
-            const double product = size_of(l, i, j) * size_of(l, j, i);
-
-            if (product > l->row_unit[i])
-                l->row_unit[i] = product;
-            if (product > l->row_unit[j])
-                l->row_unit[j] = product;
-        }
-}
-
 /* column_unit := log2 sqrt(R), breadth first from one row of every component, with mean 0 there.
  * The rows from `end` on in the queue are not reached yet. */
 static void find_units(perp__lemke *l)
@@ -50,6 +34,16 @@ static void find_units(perp__lemke *l)
     const int32_t n = l->pairs;
     int32_t *queue = l->queue, begin = 0, end = 0;
 
+    /* row_unit := the row's largest |M_ij M_ji|, for is_coupled */
+    for (int32_t i = 0; i < n; i++)
+        l->row_unit[i] = 0.0;
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t i = 0; i <= j; i++) {
+            const double product = size_of(l, i, j) * size_of(l, j, i);
+
+            l->row_unit[i] = product > l->row_unit[i] ? product : l->row_unit[i];
+            l->row_unit[j] = product > l->row_unit[j] ? product : l->row_unit[j];
+        }
     for (int32_t i = 0; i < n; i++)
         queue[i] = i;
     while (end < n) {
@@ -133,10 +127,35 @@ static void fit_without_diagonal(perp__lemke *l)
     }
 }
 
-static void apply(perp__lemke *l)
+void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
+    const double *norms = l->head.problem->row_norms;
+    double least = INFINITY, most = 0.0;
+    int32_t found;
 
+    /* 1. Whether the tableau is the start's, -M, and rows are so unlike that units may matter. */
+    for (int32_t k = 0; k < l->pairs; k++) {
+        const double norm = norms[l->index[k]];
+
+        if (l->basic[k] != l->pairs + k)
+            return;
+        least = norm < least ? norm : least;
+        most = norm > most ? norm : most;
+    }
+    if (l->tableau.columns != l->pairs || !(eager || most > SPREAD * least))
+        return;
+    /* 2. R, if there is one. */
+    find_units(l);
+    found = is_symmetric(l);
+    for (int32_t i = 0; i < l->pairs; i++) {
+        l->column_unit[i] = found ? power_below(l->column_unit[i]) : 1.0;
+        l->row_unit[i] = 1.0 / l->column_unit[i];
+    }
+    if (!found)
+        return;
+    fit_without_diagonal(l);
+    /* 3. The problem in these units. */
     for (int32_t j = 0; j < l->pairs; j++) {
         double *column = l->tableau.T + (size_t)j * ld;
 
@@ -146,39 +165,4 @@ static void apply(perp__lemke *l)
         l->range[j] /= l->column_unit[j];
     }
     perp__lemke_index(l);
-}
-
-/* Whether the tableau is the start's, -M, and rows are so unlike that units may matter. */
-static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
-{
-    const double *norms = l->head.problem->row_norms;
-    double least = INFINITY, most = 0.0, norm;
-
-    for (int32_t k = 0; k < l->pairs; k++) {
-        if (l->basic[k] != l->pairs + k)
-            return 0;
-        norm = norms[l->index[k]];
-        least = norm < least ? norm : least;
-        most = norm > most ? norm : most;
-    }
-    return l->tableau.columns == l->pairs && (eager || most > SPREAD * least);
-}
-
-void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
-{
-    int32_t worth_it;
-
-    if (!is_worth_a_look(l, eager))
-        return;
-    find_strongest(l);
-    find_units(l);
-    worth_it = is_symmetric(l);
-    for (int32_t i = 0; i < l->pairs; i++) {
-        l->column_unit[i] = worth_it ? power_below(l->column_unit[i]) : 1.0;
-        l->row_unit[i] = 1.0 / l->column_unit[i];
-    }
-    if (!worth_it)
-        return;
-    fit_without_diagonal(l);
-    apply(l);
 }

@@ -14,7 +14,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/pgs/sweep.h"
 
 /* A residual this much above the best one seen is divergence. Where S is symmetric and positive
@@ -96,33 +98,26 @@ static void layout(perp__arena *arena, void *object)
     work->relaxation = 0.0;
 }
 
-static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
-{
-    double diagonal, q = problem->q[i];
-
-    if (!(problem->lower[i] < problem->upper[i]))
-        return PERP_OK;
-    diagonal = perp__diagonal_entry(problem->M, i);
-    if (diagonal > 0.0)
-        return PERP_OK;
-    if (problem->row_norms[i] > 0.0)
-        return perp__refuse(problem->context, "M(%d,%d) = %g: pgs needs a positive diagonal",
-                            (int)i, (int)i, diagonal);
-    if ((q > 0.0 && problem->lower[i] == -INFINITY) || (q < 0.0 && problem->upper[i] == INFINITY))
-        return perp__refuse(problem->context,
-                            "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z", (int)i,
-                            (int)i, (int)i, (int)i);
-    return PERP_OK;
-}
-
 /* Every row has a positive diagonal entry, or is zero and its q_i tells where z_i belongs, or z_i
  * is fixed. PERP_OK or PERP_ERROR_ARGUMENT. */
 static perp_status check(const perp__lcp_problem *problem)
 {
     perp_status status = PERP_OK;
 
-    for (int32_t i = 0; i < problem->n && status == PERP_OK; i++)
-        status = check_row(problem, i);
+    for (int32_t i = 0; i < problem->n && status == PERP_OK; i++) {
+        const double lower = problem->lower[i], upper = problem->upper[i], q = problem->q[i];
+        const double diagonal = perp__diagonal_entry(problem->M, i);
+
+        if (!(lower < upper) || diagonal > 0.0)
+            continue;
+        if (problem->row_norms[i] > 0.0)
+            status = perp__refuse(problem->context, "M(%d,%d) = %g: pgs needs a positive diagonal",
+                                  (int)i, (int)i, diagonal);
+        else if ((q > 0.0 && lower == -INFINITY) || (q < 0.0 && upper == INFINITY))
+            status = perp__refuse(problem->context,
+                                  "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z",
+                                  (int)i, (int)i, (int)i, (int)i);
+    }
     return status;
 }
 
@@ -131,51 +126,37 @@ static int32_t moves(const perp__lcp_problem *problem, int32_t i)
     return problem->lower[i] < problem->upper[i] && problem->row_norms[i] > 0.0;
 }
 
-/* The matrix is kept from solve to solve, until its set-up or a setting changes. */
-static int32_t is_read(const pgs_work *work)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-
-    if (work->relaxation != problem->settings->relaxation ||
-        work->scaling != problem->settings->scaling || work->sweep != problem->settings->sweep)
-        return 0;
-    for (int32_t i = 0; i < problem->n; i++)
-        if (moves(problem, i) != (work->step[i] != 0.0))
-            return 0;
-    return 1;
-}
-
-static void read_matrix(pgs_work *work)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-
-    work->relaxation = problem->settings->relaxation;
-    work->scaling = problem->settings->scaling;
-    work->sweep = problem->settings->sweep;
-    for (int32_t i = 0; i < problem->n; i++) {
-        double factor = problem->factors[i];
-
-        work->step[i] =
-            moves(problem, i)
-                ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
-                : 0.0;
-    }
-    perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
-}
-
-/* q and the bounds; a row of zeros is held where its w = q wants it. */
+/* The matrix, which is kept from solve to solve until its set-up or a setting changes; q and the
+ * bounds; a row of zeros is held where its w = q wants it. */
 static void read_problem(pgs_work *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
+    const perp_lcp_settings *settings = problem->settings;
     perp__sweeper *sweeper = &work->sweeper;
+    int32_t is_read = work->relaxation == settings->relaxation &&
+                      work->scaling == settings->scaling && work->sweep == settings->sweep;
 
-    if (!is_read(work))
-        read_matrix(work);
+    for (int32_t i = 0; i < problem->n && is_read; i++)
+        is_read = moves(problem, i) == (work->step[i] != 0.0);
+    if (!is_read) {
+        work->relaxation = settings->relaxation;
+        work->scaling = settings->scaling;
+        work->sweep = settings->sweep;
+        for (int32_t i = 0; i < problem->n; i++) {
+            const double factor = problem->factors[i];
+
+            work->step[i] =
+                moves(problem, i)
+                    ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
+                    : 0.0;
+        }
+        perp__rows_read(&sweeper->rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
+    }
     sweeper->keep = 1.0 - work->relaxation;
     for (int32_t i = 0; i < problem->n; i++) {
         perp__slice *slice = &sweeper->rows.slices[i / PERP__SLICE];
         const int32_t row = i % PERP__SLICE;
-        double q = problem->q[i];
+        const double q = problem->q[i];
 
         slice->load[row] = q * work->step[i];
         slice->lower[row] = problem->lower[i];
@@ -188,63 +169,27 @@ static void read_problem(pgs_work *work, const double *z)
     perp__sweeper_start(sweeper, z);
 }
 
-/* The tested residual of z, from the caller's matrix and as precise as the front door's. */
-static double true_residual(pgs_work *work, const double *z)
+/* The last sweep's residual is small enough: is the tested one of its last z, from the caller's
+ * matrix and as precise as the front door's? Costs as much as ten sweeps, so after a no some sweeps
+ * pass before the question is asked again. */
+static int32_t is_solved(pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
+    const double *z = work->sweeper.z, *d = problem->factors;
     double residual = 0.0;
 
+    if (!(work->residual <= problem->tol) || work->sweeps < work->next_test)
+        return 0;
+    work->next_test = work->sweeps + SWEEPS_BETWEEN_TESTS;
     for (int32_t i = 0; i < problem->n; i++) {
-        work->x[i] = problem->factors[i] * z[i];
-        work->y[i] = problem->q[i] / problem->factors[i];
+        work->x[i] = d[i] * z[i];
+        work->y[i] = problem->q[i] / d[i];
     }
     perp__multiply_doubled(problem->M, work->x, work->y, work->high, work->low);
-    for (int32_t i = 0; i < problem->n; i++) {
-        double w = problem->factors[i] * (work->high[i] + work->low[i]);
-        double r = fabs(perp__mid(z[i], problem->lower[i], problem->upper[i], w));
-
-        if (!(r <= residual) && !isnan(residual)) /* NaN stays */
-            residual = r;
-    }
-    return residual;
-}
-
-/* A sweep's residual is small enough: is that of its last z? Costs as much as ten sweeps, so after
- * a no some sweeps pass before the question is asked again. */
-static int32_t is_solved(pgs_work *work, double residual, int64_t sweeps)
-{
-    const double tol = work->common.problem->tol;
-
-    if (!(residual <= tol) || sweeps < work->next_test)
-        return 0;
-    work->next_test = sweeps + SWEEPS_BETWEEN_TESTS;
-    return true_residual(work, work->sweeper.z) <= tol;
-}
-
-static int64_t sweep_limit(const pgs_work *work)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-    double n = problem->n;
-    double entries = problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
-    double sweeps = ENTRIES_MOST / (entries + 1.0);
-
-    if (problem->iteration_limit > 0)
-        return problem->iteration_limit;
-    return sweeps > SWEEPS_MOST    ? SWEEPS_MOST
-           : sweeps < SWEEPS_LEAST ? SWEEPS_LEAST
-                                   : (int64_t)sweeps;
-}
-
-static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps, double growth)
-{
-    if (!(residual <= DBL_MAX) || residual > growth * progress->best)
-        return 1;
-    if (sweeps % progress->window != 0)
-        return 0;
-    if (progress->best > STAGNATION_FACTOR * progress->best_before)
-        return 1;
-    progress->best_before = progress->best;
-    return 0;
+    for (int32_t i = 0; i < problem->n; i++)
+        perp__raise_to(&residual, fabs(perp__mid(z[i], problem->lower[i], problem->upper[i],
+                                                 d[i] * (work->high[i] + work->low[i]))));
+    return residual <= problem->tol;
 }
 
 /* Whether what is left is more than the limit leaves room for, at the rate since there were half as
@@ -264,32 +209,10 @@ static int32_t is_too_slow(pgs_progress *progress, double tol, int64_t sweeps, i
     return !(needed >= 0.0 && needed <= (double)(limit - sweeps));
 }
 
-/* Keeps z where the residual has halved: copies are few, and none comes back much too late. */
-static void remember(pgs_work *work, double residual)
-{
-    if (residual < 0.5 * work->remembered) {
-        work->remembered = residual;
-        memcpy(work->best, work->sweeper.z, (size_t)work->common.problem->n * sizeof(double));
-    }
-}
-
 /* Before the sweeps that make one step. */
 static void gradient_before(conjugate *gradient, const perp__sweeper *sweeper)
 {
     memcpy(gradient->before, sweeper->z, (size_t)sweeper->rows.n * sizeof *gradient->before);
-}
-
-/* |z - before|^2, by four sums */
-static double squared_step(const double *z, const double *before, int32_t n)
-{
-    double sum[4] = {0.0, 0.0, 0.0, 0.0};
-
-    for (int32_t i = 0; i < n; i++) {
-        double step = z[i] - before[i];
-
-        sum[i % 4] += step * step;
-    }
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 /* After them: adds the direction to z, within the bounds. */
@@ -298,9 +221,14 @@ static void gradient_after(conjugate *gradient, perp__sweeper *sweeper)
     const perp__rows *rows = &sweeper->rows;
     const double last = gradient->norm;
     double *z = sweeper->z, *direction = gradient->direction;
-    double beta;
+    double sum[4] = {0.0, 0.0, 0.0, 0.0}, beta;
 
-    gradient->norm = squared_step(z, gradient->before, rows->n);
+    for (int32_t i = 0; i < rows->n; i++) { /* |z - before|^2, by four sums */
+        const double step = z[i] - gradient->before[i];
+
+        sum[i % 4] += step * step;
+    }
+    gradient->norm = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     beta = gradient->norm <= last ? gradient->norm / last : 0.0;
     if (!(beta > 0.0)) { /* the first step, or one that is longer than the last */
         for (int32_t i = 0; i < rows->n; i++)
@@ -317,51 +245,47 @@ static void gradient_after(conjugate *gradient, perp__sweeper *sweeper)
 }
 
 /* One sweep in the order that the settings ask for. */
-static void sweep_once(pgs_work *work, int64_t done, double *residual)
+static void sweep_once(pgs_work *work, double *residual)
 {
-    if (work->sweep == PERP_SWEEP_SYMMETRIC && done % 2 == 1)
+    if (work->sweep == PERP_SWEEP_SYMMETRIC && work->sweeps % 2 == 1)
         perp__sweep_backward(&work->sweeper, residual);
     else
         perp__sweep(&work->sweeper, 1, residual);
 }
 
-/* The step of the conjugate gradients is one sweep, or one to and one fro. Where the residual
- * grows, they start again from the best z; where that happens often, they are left. */
-static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
-{
-    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
-
-    if (!pair || done % 2 == 0)
-        gradient_before(&work->gradient, &work->sweeper);
-    sweep_once(work, done, residual);
-    if (*residual <= work->common.problem->tol)
-        work->gradient.norm = 0.0; /* z may be the solution: do not move it */
-    else if (!pair || done % 2 == 1)
-        gradient_after(&work->gradient, &work->sweeper);
-    if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
-        memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
-        *residual = work->remembered;
-        work->gradient.norm = 0.0;
-        gradient_before(&work->gradient, &work->sweeper);
-        work->restarts++;
-    }
-}
-
 /* One sweep or a few; returns how many. */
 static int32_t advance(pgs_work *work, int64_t limit, double *residuals)
 {
+    const perp__lcp_problem *problem = work->common.problem;
+    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
     int64_t count = work->sweeper.rows.entries > ENTRIES_IN_CACHE ? PERP__SWEEPS_AT_ONCE : 1;
 
     if (count > limit - work->sweeps)
         count = limit - work->sweeps;
-    if (work->restarts < RESTARTS_MOST) {
-        sweep_accelerated(work, work->sweeps, residuals);
-        count = 1;
-    } else if (work->sweep == PERP_SWEEP_SYMMETRIC) {
-        sweep_once(work, work->sweeps, residuals);
+    if (work->restarts == RESTARTS_MOST && !pair) {
+        perp__sweep(&work->sweeper, (int32_t)count, residuals);
+    } else if (work->restarts == RESTARTS_MOST) {
+        sweep_once(work, residuals);
         count = 1;
     } else {
-        perp__sweep(&work->sweeper, (int32_t)count, residuals);
+        /* The step of the conjugate gradients is one sweep, or one to and one fro. Where the
+         * residual grows, they start again from the best z; where that happens often, they are
+         * left. */
+        if (!pair || work->sweeps % 2 == 0)
+            gradient_before(&work->gradient, &work->sweeper);
+        sweep_once(work, residuals);
+        if (*residuals <= problem->tol)
+            work->gradient.norm = 0.0; /* z may be the solution: do not move it */
+        else if (!pair || work->sweeps % 2 == 1)
+            gradient_after(&work->gradient, &work->sweeper);
+        if (!(*residuals <= GROWTH * work->remembered) && work->remembered < INFINITY) {
+            memcpy(work->sweeper.z, work->best, (size_t)problem->n * sizeof(double));
+            *residuals = work->remembered;
+            work->gradient.norm = 0.0;
+            gradient_before(&work->gradient, &work->sweeper);
+            work->restarts++;
+        }
+        count = 1;
     }
     work->residual = residuals[count - 1];
     return (int32_t)count;
@@ -394,55 +318,72 @@ static int32_t is_settled(pgs_work *work)
 static perp_outcome look_at(pgs_work *work, const double *residuals, int32_t count)
 {
     const perp__lcp_problem *problem = work->common.problem;
+    const double growth = work->restarts < RESTARTS_MOST ? INFINITY : DIVERGENCE;
+    pgs_progress *progress = &work->progress;
     const int64_t before = work->sweeps;
 
     work->sweeps += count;
-    if (is_solved(work, work->residual, work->sweeps))
+    if (is_solved(work))
         return PERP_OUTCOME_SOLVED;
     for (int32_t k = 0; k < count; k++) {
+        const int64_t sweeps = before + k + 1;
         perp_outcome request;
 
-        if (residuals[k] < work->progress.best)
-            work->progress.best = residuals[k];
-        if (hopeless(&work->progress, residuals[k], before + k + 1,
-                     work->restarts < RESTARTS_MOST ? INFINITY : DIVERGENCE))
+        /* 1. Growth, or no progress from one window to the next. */
+        if (residuals[k] < progress->best)
+            progress->best = residuals[k];
+        if (!(residuals[k] <= DBL_MAX) || residuals[k] > growth * progress->best)
             return PERP_OUTCOME_STALLED;
-        request = perp__lcp_tick(problem->control, before + k + 1, residuals[k]);
+        if (sweeps % progress->window == 0) {
+            if (progress->best > STAGNATION_FACTOR * progress->best_before)
+                return PERP_OUTCOME_STALLED;
+            progress->best_before = progress->best;
+        }
+        request = perp__lcp_tick(problem->control, sweeps, residuals[k]);
         if (request >= 0)
             return request;
     }
-    remember(work, work->residual);
+    /* 2. z is kept where the residual has halved: copies are few, and none comes back much too
+     * late. */
+    if (work->residual < 0.5 * work->remembered) {
+        work->remembered = work->residual;
+        memcpy(work->best, work->sweeper.z, (size_t)problem->n * sizeof(double));
+    }
     return -1;
-}
-
-static void start(pgs_work *work, const double *z)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-    const int32_t accelerated =
-        problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT;
-
-    work->progress.best = work->progress.best_before = work->progress.looked = INFINITY;
-    work->progress.next_look = problem->leads;
-    work->progress.window =
-        2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n : STAGNATION_SWEEPS;
-    memcpy(work->best, z, (size_t)problem->n * sizeof *z);
-    memset(work->places, PERP__FIXED, (size_t)problem->n);
-    work->remembered = work->residual = INFINITY;
-    work->sweeps = work->next_test = work->next_pause = work->changed = 0;
-    work->restarts = accelerated ? 0 : RESTARTS_MOST;
-    work->gradient.norm = 0.0;
-    read_problem(work, z);
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
     pgs_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
-    const int64_t limit = sweep_limit(work);
+    const double n = problem->n;
+    const double entries =
+        problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
+    const double most = fmin(fmax(ENTRIES_MOST / (entries + 1.0), SWEEPS_LEAST), SWEEPS_MOST);
+    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : (int64_t)most;
+    const size_t bytes = (size_t)problem->n * sizeof(double);
+    pgs_progress *progress = &work->progress;
     perp_outcome outcome = -1;
 
-    if (iterate->attempt == 0)
-        start(work, iterate->z);
+    if (iterate->attempt == 0) { /* later ones go on after a pause */
+        progress->best = progress->best_before = progress->looked = INFINITY;
+        progress->next_look = problem->leads;
+        progress->window = 2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n
+                                                                       : STAGNATION_SWEEPS;
+        memcpy(work->best, iterate->z, bytes);
+        memset(work->places, PERP__FIXED, (size_t)problem->n);
+        work->remembered = work->residual = INFINITY;
+        work->sweeps = work->next_test = work->next_pause = work->changed = 0;
+        work->restarts = problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT
+                             ? 0
+                             : RESTARTS_MOST;
+        work->gradient.norm = 0.0;
+        if (perp__is_past(
+                problem->control->deadline)) /* to read the matrix takes some sweeps' time */
+            outcome = PERP_OUTCOME_TIME_LIMIT;
+        else
+            read_problem(work, iterate->z);
+    }
     iterate->has_places = 0;
     while (outcome < 0 && !iterate->paused && work->sweeps < limit) {
         double residuals[PERP__SWEEPS_AT_ONCE];
@@ -451,7 +392,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 
         outcome = look_at(work, residuals, count);
         if (outcome < 0 && problem->leads &&
-            is_too_slow(&work->progress, problem->tol, work->sweeps, limit))
+            is_too_slow(progress, problem->tol, work->sweeps, limit))
             break;
         if (problem->settings->polish && work->sweeps / SWEEPS_BETWEEN_LOOKS != look)
             iterate->paused = outcome < 0 && is_settled(work);
@@ -461,8 +402,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     iterate->outcome = outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome;
     iterate->iterations = work->sweeps;
     memcpy(iterate->z,
-           work->residual <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best,
-           (size_t)problem->n * sizeof *iterate->z);
+           work->residual <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best, bytes);
     return PERP_OK;
 }
 

@@ -2,13 +2,6 @@
 
 #include <string.h>
 
-/* Sparse slots, zeros included: contiguous and gathered ones are at least half full, and those of
- * one row, seven a slice at most, start with less than eight wasted. */
-static size_t slot_limit(size_t entries, size_t slices)
-{
-    return 2 * entries + PERP__CORE * slices;
-}
-
 void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_problem *problem)
 {
     const perp__matrix *M = problem->M;
@@ -16,7 +9,9 @@ void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_pro
     size_t slices = (n + PERP__SLICE - 1) / PERP__SLICE;
     size_t padded = slices * PERP__SLICE;
     size_t entries = M->column_starts ? (size_t)M->column_starts[n] : 0;
-    size_t slots = M->column_starts ? slot_limit(entries, slices) : padded * n;
+    /* sparse ones, zeros included: contiguous and gathered ones are at least half full, and those
+     * of one row, seven a slice at most, start with less than eight wasted */
+    size_t slots = M->column_starts ? 2 * entries + PERP__CORE * slices : padded * n;
 
     rows->n = problem->n;
     rows->count = (int32_t)slices;
@@ -46,24 +41,6 @@ static double entry_of(const perp__lcp_problem *problem, const double *step, int
     return step[i] == 0.0 ? 0.0 : value * (problem->factors[i] * problem->factors[j]) * step[i];
 }
 
-/* What is left of an entry's row, within a dense slice that starts at row `first`, when before,
- * after and core are taken out. */
-static double file_entry(const perp__rows *rows, perp__slice *slice, double *core, int32_t row,
-                         int32_t column, double value)
-{
-    if (column == row)
-        return 0.0;
-    if (column == row - 1)
-        slice->before[row] = value;
-    else if (column == row + 1)
-        slice->after[row] = value;
-    else if (column >= 0 && column < PERP__SLICE && in_core(rows, row, column))
-        core[row * PERP__SLICE + column] = value;
-    else
-        return value;
-    return 0.0;
-}
-
 static void read_dense(perp__rows *rows, const perp__lcp_problem *problem, const double *step)
 {
     const perp__matrix *M = problem->M;
@@ -80,13 +57,23 @@ static void read_dense(perp__rows *rows, const perp__lcp_problem *problem, const
         memset(core, 0, PERP__CORE * sizeof *core);
         for (int32_t j = 0; j < rows->n; j++, values += PERP__SLICE)
             for (int32_t k = 0; k < PERP__SLICE; k++) {
-                size_t i = (size_t)(first + k);
+                const size_t i = (size_t)(first + k);
+                const int32_t column = j - first; /* within the slice, if it is */
                 double value = 0.0;
 
                 if (first + k < rows->n)
                     value = entry_of(problem, step, first + k, j,
                                      M->values[i * M->row_stride + (size_t)j * M->column_stride]);
-                values[k] = file_entry(rows, slice, core, k, j - first, value);
+                /* the slot has what is left when before, after and core are taken out */
+                values[k] = 0.0;
+                if (column == k - 1)
+                    slice->before[k] = value;
+                else if (column == k + 1)
+                    slice->after[k] = value;
+                else if (column >= 0 && column < PERP__SLICE && in_core(rows, k, column))
+                    core[k * PERP__SLICE + column] = value;
+                else if (column != k)
+                    values[k] = value;
             }
         values += PERP__CORE;
     }
@@ -144,53 +131,32 @@ static double *new_slot(sorting *sort)
     return slot;
 }
 
-/* The next diagonal, column - row; INT32_MAX if all has been read. */
-static int32_t next_diagonal(const sorting *sort)
-{
-    int32_t least = INT32_MAX;
-
-    for (int32_t k = 0; k < sort->count; k++)
-        if (sort->at[k] < sort->end[k]) {
-            int32_t d = sort->rows->row_columns[sort->at[k]] - (sort->first + k);
-
-            least = d < least ? d : least;
-        }
-    return least;
-}
-
-/* Before, after, core and the diagonal; the rest is for the slots. */
-static int32_t is_slotted(sorting *sort, int32_t row, int32_t d, double value)
-{
-    int32_t column = row + d; /* within the slice, if it is */
-
-    if (d == -1)
-        sort->slice->before[row] = value;
-    else if (d == 1)
-        sort->slice->after[row] = value;
-    else if (d != 0 && column >= 0 && column < sort->count && in_core(sort->rows, row, column)) {
-        sort->core[row * PERP__SLICE + column] = value;
-        sort->slice->what |= PERP__HAS_CORE;
-    } else {
-        return d != 0;
-    }
-    return 0;
-}
-
-/* Takes diagonal d from the front of the rows: into a contiguous slot, or put off. */
+/* Takes diagonal d from the front of the rows: into before, after and core, a contiguous slot, or
+ * put off. */
 static void take_diagonal(sorting *sort, int32_t d)
 {
     perp__rows *rows = sort->rows;
-    double values[PERP__SLICE];
+    perp__slice *slice = sort->slice;
+    double values[PERP__SLICE] = {0.0};
     int32_t has[PERP__SLICE] = {0}, found = 0;
 
     for (int32_t k = 0; k < sort->count; k++) {
-        int32_t p = sort->at[k];
+        const int32_t p = sort->at[k], column = k + d; /* within the slice, if it is */
 
-        if (p < sort->end[k] && rows->row_columns[p] == sort->first + k + d) {
-            values[k] = rows->row_values[p];
-            has[k] = is_slotted(sort, k, d, values[k]);
+        if (p >= sort->end[k] || rows->row_columns[p] != sort->first + k + d)
+            continue;
+        values[k] = rows->row_values[p];
+        sort->at[k]++;
+        if (d == -1) {
+            slice->before[k] = values[k];
+        } else if (d == 1) {
+            slice->after[k] = values[k];
+        } else if (d != 0 && column >= 0 && column < sort->count && in_core(rows, k, column)) {
+            sort->core[k * PERP__SLICE + column] = values[k];
+            slice->what |= PERP__HAS_CORE;
+        } else {
+            has[k] = d != 0;
             found += has[k];
-            sort->at[k]++;
         }
     }
     if (2 * found >= PERP__SLICE) {
@@ -199,7 +165,7 @@ static void take_diagonal(sorting *sort, int32_t d)
         for (int32_t k = 0; k < sort->count; k++)
             slot[k] = has[k] ? values[k] : 0.0;
         rows->columns[sort->columns++] = sort->first + d;
-        sort->slice->contiguous++;
+        slice->contiguous++;
         return;
     }
     for (int32_t k = 0; k < sort->count; k++)
@@ -209,11 +175,22 @@ static void take_diagonal(sorting *sort, int32_t d)
         }
 }
 
-/* Packs what was put off while at least half of the rows have some. */
-static void gather(sorting *sort)
+/* Entry j of a slot: the next one put off of row k; a zero, of any column, if there is none. */
+static void put(sorting *sort, int32_t k, double *slot, int32_t j)
 {
     perp__rows *rows = sort->rows;
+    int32_t column = sort->first;
 
+    if (k < sort->count && sort->begin[k] < sort->kept[k]) {
+        column = rows->row_columns[sort->begin[k]];
+        slot[j] = rows->row_values[sort->begin[k]++];
+    }
+    rows->columns[sort->columns++] = column;
+}
+
+/* Packs what was put off: together while at least half of the rows have some, then row by row. */
+static void gather(sorting *sort)
+{
     for (;;) {
         int32_t found = 0;
         double *slot;
@@ -221,102 +198,65 @@ static void gather(sorting *sort)
         for (int32_t k = 0; k < sort->count; k++)
             found += sort->begin[k] < sort->kept[k];
         if (2 * found < PERP__SLICE)
-            return;
+            break;
         slot = new_slot(sort);
-        for (int32_t k = 0; k < PERP__SLICE; k++) {
-            int32_t column = sort->first; /* of a zero: any will do */
-
-            if (k < sort->count && sort->begin[k] < sort->kept[k]) {
-                column = rows->row_columns[sort->begin[k]];
-                slot[k] = rows->row_values[sort->begin[k]++];
-            }
-            rows->columns[sort->columns++] = column;
-        }
+        for (int32_t k = 0; k < PERP__SLICE; k++)
+            put(sort, k, slot, k);
         sort->slice->gathered++;
     }
-}
+    for (int32_t k = 0; k < sort->count; k++)
+        while (sort->begin[k] < sort->kept[k]) {
+            double *slot = new_slot(sort);
 
-static void gather_row(sorting *sort, int32_t k)
-{
-    perp__rows *rows = sort->rows;
-
-    while (sort->begin[k] < sort->kept[k]) {
-        double *slot = new_slot(sort);
-
-        rows->columns[sort->columns++] = k;
-        for (int32_t j = 0; j < PERP__SLICE; j++) {
-            int32_t column = sort->first;
-
-            if (sort->begin[k] < sort->kept[k]) {
-                column = rows->row_columns[sort->begin[k]];
-                slot[j] = rows->row_values[sort->begin[k]++];
-            }
-            rows->columns[sort->columns++] = column;
+            sort->rows->columns[sort->columns++] = k;
+            for (int32_t j = 0; j < PERP__SLICE; j++)
+                put(sort, k, slot, j);
+            sort->slice->rows++;
         }
-        sort->slice->rows++;
-    }
 }
 
 static void sort_slice(sorting *sort, int32_t s)
 {
     perp__rows *rows = sort->rows;
-    int32_t d;
+    perp__slice *slice = &rows->slices[s];
+    int32_t diagonal;
 
-    sort->slice = &rows->slices[s];
+    sort->slice = slice;
     sort->first = s * PERP__SLICE;
     sort->count = rows->n - sort->first < PERP__SLICE ? rows->n - sort->first : PERP__SLICE;
     memset(sort->core, 0, sizeof sort->core);
-    sort->slice->values = sort->values;
-    sort->slice->columns = sort->columns;
+    slice->values = sort->values;
+    slice->columns = sort->columns;
     for (int32_t k = 0; k < sort->count; k++) {
         sort->at[k] = sort->kept[k] = sort->begin[k] = rows->row_starts[sort->first + k];
         sort->end[k] = rows->row_starts[sort->first + k + 1];
     }
-    while ((d = next_diagonal(sort)) != INT32_MAX)
-        take_diagonal(sort, d);
+    do { /* the next diagonal, column - row */
+        diagonal = INT32_MAX;
+        for (int32_t k = 0; k < sort->count; k++)
+            if (sort->at[k] < sort->end[k]) {
+                const int32_t d = rows->row_columns[sort->at[k]] - (sort->first + k);
+
+                diagonal = d < diagonal ? d : diagonal;
+            }
+        if (diagonal < INT32_MAX)
+            take_diagonal(sort, diagonal);
+    } while (diagonal < INT32_MAX);
     gather(sort);
-    for (int32_t k = 0; k < sort->count; k++)
-        gather_row(sort, k);
-    if (sort->slice->gathered > 0 || sort->slice->rows > 0)
-        sort->slice->what |= PERP__HAS_OTHERS;
-    if (sort->slice->what & PERP__HAS_CORE) {
-        sort->slice->core = sort->values;
+    if (slice->gathered > 0 || slice->rows > 0)
+        slice->what |= PERP__HAS_OTHERS;
+    if (slice->what & PERP__HAS_CORE) {
+        slice->core = sort->values;
         memcpy(rows->values + sort->values, sort->core, sizeof sort->core);
         sort->values += PERP__CORE;
     }
 }
 
-/* Block by block, the farthest rows whose z it needs or which need its own. */
-static void find_reach(perp__rows *rows)
-{
-    const int32_t block = PERP__BLOCK * PERP__SLICE;
-
-    for (int32_t b = 0; b * PERP__BLOCK < rows->count; b++)
-        rows->blocks[b].reach = b;
-    for (int32_t i = 0; i < rows->n; i++)
-        for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++) {
-            int32_t near = i / block, far = rows->row_columns[p] / block;
-            int32_t least = near < far ? near : far, most = near < far ? far : near;
-
-            if (rows->blocks[least].reach < most)
-                rows->blocks[least].reach = most;
-        }
-}
-
-static void slice_rows(perp__rows *rows)
-{
-    sorting sort = {0};
-
-    sort.rows = rows;
-    find_reach(rows);
-    for (int32_t s = 0; s < rows->count; s++)
-        sort_slice(&sort, s);
-    rows->entries = sort.values;
-}
-
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const double *step,
                      int32_t symmetric)
 {
+    sorting sort = {.rows = rows};
+
     rows->symmetric = symmetric;
     memset(rows->slices, 0, (size_t)rows->count * sizeof *rows->slices);
     for (int32_t i = 0; i < rows->n; i++)
@@ -324,8 +264,22 @@ void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const d
             rows->slices[i / PERP__SLICE].weight[i % PERP__SLICE] = 1.0 / step[i];
     if (rows->dense) {
         read_dense(rows, problem, step);
-    } else {
-        read_sparse(rows, problem, step);
-        slice_rows(rows);
+        return;
     }
+    read_sparse(rows, problem, step);
+    /* Block by block, the farthest rows whose z it needs or which need its own. */
+    for (int32_t b = 0; b * PERP__BLOCK < rows->count; b++)
+        rows->blocks[b].reach = b;
+    for (int32_t i = 0; i < rows->n; i++)
+        for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++) {
+            const int32_t own = i / PERP__BLOCK_ROWS,
+                          other = rows->row_columns[p] / PERP__BLOCK_ROWS;
+            const int32_t least = own < other ? own : other, most = own < other ? other : own;
+
+            if (rows->blocks[least].reach < most)
+                rows->blocks[least].reach = most;
+        }
+    for (int32_t s = 0; s < rows->count; s++)
+        sort_slice(&sort, s);
+    rows->entries = sort.values;
 }

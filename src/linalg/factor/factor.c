@@ -12,32 +12,9 @@
 
 enum { MAX_ITERATIONS = 5 };
 
-/* The first index of the largest absolute value. */
-static int32_t largest(const double *x, int32_t n)
-{
-    int32_t i, best = 0;
-
-    for (i = 1; i < n; i++)
-        if (fabs(x[i]) > fabs(x[best]))
-            best = i;
-    return best;
-}
-
 static double sign_of(double x)
 {
     return x >= 0.0 ? 1.0 : -1.0;
-}
-
-/* The vector of alternating signs and growing size that catches what the ascent misses. */
-static double alternating_estimate(int32_t n, double *x, perp__solve_function solve, void *user)
-{
-    for (int32_t i = 0; i < n; i++) {
-        const double size = 1.0 + (n > 1 ? (double)i / (double)(n - 1) : 0.0);
-
-        x[i] = i % 2 == 0 ? size : -size;
-    }
-    solve(user, x, 0);
-    return 2.0 * perp__sum_of_sizes(x, n) / (3.0 * (double)n);
 }
 
 /* A lower bound of ||A^-1||_1, within a factor of 3 nearly always, from at most 11 solves; +inf or
@@ -78,7 +55,10 @@ static double inverse_norm_1(int32_t n, double *work, perp__solve_function solve
         if (!changed)
             break;
         solve(user, x, 1);
-        next = largest(x, n);
+        next = 0;
+        for (i = 1; i < n; i++)
+            if (fabs(x[i]) > fabs(x[next]))
+                next = i;
         if (unit >= 0 && fabs(x[next]) <= fabs(x[unit]))
             break;
         unit = next;
@@ -86,7 +66,14 @@ static double inverse_norm_1(int32_t n, double *work, perp__solve_function solve
             x[i] = 0.0;
         x[unit] = 1.0;
     }
-    other = alternating_estimate(n, x, solve, user);
+    /* a vector of alternating signs and growing size catches what the ascent misses */
+    for (i = 0; i < n; i++) {
+        const double size = 1.0 + (n > 1 ? (double)i / (double)(n - 1) : 0.0);
+
+        x[i] = i % 2 == 0 ? size : -size;
+    }
+    solve(user, x, 0);
+    other = 2.0 * perp__sum_of_sizes(x, n) / (3.0 * (double)n);
     return other > estimate || isnan(other) ? other : estimate;
 }
 
@@ -160,40 +147,20 @@ perp_status perp__factor_with_room(perp_context *context, perp__factor **factor,
 
 /* ---- factorisations kept from set-up to set-up ---- */
 
-static int32_t is_analysed(const perp__kept_factor *kept, const perp__factor_type *type,
-                           const perp__square *A)
-{
-    size_t starts = (size_t)A->n + 1;
-
-    if (!kept->factor || kept->type != type || kept->n != A->n)
-        return 0;
-    return !A->column_starts ||
-           (!memcmp(kept->pattern, A->column_starts, starts * sizeof(int32_t)) &&
-            !memcmp(kept->pattern + starts, A->row_indices,
-                    (size_t)A->column_starts[A->n] * sizeof(int32_t)));
-}
-
-static perp_status keep_pattern(perp__kept_factor *kept, const perp__square *A)
-{
-    size_t starts = (size_t)A->n + 1;
-    size_t entries = (size_t)A->column_starts[A->n];
-
-    kept->pattern = perp__allocate(kept->context, starts + entries, sizeof(int32_t));
-    if (!kept->pattern)
-        return perp__fail_memory(kept->context, "a sparse pattern");
-    memcpy(kept->pattern, A->column_starts, starts * sizeof(int32_t));
-    memcpy(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t));
-    return PERP_OK;
-}
-
 perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
                                       const perp__factor_type *type, const perp__square *A)
 {
+    const size_t starts = (size_t)A->n + 1;
+    const size_t entries = A->column_starts ? (size_t)A->column_starts[A->n] : 0;
+    const int32_t is_same = kept->factor && kept->type == type;
     perp_status status;
 
-    if (is_analysed(kept, type, A))
+    if (is_same && kept->n == A->n &&
+        (!A->column_starts ||
+         (!memcmp(kept->pattern, A->column_starts, starts * sizeof(int32_t)) &&
+          !memcmp(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t)))))
         return PERP_OK;
-    if (kept->factor && kept->type == type && !type->sparse && A->n <= kept->most) {
+    if (is_same && !type->sparse && A->n <= kept->most) {
         kept->n = A->n;
         return type->reanalyse(kept->factor, A);
     }
@@ -202,8 +169,15 @@ perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *con
     kept->type = type;
     kept->n = kept->most = A->n;
     status = type->analyse(context, &kept->factor, A);
-    if (status == PERP_OK && A->column_starts)
-        status = keep_pattern(kept, A);
+    if (status == PERP_OK && A->column_starts) {
+        kept->pattern = perp__allocate(context, starts + entries, sizeof(int32_t));
+        if (kept->pattern) {
+            memcpy(kept->pattern, A->column_starts, starts * sizeof(int32_t));
+            memcpy(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t));
+        } else {
+            status = perp__fail_memory(context, "a sparse pattern");
+        }
+    }
     if (status != PERP_OK)
         perp__kept_factor_release(kept);
     return status;

@@ -43,6 +43,10 @@ typedef struct perp__factor_type {
 extern const perp__factor_type perp__factor_lapack;
 extern const perp__factor_type perp__factor_klu;
 
+/* Multiplications and additions of a factorisation by KLU of what was analysed, if all pivots are
+ * on the diagonal. */
+double perp__factor_klu_products(const perp__factor *factor);
+
 /* A factorisation by KLU with room for all patterns of up to n rows: it is shown a diagonal first.
  * starts: n + 1 entries, rows: n; both of work. PERP_OK or _MEMORY. */
 perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,

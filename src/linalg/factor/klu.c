@@ -63,6 +63,11 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
     return PERP_OK;
 }
 
+double perp__factor_klu_products(const perp__factor *factor)
+{
+    return factor->symbolic ? factor->symbolic->est_flops : 0.0;
+}
+
 static int has_bad_pivot(const perp__factor *factor)
 {
     const double *pivots = factor->numeric->Udiag;
@@ -80,31 +85,25 @@ static double growth(perp__factor *factor, const perp__square *A)
     return factor->common.rgrowth;
 }
 
-/* Factors with the kept pivots; 0 if they do not serve. */
-static int refactored(perp__factor *factor, const perp__square *A)
-{
-    return factor->numeric &&
-           klu_refactor((int *)A->column_starts, (int *)A->row_indices, (double *)A->values,
-                        factor->symbolic, factor->numeric, &factor->common) &&
-           !has_bad_pivot(factor) &&
-           growth(factor, A) * PERP__GROWTH_ALLOWED >= factor->fresh_growth;
-}
-
 static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
-    if (factor->n == 0 || (keep_pivots && refactored(factor, A)))
+    int *starts = (int *)A->column_starts, *rows = (int *)A->row_indices;
+    double *values = (double *)A->values;
+
+    if (factor->n == 0)
+        return PERP_OK;
+    if (keep_pivots && factor->numeric &&
+        klu_refactor(starts, rows, values, factor->symbolic, factor->numeric, &factor->common) &&
+        !has_bad_pivot(factor) && growth(factor, A) * PERP__GROWTH_ALLOWED >= factor->fresh_growth)
         return PERP_OK;
     klu_free_numeric(&factor->numeric, &factor->common);
-    factor->numeric = klu_factor((int *)A->column_starts, (int *)A->row_indices,
-                                 (double *)A->values, factor->symbolic, &factor->common);
+    factor->numeric = klu_factor(starts, rows, values, factor->symbolic, &factor->common);
     if (!factor->numeric && factor->common.status < 0)
         return perp__fail_memory(factor->context, "a sparse factorisation");
+    if (factor->numeric && has_bad_pivot(factor))
+        klu_free_numeric(&factor->numeric, &factor->common);
     if (!factor->numeric)
         return PERP__FACTOR_SINGULAR;
-    if (has_bad_pivot(factor)) {
-        klu_free_numeric(&factor->numeric, &factor->common);
-        return PERP__FACTOR_SINGULAR;
-    }
     factor->fresh_growth = growth(factor, A);
     return PERP_OK;
 }

@@ -21,6 +21,8 @@ static void layout_graph(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, n, &f->order, &f->place, &f->parent, &f->mark, &f->work,
                    &f->column_starts, &f->front_of, &f->starts);
     f->fronts = perp__arena_take(arena, n, sizeof *f->fronts);
+    f->whole = perp__arena_take(arena, f->takes_blocks ? n : 0, sizeof *f->whole);
+    f->whole_order = perp__arena_take(arena, f->takes_blocks ? n : 0, sizeof(int32_t));
 }
 
 static void layout_pattern(perp__arena *arena, void *object)
@@ -37,15 +39,26 @@ static void layout_values(perp__arena *arena, void *object)
 {
     perp__fronts *f = object;
     const size_t width = (size_t)f->width, square = width * width;
+    size_t most = 0, others = 0;
+    double *room;
 
     for (int32_t t = 0; t < f->count; t++) {
         perp__front *front = &f->fronts[t];
         const size_t own = (size_t)front->count, rest = (size_t)front->rest;
+        const size_t across = own * rest * square;
 
         front->panel = perp__arena_take(arena, (own + rest) * own * square, sizeof(double));
-        front->across = perp__arena_take(arena, own * rest * square, sizeof(double));
-        front->pivots = perp__arena_take(arena, own * width, sizeof(int32_t));
+        front->across = perp__arena_take(arena, f->is_symmetric ? 0 : across, sizeof(double));
+        front->pivots = perp__arena_take(arena, f->is_symmetric ? 0 : own * width, sizeof(int32_t));
+        most = across > most ? across : most;
+        if (own * width > PERP__FRONT_PANEL && most < PERP__FRONT_PANEL * PERP__FRONT_STRIP)
+            most = PERP__FRONT_PANEL * PERP__FRONT_STRIP;
+        others += rest;
     }
+    room = perp__arena_take(arena, f->is_symmetric ? most : 0, sizeof(double));
+    for (int32_t t = 0; t < f->count && f->is_symmetric; t++)
+        f->fronts[t].across = room;
+    f->block_lists = perp__arena_take(arena, f->takes_blocks ? 2 * others : 0, sizeof(int32_t));
     f->values = perp__arena_take(arena, (size_t)f->starts[f->nodes] * square, sizeof(double));
     f->stack = perp__arena_take(arena, f->stack_size, sizeof(double));
     PERP__DOUBLES(arena, (size_t)f->nodes * width, &f->right, &f->gathered);
@@ -138,13 +151,6 @@ static void find_pattern(perp__fronts *f, const int32_t *starts, const int32_t *
         f->column_starts[i + 1] += f->column_starts[i];
 }
 
-static int32_t is_worth_joining(double zeros, double all, int32_t nodes)
-{
-    const double share = nodes <= TINY ? TINY_ZEROS : nodes <= SMALL ? SMALL_ZEROS : ZEROS;
-
-    return zeros <= 0.0 || zeros < share * all;
-}
-
 /* Fronts: a node joins those before it where its only child at hand is the last of them and little
  * is gained by keeping them apart. entry: the zeros that each has taken in. */
 static void find_fronts(perp__fronts *f)
@@ -158,12 +164,14 @@ static void find_fronts(perp__fronts *f)
         while (f->count > 1) {
             perp__front *b = &f->fronts[f->count - 1], *a = b - 1;
             const double own = a->count, more = b->count, rest = b->rest;
+            const int32_t both = a->count + b->count;
+            const double share = both <= TINY ? TINY_ZEROS : both <= SMALL ? SMALL_ZEROS : ZEROS;
             const double zeros = a->entry + b->entry + own * (more + rest - (double)a->rest);
             const double kept = own * (own + 1.0) / 2.0 + own * (double)a->rest +
                                 more * (more + 1.0) / 2.0 + more * rest;
 
             if (f->parent[a->first + a->count - 1] != b->first ||
-                !is_worth_joining(zeros, kept + zeros, a->count + b->count))
+                !(zeros <= 0.0 || zeros < share * (kept + zeros)))
                 break;
             a->entry = (int32_t)zeros;
             a->count += b->count;
@@ -181,9 +189,16 @@ static int32_t position_in(const perp__front *front, int32_t place)
                : front->count + perp__lower_bound(front->others, front->rest, place);
 }
 
+static void place_in_parent(const perp__fronts *f, perp__front *front)
+{
+    for (int32_t i = 0; i < front->rest; i++)
+        front->in_parent[i] = position_in(&f->fronts[front->parent], front->others[i]);
+}
+
 static void link_fronts(perp__fronts *f)
 {
     const size_t square = (size_t)f->width * (size_t)f->width;
+    int32_t *in_parent = f->in_parent;
     size_t top = 0, depth = 0;
 
     for (int32_t t = 0; t < f->count; t++) {
@@ -191,18 +206,19 @@ static void link_fronts(perp__fronts *f)
         const int32_t at = f->column_starts[front->first + front->count - 1];
 
         front->others = f->column_rows + at;
-        front->in_parent = f->in_parent + at;
+        front->in_parent = in_parent; /* together: memory that is not touched costs nothing */
+        in_parent += front->rest;
         for (int32_t j = 0; j < front->count; j++)
             f->front_of[front->first + j] = t;
     }
+    for (int32_t t = 0; t < f->count; t++)
+        f->fronts[t].parent = f->fronts[t].rest > 0 ? f->front_of[f->fronts[t].others[0]] : -1;
     f->stack_size = 0;
     for (int32_t t = 0; t < f->count; t++) {
         perp__front *front = &f->fronts[t];
         const size_t left = (size_t)front->rest * (size_t)front->rest * square;
 
-        front->parent = front->rest > 0 ? f->front_of[front->others[0]] : -1;
-        for (int32_t i = 0; i < front->rest; i++)
-            front->in_parent[i] = position_in(&f->fronts[front->parent], front->others[i]);
+        place_in_parent(f, front);
         if (f->stack_size < top + left)
             f->stack_size = top + left;
         while (depth > 0 && f->fronts[f->work[depth - 1]].parent == t) {
@@ -233,8 +249,10 @@ static void list_entries(perp__fronts *f)
                 if (place < front->first)
                     continue;
                 row = position_in(front, place);
+                if (f->is_symmetric && row < c - front->first)
+                    continue;
                 f->entries[at++] = (perp__front_entry){e, row, c - front->first};
-                if (row >= front->count)
+                if (row >= front->count && !f->is_symmetric)
                     f->entries[at++] = (perp__front_entry){
                         perp__fronts_edge(f, f->order[c], f->neighbours[e]), c - front->first, row};
             }
@@ -249,20 +267,14 @@ int32_t perp__fronts_edge(const perp__fronts *f, int32_t row, int32_t column)
     return first + perp__lower_bound(f->neighbours + first, f->starts[column + 1] - first, row);
 }
 
-static int32_t is_known(const perp__fronts *f, int32_t nodes, int32_t width, const int32_t *starts,
-                        const int32_t *neighbours)
-{
-    return f->nodes == nodes && f->width == width && nodes > 0 &&
-           !memcmp(f->starts, starts, ((size_t)nodes + 1) * sizeof *starts) &&
-           !memcmp(f->neighbours, neighbours, (size_t)starts[nodes] * sizeof *neighbours);
-}
-
 perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t nodes,
                                  int32_t width, const int32_t *starts, const int32_t *neighbours)
 {
     perp_status status;
 
-    if (is_known(f, nodes, width, starts, neighbours))
+    if (f->nodes == nodes && f->width == width && nodes > 0 &&
+        !memcmp(f->starts, starts, ((size_t)nodes + 1) * sizeof *starts) &&
+        !memcmp(f->neighbours, neighbours, (size_t)starts[nodes] * sizeof *neighbours))
         return PERP_OK;
     f->nodes = nodes;
     f->width = width;
@@ -279,26 +291,84 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
         order_trees(f);
         find_tree(f, starts, neighbours);
         find_pattern(f, starts, neighbours, NULL);
+        f->products = 0.0;
+        for (int32_t j = 0; j < nodes; j++) {
+            const double rows = width * (1.0 + f->column_starts[j + 1] - f->column_starts[j]);
+
+            f->products += width * rows * rows;
+        }
+        f->is_too_large = f->most_products > 0.0 && f->products > f->most_products;
         f->work[0] = starts[nodes];
-        status = perp__arena_fit(&f->pattern_arena, context, layout_pattern, f);
+        if (f->is_too_large)
+            f->nodes = 0;
+        else
+            status = perp__arena_fit(&f->pattern_arena, context, layout_pattern, f);
     }
-    if (status == PERP_OK) {
+    if (status == PERP_OK && !f->is_too_large) {
         memcpy(f->starts, starts, ((size_t)nodes + 1) * sizeof *starts);
         memcpy(f->neighbours, neighbours, (size_t)starts[nodes] * sizeof *neighbours);
         find_pattern(f, starts, neighbours, f->column_rows);
         find_fronts(f);
         link_fronts(f);
         list_entries(f);
-        f->is_too_large = f->most_products > 0.0 &&
-                          perp__fronts_cost(f) * perp__fronts_solve_cost(f) > f->most_products;
-        if (f->is_too_large)
-            f->nodes = 0;
-        else
-            status = perp__arena_fit(&f->value_arena, context, layout_values, f);
+        status = perp__arena_fit(&f->value_arena, context, layout_values, f);
+    }
+    if (status == PERP_OK && f->takes_blocks && !f->is_too_large) {
+        memcpy(f->whole, f->fronts, (size_t)f->count * sizeof *f->whole);
+        memcpy(f->whole_order, f->order, (size_t)nodes * sizeof *f->order);
     }
     if (status != PERP_OK)
         f->nodes = 0;
     return status;
+}
+
+void perp__fronts_take(perp__fronts *f, const int32_t *nodes, int32_t count)
+{
+    int32_t *list = f->block_lists, *feeds = f->mark, at = 0;
+
+    /* 1. Places in the block. */
+    for (int32_t i = 0; i < f->nodes; i++)
+        f->place[i] = -1;
+    for (int32_t i = 0; i < count; i++)
+        f->place[nodes[i]] = 0;
+    for (int32_t i = 0; i < f->nodes; i++)
+        if (f->place[f->whole_order[i]] == 0) {
+            f->order[at] = f->whole_order[i];
+            f->place[f->whole_order[i]] = at++;
+        }
+    /* 2. What is left of each front. One without nodes of its own hands on what its children leave,
+     * if any does. */
+    at = 0;
+    for (int32_t t = 0; t < f->count; t++)
+        feeds[t] = 0;
+    for (int32_t t = 0; t < f->count; t++) {
+        const perp__front *whole = &f->whole[t];
+        perp__front *front = &f->fronts[t];
+
+        *front = *whole;
+        front->first = at;
+        front->others = list;
+        front->rest = 0;
+        for (int32_t i = 0; i < whole->count; i++)
+            if (f->place[f->whole_order[whole->first + i]] >= 0)
+                f->front_of[at++] = t;
+        front->count = at - front->first;
+        for (int32_t i = 0; i < whole->rest && (front->count > 0 || feeds[t]); i++) {
+            const int32_t place = f->place[f->whole_order[whole->others[i]]];
+
+            if (place >= 0)
+                front->others[front->rest++] = place;
+        }
+        front->in_parent = list + front->rest;
+        list += 2 * front->rest;
+        if (front->rest > 0)
+            feeds[front->parent] = 1;
+        else
+            front->parent = -1;
+    }
+    for (int32_t t = 0; t < f->count; t++)
+        place_in_parent(f, &f->fronts[t]);
+    list_entries(f);
 }
 
 double perp__fronts_solve_cost(const perp__fronts *f)

@@ -1,8 +1,10 @@
 /* Factors and solutions. A front [A B; C D], A of its own nodes, leaves D - C (A^-1 B) to its
- * parent; A is factored with rows exchanged, A^-1 B and C are kept. */
+ * parent; A is factored with rows exchanged, A^-1 B and C are kept. Of a symmetric one [A C'; C D]
+ * the lower triangles are summed up, A = L L' and C L^-T are kept. */
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "linalg/blas.h"
 #include "linalg/fronts/fronts.h"
 #include "linalg/lanes/multiversion.h"
@@ -52,37 +54,44 @@ PERP__KERNEL static void add_entries(int32_t width, const perp__fronts *f, const
     }
 }
 
-PERP__KERNEL static void add_child(int32_t width, const perp__front *child, const double *from,
-                                   const front_view *v)
+PERP__KERNEL static void add_child(int32_t width, int32_t symmetric, const perp__front *child,
+                                   const double *from, const front_view *v)
 {
     const size_t rest = (size_t)child->rest * (size_t)width;
 
-    for (int32_t j = 0; j < child->rest; j++)
-        for (int32_t i = 0; i < child->rest; i++) {
-            size_t apart;
-            double *to = block_at(v, width, child->in_parent[i], child->in_parent[j], &apart);
+    for (int32_t j = 0; j < child->rest; j++, from += (size_t)width * rest) {
+        const int32_t column = child->in_parent[j];
+        size_t apart;
+        /* below the diagonal a column lies in one piece */
+        double *diagonal = block_at(v, width, column, column, &apart);
 
-            add_block(width, from + (size_t)j * (size_t)width * rest + (size_t)(i * width), rest,
-                      to, apart);
+        for (int32_t i = symmetric ? j : 0; i < child->rest; i++) {
+            const int32_t row = child->in_parent[i];
+            double *to = symmetric ? diagonal + (row - column) * width
+                                   : block_at(v, width, row, column, &apart);
+
+            add_block(width, from + (size_t)(i * width), rest, to, apart);
         }
+    }
 }
 
+/* Adds the entries of the matrix, or what a child leaves. */
 PERP__MULTIVERSION(sum_up,
                    (const perp__fronts *f, const front_view *v, const perp__front *child,
                     const double *from),
                    (f, v, child, from))
 {
-    if (child && f->width == 6)
-        add_child(6, child, from, v);
+    if (child && f->width == 1 && f->is_symmetric)
+        add_child(1, 1, child, from, v);
+    else if (child && f->width == 6)
+        add_child(6, f->is_symmetric, child, from, v);
     else if (child)
-        add_child(f->width, child, from, v);
+        add_child(f->width, f->is_symmetric, child, from, v);
     else if (f->width == 6)
         add_entries(6, f, v);
     else
         add_entries(f->width, f, v);
 }
-
-/* Adds the entries of the matrix, or what a child leaves. */
 
 static void clear(double *x, size_t count)
 {
@@ -99,6 +108,45 @@ static int32_t is_negative(const front_view *v)
         negative ^=
             (v->front->panel[(size_t)i * (v->height + 1)] < 0.0) ^ (v->front->pivots[i] != i + 1);
     return negative;
+}
+
+static int32_t eliminate_symmetric(const front_view *v, double deadline)
+{
+    const perp__front *front = v->front;
+    const int32_t own = (int32_t)v->own, rest = (int32_t)v->rest, height = (int32_t)v->height;
+    int32_t fine = 1;
+
+    /* 1. L of the own columns; what follows a panel is brought up to date, with the panel's rows
+     * as columns in `across`. */
+    for (int32_t c = 0; c < own && fine; c += PERP__FRONT_PANEL) {
+        const int32_t width = own - c < PERP__FRONT_PANEL ? own - c : PERP__FRONT_PANEL,
+                      end = c + width;
+        double *panel = front->panel + (size_t)c * (v->height + 1);
+
+        fine = !perp__cholesky_panel(height - c, width, panel, height);
+        for (int32_t j = end; j < own && fine; j += PERP__FRONT_STRIP) {
+            const int32_t few = own - j < PERP__FRONT_STRIP ? own - j : PERP__FRONT_STRIP;
+
+            for (int32_t i = 0; i < few; i++)
+                for (int32_t k = 0; k < width; k++)
+                    front->across[k + i * width] =
+                        panel[(size_t)(j + i - c) + (size_t)k * v->height];
+            perp__gemm_subtract(height - j, few, width, panel + (j - c), height, front->across,
+                                width, front->panel + (size_t)j * (v->height + 1), height);
+            fine = !perp__is_past(deadline);
+        }
+    }
+    /* 2. What is left to the others. */
+    for (size_t j = 0; j < v->rest && fine; j++)
+        for (size_t k = 0; k < v->own; k++)
+            front->across[k + j * v->own] = front->panel[v->own + j + k * v->height];
+    for (int32_t j = 0; j < rest && own > 0 && fine; j += PERP__FRONT_STRIP) {
+        perp__gemm_subtract(rest - j, rest - j < PERP__FRONT_STRIP ? rest - j : PERP__FRONT_STRIP,
+                            own, front->panel + own + j, height, front->across + (size_t)j * v->own,
+                            own, v->left + (size_t)j * (v->rest + 1), rest);
+        fine = !perp__is_past(deadline);
+    }
+    return fine;
 }
 
 static int32_t eliminate(const front_view *v)
@@ -133,7 +181,7 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
 
         v.height = v.own + v.rest;
         clear(front->panel, v.height * v.own);
-        clear(front->across, v.own * v.rest);
+        clear(front->across, f->is_symmetric ? 0 : v.own * v.rest);
         clear(v.left, v.rest * v.rest);
         sum_up(f, &v, NULL, NULL);
         while (depth > 0 && f->fronts[f->work[depth - 1]].parent == t) {
@@ -142,8 +190,9 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
             top -= (size_t)child->rest * (size_t)child->rest * width * width;
             sum_up(f, &v, child, top);
         }
-        fine = eliminate(&v);
-        f->is_negative ^= is_negative(&v);
+        fine = !perp__is_past(f->deadline) &&
+               (f->is_symmetric ? eliminate_symmetric(&v, f->deadline) : eliminate(&v));
+        f->is_negative ^= !f->is_symmetric && is_negative(&v);
         if (v.rest > 0) {
             memmove(top, v.left, v.rest * v.rest * sizeof *top);
             top += v.rest * v.rest;
@@ -153,55 +202,51 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
     return fine;
 }
 
-static void forward(perp__fronts *f, int32_t begin, int32_t end)
+void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
 {
     const int32_t width = f->width;
+    const int32_t begin = end > first ? f->front_of[first] : 0;
+    const int32_t last = end > first ? f->front_of[end - 1] : -1;
+    const size_t bytes = (size_t)width * sizeof(double);
 
-    for (int32_t t = begin; t < end; t++) {
+    for (int32_t i = first; i < end; i++)
+        memcpy(f->right + i * width, x + f->order[i] * width, bytes);
+    /* 1. Forward: what a front owes to others goes on to them. */
+    for (int32_t t = begin; t <= last; t++) {
         const perp__front *front = &f->fronts[t];
         const int32_t own = front->count * width, rest = front->rest * width;
-        double *x = f->right + (size_t)front->first * (size_t)width;
+        double *y = f->right + front->first * width;
 
-        perp__lu_solve(own, front->panel, own + rest, front->pivots, x, 0);
+        if (own == 0)
+            continue;
+        if (f->is_symmetric)
+            perp__cholesky_half_solve(own, front->panel, own + rest, y, 0);
+        else
+            perp__lu_solve(own, front->panel, own + rest, front->pivots, y, 0);
         if (rest == 0)
             continue;
         clear(f->gathered, (size_t)rest);
-        perp__gemv_subtract(rest, own, front->panel + own, own + rest, x, 1, f->gathered);
+        perp__gemv_subtract(rest, own, front->panel + own, own + rest, y, 1, f->gathered);
         for (int32_t i = 0; i < front->rest; i++)
             for (int32_t c = 0; c < width; c++)
                 f->right[front->others[i] * width + c] += f->gathered[i * width + c];
     }
-}
-
-static void backward(perp__fronts *f, int32_t begin, int32_t end)
-{
-    const size_t width = (size_t)f->width;
-
-    for (int32_t t = end - 1; t >= begin; t--) {
+    /* 2. Backward: with what others came to. */
+    for (int32_t t = last; t >= begin; t--) {
         const perp__front *front = &f->fronts[t];
-        const int32_t own = front->count * f->width, rest = front->rest * f->width;
+        const int32_t own = front->count * width, rest = front->rest * width;
+        double *y = f->right + front->first * width;
 
-        for (int32_t i = 0; i < front->rest; i++)
-            memcpy(f->gathered + (size_t)i * width, f->right + (size_t)front->others[i] * width,
-                   width * sizeof(double));
-        if (rest > 0)
-            perp__gemv_subtract(own, rest, front->across, own, f->gathered, 1,
-                                f->right + (size_t)front->first * width);
+        for (int32_t i = 0; i < front->rest && own > 0; i++)
+            memcpy(f->gathered + i * width, f->right + front->others[i] * width, bytes);
+        if (own > 0 && rest > 0 && f->is_symmetric)
+            perp__gemv_transposed_subtract(rest, own, front->panel + own, own + rest, f->gathered,
+                                           1, y);
+        else if (own > 0 && rest > 0)
+            perp__gemv_subtract(own, rest, front->across, own, f->gathered, 1, y);
+        if (own > 0 && f->is_symmetric)
+            perp__cholesky_half_solve(own, front->panel, own + rest, y, 1);
     }
-}
-
-void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
-{
-    const size_t width = (size_t)f->width;
-
-    if (end <= first)
-        return;
     for (int32_t i = first; i < end; i++)
-        memcpy(f->right + (size_t)i * width, x + (size_t)f->order[i] * width,
-               width * sizeof(double));
-    forward(f, f->front_of[first], f->front_of[end - 1] + 1);
-    backward(f, f->front_of[first], f->front_of[end - 1] + 1);
-    for (int32_t i = first; i < end; i++)
-        memcpy(x + (size_t)f->order[i] * width, f->right + (size_t)i * width,
-               width * sizeof(double));
+        memcpy(x + f->order[i] * width, f->right + i * width, bytes);
 }

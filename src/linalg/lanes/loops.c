@@ -124,26 +124,12 @@ void perp__loops_gemv_transposed_subtract(int32_t m, int32_t n, const double *A,
     }
 }
 
-/* The row of the largest entry of a[k..m-1]; the first of several. */
-static int32_t largest(const double *a, int32_t k, int32_t m)
+static void swap_entries(double *x, int32_t i, int32_t k)
 {
-    int32_t i, best = k;
+    const double kept = x[i];
 
-    for (i = k + 1; i < m; i++)
-        if (fabs(a[i]) > fabs(a[best]))
-            best = i;
-    return best;
-}
-
-static void swap_rows(int32_t n, double *A, int32_t lda, int32_t i, int32_t k)
-{
-    for (int32_t j = 0; j < n; j++) {
-        double *a = A + (size_t)lda * (size_t)j;
-        const double kept = a[i];
-
-        a[i] = a[k];
-        a[k] = kept;
-    }
+    x[i] = x[k];
+    x[k] = kept;
 }
 
 PERP__MULTIVERSION(lu_panel,
@@ -153,12 +139,16 @@ PERP__MULTIVERSION(lu_panel,
 {
     for (int32_t k = 0; k < n; k++) {
         double *a = A + (size_t)lda * (size_t)k;
-        const int32_t p = largest(a, k, m);
-        const double pivot = a[p];
+        int32_t p = k;
+        double pivot;
 
+        for (int32_t i = k + 1; i < m; i++) /* the first of several that are as large */
+            if (fabs(a[i]) > fabs(a[p]))
+                p = i;
+        pivot = a[p];
         pivots[k] = p + 1;
-        if (p != k)
-            swap_rows(n, A, lda, k, p);
+        for (int32_t j = 0; j < n && p != k; j++)
+            swap_entries(A + (size_t)lda * (size_t)j, p, k);
         if (pivot == 0.0) {
             if (*zero_pivot == 0)
                 *zero_pivot = k + 1;
@@ -197,14 +187,6 @@ PERP__MULTIVERSION_SHARED(perp__loops_solve_unit_lower,
     }
 }
 
-static void swap_entries(double *x, int32_t i, int32_t k)
-{
-    const double kept = x[i];
-
-    x[i] = x[k];
-    x[k] = kept;
-}
-
 /* P A = L U: x := U^-1 L^-1 P x */
 PERP__MULTIVERSION(solve,
                    (int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x),
@@ -220,11 +202,14 @@ PERP__MULTIVERSION(solve,
     }
 }
 
-/* x := P' L^-T U^-T x */
-static void solve_transposed(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
-                             double *x)
+void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
+                          int32_t transposed)
 {
-    for (int32_t k = 0; k < n; k++) {
+    if (!transposed) {
+        solve(n, A, lda, pivots, x);
+        return;
+    }
+    for (int32_t k = 0; k < n; k++) { /* x := P' L^-T U^-T x */
         const double *a = column(A, lda, k);
 
         subtract_dots((size_t)k, 1, a, (size_t)lda, x, x + k);
@@ -239,106 +224,100 @@ static void solve_transposed(int32_t n, const double *A, int32_t lda, const int3
         swap_entries(x, k, pivots[k] - 1);
 }
 
-void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
-                          int32_t transposed)
-{
-    if (transposed)
-        solve_transposed(n, A, lda, pivots, x);
-    else
-        solve(n, A, lda, pivots, x);
-}
-
 /* ---- Cholesky's factorisation, column by column ---- */
 
 /* Left-looking: column k less L(k:, :k) L(k, :k)', then divided by the root of its first entry.
  * *wrong: the column whose pivot is not positive, from 1 on; or 0. */
-PERP__MULTIVERSION(cholesky, (size_t n, double *A, size_t lda, int32_t *wrong), (n, A, lda, wrong))
+PERP__MULTIVERSION(cholesky, (size_t rows, size_t n, double *A, size_t lda, int32_t *wrong),
+                   (rows, n, A, lda, wrong))
 {
     *wrong = 0;
     for (size_t k = 0; k < n; k++) {
         double *column = A + k + k * lda, root;
 
-        subtract_product_loops(n - k, k, A + k, lda, A + k, lda, column);
+        subtract_product_loops(rows - k, k, A + k, lda, A + k, lda, column);
         if (!(column[0] > 0.0) || !isfinite(column[0])) {
             *wrong = (int32_t)k + 1;
             return;
         }
         root = column[0] = sqrt(column[0]);
-        for (size_t i = 1; i < n - k; i++)
+        for (size_t i = 1; i < rows - k; i++)
             column[i] /= root;
     }
 }
 
-/* Entry by entry, where vectors would not be filled: the same sums in the same order. */
-static int32_t cholesky_of_few(size_t n, double *A, size_t lda)
+int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda)
 {
-    for (size_t k = 0; k < n; k++)
-        for (size_t i = k; i < n; i++) {
-            double x = A[i + k * lda];
+    if (n > FEW)
+        return perp__loops_cholesky_panel(n, n, A, lda);
+    /* entry by entry, where vectors would not be filled: the same sums in the same order */
+    for (size_t k = 0; k < (size_t)n; k++)
+        for (size_t i = k; i < (size_t)n; i++) {
+            double x = A[i + k * (size_t)lda];
 
             for (size_t j = 0; j < k; j++)
-                x -= A[i + j * lda] * A[k + j * lda];
+                x -= A[i + j * (size_t)lda] * A[k + j * (size_t)lda];
             if (i == k && (!(x > 0.0) || !isfinite(x)))
                 return (int32_t)k + 1;
-            A[i + k * lda] = i == k ? sqrt(x) : x / A[k + k * lda];
+            A[i + k * (size_t)lda] = i == k ? sqrt(x) : x / A[k + k * (size_t)lda];
         }
     return 0;
 }
 
-int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda)
+int32_t perp__loops_cholesky_panel(int32_t rows, int32_t n, double *A, int32_t lda)
 {
     int32_t wrong;
 
-    if (n <= FEW)
-        return cholesky_of_few((size_t)n, A, (size_t)lda);
-    cholesky((size_t)n, A, (size_t)lda, &wrong);
+    cholesky((size_t)rows, (size_t)n, A, (size_t)lda, &wrong);
     return wrong;
 }
 
-PERP__MULTIVERSION(cholesky_solve,
-                   (size_t n, size_t columns, const double *L, size_t lda, double *B, size_t ldb),
-                   (n, columns, L, lda, B, ldb))
+PERP__MULTIVERSION(cholesky_half_solve,
+                   (size_t n, const double *L, size_t lda, double *b, int32_t transposed),
+                   (n, L, lda, b, transposed))
 {
-    for (size_t j = 0; j < columns; j++) {
-        double *b = B + j * ldb;
+    for (size_t k = 0; k < n && !transposed; k++) {
+        const double *column = L + k + k * lda;
 
-        for (size_t k = 0; k < n; k++) {
-            const double *column = L + k + k * lda;
+        b[k] /= column[0];
+        subtract_1_loops(n - k - 1, column + 1, b[k], b + k + 1);
+    }
+    for (size_t k = n; k-- > 0 && transposed;) {
+        const double *column = L + k + k * lda;
 
-            b[k] /= column[0];
-            subtract_1_loops(n - k - 1, column + 1, b[k], b + k + 1);
-        }
-        for (size_t k = n; k-- > 0;) {
-            const double *column = L + k + k * lda;
-
-            b[k] = (b[k] - sum_of_lanes(n - k - 1, column + 1, b + k + 1)) / column[0];
-        }
+        b[k] = (b[k] - sum_of_lanes(n - k - 1, column + 1, b + k + 1)) / column[0];
     }
 }
 
-static void cholesky_solve_few(size_t n, const double *L, size_t lda, double *b)
+void perp__loops_cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *x,
+                                     int32_t transposed)
 {
-    for (size_t k = 0; k < n; k++) {
-        double x = b[k];
-
-        for (size_t j = 0; j < k; j++)
-            x -= L[k + j * lda] * b[j];
-        b[k] = x / L[k + k * lda];
-    }
-    for (size_t k = n; k-- > 0;) {
-        double x = b[k];
-
-        for (size_t j = k + 1; j < n; j++)
-            x -= L[j + k * lda] * b[j];
-        b[k] = x / L[k + k * lda];
-    }
+    cholesky_half_solve((size_t)n, L, (size_t)lda, x, transposed);
 }
 
 void perp__loops_cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
                                 int32_t ldb)
 {
-    if (n > FEW)
-        cholesky_solve((size_t)n, (size_t)columns, L, (size_t)lda, B, (size_t)ldb);
-    for (int32_t j = 0; n <= FEW && j < columns; j++)
-        cholesky_solve_few((size_t)n, L, (size_t)lda, B + (size_t)j * (size_t)ldb);
+    const size_t few = n <= FEW ? (size_t)n : 0, apart = (size_t)lda;
+
+    for (int32_t j = 0; j < columns; j++) {
+        double *b = B + (size_t)j * (size_t)ldb;
+
+        for (size_t k = 0; k < few; k++) {
+            double x = b[k];
+
+            for (size_t i = 0; i < k; i++)
+                x -= L[k + i * apart] * b[i];
+            b[k] = x / L[k + k * apart];
+        }
+        for (size_t k = few; k-- > 0;) {
+            double x = b[k];
+
+            for (size_t i = k + 1; i < few; i++)
+                x -= L[i + k * apart] * b[i];
+            b[k] = x / L[k + k * apart];
+        }
+        for (int32_t half = 0; half < 2 && n > FEW; half++)
+            cholesky_half_solve((size_t)n, L, apart, b, half);
+    }
 }

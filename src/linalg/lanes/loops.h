@@ -23,7 +23,10 @@ void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, i
 /* x := A^-1 x, or A^-T x. */
 void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
                           int32_t transposed);
-/* A = L L' and B := A^-1 B as in blas.h. */
+/* A = L L', B := A^-1 B and their parts as in blas.h. */
+int32_t perp__loops_cholesky_panel(int32_t rows, int32_t n, double *A, int32_t lda);
+void perp__loops_cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *x,
+                                     int32_t transposed);
 int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda);
 void perp__loops_cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
                                 int32_t ldb);

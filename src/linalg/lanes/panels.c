@@ -4,17 +4,25 @@
 
 #include "linalg/lanes/vectors.h"
 
+#define COLUMNS(X) X(0) X(1) X(2) X(3) X(4) X(5)
+#include "linalg/lanes/vector_one.h"
+
 #define NAME(x) x##_any
 #define FUSED 0
+#define minus minus_product
 #define minus_one(c, a, b) ((c) - (a) * (b))
-#include "linalg/lanes/panels_any.h"
+#include "linalg/lanes/panels_vector.h"
 
 #ifdef FP_FAST_FMA
 #define NAME(x) x##_any_fused
 #define FUSED 1
+#define minus minus_fused
 #define minus_one(c, a, b) fma(-(a), (b), (c))
-#include "linalg/lanes/panels_any.h"
+#include "linalg/lanes/panels_vector.h"
 #endif
+
+#include "linalg/lanes/vector_end.h"
+#undef COLUMNS
 
 #if PERP__X86
 

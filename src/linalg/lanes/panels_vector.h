@@ -54,8 +54,9 @@ TARGET static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_
 #undef OWE_6
 #undef OWE_7
 
-/* Vector number q of a column of U. */
-#define U_AT(u, q) load((u) + (q)*LANES / PERP__PANEL * stride + (q)*LANES % PERP__PANEL)
+/* Row i of a column of U, and the vector number q from a row on that begins a group of eight. */
+#define ROW(U, i) ((U) + (i) / PERP__PANEL * stride + (i) % PERP__PANEL)
+#define U_AT(u, q) load(ROW(u, (q)*LANES))
 #define SIX(X) X(0) X(1) X(2) X(3) X(4) X(5)
 #define EIGHT(X) SIX(X) X(6) X(7)
 
@@ -83,26 +84,24 @@ TARGET static void NAME(eight_vectors)(size_t depth, const double *u, size_t str
 TARGET static void NAME(subtract_vector)(size_t panels, size_t depth, const double *U,
                                          size_t stride, const double *v, double *y)
 {
-    const size_t together = 8 * LANES / PERP__PANEL;
-    size_t p, q;
+    const size_t rows = panels * PERP__PANEL;
+    size_t i;
 
-    for (p = 0; p + together <= panels; p += together)
-        NAME(eight_vectors)(depth, U + p * stride, stride, v, y + p * PERP__PANEL);
-    for (; p < panels; p++)
-        for (q = 0; q < PERP__PANEL; q += 2 * LANES) {
-            const double *u = U + p * stride + q;
-            double *into = y + p * PERP__PANEL + q;
-            lanes a = load(into), b = load(into + LANES);
+    for (i = 0; i + 8 * LANES <= rows; i += 8 * LANES)
+        NAME(eight_vectors)(depth, ROW(U, i), stride, v, y + i);
+    for (; i < rows; i += 2 * LANES) {
+        const double *u = ROW(U, i);
+        lanes a = load(y + i), b = load(y + i + LANES);
 
-            for (size_t k = 0; k < depth; k++, u += PERP__PANEL) {
-                const lanes f = spread(v[k]);
+        for (size_t k = 0; k < depth; k++, u += PERP__PANEL) {
+            const lanes f = spread(v[k]);
 
-                a = minus(a, load(u), f);
-                b = minus(b, load(u + LANES), f);
-            }
-            store(into, a);
-            store(into + LANES, b);
+            a = minus(a, load(u), f);
+            b = minus(b, load(u + LANES), f);
         }
+        store(y + i, a);
+        store(y + i + LANES, b);
+    }
 }
 
 TARGET static void NAME(block)(size_t depth, const double *u, const double *v, double *c,
@@ -193,6 +192,7 @@ TARGET static void NAME(keep)(size_t panels, double pivot, const double *column,
         }
 }
 
+#undef ROW
 #undef U_AT
 #undef SIX
 #undef EIGHT

@@ -21,47 +21,43 @@ static int32_t is_coupled(const perp__level *level, double threshold, int32_t i,
                threshold * threshold;
 }
 
-/* One symmetric Gauss-Seidel sweep on S t = 0, keeping t positive. Returns how many rows changed by
- * more than a twentieth. */
-static int32_t sweep(const perp__level *level)
+/* Symmetric Gauss-Seidel sweeps on S t = 0 from t = 1, keeping t positive. Where neighbouring rows
+ * differ in scale, as across a jump of a coefficient, many rows change by more than a twentieth and
+ * it takes more sweeps. */
+static void find_near_null(const perp__multigrid *grid)
 {
+    const perp__level *level = &grid->level[0];
     const int32_t n = level->n;
+    int32_t limit = PERP__FEW_SWEEPS;
     double *t = level->near_null;
-    int32_t changes = 0, step, k;
 
-    for (step = 0; step < 2 * n; step++) {
-        const int32_t i = step < n ? step : 2 * n - 1 - step;
-        double sum = 0.0, before = t[i];
+    for (int32_t i = 0; i < n; i++)
+        t[i] = 1.0;
+    for (int32_t sweeps = 0; sweeps < limit; sweeps++) {
+        int32_t changes = 0;
 
-        for (k = level->starts[i]; k < level->starts[i + 1]; k++)
-            sum += level->values[k] * t[level->rows[k]];
-        t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
-        changes += step < n && fabs(t[i] - before) > 0.05 * before;
-    }
-    return changes;
-}
+        for (int32_t step = 0; step < 2 * n && !perp__multigrid_is_late(grid, step); step++) {
+            const int32_t i = step < n ? step : 2 * n - 1 - step;
+            double sum = 0.0, before = t[i];
 
-/* From t = 1. Where neighbouring rows differ in scale, as across a jump of a coefficient, many rows
- * change and it takes more sweeps. */
-static void find_near_null(const perp__level *level)
-{
-    int32_t sweeps, limit = PERP__FEW_SWEEPS, i;
-
-    for (i = 0; i < level->n; i++)
-        level->near_null[i] = 1.0;
-    for (sweeps = 0; sweeps < limit; sweeps++)
-        if (sweep(level) > level->n / 10)
+            for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
+                sum += level->values[k] * t[level->rows[k]];
+            t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
+            changes += step < n && fabs(t[i] - before) > 0.05 * before;
+        }
+        if (changes > n / 10)
             limit = PERP__MANY_SWEEPS;
+    }
 }
 
-/* A row whose strong neighbours are all unclaimed starts an aggregate with them. Rows without
- * strong neighbours belong to none: sweeps alone solve for them. */
-static void start_aggregates(perp__level *level, double threshold)
+static void find_aggregates(perp__level *level, double threshold)
 {
     int32_t *aggregate = level->aggregate;
 
     for (int32_t i = 0; i < level->n; i++)
         aggregate[i] = -1;
+    /* 1. A row whose strong neighbours are all unclaimed starts an aggregate with them. Rows
+     * without strong neighbours belong to none: sweeps alone solve for them. */
     for (int32_t i = 0; i < level->n; i++) {
         int32_t strong = 0, claimed = aggregate[i] >= 0;
 
@@ -77,37 +73,24 @@ static void start_aggregates(perp__level *level, double threshold)
                 aggregate[level->rows[k]] = level->coarse;
         aggregate[i] = level->coarse++;
     }
-}
+    /* 2. What is left next to an aggregate joins that of its strongest neighbour; -2 - a until all
+     * have chosen. */
+    for (int32_t i = 0; i < level->n; i++) {
+        double largest = 0.0;
+        int32_t found = -1;
 
-/* The aggregate of the strongest neighbour that has one, or -1. */
-static int32_t strongest(const perp__level *level, double threshold, int32_t i)
-{
-    double largest = 0.0;
-    int32_t found = -1, k;
+        if (aggregate[i] != -1)
+            continue;
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++) {
+            const int32_t a = aggregate[level->rows[k]];
 
-    for (k = level->starts[i]; k < level->starts[i + 1]; k++) {
-        const int32_t j = level->rows[k];
-
-        if (level->aggregate[j] >= 0 && -level->values[k] > largest &&
-            is_coupled(level, threshold, i, k)) {
-            largest = -level->values[k];
-            found = level->aggregate[j];
+            if (a >= 0 && -level->values[k] > largest && is_coupled(level, threshold, i, k)) {
+                largest = -level->values[k];
+                found = a;
+            }
         }
+        aggregate[i] = found < 0 ? -1 : -2 - found;
     }
-    return found;
-}
-
-/* What is left next to an aggregate joins it; -2 - a until all have chosen. */
-static void join_aggregates(perp__level *level, double threshold)
-{
-    int32_t *aggregate = level->aggregate;
-
-    for (int32_t i = 0; i < level->n; i++)
-        if (aggregate[i] == -1) {
-            const int32_t a = strongest(level, threshold, i);
-
-            aggregate[i] = a < 0 ? -1 : -2 - a;
-        }
     for (int32_t i = 0; i < level->n; i++)
         if (aggregate[i] < -1)
             aggregate[i] = -2 - aggregate[i];
@@ -211,20 +194,6 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     return PERP_OK;
 }
 
-/* The diagonal of F, which is S without its weak couplings: they are added to the diagonal such
- * that F t = S t. The rows of P stay short where couplings are weak in some directions. */
-static double filtered_diagonal(const perp__level *fine, double threshold, int32_t i)
-{
-    const double *t = fine->near_null;
-    const double diagonal = 1.0 / fine->inverse_diagonal[i];
-    double weak = 0.0;
-
-    for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++)
-        if (fine->rows[k] != i && !is_coupled(fine, threshold, i, k))
-            weak += fine->values[k] * t[fine->rows[k]];
-    return fmax(diagonal + weak / t[i], 0.1 * diagonal);
-}
-
 /* The entry of P in column a of the row that begins at `start`; a new one if there is none. */
 static double *value_of(const perp__level *fine, int32_t a, int32_t start, int32_t *end,
                         int32_t *marks)
@@ -237,36 +206,39 @@ static double *value_of(const perp__level *fine, int32_t a, int32_t start, int32
     return &fine->p_values[marks[a]];
 }
 
-/* Row i of P = (I - 2/3 diag(F)^-1 F) P0, a damped Jacobi sweep on the aggregates' shares of t.
- * Returns where the row ends. */
-static int32_t prolongation_row(const perp__level *fine, const double *coarse_null,
-                                double threshold, int32_t i, int32_t *marks)
+/* P = (I - 2/3 diag(F)^-1 F) P0, a damped Jacobi sweep on the aggregates' shares of t. F is S
+ * without its weak couplings: they are added to the diagonal such that F t = S t. The rows of P
+ * stay short where couplings are weak in some directions. */
+static void fill_prolongation(perp__level *fine, const double *coarse_null, double threshold,
+                              int32_t *marks)
 {
     const double *t = fine->near_null;
-    const int32_t start = fine->p_starts[i], own = fine->aggregate[i];
-    const double damping = PERP__DAMPING / filtered_diagonal(fine, threshold, i);
-    int32_t end = start;
 
-    if (own >= 0)
-        *value_of(fine, own, start, &end, marks) = (1.0 - PERP__DAMPING) * t[i] / coarse_null[own];
-    for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
-        const int32_t j = fine->rows[k], a = fine->aggregate[j];
-
-        if (a >= 0 && is_coupled(fine, threshold, i, k))
-            *value_of(fine, a, start, &end, marks) -=
-                damping * fine->values[k] * t[j] / coarse_null[a];
-    }
-    return end;
-}
-
-static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const double *coarse_null,
-                              double threshold)
-{
-    for (int32_t i = 0; i < fine->coarse; i++)
-        grid->marks[i] = -1;
+    for (int32_t a = 0; a < fine->coarse; a++)
+        marks[a] = -1;
     fine->p_starts[0] = 0;
-    for (int32_t i = 0; i < fine->n; i++)
-        fine->p_starts[i + 1] = prolongation_row(fine, coarse_null, threshold, i, grid->marks);
+    for (int32_t i = 0; i < fine->n; i++) {
+        const int32_t start = fine->p_starts[i], own = fine->aggregate[i];
+        const double diagonal = 1.0 / fine->inverse_diagonal[i];
+        double weak = 0.0, damping;
+        int32_t end = start;
+
+        for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++)
+            if (fine->rows[k] != i && !is_coupled(fine, threshold, i, k))
+                weak += fine->values[k] * t[fine->rows[k]];
+        damping = PERP__DAMPING / fmax(diagonal + weak / t[i], 0.1 * diagonal);
+        if (own >= 0)
+            *value_of(fine, own, start, &end, marks) =
+                (1.0 - PERP__DAMPING) * t[i] / coarse_null[own];
+        for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+            const int32_t j = fine->rows[k], a = fine->aggregate[j];
+
+            if (a >= 0 && is_coupled(fine, threshold, i, k))
+                *value_of(fine, a, start, &end, marks) -=
+                    damping * fine->values[k] * t[j] / coarse_null[a];
+        }
+        fine->p_starts[i + 1] = end;
+    }
 }
 
 static void transpose(perp__level *fine)
@@ -291,31 +263,16 @@ static void transpose(perp__level *fine)
     starts[0] = 0;
 }
 
-/* The mean of t over each aggregate. */
-static void coarsen_null(const perp__level *fine, const perp__level *coarse, int32_t *counts)
-{
-    for (int32_t i = 0; i < coarse->n; i++) {
-        coarse->near_null[i] = 0.0;
-        counts[i] = 0;
-    }
-    for (int32_t i = 0; i < fine->n; i++)
-        if (fine->aggregate[i] >= 0) {
-            coarse->near_null[fine->aggregate[i]] += fine->near_null[i];
-            counts[fine->aggregate[i]]++;
-        }
-    for (int32_t i = 0; i < coarse->n; i++)
-        coarse->near_null[i] /= counts[i];
-}
-
 /* The pattern of P' S P; without `writes` it only counts. Returns the number of entries. */
-static size_t coarse_pattern(const perp__level *fine, const perp__level *coarse, int32_t *marks,
-                             int32_t writes)
+static size_t coarse_pattern(const perp__multigrid *grid, const perp__level *fine,
+                             const perp__level *coarse, int32_t writes)
 {
+    int32_t *marks = grid->marks;
     size_t entries = 0;
 
     for (int32_t a = 0; a < fine->coarse; a++)
         marks[a] = -1;
-    for (int32_t a = 0; a < fine->coarse; a++) {
+    for (int32_t a = 0; a < fine->coarse && !perp__multigrid_is_late(grid, a); a++) {
         if (writes)
             coarse->own_starts[a] = (int32_t)entries;
         for (int32_t r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
@@ -340,36 +297,22 @@ static size_t coarse_pattern(const perp__level *fine, const perp__level *coarse,
     return entries;
 }
 
-/* P by rows and columns. */
-static perp_status make_transfer(perp__multigrid *grid, perp__level *fine,
-                                 const perp__level *coarse, double threshold)
-{
-    const perp_status status =
-        perp__arena_fit(&fine->transfer_arena, grid->context, layout_transfer, fine);
-
-    if (status != PERP_OK)
-        return status;
-    fill_prolongation(grid, fine, coarse->near_null, threshold);
-    transpose(fine);
-    return PERP_OK;
-}
-
 static perp_status make_matrix(perp__multigrid *grid, const perp__level *fine, perp__level *coarse)
 {
     perp_status status;
 
-    coarse->entries = coarse_pattern(fine, coarse, grid->marks, 0);
+    coarse->entries = coarse_pattern(grid, fine, coarse, 0);
     if (coarse->entries > INT32_MAX)
         return perp__fail_memory(grid->context, "a coarse matrix");
     status = perp__arena_fit(&coarse->matrix_arena, grid->context, layout_matrix, coarse);
-    if (status != PERP_OK)
+    if (status != PERP_OK || perp__is_past(grid->deadline))
         return status;
-    coarse_pattern(fine, coarse, grid->marks, 1);
+    coarse_pattern(grid, fine, coarse, 1);
     coarse->starts = coarse->own_starts;
     coarse->rows = coarse->own_rows;
     coarse->values = coarse->own_values;
-    perp__coarse_values(fine, fine->values, NULL, coarse, coarse->own_values,
-                        coarse->inverse_diagonal, grid->sums);
+    perp__coarse_values(grid, fine, fine->values, NULL, coarse, coarse->own_values,
+                        coarse->inverse_diagonal);
     return PERP_OK;
 }
 
@@ -378,13 +321,14 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
 {
     perp__level *fine = &grid->level[k], *coarse = fine + 1;
     const double threshold = ldexp(PERP__THRESHOLD, -k);
+    int32_t *counts = grid->marks;
     perp_status status;
 
+    /* 1. Aggregates are the coarse variables. */
     fine->coarse = 0;
     if (fine->n <= PERP__COARSEST || k + 1 == PERP__LEVELS)
         return PERP_OK;
-    start_aggregates(fine, threshold);
-    join_aggregates(fine, threshold);
+    find_aggregates(fine, threshold);
     if (fine->coarse > PERP__SLOWEST * fine->n)
         fine->coarse = 0;
     if (fine->coarse == 0)
@@ -393,28 +337,30 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     status = perp__arena_fit(&coarse->arena, grid->context, layout_level, coarse);
     if (status != PERP_OK)
         return status;
-    coarsen_null(fine, coarse, grid->marks);
-    status = make_transfer(grid, fine, coarse, threshold);
-    return status == PERP_OK ? make_matrix(grid, fine, coarse) : status;
-}
-
-/* The last level goes to a factorisation, whose values change with the block. */
-static perp_status make_bottom(perp__multigrid *grid)
-{
-    const perp__level *level = &grid->level[grid->levels - 1];
-
-    grid->bottom_matrix =
-        (perp__matrix){level->n, level->n, 0, 0, level->values, level->starts, level->rows};
-    for (int32_t i = 0; i < level->n; i++) {
-        grid->ones[i] = 1.0;
-        level->active[i] = i;
+    /* 2. The mean of t over each aggregate. */
+    for (int32_t a = 0; a < coarse->n; a++) {
+        coarse->near_null[a] = 0.0;
+        counts[a] = 0;
     }
-    return perp__sparse_cholesky_analyse(&grid->bottom, grid->context, &grid->bottom_matrix,
-                                         grid->ones);
+    for (int32_t i = 0; i < fine->n; i++)
+        if (fine->aggregate[i] >= 0) {
+            coarse->near_null[fine->aggregate[i]] += fine->near_null[i];
+            counts[fine->aggregate[i]]++;
+        }
+    for (int32_t a = 0; a < coarse->n; a++)
+        coarse->near_null[a] /= counts[a];
+    /* 3. P by rows and columns, and P' S P. */
+    status = perp__arena_fit(&fine->transfer_arena, grid->context, layout_transfer, fine);
+    if (status != PERP_OK)
+        return status;
+    fill_prolongation(fine, coarse->near_null, threshold, grid->marks);
+    transpose(fine);
+    return make_matrix(grid, fine, coarse);
 }
 
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)
 {
+    const perp__level *last;
     perp_status status;
     int32_t k = 0;
 
@@ -423,17 +369,28 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
                                            "the levels of multigrid");
     status = grid->level ? read_finest(grid, M, scale) : PERP_ERROR_MEMORY;
     if (status == PERP_OK)
-        find_near_null(&grid->level[0]);
-    while (status == PERP_OK) {
+        find_near_null(grid);
+    while (status == PERP_OK && !perp__is_past(grid->deadline)) {
         status = make_level(grid, k);
         if (grid->level[k].coarse == 0)
             break;
         k++;
     }
-    grid->levels = k + 1;
-    if (status == PERP_OK && k > 0)
-        status = make_bottom(grid);
-    if (status != PERP_OK)
-        grid->levels = 0;
+    grid->levels = 0;
+    if (status == PERP_OK && perp__is_past(grid->deadline))
+        return PERP_OK;
+    if (status == PERP_OK && k > 0) { /* the last level is factored; its values change with the
+                                         block */
+        last = &grid->level[k];
+        grid->bottom_matrix =
+            (perp__matrix){last->n, last->n, 0, 0, last->values, last->starts, last->rows};
+        for (int32_t i = 0; i < last->n; i++) {
+            grid->ones[i] = 1.0;
+            last->active[i] = i;
+        }
+        status = perp__sparse_cholesky_analyse(&grid->bottom, grid->context, &grid->bottom_matrix,
+                                               grid->ones);
+    }
+    grid->levels = status == PERP_OK ? k + 1 : 0;
     return status;
 }

@@ -4,11 +4,15 @@
 #include <math.h>
 #include <string.h>
 
-void perp__coarse_values(const perp__level *fine, const double *fine_values, const int8_t *inside,
-                         const perp__level *coarse, double *values, double *inverse_diagonal,
-                         double *sums)
+int32_t perp__coarse_values(const perp__multigrid *grid, const perp__level *fine,
+                            const double *fine_values, const int8_t *inside,
+                            const perp__level *coarse, double *values, double *inverse_diagonal)
 {
+    double *sums = grid->sums;
+
     for (int32_t a = 0; a < coarse->n; a++) {
+        if (perp__multigrid_is_late(grid, a))
+            return 0;
         for (int32_t r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
             const int32_t i = fine->r_rows[r];
 
@@ -36,6 +40,7 @@ void perp__coarse_values(const perp__level *fine, const double *fine_values, con
             values[k] = value;
         }
     }
+    return 1;
 }
 
 void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int32_t *active,
@@ -61,9 +66,10 @@ int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int
     for (int32_t k = top; k + 1 < grid->levels; k++) {
         const perp__level *fine = &grid->level[k];
 
-        perp__coarse_values(fine, k == top ? fine->values : fine->block_values,
-                            k == top ? fine->inside : NULL, fine + 1, fine[1].block_values,
-                            fine[1].block_inverse_diagonal, grid->sums);
+        if (!perp__coarse_values(grid, fine, k == top ? fine->values : fine->block_values,
+                                 k == top ? fine->inside : NULL, fine + 1, fine[1].block_values,
+                                 fine[1].block_inverse_diagonal))
+            return 0;
     }
     grid->bottom_matrix.values = bottom->block_values;
     /* aggregates that are all but outside of the block can lose their pivots to rounding */
@@ -109,59 +115,53 @@ static void sweep(const rows *r, const double *b, double *x, int32_t forward)
     }
 }
 
-/* b_coarse = P' (b - S x) */
-static void restrict_residual(const rows *r, const double *b, const double *x,
-                              const perp__level *coarse)
-{
-    const perp__level *level = r->level;
-
-    memset(coarse->b, 0, (size_t)coarse->n * sizeof(double));
-    for (int32_t k = 0; k < r->count; k++) {
-        const int32_t i = r->list ? r->list[k] : k;
-        const double residual = b[i] - row_times(r, i, x);
-
-        for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
-            coarse->b[level->p_columns[p]] += level->p_values[p] * residual;
-    }
-}
-
-/* x += P x_coarse */
-static void prolong(const rows *r, const double *coarse_x, double *x)
-{
-    const perp__level *level = r->level;
-
-    for (int32_t k = 0; k < r->count; k++) {
-        const int32_t i = r->list ? r->list[k] : k;
-        double sum = 0.0;
-
-        for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
-            sum += level->p_values[p] * coarse_x[level->p_columns[p]];
-        x[i] += sum;
-    }
-}
-
-/* One V-cycle from x = 0, symmetric: sweeps forwards on the way down, backwards on the way up. */
-static void cycle(perp__multigrid *grid, const double *b, double *x)
+/* One V-cycle from x = 0, symmetric: sweeps forwards on the way down, backwards on the way up.
+ * Returns 0 if the deadline ends it. */
+static int32_t cycle(perp__multigrid *grid, const double *b, double *x)
 {
     const int32_t last = grid->levels - 1;
 
     for (int32_t k = grid->top; k < last; k++) {
         const rows r = rows_of(grid, k);
-        const double *b_k = k == grid->top ? b : r.level->b;
-        double *x_k = k == grid->top ? x : r.level->x;
+        const perp__level *level = r.level, *coarse = level + 1;
+        const double *b_k = k == grid->top ? b : level->b;
+        double *x_k = k == grid->top ? x : level->x;
 
-        memset(x_k, 0, (size_t)r.level->n * sizeof *x_k);
+        if (perp__multigrid_is_late(grid, 0))
+            return 0;
+        memset(x_k, 0, (size_t)level->n * sizeof *x_k);
         sweep(&r, b_k, x_k, 1);
-        restrict_residual(&r, b_k, x_k, r.level + 1);
+        /* b_coarse = P' (b - S x) */
+        memset(coarse->b, 0, (size_t)coarse->n * sizeof(double));
+        for (int32_t step = 0; step < r.count; step++) {
+            const int32_t i = r.list ? r.list[step] : step;
+            const double residual = b_k[i] - row_times(&r, i, x_k);
+
+            for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
+                coarse->b[level->p_columns[p]] += level->p_values[p] * residual;
+        }
     }
     memcpy(grid->level[last].x, grid->level[last].b, (size_t)grid->level[last].n * sizeof(double));
     perp__sparse_cholesky_solve(&grid->bottom, grid->level[last].x);
     for (int32_t k = last - 1; k >= grid->top; k--) {
         const rows r = rows_of(grid, k);
+        const perp__level *level = r.level;
+        double *x_k = k == grid->top ? x : level->x;
 
-        prolong(&r, r.level[1].x, k == grid->top ? x : r.level->x);
-        sweep(&r, k == grid->top ? b : r.level->b, k == grid->top ? x : r.level->x, 0);
+        if (perp__multigrid_is_late(grid, 0))
+            return 0;
+        /* x += P x_coarse */
+        for (int32_t step = 0; step < r.count; step++) {
+            const int32_t i = r.list ? r.list[step] : step;
+            double sum = 0.0;
+
+            for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
+                sum += level->p_values[p] * level[1].x[level->p_columns[p]];
+            x_k[i] += sum;
+        }
+        sweep(&r, k == grid->top ? b : level->b, x_k, 0);
     }
+    return 1;
 }
 
 static double dot(const rows *r, const double *x, const double *y)
@@ -171,25 +171,6 @@ static double dot(const rows *r, const double *x, const double *y)
     for (int32_t k = 0; k < r->count; k++)
         sum += x[r->list[k]] * y[r->list[k]];
     return sum;
-}
-
-/* direction = preconditioned + beta direction, product = S direction; returns their product. */
-static double new_direction(perp__multigrid *grid, const rows *r, double beta)
-{
-    double curvature = 0.0;
-
-    for (int32_t k = 0; k < r->count; k++) {
-        const int32_t i = r->list[k];
-
-        grid->direction[i] = grid->preconditioned[i] + beta * grid->direction[i];
-    }
-    for (int32_t k = 0; k < r->count; k++) {
-        const int32_t i = r->list[k];
-
-        grid->product[i] = row_times(r, i, grid->direction);
-        curvature += grid->product[i] * grid->direction[i];
-    }
-    return curvature;
 }
 
 /* Saad, "Iterative Methods for Sparse Linear Systems" (2003), algorithm 9.1. With large jumps of a
@@ -209,16 +190,28 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
     memset(grid->direction, 0, bytes);
     for (steps = 0; !(dot(&r, b, b) <= goal); steps++) {
         const double before = rho;
-        double curvature, length;
+        double curvature = 0.0, beta, length;
 
-        cycle(grid, b, grid->preconditioned);
+        if (!cycle(grid, b, grid->preconditioned))
+            return -1;
         rho = dot(&r, b, grid->preconditioned);
         first = steps == 0 ? rho : first;
         if (steps > 0 && rho >= 0.0 && rho <= square * first)
             break;
         if (steps == limit)
             return -1;
-        curvature = new_direction(grid, &r, steps > 0 ? rho / before : 0.0);
+        beta = steps > 0 ? rho / before : 0.0;
+        for (int32_t k = 0; k < r.count; k++) {
+            const int32_t i = r.list[k];
+
+            grid->direction[i] = grid->preconditioned[i] + beta * grid->direction[i];
+        }
+        for (int32_t k = 0; k < r.count; k++) {
+            const int32_t i = r.list[k];
+
+            grid->product[i] = row_times(&r, i, grid->direction);
+            curvature += grid->product[i] * grid->direction[i];
+        }
         if (!(rho > 0.0) || !(curvature > 0.0))
             return -1;
         length = rho / curvature;

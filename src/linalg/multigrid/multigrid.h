@@ -5,6 +5,7 @@
 #ifndef PERP_LINALG_MULTIGRID_H
 #define PERP_LINALG_MULTIGRID_H
 
+#include "base/clock.h"
 #include "linalg/sparse_cholesky.h"
 
 #define PERP__LEVELS 24
@@ -37,6 +38,7 @@ typedef struct perp__level {
 /* At first all 0 but for the context. */
 typedef struct perp__multigrid {
     perp_context *context;
+    double deadline;    /* on perp__now()'s clock; 0: none */
     int32_t levels;     /* 0: nothing built; 1: no coarser level was found */
     perp__level *level; /* PERP__LEVELS of them, from the first building on */
     int32_t top;        /* the level of the block */
@@ -51,15 +53,15 @@ typedef struct perp__multigrid {
 
 void perp__multigrid_release(perp__multigrid *grid);
 
-/* Builds the hierarchy for diag(scale) M diag(scale), which must have a positive diagonal. PERP_OK
- * or _MEMORY. */
+/* Builds the hierarchy for diag(scale) M diag(scale), which must have a positive diagonal. PERP_OK,
+ * then with no levels if the deadline is over, or _MEMORY. */
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M,
                                   const double *scale);
 
 /* Makes the coarse matrices for the block of level `top` (not the last one) with the rows active[0]
  * < active[1] ...: those of P' S P where the rows of P outside of the block are zero (Graeser &
  * Kornhuber, "Multigrid methods for obstacle problems", J. Comput. Math. 27 (2009) 1). Returns 0 if
- * the coarsest one is not positive definite. */
+ * the coarsest one is not positive definite, or the deadline over. */
 int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
                                    int32_t count);
 
@@ -77,9 +79,15 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
 /* ---- parts ---- */
 
 /* Values and inverse diagonal of P' S P, for the pattern of `coarse`; only rows with inside[i] take
- * part if it is not NULL. sums: zeroed, and left so. */
-void perp__coarse_values(const perp__level *fine, const double *fine_values, const int8_t *inside,
-                         const perp__level *coarse, double *values, double *inverse_diagonal,
-                         double *sums);
+ * part if it is not NULL. Returns 0 if the deadline ends it. */
+int32_t perp__coarse_values(const perp__multigrid *grid, const perp__level *fine,
+                            const double *fine_values, const int8_t *inside,
+                            const perp__level *coarse, double *values, double *inverse_diagonal);
+
+/* Whether the deadline is over, asked at each of many rows or sweeps: looked at now and then. */
+static inline int32_t perp__multigrid_is_late(const perp__multigrid *grid, int32_t row)
+{
+    return row % 256 == 0 && perp__is_past(grid->deadline);
+}
 
 #endif

@@ -1,7 +1,6 @@
 /* All accelerations of a state, the front door. */
 #include "mechanism/accelerations/accelerations.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -86,157 +85,96 @@ void perp__acceleration_release(perp__acceleration *a)
     perp__work_release(a);
 }
 
-static perp_status make(perp_mechanism *m)
-{
-    perp__acceleration *a = perp__work_create(m, sizeof *a, layout);
-
-    if (!a)
-        return PERP_ERROR_MEMORY;
-    a->answers.context = a->polyhedron.cone.context = m->context;
-    a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
-    a->linear.user = a;
-    a->linear.conditions = perp__element_conditions;
-    a->answers.length = m->rows;
-    a->answers.positions = m->contacts + m->dry;
-    a->answers.eigenvalues = 4 * m->rows;
-    a->answers.own = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
-    a->answers.holds = perp__acceleration_holds;
-    a->answers.user = a;
-    a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
-    a->polyhedron.least = PERP__FAMILY_TOLERANCE;
-    memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
-    m->accelerations = a;
-    return PERP_OK;
-}
-
 /* ---- the question -------------------------------------------------------------------------- */
 
 perp_status perp__acceleration_open(perp_mechanism *m)
 {
-    const perp_status status = m->accelerations ? PERP_OK : make(m);
     perp__acceleration *a = m->accelerations;
 
-    if (a) {
-        a->asked = a->has_singular = a->has_negative = a->bent = 0;
-        perp__answers_clear(&a->answers);
+    if (!a) {
+        a = m->accelerations = perp__work_create(m, sizeof *a, layout);
+        if (!a)
+            return PERP_ERROR_MEMORY;
+        a->answers.context = a->polyhedron.cone.context = m->context;
+        a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
+        a->linear.user = a;
+        a->linear.conditions = perp__element_conditions;
+        a->answers.length = m->rows;
+        a->answers.positions = m->contacts + m->dry;
+        a->answers.eigenvalues = 4 * m->rows;
+        a->answers.own = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
+        a->answers.holds = perp__acceleration_holds;
+        a->answers.user = a;
+        a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
+        a->polyhedron.least = PERP__FAMILY_TOLERANCE;
+        memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
     }
-    return status;
-}
-
-/* Fewer contacts that press first. */
-static int32_t is_before(const void *user, const perp__answer *one, const perp__answer *other)
-{
-    const perp__acceleration *a = user;
-    const double *x = perp__answer_acceleration(one), *y = perp__answer_acceleration(other);
-
-    if (one->kind != other->kind)
-        return one->kind < other->kind;
-    for (int32_t i = 0; i < a->m->n; i++)
-        if (x[i] != y[i])
-            return x[i] < y[i];
-    return 1;
-}
-
-perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summary *summary,
-                                    int32_t impact)
-{
-    const perp__answer *answer;
-    perp_status status;
-
-    summary->closed = a->closed;
-    summary->exhaustive = 1;
-    summary->contact = impact;
-    summary->impact = impact >= 0;
-    summary->inertia = INFINITY;
-    summary->reason = PERP_MECHANISM_UNDECIDED;
-    if (impact >= 0)
-        return PERP_OK;
-    status = perp__acceleration_all(a, summary);
-    if (status != PERP_OK) {
-        perp__answers_clear(&a->answers);
-        return status;
-    }
-    perp__answers_sort(&a->answers, is_before);
-    summary->count = a->answers.count;
-    for (answer = a->answers.first; answer; answer = answer->next) {
-        summary->families += answer->dimension > 0;
-        summary->stable += answer->stable;
-    }
-    return PERP_OK;
-}
-
-static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summary, double t,
-                                 const double *q, const double *v)
-{
-    perp_mechanism_summary own;
-    perp__acceleration *a;
-    int32_t impact;
-    perp_status status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
-
-    PERP__THEN(status, perp__mechanism_check_state(m, t, q, v));
-    PERP__THEN(status, perp__acceleration_open(m));
-    if (status != PERP_OK)
-        return status;
-    a = m->accelerations;
-    perp_mechanism_summary_init(&own, sizeof own);
-    status = perp__acceleration_state(a, &impact, t, q, v);
-    PERP__THEN(status, perp__acceleration_look(a, &own, impact));
-    if (status != PERP_OK)
-        return status;
-    a->asked = 1;
-    perp__struct_write(summary, &own, sizeof own);
+    a->asked = a->has_singular = a->has_negative = a->bent = 0;
+    perp__answers_clear(&a->answers);
     return PERP_OK;
 }
 
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
-                      accelerations(mechanism, summary, t, q, v));
-}
-
-/* ---- the answers --------------------------------------------------------------------------- */
-
-static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t index)
-{
-    const perp__acceleration *a = m->accelerations;
-    const perp__answer *answer;
-    perp_mechanism_found own;
-    perp_status status = PERP__CHECK(perp_mechanism_found, m->context, found);
+    perp_mechanism *m = mechanism;
+    perp_mechanism_summary own;
+    int32_t impact;
+    perp_status status = perp__mechanism_enter(m);
 
     if (status != PERP_OK)
         return status;
-    if (!a || !a->asked)
-        return perp__refuse(m->context,
-                            "there are no accelerations: ask perp_mechanism_accelerations first");
-    if (index < 0 || index >= a->answers.count)
-        return perp__refuse(m->context, "index is %d, and there are %d answers", (int)index,
-                            (int)a->answers.count);
-    answer = perp__answers_get(&a->answers, index);
-    perp_mechanism_found_init(&own, sizeof own);
-    own.stable = answer->stable;
-    own.flutter = answer->flutter;
-    own.at_vertex = answer->at_vertex;
-    own.dimension = answer->dimension;
-    own.free = answer->free;
-    own.vertex_count = answer->vertices;
-    own.ray_count = answer->rays;
-    own.residual = answer->residual;
-    own.acceleration = perp__answer_acceleration(answer);
-    own.force = answer->middle;
-    own.row_acceleration = perp__answer_row_acceleration(a, answer);
-    own.modes = answer->modes;
-    own.eigenvalues = answer->eigenvalues;
-    own.eigenvalue_count = answer->eigenvalue_count;
-    own.vertices = answer->points;
-    own.rays = answer->points + (size_t)answer->vertices * (size_t)m->rows;
-    perp__struct_write(found, &own, sizeof own);
-    return PERP_OK;
+    perp_mechanism_summary_init(&own, sizeof own);
+    status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
+    PERP__THEN(status, perp__mechanism_check_state(m, t, q, v));
+    PERP__THEN(status, perp__acceleration_open(m));
+    PERP__THEN(status, perp__acceleration_state(m->accelerations, &impact, t, q, v));
+    PERP__THEN(status, perp__acceleration_look(m->accelerations, &own, impact));
+    if (status == PERP_OK) {
+        m->accelerations->asked = 1;
+        perp__struct_write(summary, &own, sizeof own);
+    }
+    return perp__leave(m->context, status);
 }
 
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
-                      get(mechanism, found, index));
+    perp_mechanism *m = mechanism;
+    const perp__acceleration *a;
+    perp_status status = perp__mechanism_enter(m);
+
+    if (status != PERP_OK)
+        return status;
+    a = m->accelerations;
+    status = PERP__CHECK(perp_mechanism_found, m->context, found);
+    if (status == PERP_OK && (!a || !a->asked))
+        status = perp__refuse(m->context,
+                              "there are no accelerations: ask perp_mechanism_accelerations first");
+    if (status == PERP_OK && (index < 0 || index >= a->answers.count))
+        status = perp__refuse(m->context, "index is %d, and there are %d answers", (int)index,
+                              (int)a->answers.count);
+    if (status == PERP_OK) {
+        const perp__answer *answer = perp__answers_get(&a->answers, index);
+        const perp_mechanism_found own = {
+            .stable = answer->stable,
+            .flutter = answer->flutter,
+            .at_vertex = answer->at_vertex,
+            .dimension = answer->dimension,
+            .free = answer->free,
+            .vertex_count = answer->vertices,
+            .ray_count = answer->rays,
+            .residual = answer->residual,
+            .acceleration = perp__answer_acceleration(answer),
+            .force = answer->middle,
+            .row_acceleration = perp__answer_row_acceleration(a, answer),
+            .modes = answer->modes,
+            .eigenvalues = answer->eigenvalues,
+            .eigenvalue_count = answer->eigenvalue_count,
+            .vertices = answer->points,
+            .rays = answer->points + (size_t)answer->vertices * (size_t)m->rows};
+
+        perp__struct_write(found, &own, sizeof own);
+    }
+    return perp__leave(m->context, status);
 }

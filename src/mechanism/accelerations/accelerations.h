@@ -28,6 +28,7 @@ typedef struct perp__element {
     int32_t two_sided;   /* 1: its normals hold both ways */
     int32_t row;         /* first active row: the normal, or the first row of the group */
     int32_t normals;     /* 0 of a dry group, 1 of an ordinary contact */
+    int32_t tangent;     /* first active row along the tangents */
     int32_t tangents;    /* 0, 1 or 2 */
     int32_t friction;    /* 1: there can be a force along the tangents */
     int32_t moves;       /* 1: it slides now */
@@ -120,10 +121,6 @@ perp_status perp__acceleration_reduce(perp__acceleration *a);
 perp_status perp__acceleration_make_room(perp__acceleration *a);
 /* m->accelerations with its room, and without answers. */
 perp_status perp__acceleration_open(perp_mechanism *m);
-/* Finds, labels, sorts and counts answers; impact: a contact that approaches, so that there are
- * none, or -1. */
-perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summary *summary,
-                                    int32_t impact);
 
 /* ---- pattern.c ---- */
 /* Of the tree of patterns. */
@@ -133,13 +130,9 @@ int32_t perp__element_choose(void *user, int32_t index, int32_t choice);
 int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element);
 void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
                              double direction[2]);
-/* The first row along the tangents. */
-int32_t perp__element_tangent(const perp__element *element);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */
 int32_t perp__element_starts(const perp__element *element, int32_t mode);
 int32_t perp__element_presses(const perp__element *element, int32_t mode);
-/* |N|, as the pattern has it, of the forces x. */
-double perp__element_load(const perp__acceleration *a, int32_t index, const double *x);
 /* Solves: 0, or the dimension of the null space (then `null` is filled), or -1: no solution. */
 int32_t perp__pattern_solve(perp__acceleration *a);
 /* The same without widths and null space, with pivots of at most `singular` of the largest entry,
@@ -196,8 +189,9 @@ perp_status perp__acceleration_seed(perp__acceleration *a);
 /* ---- all.c ---- */
 /* Solves the pattern and keeps what holds. singular: of perp__slip_turn. */
 perp_status perp__acceleration_try(perp__acceleration *a, double singular);
-/* All patterns, or what a search finds; writes exhaustive, patterns and the reason for as many
- * answers as there are. */
-perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary *summary);
+/* Finds, labels, sorts and counts answers: all patterns, or what a search finds; impact: a contact
+ * that approaches, so that there are none, or -1. */
+perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summary *summary,
+                                    int32_t impact);
 
 #endif

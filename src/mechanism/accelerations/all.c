@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
 /* Clock readings are rare: once in so many patterns. */
@@ -17,43 +18,53 @@
  * map of the patterns is piecewise linear, with no more than four pieces around an edge: S.
  * Scholtes, "Introduction to Piecewise Differentiable Equations" (2012), section 2.3). */
 
-static int32_t first_contact(const perp__acceleration *a)
-{
-    for (int32_t i = 0; i < a->closed; i++)
-        if (a->pattern.mode[i] != PERP_MECHANISM_SEPARATE)
-            return a->element[i].source;
-    return -1;
-}
-
-/* Remembers the sign of the determinant of the pattern that was solved last. */
+/* Remembers the sign of the determinant of the pattern that was solved last, and the first contact
+ * that does not separate in it. */
 static void note_sign(perp__acceleration *a)
 {
+    int32_t first = 0, contact;
+
     for (int32_t i = 0; i < a->elements; i++)
         a->bent |= perp__load_slips(a, i);
     if (a->bent)
         return;
+    while (first < a->closed && a->pattern.mode[first] == PERP_MECHANISM_SEPARATE)
+        first++;
+    contact = first < a->closed ? a->element[first].source : -1;
     if (a->linear.system.sign == 0 && !a->has_singular) {
         a->has_singular = 1;
-        a->singular_contact = first_contact(a);
+        a->singular_contact = contact;
     }
     if (a->linear.system.sign < 0 && !a->has_negative) {
         a->has_negative = 1;
-        a->negative_contact = first_contact(a);
+        a->negative_contact = contact;
     }
 }
 
-/* 1 - mu max |W_NN^-1 W_Nt d|: what friction that grows with |N| leaves of the normals' share. */
-static double two_sided_inertia(const perp__acceleration *a, const perp__element *element)
+/* n'M^-1 (n - mu d) beside n'M^-1 n, in the worst direction; with several normals, or of any sign,
+ * 1 - mu max |W_NN^-1 W_Nt d|: what friction that grows with |N| leaves of the normals' share. +inf
+ * where there is no such thing. */
+static double inertia_of(const perp__acceleration *a, const perp__element *element)
 {
     const size_t active = (size_t)a->active, r = (size_t)element->row;
+    const double *row = a->held + r * active, *d = element->direction;
     const int32_t k = element->normals, tangents = element->moves ? 1 : element->tangents;
-    double coupling[2 * PERP__MOST_NORMALS] = {0.0}, square[4] = {0.0}, root;
+    double coupling[2 * PERP__MOST_NORMALS] = {0.0}, square[4] = {0.0}, root, along;
 
+    if (!element->friction || !(row[r] > PERP__ACCELERATION_TOLERANCE * a->W[r * (active + 1)]))
+        return INFINITY;
+    if (!element->two_sided) {
+        if (element->moves)
+            along = d[0] * row[r + 1] + (element->tangents > 1 ? d[1] * row[r + 2] : 0.0);
+        else
+            along = element->tangents == 1 ? fabs(row[r + 1]) : hypot(row[r + 1], row[r + 2]);
+        return (row[r] - element->mu * along) / row[r];
+    }
     for (int32_t i = 0; i < k; i++)
         for (int32_t j = 0; j < element->tangents; j++)
             coupling[i * tangents + (element->moves ? 0 : j)] +=
                 a->held[(r + (size_t)i) * active + r + (size_t)(k + j)] *
-                (element->moves ? element->direction[j] : 1.0);
+                (element->moves ? d[j] : 1.0);
     if (!perp__solve_small(a->held + r * (active + 1), k, a->active, coupling, tangents))
         return INFINITY;
     for (int32_t i = 0; i < k; i++)
@@ -64,87 +75,45 @@ static double two_sided_inertia(const perp__acceleration *a, const perp__element
     return 1.0 - element->mu * sqrt(0.5 * (square[0] + square[3]) + root);
 }
 
-/* n'M^-1 (n - mu d) beside n'M^-1 n, in the worst direction; +inf where there is no such thing. */
-static double inertia_of(const perp__acceleration *a, const perp__element *element)
-{
-    const size_t active = (size_t)a->active, r = (size_t)element->row;
-    const double *row = a->held + r * active;
-    const double normal = row[r];
-    double coupling;
-
-    if (!element->friction || !(normal > PERP__ACCELERATION_TOLERANCE * a->W[r * (active + 1)]))
-        return INFINITY;
-    if (element->two_sided)
-        return two_sided_inertia(a, element);
-    coupling = element->tangents == 1 ? row[r + 1] : hypot(row[r + 1], row[r + 2]);
-    if (element->moves)
-        coupling = element->direction[0] * row[r + 1] +
-                   (element->tangents > 1 ? element->direction[1] * row[r + 2] : 0.0);
-    else
-        coupling = fabs(coupling);
-    return (normal - element->mu * coupling) / normal;
-}
-
-/* Whether the signs of the minors decide. A contact that holds both ways has pieces on both sides
- * of N = 0, six of them around it at rest: then the map may go around twice, but not where all
- * minors are positive and there is one answer now, as it has one then for any loads. */
-static int32_t minors_decide(const perp__acceleration *a)
-{
-    const int32_t one = a->answers.count == 1 && a->answers.first->dimension == 0;
-
-    if (a->bent)
-        return a->closed == 1;
-    for (int32_t i = 0; i < a->closed; i++)
-        if (a->element[i].two_sided && a->element[i].friction && !a->element[i].moves)
-            return one;
-    return 1;
-}
-
-/* A contact at rest that has more friction than it slips with. */
-static int32_t first_with_static_friction(const perp__acceleration *a)
-{
-    for (int32_t i = 0; i < a->closed; i++)
-        if (a->element[i].friction && !a->element[i].moves &&
-            a->element[i].mu_stick > a->element[i].mu)
-            return a->element[i].source;
-    return -1;
-}
-
+/* Of contacts that hold both ways, with pieces on both sides of N = 0, six are around each at rest:
+ * then the map may go around twice, but not where all minors are positive and there is one answer
+ * now, as it has one then for any loads. */
 static void find_reason(const perp__acceleration *a, perp_mechanism_summary *summary)
 {
-    int32_t worst = -1, i;
+    int32_t worst = -1, loose = -1, decide = a->bent ? a->closed == 1 : 1;
 
     summary->inertia = INFINITY;
-    summary->contact = -1;
-    for (i = 0; i < a->closed; i++) {
-        const double inertia = inertia_of(a, a->element + i);
+    for (int32_t i = 0; i < a->closed; i++) {
+        const perp__element *element = a->element + i;
+        const double inertia = inertia_of(a, element);
 
         if (inertia < summary->inertia) {
             summary->inertia = inertia;
-            worst = a->element[i].source;
+            worst = element->source;
         }
+        if (!element->friction || element->moves)
+            continue;
+        if (loose < 0 && element->mu_stick > element->mu)
+            loose = element->source; /* at rest it has more friction than it slips with */
+        if (element->two_sided && !a->bent)
+            decide = a->answers.count == 1 && a->answers.first->dimension == 0;
     }
-    if (summary->inertia < -PERP__ACCELERATION_SINGULAR) {
-        summary->reason = PERP_MECHANISM_NEGATIVE_INERTIA;
-        summary->contact = worst;
-    } else if (!a->complete) {
-        summary->reason = PERP_MECHANISM_UNDECIDED;
-    } else if (a->has_negative) {
-        summary->reason = PERP_MECHANISM_COUPLED;
-        summary->contact = a->negative_contact;
-    } else if (summary->inertia <= PERP__ACCELERATION_SINGULAR) {
-        summary->reason = PERP_MECHANISM_ZERO_INERTIA;
-        summary->contact = worst;
-    } else if (a->has_singular) {
-        summary->reason = PERP_MECHANISM_REDUNDANT;
-        summary->contact = a->singular_contact;
-    } else if (!minors_decide(a)) {
-        summary->reason = PERP_MECHANISM_UNDECIDED;
-    } else {
-        summary->contact = first_with_static_friction(a);
-        summary->reason =
-            summary->contact >= 0 ? PERP_MECHANISM_STATIC_FRICTION : PERP_MECHANISM_ALWAYS_ONE;
-    }
+    summary->reason =
+        summary->inertia < -PERP__ACCELERATION_SINGULAR   ? PERP_MECHANISM_NEGATIVE_INERTIA
+        : !a->complete                                    ? PERP_MECHANISM_UNDECIDED
+        : a->has_negative                                 ? PERP_MECHANISM_COUPLED
+        : summary->inertia <= PERP__ACCELERATION_SINGULAR ? PERP_MECHANISM_ZERO_INERTIA
+        : a->has_singular                                 ? PERP_MECHANISM_REDUNDANT
+        : !decide                                         ? PERP_MECHANISM_UNDECIDED
+        : loose >= 0                                      ? PERP_MECHANISM_STATIC_FRICTION
+                                                          : PERP_MECHANISM_ALWAYS_ONE;
+    summary->contact = summary->reason == PERP_MECHANISM_NEGATIVE_INERTIA ||
+                               summary->reason == PERP_MECHANISM_ZERO_INERTIA
+                           ? worst
+                       : summary->reason == PERP_MECHANISM_COUPLED         ? a->negative_contact
+                       : summary->reason == PERP_MECHANISM_REDUNDANT       ? a->singular_contact
+                       : summary->reason == PERP_MECHANISM_STATIC_FRICTION ? loose
+                                                                           : -1;
 }
 
 /* ---- one pattern ----------------------------------------------------------------------------- */
@@ -184,9 +153,8 @@ static int32_t is_start(const perp__acceleration *a, int32_t turning)
 
 perp_status perp__acceleration_try(perp__acceleration *a, double singular)
 {
-    if (perp__slip_count(a) == 0)
-        return keep(a, perp__pattern_solve(a));
-    return keep(a, perp__slip_turn(a, singular));
+    return keep(a,
+                perp__slip_count(a) == 0 ? perp__pattern_solve(a) : perp__slip_turn(a, singular));
 }
 
 /* From loads that are nearly right: Newton's method, as |N| is linear in the end. */
@@ -238,32 +206,30 @@ static perp_status try_directions(perp__acceleration *a)
 static perp_status try_pattern(perp__acceleration *a)
 {
     const int32_t turning = perp__slip_count(a);
-    perp_status status;
-    int32_t dimension, i;
+    perp_status status = PERP_OK;
+    int32_t dimension, i = 0;
 
-    for (i = 0; i < a->elements && !perp__load_slips(a, i); i++)
-        ;
+    while (i < a->elements && !perp__load_slips(a, i))
+        i++;
     if (i < a->elements) {
         note_sign(a);
-        return turning == 0 || is_start(a, turning) ? perp__load_all(a, try_loads) : PERP_OK;
-    }
-    if (turning == 0) {
+        if (turning == 0 || is_start(a, turning))
+            status = perp__load_all(a, try_loads);
+    } else if (turning == 0) {
         dimension = perp__pattern_solve(a);
         note_sign(a);
         perp__load_turn(a); /* of what sticks */
-        return keep(a, dimension);
+        status = keep(a, dimension);
+    } else {
+        perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
+        note_sign(a);
+        if (turning == 1)
+            status = try_directions(a);
+        else if (is_start(a, turning))
+            status = perp__acceleration_try(a, PERP__ACCELERATION_TOLERANCE);
     }
-    perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
-    note_sign(a);
-    if (turning == 1)
-        status = try_directions(a);
-    else
-        status = is_start(a, turning) ? perp__acceleration_try(a, PERP__ACCELERATION_TOLERANCE)
-                                      : PERP_OK;
     return status;
 }
-
-/* ---- all of them ----------------------------------------------------------------------------- */
 
 static perp_status leaf(void *user)
 {
@@ -283,12 +249,36 @@ static perp_status leaf(void *user)
     return status;
 }
 
-perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary *summary)
+/* Fewer contacts that press first. */
+static int32_t is_before(const void *user, const perp__answer *one, const perp__answer *other)
+{
+    const perp__acceleration *a = user;
+    const double *x = perp__answer_acceleration(one), *y = perp__answer_acceleration(other);
+
+    if (one->kind != other->kind)
+        return one->kind < other->kind;
+    for (int32_t i = 0; i < a->m->n; i++)
+        if (x[i] != y[i])
+            return x[i] < y[i];
+    return 1;
+}
+
+perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summary *summary,
+                                    int32_t impact)
 {
     const int64_t most = a->m->settings.most_patterns;
     int32_t one_sided = 1; /* the searches know no other contacts */
     perp_status status = PERP_OK;
 
+    summary->closed = a->closed;
+    summary->exhaustive = 1;
+    summary->contact = impact;
+    summary->impact = impact >= 0;
+    summary->inertia = INFINITY;
+    summary->reason = PERP_MECHANISM_UNDECIDED;
+    if (impact >= 0)
+        return PERP_OK;
+    /* 1. all patterns, where they are not too many */
     a->tree.positions = a->elements;
     a->tree.ended = 0;
     a->tree.user = a;
@@ -302,14 +292,25 @@ perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary
     if (a->complete)
         status = perp__pattern_tree_search(&a->tree);
     summary->patterns = a->leaves;
+    /* 2. else, and where a family is too large, what searches find */
     for (int32_t i = 0; i < a->closed; i++)
         one_sided &= !a->element[i].two_sided;
-    if (status == PERP_OK && one_sided)
-        status = perp__acceleration_seed(a);
+    if (one_sided)
+        PERP__THEN(status, perp__acceleration_seed(a));
     summary->exhaustive = a->complete && !a->answers.incomplete;
-    if (status == PERP_OK && one_sided && !summary->exhaustive)
-        status = perp__acceleration_search(a, summary);
-    if (status == PERP_OK)
-        find_reason(a, summary);
-    return status;
+    if (one_sided && !summary->exhaustive)
+        PERP__THEN(status, perp__acceleration_search(a, summary));
+    if (status != PERP_OK) {
+        perp__answers_clear(&a->answers);
+        return status;
+    }
+    /* 3. what there is to say of them */
+    find_reason(a, summary);
+    perp__answers_sort(&a->answers, is_before);
+    summary->count = a->answers.count;
+    for (const perp__answer *answer = a->answers.first; answer; answer = answer->next) {
+        summary->families += answer->dimension > 0;
+        summary->stable += answer->stable;
+    }
+    return PERP_OK;
 }

@@ -32,108 +32,80 @@
  * slip, or one of its own. y moves in the range of S = J_a M^-1 J_a' alone: rows that depend on
  * each other count once. With S = B B' (Cholesky with pivoting), Gamma B = B Gamma_r. */
 
-typedef struct compliant {
-    int32_t count;
-    int32_t *column; /* of the pattern's system */
-    double *Gamma, *S, *B, *product;
-    int32_t *pivot;
-} compliant;
-
-static void fill(const perp__acceleration *a, compliant *c)
+/* Cholesky factor of S, n by n, with pivoting: B, its columns; the rank. diagonal: work. */
+static size_t factor(size_t n, double *S, double *B, double *diagonal, int32_t *pivot)
 {
-    const perp__linear *p = &a->linear;
-
-    c->count = 0;
-    for (int32_t k = 0; k < p->system.n; k++)
-        if (p->first[k] < a->bilateral_row || p->first[k] >= a->bilateral_row + a->m->bilateral)
-            c->column[c->count++] = k;
-    for (int32_t i = 0; i < c->count; i++)
-        for (int32_t j = 0; j < c->count; j++) {
-            const size_t at = (size_t)i * (size_t)c->count + (size_t)j;
-            const int32_t from = c->column[j];
-            const double *row = a->held + (size_t)p->first[c->column[i]] * (size_t)a->active;
-
-            row += p->first[from];
-            c->S[at] = c->Gamma[at] = row[0];
-            for (int32_t k = 1; k < p->count[from]; k++)
-                c->Gamma[at] +=
-                    p->coefficient[PERP__MOST_TERMS * (size_t)from + (size_t)k] * row[k];
-        }
-}
-
-/* Returns the rank. B: n by n, its columns the factor's. product: the diagonal at the start. */
-static int32_t factor(compliant *c)
-{
-    const size_t n = (size_t)c->count;
     size_t rank;
 
     for (size_t i = 0; i < n; i++)
-        c->product[i] = c->S[i * (n + 1)];
+        diagonal[i] = S[i * (n + 1)];
     for (rank = 0; rank < n; rank++) {
         size_t p = 0;
         double best = DEPENDENT;
 
         for (size_t i = 0; i < n; i++)
-            if (c->product[i] > 0.0 && c->S[i * (n + 1)] > best * c->product[i]) {
-                best = c->S[i * (n + 1)] / c->product[i];
+            if (diagonal[i] > 0.0 && S[i * (n + 1)] > best * diagonal[i]) {
+                best = S[i * (n + 1)] / diagonal[i];
                 p = i;
             }
         if (best <= DEPENDENT)
             break;
-        c->pivot[rank] = (int32_t)p;
+        pivot[rank] = (int32_t)p;
         for (size_t i = 0; i < n; i++)
-            c->B[i * n + rank] = c->S[i * n + p] / sqrt(c->S[p * (n + 1)]);
+            B[i * n + rank] = S[i * n + p] / sqrt(S[p * (n + 1)]);
         for (size_t i = 0; i < n; i++)
             for (size_t j = 0; j < n; j++)
-                c->S[i * n + j] -= c->B[i * n + rank] * c->B[j * n + rank];
+                S[i * n + j] -= B[i * n + rank] * B[j * n + rank];
         for (size_t i = 0; i <= rank; i++) /* exactly nothing is left there */
             for (size_t j = 0; j < n; j++)
-                c->S[(size_t)c->pivot[i] * n + j] = c->S[j * n + (size_t)c->pivot[i]] = 0.0;
+                S[(size_t)pivot[i] * n + j] = S[j * n + (size_t)pivot[i]] = 0.0;
     }
-    return (int32_t)rank;
-}
-
-/* Gamma_r = B_p^-1 (Gamma B)_p, rank by rank by columns, with B_p the pivots' rows: triangular. */
-static void restrict_to_range(compliant *c, int32_t rank)
-{
-    const size_t n = (size_t)c->count, r = (size_t)rank;
-
-    for (size_t j = 0; j < r; j++)
-        for (size_t i = 0; i < r; i++) {
-            const size_t p = (size_t)c->pivot[i];
-            double sum = 0.0;
-
-            for (size_t k = 0; k < n; k++)
-                sum += c->Gamma[p * n + k] * c->B[k * n + j];
-            for (size_t k = 0; k < i; k++)
-                sum -= c->B[p * n + k] * c->product[k + r * j];
-            c->product[i + r * j] = sum / c->B[p * n + i];
-        }
+    return rank;
 }
 
 /* The answer is of the pattern that was solved last. */
 static void label(perp__acceleration *a, perp__answer *answer)
 {
     const perp_mechanism_settings *settings = &a->m->settings;
+    const perp__linear *p = &a->linear;
     const size_t active = (size_t)a->active;
-    perp__stability verdict;
-    compliant c;
-    int32_t rank;
+    double *Gamma = a->work, *S = Gamma + active * active, *B = S + active * active;
+    double *reduced = B + active * active;
+    int32_t *column = a->indices, *pivot = column + active; /* column: of the pattern's system */
+    size_t n = 0, rank;
 
-    c.Gamma = a->work;
-    c.S = c.Gamma + active * active;
-    c.B = c.S + active * active;
-    c.product = c.B + active * active;
-    c.column = a->indices;
-    c.pivot = c.column + active;
-    fill(a, &c);
-    rank = factor(&c);
-    restrict_to_range(&c, rank);
-    verdict = perp__stability_of(rank, c.product, settings->stiffness, settings->damping, c.S,
-                                 answer->eigenvalues);
-    answer->eigenvalue_count = 2 * rank;
-    answer->stable = verdict.stable && answer->free == 0;
-    answer->flutter = verdict.flutter;
+    /* 1. Gamma and S of the rows that give way */
+    for (int32_t k = 0; k < p->system.n; k++)
+        if (p->first[k] < a->bilateral_row || p->first[k] >= a->bilateral_row + a->m->bilateral)
+            column[n++] = k;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) {
+            const size_t at = i * n + j;
+            const int32_t from = column[j];
+            const double *row = a->held + (size_t)p->first[column[i]] * active + p->first[from];
+
+            S[at] = Gamma[at] = row[0];
+            for (int32_t k = 1; k < p->count[from]; k++)
+                Gamma[at] += p->coefficient[PERP__MOST_TERMS * (size_t)from + (size_t)k] * row[k];
+        }
+    /* 2. Gamma_r = B_p^-1 (Gamma B)_p, by columns, with B_p the pivots' rows: triangular */
+    rank = factor(n, S, B, reduced, pivot);
+    for (size_t j = 0; j < rank; j++)
+        for (size_t i = 0; i < rank; i++) {
+            const size_t row = (size_t)pivot[i];
+            double sum = 0.0;
+
+            for (size_t k = 0; k < n; k++)
+                sum += Gamma[row * n + k] * B[k * n + j];
+            for (size_t k = 0; k < i; k++)
+                sum -= B[row * n + k] * reduced[k + rank * j];
+            reduced[i + rank * j] = sum / B[row * n + i];
+        }
+    /* 3. what it says */
+    perp__stability_of((int32_t)rank, reduced, settings->stiffness, settings->damping, S,
+                       answer->eigenvalues, &answer->stable, &answer->flutter);
+    answer->eigenvalue_count = 2 * (int32_t)rank;
+    answer->stable = answer->stable && answer->free == 0;
 }
 
 /* ---- description --------------------------------------------------------------------------- */
@@ -154,29 +126,6 @@ void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answe
                 (int8_t)(mode == PERP_MECHANISM_STICK ||
                          (i < element->normals && perp__element_presses(element, mode)));
     }
-}
-
-/* v' and u' from the forces. */
-static void find_acceleration(perp__acceleration *a, perp__answer *answer)
-{
-    perp_mechanism *m = a->m;
-    perp__terms terms = m->begin;
-    perp__velocity_problem problem = {0};
-    perp__motion held = {0};
-
-    terms.drift = a->bias;
-    problem.terms = &terms;
-    problem.momentum = terms.k;
-    problem.shift = a->zeros;
-    held.v = perp__answer_acceleration(answer);
-    held.r = answer->middle;
-    held.u = perp__answer_row_acceleration(a, answer);
-    held.holds = m->second.holds;
-    perp__acceleration_mark_rows(a, answer, held.holds);
-    memcpy(held.v, terms.k, (size_t)m->n * sizeof *held.v);
-    perp__add_impulses(m, &terms, held.v, held.r);
-    perp__solve_mass(m, &terms, held.v, held.v);
-    perp__hold_velocities(m, &held, &problem);
 }
 
 /* How far u' of active row r is off where it is to be 0 (sign 0) or not negative (sign 1). */
@@ -217,22 +166,45 @@ static double element_residual(const perp__acceleration *a, const perp__answer *
     for (int32_t i = 0; i < element->tangents; i++) {
         length = hypot(length, f[tangent + i]);
         if (mode == PERP_MECHANISM_STICK)
-            perp__raise_to(&worst, row_residual(a, answer, perp__element_tangent(element) + i, 0));
+            perp__raise_to(&worst, row_residual(a, answer, element->tangent + i, 0));
     }
     limit = (element->dry                   ? 1.0
              : mode == PERP_MECHANISM_STICK ? element->mu_stick
                                             : element->mu) *
             fmax(size, 0.0);
     if (element->tangents > 0)
-        perp__raise_to(&worst,
-                       (length - limit) / (largest * a->scale[perp__element_tangent(element)]));
+        perp__raise_to(&worst, (length - limit) / (largest * a->scale[element->tangent]));
     return worst;
 }
 
-static void name_modes(const perp__acceleration *a, perp__answer *answer)
+static void describe(perp__acceleration *a, perp__answer *answer)
 {
-    const perp_mechanism *m = a->m;
+    perp_mechanism *m = a->m;
+    perp__terms terms = m->begin;
+    const perp__velocity_problem problem = {
+        .terms = &terms, .momentum = terms.k, .shift = a->zeros};
+    perp__motion held = {.v = perp__answer_acceleration(answer),
+                         .r = answer->middle,
+                         .u = perp__answer_row_acceleration(a, answer),
+                         .holds = m->second.holds};
+    double largest = DBL_MIN;
 
+    /* 1. v' and u' from the forces */
+    terms.drift = a->bias;
+    perp__acceleration_mark_rows(a, answer, held.holds);
+    memcpy(held.v, terms.k, (size_t)m->n * sizeof *held.v);
+    perp__add_impulses(m, &terms, held.v, held.r);
+    perp__solve_mass(m, &terms, held.v, held.v);
+    perp__hold_velocities(m, &held, &problem);
+    /* 2. how well the laws are met */
+    for (int32_t i = 0; i < a->active; i++)
+        largest = fmax(largest, fabs(answer->middle[a->row_of[i]]) / a->scale[i]);
+    answer->residual = perp__momentum_residual(m, &m->begin, m->begin.k, held.v, answer->middle);
+    for (int32_t i = 0; i < m->bilateral; i++)
+        perp__raise_to(&answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
+    for (int32_t i = 0; i < a->elements; i++)
+        perp__raise_to(&answer->residual, element_residual(a, answer, i, largest));
+    /* 3. the modes, and the stability */
     memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
     answer->kind = 0;
     for (int32_t index = 0; index < a->elements; index++) {
@@ -243,28 +215,11 @@ static void name_modes(const perp__acceleration *a, perp__answer *answer)
         if (mode == PERP_MECHANISM_SLIP && !element->dry && !element->friction && !element->moves) {
             mode = PERP_MECHANISM_STICK; /* nothing holds it, but it does not move either */
             for (int32_t i = 0; i < element->tangents; i++)
-                if (row_residual(a, answer, perp__element_tangent(element) + i, 0) > SMALL)
+                if (row_residual(a, answer, element->tangent + i, 0) > SMALL)
                     mode = PERP_MECHANISM_SLIP;
         }
         answer->modes[element->source] = mode;
     }
-}
-
-static void describe(perp__acceleration *a, perp__answer *answer)
-{
-    perp_mechanism *m = a->m;
-    double largest = DBL_MIN;
-
-    find_acceleration(a, answer);
-    for (int32_t i = 0; i < a->active; i++)
-        largest = fmax(largest, fabs(answer->middle[a->row_of[i]]) / a->scale[i]);
-    answer->residual = perp__momentum_residual(m, &m->begin, m->begin.k,
-                                               perp__answer_acceleration(answer), answer->middle);
-    for (int32_t i = 0; i < m->bilateral; i++)
-        perp__raise_to(&answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
-    for (int32_t i = 0; i < a->elements; i++)
-        perp__raise_to(&answer->residual, element_residual(a, answer, i, largest));
-    name_modes(a, answer);
     label(a, answer);
 }
 
@@ -293,66 +248,49 @@ static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer
     return 0;
 }
 
-static int32_t is_same(const perp__acceleration *a, const perp__answer *one,
-                       const perp__answer *other)
-{
-    const double same = is_turned(a, one) || is_turned(a, other) ? SAME_FORCE : 1e-14;
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < a->active; i++)
-        largest = fmax(largest, fabs(one->points[a->row_of[i]]) / a->scale[i]);
-    for (int32_t i = 0; i < a->active; i++) {
-        const int32_t row = a->row_of[i];
-        const double width = one->width[row] + other->width[row];
-
-        if (!(fabs(one->points[row] - other->points[row]) <=
-              4.0 * width + same * largest * a->scale[i]))
-            return 0;
-    }
-    return 1;
-}
-
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner)
 {
     perp__acceleration *a = user;
-    int32_t at_vertex;
+    double same, largest = 0.0;
+    int32_t at_vertex, holds = 1;
 
-    if (outer->dimension == 0) {
-        const int32_t same = is_same(a, outer, inner);
-
-        outer->at_vertex |= same; /* two patterns meet there */
-        return same;
+    if (outer->dimension > 0) {
+        for (int32_t k = 0; k < inner->vertices + inner->rays && holds; k++)
+            holds = has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
+                              k >= inner->vertices, 1.0, &at_vertex);
+        return holds;
     }
-    for (int32_t k = 0; k < inner->vertices + inner->rays; k++)
-        if (!has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
-                       k >= inner->vertices, 1.0, &at_vertex))
-            return 0;
-    return 1;
+    same = is_turned(a, outer) || is_turned(a, inner) ? SAME_FORCE : 1e-14;
+    for (int32_t i = 0; i < a->active; i++)
+        largest = fmax(largest, fabs(outer->points[a->row_of[i]]) / a->scale[i]);
+    for (int32_t i = 0; i < a->active && holds; i++) {
+        const int32_t row = a->row_of[i];
+        const double width = outer->width[row] + inner->width[row];
+
+        holds = fabs(outer->points[row] - inner->points[row]) <=
+                4.0 * width + same * largest * a->scale[i];
+    }
+    outer->at_vertex |= holds; /* two patterns meet there */
+    return holds;
 }
 
 /* ---- the store ----------------------------------------------------------------------------- */
 
-/* Whether what would be handed out is an answer: numbers overflow, and a pattern's tests are those
- * of its equations. */
-static int32_t is_sound(const perp__acceleration *a, const perp__answer *answer)
-{
-    const size_t rows = (size_t)a->m->rows;
-    const perp__evidence evidence = {
-        answer->residual, answer->residual, INFINITY,
-        perp__all_finite(perp__answer_acceleration(answer), (size_t)a->m->n) &&
-            perp__all_finite(answer->middle, rows) &&
-            perp__all_finite(perp__answer_row_acceleration(a, answer), rows) &&
-            perp__all_finite(answer->points, (size_t)(answer->vertices + answer->rays) * rows)};
-
-    return perp__is_good(perp__gate(&evidence, PERP__FAMILY_TOLERANCE, -1));
-}
-
 /* The new answer with its points is described and joins the others, or goes where another one has
- * it already, or where its residuals say that it is none. */
+ * it already, or where its residuals say that it is none: numbers overflow, and a pattern's tests
+ * are those of its equations. */
 static void keep(perp__acceleration *a, perp__answer *answer)
 {
+    const size_t rows = (size_t)a->m->rows, points = (size_t)(answer->vertices + answer->rays);
+    perp__evidence evidence = {0.0, 0.0, INFINITY, 0};
+
     describe(a, answer);
-    if (is_sound(a, answer)) {
+    evidence.tested = evidence.own = answer->residual;
+    evidence.sound = perp__all_finite(perp__answer_acceleration(answer), (size_t)a->m->n) &&
+                     perp__all_finite(answer->middle, rows) &&
+                     perp__all_finite(perp__answer_row_acceleration(a, answer), rows) &&
+                     perp__all_finite(answer->points, points * rows);
+    if (perp__is_good(perp__gate(&evidence, PERP__FAMILY_TOLERANCE, -1))) {
         perp__answers_keep(&a->answers, answer);
     } else {
         perp__answer_release(&a->answers, answer);
@@ -406,38 +344,6 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
  * of that middle. So no family is missed, and all of its points are answers, but not all answers
  * are there. */
 
-/* Discs of friction that the family has to stay in. */
-static int32_t count_discs(const perp__acceleration *a)
-{
-    int32_t discs = 0, i;
-
-    for (i = 0; i < a->elements; i++)
-        discs += a->pattern.mode[i] == PERP_MECHANISM_STICK && a->element[i].tangents == 2;
-    return discs;
-}
-
-/* Edges of their polygons: fewer where there are many corners, and as many as there is room for. */
-static int32_t edges_of(const perp__acceleration *a, int32_t dimension, int32_t discs)
-{
-    int32_t edges = dimension <= 2 ? a->m->settings.directions : dimension <= 4 ? 6 : 4;
-
-    while (edges > 3 && 1 + 4 * a->elements + edges * discs > PERP__CONE_ROWS)
-        edges--;
-    return edges;
-}
-
-/* Forces in units of the loads, so that points have entries near 1. */
-static void scale_directions(perp__acceleration *a, int32_t dimension)
-{
-    const size_t active = (size_t)a->active;
-    double size = 0.0;
-
-    for (size_t i = 0; i < active; i++)
-        size = fmax(size, fmax(fabs(a->linear.x[i]) / a->scale[i], a->load[i] * a->scale[i]));
-    for (size_t i = 0; i < (size_t)dimension * active && size > 0.0; i++)
-        a->linear.null[i] *= size;
-}
-
 /* ---- the family ----------------------------------------------------------------------------- */
 
 /* The polyhedron in `null` directions as an answer without a description; NULL if empty. */
@@ -445,12 +351,17 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
                              int32_t inside, perp__answer **made)
 {
     perp_status status;
+    int32_t edges;
 
     *made = NULL;
     for (int32_t i = 0; i < a->elements; i++) /* what sticks by a load that turns is not convex */
         a->answers.incomplete |= perp__load_bends(a->element + i);
     a->linear.inside = inside;
-    a->linear.edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
+    /* fewer edges where there are many corners, and as many as there is room for */
+    edges = dimension <= 2 ? a->m->settings.directions : dimension <= 4 ? 6 : 4;
+    while (edges > 3 && 1 + 4 * a->elements + edges * discs > PERP__CONE_ROWS)
+        edges--;
+    a->linear.edges = discs > 0 ? edges : 0;
     status = perp__polyhedron_begin(&a->polyhedron, 4 * a->elements + a->linear.edges * discs,
                                     dimension);
     if (status != PERP_OK)
@@ -470,24 +381,6 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
     for (int32_t i = 0; i < a->m->rows; i++)
         (*made)->width[i] = PERP__FAMILY_TOLERANCE * fabs((*made)->middle[i]);
     return PERP_OK;
-}
-
-/* Whether the middle does what the pattern says; *at_vertex: at a limit, and so is the family. */
-static int32_t holds_middle(perp__acceleration *a, const perp__answer *answer, int32_t *at_vertex)
-{
-    return has_point(a, answer, answer->middle, 0, 0.0, at_vertex);
-}
-
-/* Turns the polygons to where the middle is. */
-static void aim(perp__acceleration *a, const perp__answer *answer)
-{
-    for (int32_t i = 0; i < a->elements; i++) {
-        const perp__element *element = a->element + i;
-        const double *f = answer->middle + a->row_of[element->row] + element->normals;
-
-        if (element->tangents == 2)
-            a->linear.angle[i] = atan2(f[1], f[0]);
-    }
 }
 
 /* The rank of the points' differences, as forces or as accelerations, in the units of the rows. */
@@ -519,22 +412,37 @@ static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, int32_
 
 perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimension)
 {
-    const int32_t discs = count_discs(a);
+    const size_t active = (size_t)a->active;
     perp__answer *answer = NULL;
-    int32_t at_vertex = 0, holds = 0, round;
+    double size = 0.0;
+    int32_t discs = 0, at_vertex = 0, holds = 0;
     perp_status status;
 
-    scale_directions(a, dimension);
+    /* 1. the discs that it has to stay in; forces in units of the loads, for entries near 1 */
+    for (int32_t i = 0; i < a->elements; i++)
+        discs += a->pattern.mode[i] == PERP_MECHANISM_STICK && a->element[i].tangents == 2;
+    for (size_t i = 0; i < active; i++)
+        size = fmax(size, fmax(fabs(a->linear.x[i]) / a->scale[i], a->load[i] * a->scale[i]));
+    for (size_t i = 0; i < (size_t)dimension * active && size > 0.0; i++)
+        a->linear.null[i] *= size;
     memset(a->linear.angle, 0, (size_t)a->elements * sizeof *a->linear.angle);
-    for (round = 0; round < MOST_CUTS && !holds; round++) {
+    /* 2. within polygons around them, turned to where the middle is until that is inside */
+    for (int32_t round = 0; round < MOST_CUTS && !holds; round++) {
         if (answer)
             perp__answer_release(&a->answers, answer);
         status = enumerate(a, dimension, discs, 0, &answer);
         if (!answer)
             return status;
-        holds = discs == 0 || holds_middle(a, answer, &at_vertex);
-        aim(a, answer);
+        holds = discs == 0 || has_point(a, answer, answer->middle, 0, 0.0, &at_vertex);
+        for (int32_t i = 0; i < a->elements; i++) {
+            const perp__element *element = a->element + i;
+            const double *f = answer->middle + a->row_of[element->row] + element->normals;
+
+            if (element->tangents == 2)
+                a->linear.angle[i] = atan2(f[1], f[0]);
+        }
     }
+    /* 3. within polygons in them */
     if (discs > 0) {
         perp__answer_release(&a->answers, answer);
         answer = NULL;
@@ -543,7 +451,7 @@ perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimens
         if (!answer)
             return status;
     }
-    holds_middle(a, answer, &at_vertex);
+    has_point(a, answer, answer->middle, 0, 0.0, &at_vertex);
     answer->dimension = answer->vertices + answer->rays == 1 ? 0 : rank_of(a, answer, 0);
     answer->free = answer->dimension == 0 ? 0 : rank_of(a, answer, 1);
     answer->at_vertex = at_vertex;

@@ -88,19 +88,6 @@ size_t perp__load_room(size_t elements)
     return 4 * p * (p + 1) + 5 * p + p * p + 2 * (p + 1) * (HALVES * p + 4);
 }
 
-static void lay_out(loads *l)
-{
-    const size_t p = (size_t)l->count;
-
-    l->C = l->a->load_work;
-    l->S = l->C + 3 * p * (p + 1);
-    l->N = l->S + p * (p + 1);
-    l->g = l->N + 3 * p;
-    l->step = l->g + p;
-    l->Y = l->step + p;
-    l->boxes = l->Y + p * p;
-}
-
 /* Column f: the normal forces x, in units of forces. */
 static void set_column(loads *l, int32_t f, const double *x, double unit)
 {
@@ -139,8 +126,7 @@ static int32_t fill(loads *l)
 
         memset(force, 0, (size_t)a->active * sizeof *force);
         for (int32_t i = 0; i < element->tangents; i++)
-            force[perp__element_tangent(element) + i] =
-                -element->mu * direction[i] * a->scale[element->row];
+            force[element->tangent + i] = -element->mu * direction[i] * a->scale[element->row];
         perp__pattern_respond(a, force, change);
         set_column(l, f, force, 1.0);
     }
@@ -173,31 +159,10 @@ static double spread_of(const loads *l, int32_t e, const double *half)
     return sum;
 }
 
-/* Whether no point of the box can be an answer; with g of its middle z. */
-static int32_t is_empty(const loads *l, const double *z, const double *half)
-{
-    for (int32_t e = 0; e < l->count; e++)
-        if (fabs(l->g[e]) >
-            spread_of(l, e, half) + half[e] + ROUNDING * (spread_of(l, e, z) + z[e]))
-            return 1;
-    return 0;
-}
-
 /* Column of unknown k: those of z but the face's. */
 static int32_t column_of(const loads *l, int32_t k)
 {
     return k + (k >= l->face);
-}
-
-/* n_e of the Jacobian, and how far it is off in the box of twice the size: N_e / |N_e|, or 0. */
-static double normal_of(const loads *l, int32_t e, const double *half, double n[3])
-{
-    const double size = perp__length(l->N + 3 * e, 3), spread = spread_of(l, e, half);
-    const int32_t known = 4.0 * spread < size;
-
-    for (int32_t i = 0; i < 3; i++)
-        n[i] = known ? l->N[3 * e + i] / size : 0.0;
-    return known ? 4.0 * spread / size : 1.0;
 }
 
 /* Y := the inverse of the Jacobian in the middle; off := what that is off, row by row; returns 0
@@ -210,9 +175,14 @@ static int32_t invert(loads *l, const double *half, double *off)
 
     system->n = p;
     for (int32_t e = 0; e < p; e++) {
+        /* N_e / |N_e|, and how far it is off in the box of twice the size; or 0 */
+        const double size = perp__length(l->N + 3 * e, 3), spread = spread_of(l, e, half);
+        const int32_t known = 4.0 * spread < size;
         double n[3];
 
-        off[e] = normal_of(l, e, half, n);
+        for (int32_t i = 0; i < 3; i++)
+            n[i] = known ? l->N[3 * e + i] / size : 0.0;
+        off[e] = known ? 4.0 * spread / size : 1.0;
         for (int32_t k = 0; k < p; k++) {
             const int32_t f = column_of(l, k);
             const double *c = l->C + 3 * (e * (p + 1) + f);
@@ -238,21 +208,6 @@ static void find_step(loads *l)
     for (int32_t e = 0; e < l->count; e++)
         for (int32_t k = 0; k < l->count; k++)
             l->step[k] += l->Y[e * l->count + k] * l->g[e];
-}
-
-/* How much the Jacobian times Y can differ from 1 in the box, in its widths. */
-static double contraction_of(const loads *l, const double *half, const double *off)
-{
-    double worst = 0.0;
-
-    for (int32_t i = 0; i < l->count; i++) {
-        double sum = 0.0;
-
-        for (int32_t e = 0; e < l->count; e++)
-            sum += fabs(l->Y[e * l->count + i]) * off[e] * spread_of(l, e, half);
-        worst = fmax(worst, sum / half[column_of(l, i)]);
-    }
-    return worst;
 }
 
 /* z is an answer: the pattern gets its loads. One at infinity is none. */
@@ -283,14 +238,24 @@ static perp_status take(loads *l, const double *z)
 static int32_t settle(loads *l, double *z, const double *half, perp_status *status)
 {
     const int32_t p = l->count;
-    double off[PERP__MOST_CONTACTS], contraction;
+    double off[PERP__MOST_CONTACTS], contraction = 0.0;
 
+    /* 1. no point of it can be an answer */
     evaluate(l, z);
-    if (is_empty(l, z, half))
-        return 1;
+    for (int32_t e = 0; e < p; e++)
+        if (fabs(l->g[e]) >
+            spread_of(l, e, half) + half[e] + ROUNDING * (spread_of(l, e, z) + z[e]))
+            return 1;
+    /* 2. there is at most one: how much the Jacobian times Y can differ from 1, in its widths */
     if (!invert(l, half, off))
         return 0;
-    contraction = contraction_of(l, half, off);
+    for (int32_t i = 0; i < p; i++) {
+        double sum = 0.0;
+
+        for (int32_t e = 0; e < p; e++)
+            sum += fabs(l->Y[e * p + i]) * off[e] * spread_of(l, e, half);
+        contraction = fmax(contraction, sum / half[column_of(l, i)]);
+    }
     if (!(contraction < CONTRACTION))
         return 0;
     evaluate(l, z);
@@ -298,6 +263,7 @@ static int32_t settle(loads *l, double *z, const double *half, perp_status *stat
     for (int32_t k = 0; k < p; k++)
         if (fabs(l->step[k]) > (1.0 + contraction) * half[column_of(l, k)] + ROUNDING)
             return 1;
+    /* 3. Newton's method */
     for (int32_t round = 0; round < MOST_STEPS; round++) {
         for (int32_t k = 0; k < p; k++)
             z[column_of(l, k)] -= l->step[k];
@@ -311,25 +277,6 @@ static int32_t settle(loads *l, double *z, const double *half, perp_status *stat
     return 1;
 }
 
-/* Both halves of the box on top in its place; 0 where it is small enough. */
-static int32_t halve(const loads *l, double *box)
-{
-    const int32_t columns = l->count + 1;
-    double *half = box + columns;
-    int32_t widest = 0;
-
-    for (int32_t f = 1; f < columns; f++)
-        if (half[f] > half[widest])
-            widest = f;
-    if (half[widest] <= SMALLEST)
-        return 0;
-    half[widest] *= 0.5;
-    memcpy(box + 2 * columns, box, 2 * (size_t)columns * sizeof *box);
-    box[widest] -= half[widest];
-    box[2 * columns + widest] += half[widest];
-    return 1;
-}
-
 /* All boxes of the face, which is the one on top; *looked_at counts them. */
 static perp_status search_face(loads *l, int64_t *looked_at)
 {
@@ -338,7 +285,8 @@ static perp_status search_face(loads *l, int64_t *looked_at)
     double z[PERP__MOST_CONTACTS + 1];
 
     for (int32_t depth = 1; depth > 0 && status == PERP_OK;) {
-        double *box = l->boxes + 2 * columns * --depth;
+        double *box = l->boxes + 2 * columns * --depth, *half = box + columns;
+        int32_t widest = 0;
 
         if (*looked_at >= MOST_BOXES ||
             (++*looked_at % BOXES_A_READING == 0 && perp__mechanism_is_late(l->a->m))) {
@@ -347,9 +295,16 @@ static perp_status search_face(loads *l, int64_t *looked_at)
             return PERP_OK;
         }
         memcpy(z, box, (size_t)columns * sizeof *z);
-        if (settle(l, z, box + columns, &status))
+        if (settle(l, z, half, &status))
             continue;
-        if (halve(l, box)) {
+        for (int32_t f = 1; f < columns; f++)
+            if (half[f] > half[widest])
+                widest = f;
+        if (half[widest] > SMALLEST) { /* both halves in its place */
+            half[widest] *= 0.5;
+            memcpy(box + 2 * columns, box, 2 * (size_t)columns * sizeof *box);
+            box[widest] -= half[widest];
+            box[2 * columns + widest] += half[widest];
             depth += 2;
         } else {
             l->a->answers.incomplete = 1;
@@ -359,41 +314,43 @@ static perp_status search_face(loads *l, int64_t *looked_at)
     return status;
 }
 
-static perp_status search(loads *l)
-{
-    const int32_t tau = l->count;
-    perp_status status = PERP_OK;
-    int64_t looked_at = 0;
-
-    if (!l->loaded) { /* then s = 0, or the loads are those of all multiples: tau = 0 */
-        memset(l->boxes, 0, (size_t)tau * sizeof *l->boxes);
-        l->boxes[tau] = 1.0;
-        status = take(l, l->boxes);
-    }
-    for (l->face = 0; l->face < tau + l->loaded && status == PERP_OK; l->face++) {
-        for (int32_t f = 0; f <= tau; f++) {
-            const double half = f == l->face || (f == tau && !l->loaded) ? 0.0 : 0.5;
-
-            l->boxes[f] = f == l->face ? 1.0 : half;
-            l->boxes[tau + 1 + f] = half;
-        }
-        status = search_face(l, &looked_at);
-    }
-    return status;
-}
-
 perp_status perp__load_all(perp__acceleration *a, perp_status (*found)(perp__acceleration *a))
 {
-    int32_t index[PERP__MOST_CONTACTS];
+    int32_t index[PERP__MOST_CONTACTS], tau;
+    int64_t looked_at = 0;
+    perp_status status = PERP_OK;
     loads l = {a, found, 0, 0, index, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL};
+    size_t p;
 
     for (int32_t i = 0; i < a->elements; i++)
         if (perp__load_slips(a, i))
             index[l.count++] = i;
-    lay_out(&l);
+    p = (size_t)l.count;
+    l.C = l.a->load_work;
+    l.S = l.C + 3 * p * (p + 1);
+    l.N = l.S + p * (p + 1);
+    l.g = l.N + 3 * p;
+    l.step = l.g + p;
+    l.Y = l.step + p;
+    l.boxes = l.Y + p * p;
     if (!fill(&l)) {
         a->answers.incomplete = 1;
         return PERP_OK;
     }
-    return search(&l);
+    tau = l.count;
+    if (!l.loaded) { /* then s = 0, or the loads are those of all multiples: tau = 0 */
+        memset(l.boxes, 0, (size_t)tau * sizeof *l.boxes);
+        l.boxes[tau] = 1.0;
+        status = take(&l, l.boxes);
+    }
+    for (l.face = 0; l.face < tau + l.loaded && status == PERP_OK; l.face++) {
+        for (int32_t f = 0; f <= tau; f++) {
+            const double half = f == l.face || (f == tau && !l.loaded) ? 0.0 : 0.5;
+
+            l.boxes[f] = f == l.face ? 1.0 : half;
+            l.boxes[tau + 1 + f] = half;
+        }
+        status = search_face(&l, &looked_at);
+    }
+    return status;
 }

@@ -67,11 +67,6 @@ void perp__element_direction(const perp__acceleration *a, const perp__element *e
     direction[1] = element->tangents == 2 ? sin(angle) : 0.0;
 }
 
-int32_t perp__element_tangent(const perp__element *element)
-{
-    return element->row + element->normals;
-}
-
 int32_t perp__element_starts(const perp__element *element, int32_t mode)
 {
     return mode == PERP_MECHANISM_SLIP && element->friction && !element->moves;
@@ -82,39 +77,15 @@ int32_t perp__element_presses(const perp__element *element, int32_t mode)
     return !element->dry && mode != PERP_MECHANISM_SEPARATE;
 }
 
-double perp__element_load(const perp__acceleration *a, int32_t index, const double *x)
-{
-    const perp__element *element = a->element + index;
-    const double *load = a->pattern.load + PERP__MOST_NORMALS * (size_t)index;
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < element->normals; i++)
-        sum += load[i] * x[element->row + i];
-    return sum;
-}
-
 /* ---- the system ---------------------------------------------------------------------------- */
-
-/* A normal force with its part of the friction. */
-static void list_normal(perp__acceleration *a, int32_t index, int32_t normal)
-{
-    const perp__element *element = a->element + index;
-    const double *direction = a->pattern.direction + 2 * (size_t)index;
-    const double load = a->pattern.load[PERP__MOST_NORMALS * index + normal];
-    const int32_t behind = element->normals - normal; /* entries before the tangents */
-    double dragged[PERP__MOST_TERMS] = {1.0};
-
-    for (int32_t i = 0; i < element->tangents; i++)
-        dragged[behind + i] = -element->mu * load * direction[i];
-    perp__linear_column(&a->linear, element->row + normal, behind + element->tangents, dragged);
-}
 
 static void list_element(perp__acceleration *a, int32_t index)
 {
     static const double alone = 1.0;
     const perp__element *element = a->element + index;
-    const int32_t mode = a->pattern.mode[index], t = perp__element_tangent(element);
+    const int32_t mode = a->pattern.mode[index], t = element->tangent;
     const double *direction = a->pattern.direction + 2 * (size_t)index;
+    const double *load = a->pattern.load + PERP__MOST_NORMALS * (size_t)index;
 
     if (mode == PERP_MECHANISM_STICK)
         for (int32_t i = element->row; i < t + element->tangents; i++)
@@ -123,11 +94,16 @@ static void list_element(perp__acceleration *a, int32_t index)
         for (int32_t i = 0; i < element->tangents; i++)
             a->linear.known[t + i] = -element->bound * direction[i];
     else if (mode == PERP_MECHANISM_SLIP)
-        for (int32_t i = 0; i < element->normals; i++)
-            list_normal(a, index, i);
+        for (int32_t row = element->row; row < t; row++) { /* with its part of the friction */
+            double dragged[PERP__MOST_TERMS] = {1.0};
+
+            for (int32_t i = 0; i < element->tangents; i++)
+                dragged[t - row + i] = -element->mu * load[row - element->row] * direction[i];
+            perp__linear_column(&a->linear, row, t - row + element->tangents, dragged);
+        }
 }
 
-static void list_columns(perp__acceleration *a)
+void perp__pattern_solve_roughly(perp__acceleration *a, double singular, int32_t most)
 {
     static const double alone = 1.0;
 
@@ -138,11 +114,6 @@ static void list_columns(perp__acceleration *a)
         perp__linear_column(&a->linear, a->bilateral_row + row, 1, &alone);
     for (int32_t index = a->closed; index < a->elements; index++)
         list_element(a, index);
-}
-
-void perp__pattern_solve_roughly(perp__acceleration *a, double singular, int32_t most)
-{
-    list_columns(a);
     perp__pivoting_eliminate(&a->linear.system, singular * perp__linear_load(&a->linear), most);
     perp__linear_evaluate(&a->linear);
     perp__linear_correct(&a->linear);
@@ -183,7 +154,7 @@ static perp__condition row_is(int32_t kind, int32_t row)
 static perp__condition slip_is(int32_t kind, const perp__element *element, double along_0,
                                double along_1)
 {
-    const int32_t t = perp__element_tangent(element);
+    const int32_t t = element->tangent;
     const perp__condition g = {kind,
                                kind == PERP__CONDITION_POSITIVE,
                                element->tangents,
@@ -210,58 +181,9 @@ static perp__condition add_load(perp__condition g, const perp__element *element,
 static perp__condition force_is(int32_t kind, const perp__element *element, const double *load,
                                 int32_t i, double sign, double factor)
 {
-    const perp__condition g = {kind, 0, 1, {~(perp__element_tangent(element) + i)}, 0.0, {sign}};
+    const perp__condition g = {kind, 0, 1, {~(element->tangent + i)}, 0.0, {sign}};
 
     return add_load(g, element, load, factor);
-}
-
-static perp__condition disc_is(const perp__element *element, const double *load, double factor)
-{
-    const int32_t t = perp__element_tangent(element);
-    const perp__condition g = {PERP__CONDITION_DISC, 0, 2, {~t, ~(t + 1)}, 0.0, {0.0}};
-
-    return add_load(g, element, load, factor);
-}
-
-static perp__condition load_is_positive(const perp__element *element, const double *load)
-{
-    const perp__condition g = {PERP__CONDITION_NOT_NEGATIVE, 0, 0, {0}, 0.0, {0.0}};
-
-    return add_load(g, element, load, 1.0);
-}
-
-static int32_t stick_conditions(const perp__element *element, const double *load,
-                                perp__condition *list)
-{
-    const double limit = element->dry ? 1.0 : element->mu_stick;
-    int32_t count = 0, i;
-
-    for (i = 0; i < element->tangents; i++)
-        list[count++] = row_is(PERP__CONDITION_EQUATION, perp__element_tangent(element) + i);
-    if (element->tangents == 2) {
-        list[count++] = disc_is(element, load, limit);
-    } else if (element->tangents == 1) {
-        list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, load, 0, -1.0, limit);
-        list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, load, 0, 1.0, limit);
-    }
-    return count;
-}
-
-static int32_t slip_conditions(const perp__element *element, const double *direction,
-                               const double *load, perp__condition *list)
-{
-    const double mu = element->dry ? 1.0 : element->mu;
-    int32_t count = 0, i;
-
-    for (i = 0; i < element->tangents; i++)
-        list[count++] =
-            force_is(PERP__CONDITION_EQUATION, element, load, i, 1.0, mu * direction[i]);
-    if (!perp__element_starts(element, PERP_MECHANISM_SLIP))
-        return count;
-    list[count++] = slip_is(PERP__CONDITION_POSITIVE, element, direction[0], direction[1]);
-    if (element->tangents == 2)
-        list[count++] = slip_is(PERP__CONDITION_PARALLEL, element, -direction[1], direction[0]);
-    return count;
 }
 
 int32_t perp__element_conditions(const void *user, const void *of, int32_t index,
@@ -271,26 +193,50 @@ int32_t perp__element_conditions(const void *user, const void *of, int32_t index
     const perp__mode_pattern *pattern = of;
     const perp__element *element = a->element + index;
     const double *load = pattern->load + PERP__MOST_NORMALS * (size_t)index;
-    int32_t mode, count = 0, i;
+    const double *direction = pattern->direction + 2 * (size_t)index;
+    int32_t mode, t, count = 0;
 
     if (index >= a->elements) {
         list[0] = row_is(PERP__CONDITION_EQUATION, a->bilateral_row + index - a->elements);
         return 1;
     }
     mode = pattern->mode[index];
+    t = element->tangent;
     if (mode == PERP_MECHANISM_SEPARATE) {
-        for (i = 0; i <= element->tangents; i++)
+        for (int32_t i = 0; i <= element->tangents; i++)
             list[count++] = row_is(PERP__CONDITION_EQUATION, ~(element->row + i));
         list[count] = row_is(PERP__CONDITION_NOT_NEGATIVE, element->row);
         list[count++].strict = 1; /* where it does not lift off it presses as well */
         return count;
     }
-    for (i = 0; i < element->normals; i++)
+    for (int32_t i = 0; i < element->normals; i++)
         list[count++] = row_is(PERP__CONDITION_EQUATION, element->row + i);
-    if (element->normals > 0 && (element->friction || !element->two_sided))
-        list[count++] = load_is_positive(element, load);
-    return count + (mode == PERP_MECHANISM_STICK
-                        ? stick_conditions(element, load, list + count)
-                        : slip_conditions(element, pattern->direction + 2 * (size_t)index, load,
-                                          list + count));
+    if (element->normals > 0 && (element->friction || !element->two_sided)) {
+        const perp__condition load_alone = {PERP__CONDITION_NOT_NEGATIVE, 0, 0, {0}, 0.0, {0.0}};
+
+        list[count++] = add_load(load_alone, element, load, 1.0);
+    }
+    if (mode == PERP_MECHANISM_STICK) { /* within the disc, or the interval */
+        const double limit = element->dry ? 1.0 : element->mu_stick;
+        const perp__condition disc = {PERP__CONDITION_DISC, 0, 2, {~t, ~(t + 1)}, 0.0, {0.0}};
+
+        for (int32_t i = 0; i < element->tangents; i++)
+            list[count++] = row_is(PERP__CONDITION_EQUATION, t + i);
+        if (element->tangents == 2)
+            list[count++] = add_load(disc, element, load, limit);
+        for (int32_t sign = -1; sign <= 1 && element->tangents == 1; sign += 2)
+            list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, load, 0, sign, limit);
+    } else { /* friction along the direction, in which it starts */
+        const double mu = element->dry ? 1.0 : element->mu;
+        const int32_t starts = perp__element_starts(element, PERP_MECHANISM_SLIP);
+
+        for (int32_t i = 0; i < element->tangents; i++)
+            list[count++] =
+                force_is(PERP__CONDITION_EQUATION, element, load, i, 1.0, mu * direction[i]);
+        if (starts)
+            list[count++] = slip_is(PERP__CONDITION_POSITIVE, element, direction[0], direction[1]);
+        if (starts && element->tangents == 2)
+            list[count++] = slip_is(PERP__CONDITION_PARALLEL, element, -direction[1], direction[0]);
+    }
+    return count;
 }

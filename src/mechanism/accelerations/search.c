@@ -25,19 +25,6 @@
 
 /* ---- of the contact problem ------------------------------------------------------------------ */
 
-/* Whether there is a slip that starts in a plane, and nothing that slides with friction. */
-static int32_t applies(const perp__acceleration *a)
-{
-    int32_t planes = 0, i;
-
-    for (i = 0; i < a->elements; i++) {
-        if (a->element[i].moves && a->element[i].friction && !a->element[i].dry)
-            return 0;
-        planes += a->element[i].tangents == 2 && a->element[i].friction && !a->element[i].moves;
-    }
-    return planes > 0;
-}
-
 static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
 {
     const perp_mechanism *m = a->m;
@@ -84,8 +71,31 @@ static void direct(perp__acceleration *a, int32_t index, double sign, const doub
                                       : i == 0; /* without a size it doesn't matter */
 }
 
-static void take_modes(perp__acceleration *a, const perp__motion *answer)
+perp_status perp__acceleration_seed(perp__acceleration *a)
 {
+    perp_mechanism *m = a->m;
+    perp__terms terms = m->begin;
+    perp__velocity_problem problem = {.terms = &terms};
+    const perp__motion *answer = &m->second;
+    int32_t planes = 0, slides = 0;
+    perp_status status;
+
+    /* 1. with a slip that starts in a plane, and nothing that slides with friction */
+    for (int32_t i = 0; i < a->elements; i++) {
+        slides |= a->element[i].moves && a->element[i].friction && !a->element[i].dry;
+        planes += a->element[i].tangents == 2 && a->element[i].friction && !a->element[i].moves;
+    }
+    if (slides || planes == 0)
+        return PERP_OK;
+    /* 2. the contact problem */
+    terms.drift = a->bias;
+    fill_seed(a, &problem);
+    m->second.iterations = 0;
+    status = perp__solve_velocities(m, &m->second, &problem);
+    m->answer.iterations += answer->iterations; /* of the step that asks, if one does */
+    if (status != PERP_OK || !perp__is_good(answer->outcome))
+        return status;
+    /* 3. its pattern */
     for (int32_t i = 0; i < a->elements; i++) {
         const perp__element *element = a->element + i;
         const int32_t mode = answer->modes[element->source];
@@ -95,26 +105,6 @@ static void take_modes(perp__acceleration *a, const perp__motion *answer)
                                                                            : mode);
         direct(a, i, 1.0, answer->u + a->row_of[element->row] + !element->dry);
     }
-}
-
-perp_status perp__acceleration_seed(perp__acceleration *a)
-{
-    perp_mechanism *m = a->m;
-    perp__terms terms = m->begin;
-    perp__velocity_problem problem = {0};
-    perp_status status;
-
-    if (!applies(a))
-        return PERP_OK;
-    terms.drift = a->bias;
-    problem.terms = &terms;
-    fill_seed(a, &problem);
-    m->second.iterations = 0;
-    status = perp__solve_velocities(m, &m->second, &problem);
-    m->answer.iterations += m->second.iterations; /* of the step that asks, if one does */
-    if (status != PERP_OK || !perp__is_good(m->second.outcome))
-        return status;
-    take_modes(a, &m->second);
     return perp__slip_count(a) > 0 ? perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS) : PERP_OK;
 }
 
@@ -126,7 +116,6 @@ typedef struct search {
     double *columns; /* size by active: forces of an unknown, row by row */
     double *tests;   /* size by active: what its row asks of u' */
     double *M, *q, *lower, *z, *scale, *force, *known;
-    uint64_t seed;
 } search;
 
 /* Unknowns of a slip that may start. */
@@ -135,57 +124,7 @@ static int32_t directions_of(const perp__acceleration *a, const perp__element *e
     return element->friction && !element->moves ? perp__element_directions(a, element) : 0;
 }
 
-static int32_t count_unknowns(const perp__acceleration *a, int32_t *first)
-{
-    int32_t size = a->m->bilateral, i;
-
-    for (i = 0; i < a->elements; i++) {
-        const int32_t count = directions_of(a, a->element + i);
-
-        if (first)
-            first[i] = size;
-        size += !a->element[i].dry + count + (count > 0);
-    }
-    return size;
-}
-
 /* Forces of the unknowns and tests of their rows; M := tests W columns' and the couplings. */
-static void fill_element(perp__acceleration *a, search *s, int32_t index)
-{
-    const perp__element *element = a->element + index;
-    const size_t active = (size_t)a->active, size = (size_t)s->size;
-    const int32_t count = directions_of(a, element), tangent = perp__element_tangent(element);
-    int32_t next = s->first[index], normal = next, last, i, k;
-
-    if (!element->dry) {
-        double *column = s->columns + (size_t)next * active;
-
-        column[element->row] = s->tests[(size_t)next * active + (size_t)element->row] = 1.0;
-        for (i = 0; i < element->tangents && element->moves; i++)
-            column[tangent + i] = -element->mu * element->direction[i];
-        next++;
-    } else if (element->moves) {
-        for (i = 0; i < element->tangents; i++)
-            s->known[tangent + i] = -element->bound * element->direction[i];
-    }
-    last = next + count;
-    for (k = 0; k < count; k++, next++) {
-        double d[2];
-
-        perp__element_direction(a, element, k, d);
-        for (i = 0; i < element->tangents; i++) {
-            s->columns[(size_t)next * active + (size_t)(tangent + i)] = d[i];
-            s->tests[(size_t)next * active + (size_t)(tangent + i)] = d[i];
-        }
-        s->M[(size_t)next * size + (size_t)last] = 1.0;
-        s->M[(size_t)last * size + (size_t)next] = -1.0;
-    }
-    if (count > 0 && element->dry)
-        s->q[last] = element->bound;
-    else if (count > 0)
-        s->M[(size_t)last * size + (size_t)normal] = element->mu;
-}
-
 static void fill(perp__acceleration *a, search *s)
 {
     const size_t active = (size_t)a->active, size = (size_t)s->size;
@@ -197,8 +136,34 @@ static void fill(perp__acceleration *a, search *s)
         s->columns[i * active + row] = s->tests[i * active + row] = 1.0;
         s->lower[i] = -INFINITY;
     }
-    for (int32_t index = 0; index < a->elements; index++)
-        fill_element(a, s, index);
+    for (int32_t index = 0; index < a->elements; index++) {
+        const perp__element *element = a->element + index;
+        const int32_t count = directions_of(a, element), tangents = element->tangents;
+        const size_t normal = (size_t)s->first[index], t = (size_t)element->tangent;
+        const size_t last = normal + !element->dry + (size_t)count; /* lambda */
+        double *column = s->columns + normal * active;
+
+        if (!element->dry)
+            column[element->row] = s->tests[normal * active + (size_t)element->row] = 1.0;
+        for (int32_t i = 0; i < tangents && element->moves && !element->dry; i++)
+            column[t + (size_t)i] = -element->mu * element->direction[i];
+        for (int32_t i = 0; i < tangents && element->moves && element->dry; i++)
+            s->known[t + (size_t)i] = -element->bound * element->direction[i];
+        for (int32_t k = 0; k < count; k++) {
+            const size_t next = last - (size_t)(count - k);
+            double d[2];
+
+            perp__element_direction(a, element, k, d);
+            for (size_t i = 0; i < (size_t)tangents; i++)
+                s->columns[next * active + t + i] = s->tests[next * active + t + i] = d[i];
+            s->M[next * size + last] = 1.0;
+            s->M[last * size + next] = -1.0;
+        }
+        if (count > 0 && element->dry)
+            s->q[last] = element->bound;
+        else if (count > 0)
+            s->M[last * size + normal] = element->mu;
+    }
     for (size_t j = 0; j < size; j++) {
         perp__linear_rows(&a->linear, u, NULL, s->columns + j * active, 1);
         for (size_t i = 0; i < size; i++)
@@ -225,11 +190,13 @@ static void rescale(search *s, const double *scale, int32_t back)
     }
 }
 
-/* The pattern that the solution names, and its forces in s->force. */
+/* The pattern that the solution names, and its forces in s->force. Contacts that neither press nor
+ * separate belong to those that press, and slips without an acceleration to what sticks: so that
+ * one pattern has the whole family. */
 static void take_pattern(perp__acceleration *a, search *s)
 {
     const size_t active = (size_t)a->active;
-    double largest = 0.0;
+    double *u = a->linear.u, *size = a->linear.u_width, largest = 0.0;
 
     memcpy(s->force, s->known, active * sizeof *s->force);
     for (size_t c = 0; c < (size_t)s->size; c++)
@@ -237,40 +204,27 @@ static void take_pattern(perp__acceleration *a, search *s)
             s->force[k] += s->columns[c * active + k] * s->z[c];
     for (size_t k = 0; k < active; k++)
         largest = fmax(largest, fabs(s->force[k]) / a->scale[k]);
-    for (int32_t index = 0; index < a->elements; index++) {
-        const perp__element *element = a->element + index;
-        const int32_t count = directions_of(a, element), first = s->first[index] + !element->dry;
-        const double *f = s->force + element->row;
-        const int32_t presses = element->dry || f[0] > 1e-9 * largest * a->scale[element->row];
-        const int32_t starts = count == 0 || s->z[first + count] > 0.0; /* lambda, its speed */
-
-        a->pattern.mode[index] = !presses  ? PERP_MECHANISM_SEPARATE
-                                 : !starts ? PERP_MECHANISM_STICK
-                                           : PERP_MECHANISM_SLIP;
-        direct(a, index, -1.0, f + !element->dry);
-    }
-}
-
-/* Contacts that neither press nor separate belong to those that press, and slips without an
- * acceleration to what sticks: so that one pattern has the whole family. */
-static void widen_pattern(perp__acceleration *a, search *s)
-{
-    double *u = a->linear.u, *size = a->linear.u_width;
-
     perp__linear_rows(&a->linear, u, size, s->force, 0);
     for (int32_t index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
-        const int32_t t = perp__element_tangent(element);
-        const double speed = perp__length(u + t, element->tangents);
+        const int32_t count = directions_of(a, element), first = s->first[index] + !element->dry;
+        const int32_t row = element->row, t = element->tangent;
+        const double *f = s->force + row;
+        const int32_t presses = element->dry || f[0] > 1e-9 * largest * a->scale[row];
+        const int32_t starts = count == 0 || s->z[first + count] > 0.0; /* lambda, its speed */
         int8_t *mode = a->pattern.mode + index;
 
-        if (*mode == PERP_MECHANISM_SEPARATE &&
-            fabs(u[element->row]) <= WIDE * size[element->row]) {
+        *mode = !presses ? PERP_MECHANISM_SEPARATE
+                : starts ? PERP_MECHANISM_SLIP
+                         : PERP_MECHANISM_STICK;
+        direct(a, index, -1.0, f + !element->dry);
+        if (!presses && fabs(u[row]) <= WIDE * size[row]) {
             *mode = PERP_MECHANISM_SLIP;
             direct(a, index, 1.0, u + t);
         }
         if (perp__element_starts(element, *mode) &&
-            speed <= WIDE * perp__length(size + t, element->tangents)) {
+            perp__length(u + t, element->tangents) <=
+                WIDE * perp__length(size + t, element->tangents)) {
             *mode = PERP_MECHANISM_STICK;
             direct(a, index, 0.0, u + t);
         }
@@ -303,21 +257,23 @@ static perp_status try_pattern(perp__acceleration *a, search *s)
     return perp__acceleration_keep_point(a, 0, dimension);
 }
 
+/* Each solution names a pattern. */
 static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver,
                        perp_mechanism_summary *summary)
 {
     const perp_matrix view = perp__view(PERP_STORAGE_ROW_MAJOR, s->size, s->size, s->M);
     perp_lcp_settings settings;
+    uint64_t seed = 1;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     settings.method = PERP_LCP_LEMKE;
-    for (int32_t start = 0; start < a->m->settings.starts && status == PERP_OK; start++) {
+    for (int32_t start = 0;
+         start < a->m->settings.starts && status == PERP_OK && !perp__mechanism_is_late(a->m);
+         start++) {
         perp_lcp_result result;
 
-        if (perp__mechanism_is_late(a->m))
-            break;
         for (int32_t i = 0; i < s->size; i++) { /* the first time all 1 */
-            const uint64_t number = perp__next_random(&s->seed) >> 33;
+            const uint64_t number = perp__next_random(&seed) >> 33;
 
             s->scale[i] = start == 0 ? 1.0 : exp(1e-9 * (double)number);
         }
@@ -333,7 +289,6 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
         summary->patterns++;
         if (status == PERP_OK && perp__is_good(result.outcome)) {
             take_pattern(a, s);
-            widen_pattern(a, s);
             status = try_pattern(a, s);
         }
     }
@@ -345,21 +300,24 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
     perp_context *context = a->m->context;
     const size_t active = (size_t)a->active;
     perp_lcp_solver *solver = NULL;
-    search s = {0};
+    search s = {.size = a->m->bilateral, .first = a->tree.next};
     size_t size, doubles;
     perp_status status;
 
-    s.size = count_unknowns(a, NULL);
+    for (int32_t i = 0; i < a->elements; i++) {
+        const int32_t count = directions_of(a, a->element + i);
+
+        s.first[i] = s.size;
+        s.size += !a->element[i].dry + count + (count > 0);
+    }
     size = (size_t)s.size;
     if (s.size == 0)
         return PERP_OK;
     doubles = 2 * size * active + size * size + 4 * size + 2 * active;
-    s.columns = perp__allocate(context, doubles, sizeof *s.columns);
-    s.first = perp__allocate(context, (size_t)a->elements + 1, sizeof *s.first);
-    status = s.columns && s.first ? perp__lcp_create(context, &solver, NULL)
-                                  : perp__fail_memory(context, "the LCP of accelerations");
+    s.columns =
+        perp__allocate_zeros(context, doubles, sizeof *s.columns, "the LCP of accelerations");
+    status = s.columns ? perp__lcp_create(context, &solver, NULL) : PERP_ERROR_MEMORY;
     if (status == PERP_OK) {
-        memset(s.columns, 0, doubles * sizeof *s.columns);
         s.tests = s.columns + size * active;
         s.M = s.tests + size * active;
         s.q = s.M + size * size;
@@ -368,13 +326,10 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
         s.scale = s.z + size;
         s.force = s.scale + size;
         s.known = s.force + active;
-        s.seed = 1;
-        count_unknowns(a, s.first);
         fill(a, &s);
         status = run(a, &s, solver, summary);
         perp__lcp_destroy(solver);
     }
     perp__release(context, s.columns);
-    perp__release(context, s.first);
     return status;
 }

@@ -25,6 +25,8 @@
 #define MOST_ROUNDS 20
 #define LONGEST_TURN 0.5
 #define SETTLED 1e-13
+/* A turn below this that is not halved any more is the rounding of an ill-conditioned W. */
+#define STILL 1e-6
 /* Turns larger than this after so many rounds lead nowhere. */
 #define NEAR 0.1
 #define PATIENCE 7
@@ -49,22 +51,6 @@ int32_t perp__slip_count(const perp__acceleration *a)
     return count;
 }
 
-/* change := what turning this slip by an angle of 1 does to u'. */
-static void turn_accelerations(perp__acceleration *a, int32_t index, double *change)
-{
-    const perp__element *element = a->element + index;
-    const double *direction = a->pattern.direction + 2 * (size_t)index;
-    const double size =
-        element->dry ? element->bound : element->mu * perp__element_load(a, index, a->linear.x);
-    const int32_t t = perp__element_tangent(element);
-    double *force = a->work;
-
-    memset(force, 0, (size_t)a->active * sizeof *force);
-    force[t] = size * direction[1];
-    force[t + 1] = -size * direction[0];
-    perp__pattern_respond(a, force, change);
-}
-
 static double cross(const double *direction, const double *u)
 {
     return direction[0] * u[1] - direction[1] * u[0];
@@ -80,12 +66,23 @@ static double turn(perp__acceleration *a)
 
     p->n = perp__slip_count(a);
     for (j = 0; j < a->elements; j++) {
+        const perp__element *element = a->element + j;
+        const double *slip = a->pattern.direction + 2 * (size_t)j;
+        double size, load = 0.0, *force = a->work;
+
         if (!perp__slip_starts(a, j))
             continue;
-        turn_accelerations(a, j, change);
+        /* what turning slip j by an angle of 1 does to u' */
+        for (i = 0; i < element->normals; i++) /* |N|, as the pattern has it */
+            load += a->pattern.load[PERP__MOST_NORMALS * j + i] * a->linear.x[element->row + i];
+        size = element->dry ? element->bound : element->mu * load;
+        memset(force, 0, active * sizeof *force);
+        force[element->tangent] = size * slip[1];
+        force[element->tangent + 1] = -size * slip[0];
+        perp__pattern_respond(a, force, change);
         for (i = 0, row = 0; i < a->elements; i++) {
             const double *direction = a->pattern.direction + 2 * (size_t)i;
-            const int32_t t = perp__element_tangent(a->element + i);
+            const int32_t t = a->element[i].tangent;
             double entry;
 
             if (!perp__slip_starts(a, i))
@@ -121,6 +118,7 @@ static double turn(perp__acceleration *a)
 
 int32_t perp__slip_turn(perp__acceleration *a, double singular)
 {
+    double before = INFINITY;
     int32_t rank;
 
     perp__pattern_solve_roughly(a, singular, a->active);
@@ -130,28 +128,14 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
 
         if (turned < 0.0 || (round >= PATIENCE && largest > NEAR))
             return -1;
-        if (largest <= SETTLED)
+        if (largest <= SETTLED || (largest <= STILL && largest > 0.5 * before))
             return perp__pattern_solve(a);
+        before = largest;
         /* with the rank of the start, what is left without a pivot becomes consistent at the end */
         perp__pattern_solve_roughly(a, 0.0, rank);
     }
+    a->answers.incomplete |= before <= NEAR; /* it was getting somewhere */
     return -1;
-}
-
-/* ---- one of them -------------------------------------------------------------------------- */
-
-/* det K s x u_t' at an angle; returns 0 where K is singular. */
-static int32_t sample(perp__acceleration *a, int32_t index, double angle, double *value)
-{
-    const perp__element *element = a->element + index;
-    const int32_t t = perp__element_tangent(element);
-    double *direction = a->pattern.direction + 2 * (size_t)index;
-
-    direction[0] = cos(angle);
-    direction[1] = sin(angle);
-    perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
-    *value = a->linear.system.sign * a->linear.system.product * cross(direction, a->linear.u + t);
-    return a->linear.system.sign != 0;
 }
 
 /* Zeros of the polynomial in the basis of cos and sin above; the value at the angle PERP__PI is not
@@ -181,13 +165,21 @@ static int32_t find_zeros(double a_0, double a_1, double b_1, double a_2, double
 int32_t perp__slip_angles(perp__acceleration *a, double angles[4])
 {
     double value[SAMPLES], a_0 = 0.0, a_1 = 0.0, b_1 = 0.0, a_2 = 0.0, b_2 = 0.0, origin;
+    const perp__pivoting *system = &a->linear.system;
     int32_t index = 0, largest = 0, count, k;
+    double *direction;
 
     while (!perp__slip_starts(a, index))
         index++;
-    for (k = 0; k < SAMPLES; k++) {
-        if (!sample(a, index, 2.0 * PERP__PI * k / SAMPLES, value + k))
+    direction = a->pattern.direction + 2 * (size_t)index;
+    for (k = 0; k < SAMPLES; k++) { /* det K s x u_t' */
+        direction[0] = cos(2.0 * PERP__PI * k / SAMPLES);
+        direction[1] = sin(2.0 * PERP__PI * k / SAMPLES);
+        perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
+        if (system->sign == 0)
             return -1;
+        value[k] = system->sign * system->product *
+                   cross(direction, a->linear.u + a->element[index].tangent);
         if (fabs(value[k]) > fabs(value[largest]))
             largest = k;
     }

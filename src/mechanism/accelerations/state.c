@@ -45,6 +45,7 @@ perp__element *perp__element_add(perp__acceleration *a, int32_t source)
     element->dry = source >= m->contacts;
     element->two_sided = !element->dry && m->two_sided[source] > 0;
     element->normals = element->two_sided ? m->two_sided[source] : !element->dry;
+    element->tangent = element->row + element->normals;
     element->tangents = m->tangents[source];
     if (element->dry)
         element->bound = m->begin.bound[source - m->contacts];
@@ -61,49 +62,6 @@ void perp__element_add_bilateral(perp__acceleration *a)
     a->bilateral_row = a->active;
     for (int32_t j = 0; j < a->m->bilateral; j++)
         a->row_of[a->active++] = a->m->contact_rows + j;
-}
-
-/* friction: the coefficient that counts at the speed of now. */
-static void add_contact(perp__acceleration *a, int32_t j, const double *friction, const double *v)
-{
-    const perp_mechanism *m = a->m;
-    perp__element *element = perp__element_add(a, j);
-    const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
-
-    find_slip(m, element, v);
-    element->mu_stick = at_rest;
-    /* a slip that starts is slow: Stribeck's curve is at its beginning */
-    element->mu = element->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
-    element->friction =
-        element->tangents > 0 && (element->moves ? element->mu > 0.0 : at_rest > 0.0);
-}
-
-/* Returns a closed contact that approaches, or -1. */
-static int32_t find_elements(perp__acceleration *a, const double *q, const double *v)
-{
-    perp_mechanism *m = a->m;
-    int32_t impact = -1, j;
-
-    a->elements = a->active = 0;
-    perp__row_velocities(m, &m->begin, m->start_velocity, v);
-    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v);
-    for (j = 0; j < m->contacts; j++) {
-        const int32_t row = m->starts[j];
-        const double speed = m->start_velocity[row];
-        const double rounding = CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
-
-        if (m->two_sided[j] == 0 &&
-            (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
-             speed > rounding))
-            continue;
-        if (m->two_sided[j] == 0 && speed < -rounding && impact < 0)
-            impact = j;
-        add_contact(a, j, m->friction, v);
-    }
-    perp__element_add_bilateral(a);
-    for (j = 0; j < m->dry; j++)
-        find_slip(m, perp__element_add(a, m->contacts + j), v);
-    return impact;
 }
 
 /* ---- the bias -----------------------------------------------------------------------------------
@@ -136,25 +94,6 @@ static perp_status evaluate(perp__acceleration *a, differences *d, double *to, d
     return PERP_OK;
 }
 
-/* A time in which the coordinates change by about their size. */
-static perp_status first_step(perp__acceleration *a, differences *d, double *step)
-{
-    perp_mechanism *m = a->m;
-    double largest = 0.0, fastest = 0.0;
-    perp_status status = perp__evaluate_move(m, m->moved, d->q, 1.0, d->v);
-
-    if (status == PERP__OUTSIDE) {
-        *step = FIRST_MOVE;
-        return PERP_OK;
-    }
-    for (int32_t i = 0; i < m->coordinates && status == PERP_OK; i++) {
-        largest = fmax(largest, fabs(d->q[i]));
-        fastest = fmax(fastest, fabs(m->moved[i] - d->q[i]));
-    }
-    *step = FIRST_MOVE * (fastest > 0.0 ? fmax(largest, 1.0) / fastest : 1.0);
-    return status;
-}
-
 /* The worst relative difference of two candidates. */
 static double distance(const perp_mechanism *m, const differences *d, const double *x,
                        const double *y, double s)
@@ -167,39 +106,19 @@ static double distance(const perp_mechanism *m, const differences *d, const doub
     return worst;
 }
 
-/* Row `level` of the scheme from the one before; keeps what agrees best. s: the first step. */
-static void extrapolate(perp_mechanism *m, differences *d, int32_t level, double s)
+/* d->best := d phi/ds; s: the first step. */
+static perp_status difference(perp__acceleration *a, differences *d, const double first)
 {
-    const size_t rows = (size_t)m->rows;
-    double factor = RATIO * RATIO;
-
-    for (int32_t j = 1; j < COLUMNS && j <= level; j++, factor *= RATIO * RATIO) {
-        const double *coarse = d->previous + (size_t)(j - 1) * rows;
-        const double *fine = d->current + (size_t)(j - 1) * rows;
-        double *to = d->current + (size_t)j * rows, error;
-
-        for (size_t i = 0; i < rows; i++)
-            to[i] = fine[i] + (fine[i] - coarse[i]) / (factor - 1.0);
-        error = fmax(distance(m, d, to, fine, s), distance(m, d, to, coarse, s));
-        if (error < d->error) {
-            d->error = error;
-            memcpy(d->best, to, rows * sizeof *d->best);
-        }
-    }
-}
-
-static perp_status difference(perp__acceleration *a, differences *d, double s)
-{
-    perp_mechanism *m = a->m;
-    const size_t rows = (size_t)m->rows;
-    const double first = s;
+    const size_t rows = (size_t)a->m->rows;
+    double s = first;
     int32_t level = 0, retreats = 0, gained = 0;
     perp_status status = PERP_OK;
 
     while (level < LEVELS && level < gained + LEVELS_WITHOUT_GAIN) {
         const double before = d->error;
-        double *swap = d->previous;
+        double *swap = d->previous, factor = RATIO * RATIO;
 
+        /* 1. the central difference */
         d->previous = d->current;
         d->current = swap;
         status = evaluate(a, d, d->plus, s);
@@ -213,7 +132,20 @@ static perp_status difference(perp__acceleration *a, differences *d, double s)
             return status;
         for (size_t i = 0; i < rows; i++)
             d->current[i] = (d->plus[i] - d->minus[i]) / (2.0 * s);
-        extrapolate(m, d, level, first);
+        /* 2. the row of the scheme from the one before; what agrees best is kept */
+        for (int32_t j = 1; j < COLUMNS && j <= level; j++, factor *= RATIO * RATIO) {
+            const double *coarse = d->previous + (size_t)(j - 1) * rows;
+            const double *fine = d->current + (size_t)(j - 1) * rows;
+            double *to = d->current + (size_t)j * rows, error;
+
+            for (size_t i = 0; i < rows; i++)
+                to[i] = fine[i] + (fine[i] - coarse[i]) / (factor - 1.0);
+            error = fmax(distance(a->m, d, to, fine, first), distance(a->m, d, to, coarse, first));
+            if (error < d->error) {
+                d->error = error;
+                memcpy(d->best, to, rows * sizeof *d->best);
+            }
+        }
         level++;
         if (d->error < before)
             gained = level;
@@ -226,9 +158,9 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
 {
     perp_mechanism *m = a->m;
     const size_t rows = (size_t)m->rows;
-    differences d = {0};
+    differences d = {.t = t, .q = q, .v = v, .best = a->bias, .error = INFINITY};
+    double s = FIRST_MOVE, largest = 1.0, fastest = 0.0;
     perp_status status;
-    double s = 1.0;
 
     memset(a->bias, 0, rows * sizeof *a->bias);
     memset(a->size, 0, rows * sizeof *a->size);
@@ -240,18 +172,22 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
             a->size[i] = fabs(a->bias[i]);
         return status;
     }
-    d.t = t;
-    d.q = q;
-    d.v = v;
     d.plus = a->row_work;
     d.minus = d.plus + rows;
     d.previous = d.minus + rows;
     d.current = d.previous + (size_t)COLUMNS * rows;
     d.size = d.current + (size_t)COLUMNS * rows;
-    d.best = a->bias;
-    d.error = INFINITY;
     memset(d.size, 0, rows * sizeof *d.size);
-    status = first_step(a, &d, &s);
+    /* a time in which the coordinates change by about their size */
+    status = perp__evaluate_move(m, m->moved, q, 1.0, v);
+    for (int32_t i = 0; i < m->coordinates && status == PERP_OK; i++) {
+        largest = fmax(largest, fabs(q[i]));
+        fastest = fmax(fastest, fabs(m->moved[i] - q[i]));
+    }
+    if (status == PERP__OUTSIDE)
+        status = PERP_OK;
+    else
+        s = FIRST_MOVE * (fastest > 0.0 ? largest / fastest : 1.0);
     PERP__THEN(status, difference(a, &d, s));
     for (size_t i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
         a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__ACCELERATION_TOLERANCE);
@@ -343,17 +279,49 @@ perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, dou
                                      const double *q, const double *v)
 {
     perp_mechanism *m = a->m;
+    const double *u = m->start_velocity;
     perp_status status = perp__evaluate_all(m, &m->begin, t, q, v);
 
     *impact = -1;
     a->elements = a->closed = a->active = 0;
-    if (status == PERP_OK)
-        *impact = find_elements(a, q, v);
-    if (status == PERP_OK && *impact < 0)
-        status = find_bias(a, t, q, v);
     if (status == PERP__OUTSIDE)
         return perp__refuse(m->context, "q is outside of what the mechanism is defined for");
-    if (status == PERP_OK && *impact < 0)
-        status = perp__acceleration_reduce(a);
+    if (status != PERP_OK)
+        return status;
+    perp__row_velocities(m, &m->begin, m->start_velocity, v);
+    perp__friction_of_speed(m, &m->begin, m->friction, u, v);
+    /* 1. the elements */
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j], one_sided = m->two_sided[j] == 0;
+        const double rounding = CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
+        const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
+        perp__element *element;
+
+        if (one_sided &&
+            (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
+             u[row] > rounding))
+            continue;
+        if (one_sided && u[row] < -rounding && *impact < 0)
+            *impact = j;
+        element = perp__element_add(a, j);
+        find_slip(m, element, v);
+        element->mu_stick = at_rest;
+        /* a slip that starts is slow: Stribeck's curve is at its beginning */
+        element->mu = element->moves         ? m->friction[j]
+                      : m->stribeck[j] > 0.0 ? at_rest
+                                             : m->begin.mu[j];
+        element->friction =
+            element->tangents > 0 && (element->moves ? element->mu > 0.0 : at_rest > 0.0);
+    }
+    perp__element_add_bilateral(a);
+    for (int32_t j = 0; j < m->dry; j++)
+        find_slip(m, perp__element_add(a, m->contacts + j), v);
+    /* 2. their accelerations, unless an impact comes before */
+    if (*impact < 0) {
+        status = find_bias(a, t, q, v);
+        if (status == PERP__OUTSIDE)
+            status = perp__refuse(m->context, "q is outside of what the mechanism is defined for");
+        PERP__THEN(status, perp__acceleration_reduce(a));
+    }
     return status;
 }

@@ -40,41 +40,6 @@ static perp_status check_size(perp_context *context, const char *name, double va
     return perp__refuse(context, "%s is %g, expected %s", name, value, above ? "> 0" : ">= 0");
 }
 
-static perp_status check_stribeck(perp_context *context, perp_bristle *law)
-{
-    perp_status status = check_size(context, "law.kinetic", law->kinetic, 1);
-
-    PERP__THEN(status, check_size(context, "law.breakaway", law->breakaway, 0));
-    if (status != PERP_OK)
-        return status;
-    if (law->breakaway == 0.0)
-        law->breakaway = law->kinetic;
-    if (law->breakaway < law->kinetic)
-        return perp__refuse(context, "law.breakaway is %g, below law.kinetic = %g", law->breakaway,
-                            law->kinetic);
-    status = check_size(context, "law.speed", law->speed, law->breakaway > law->kinetic);
-    PERP__THEN(status, check_size(context, "law.viscosity", law->viscosity, 0));
-    return status;
-}
-
-/* Reads the caller's law into `own`. */
-static perp_status take(perp_context *context, perp_bristle *own, const perp_bristle *law,
-                        int bristles)
-{
-    perp_status status = perp__check_pointer(context, "law", law);
-
-    perp_bristle_init(own, sizeof *own);
-    PERP__THEN(status, PERP__READ(perp_bristle, context, own, law));
-    PERP__THEN(status, check_stribeck(context, own));
-    if (status == PERP_OK && bristles)
-        status = check_size(context, "law.stiffness", own->stiffness, 1);
-    if (status == PERP_OK && bristles)
-        status = check_size(context, "law.damping", own->damping, 0);
-    return status;
-}
-
-/* ---- calls: with a context, or without ---- */
-
 /* Enters, and reads the law into `own` where all is well. out: an output of that name. */
 static perp_status begin(perp_context *context, perp_bristle *own, const perp_bristle *law,
                          int bristles, const char *name, const void *out)
@@ -83,8 +48,23 @@ static perp_status begin(perp_context *context, perp_bristle *own, const perp_br
 
     if (status != PERP_OK)
         return status;
+    perp_bristle_init(own, sizeof *own);
     status = perp__check_pointer(context, name, out);
-    PERP__THEN(status, take(context, own, law, bristles));
+    PERP__THEN(status, perp__check_pointer(context, "law", law));
+    PERP__THEN(status, PERP__READ(perp_bristle, context, own, law));
+    PERP__THEN(status, check_size(context, "law.kinetic", own->kinetic, 1));
+    PERP__THEN(status, check_size(context, "law.breakaway", own->breakaway, 0));
+    if (own->breakaway == 0.0)
+        own->breakaway = own->kinetic;
+    if (status == PERP_OK && own->breakaway < own->kinetic)
+        status = perp__refuse(context, "law.breakaway is %g, below law.kinetic = %g",
+                              own->breakaway, own->kinetic);
+    PERP__THEN(status, check_size(context, "law.speed", own->speed, own->breakaway > own->kinetic));
+    PERP__THEN(status, check_size(context, "law.viscosity", own->viscosity, 0));
+    if (bristles) {
+        PERP__THEN(status, check_size(context, "law.stiffness", own->stiffness, 1));
+        PERP__THEN(status, check_size(context, "law.damping", own->damping, 0));
+    }
     return status == PERP_OK || !context ? status : perp__leave(context, status);
 }
 
@@ -251,23 +231,17 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
 }
 
 /* viscosity kinetic >= damping (breakaway - kinetic), in units in which no product overflows. */
-static int32_t is_passive(const perp_bristle *law)
-{
-    int force, rate;
-
-    (void)frexp(law->breakaway, &force);
-    (void)frexp(fmax(law->viscosity, law->damping), &rate);
-    return ldexp(law->viscosity, -rate) * ldexp(law->kinetic, -force) >=
-           ldexp(law->damping, -rate) * ldexp(law->breakaway - law->kinetic, -force);
-}
-
 perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const perp_bristle *law)
 {
     perp_bristle own;
     const perp_status status = begin(context, &own, law, 1, "passive", passive);
+    int force, rate;
 
     if (status != PERP_OK)
         return status;
-    *passive = is_passive(&own);
+    (void)frexp(own.breakaway, &force);
+    (void)frexp(fmax(own.viscosity, own.damping), &rate);
+    *passive = ldexp(own.viscosity, -rate) * ldexp(own.kinetic, -force) >=
+               ldexp(own.damping, -rate) * ldexp(own.breakaway - own.kinetic, -force);
     return end(context, status, NULL, 0);
 }

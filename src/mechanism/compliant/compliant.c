@@ -92,32 +92,9 @@ void perp__compliant_normals(const perp_compliant *c, double *to, const double *
                 c->damping * perp__compliant_row(c, c->normal, k, v);
 }
 
-/* Numbers that are finite each may overflow together. */
-static perp_status check_finite(perp_compliant *c)
-{
-    const size_t n = (size_t)c->n, p = (size_t)c->p;
-
-    if (perp__all_finite(c->all.free, n) && perp__all_finite(c->all.response, n * p) &&
-        perp__all_finite(c->all.drag, n * p) && perp__all_finite(c->all.P, p * p) &&
-        perp__all_finite(c->all.Q, p * p) && perp__all_finite(c->slip_response, p * p))
-        return PERP_OK;
-    return perp__fail(c->context, PERP_ERROR_NOT_FINITE,
-                      "mass^-1 force, or (normal, tangent) mass^-1 (normal', tangent'), overflows");
-}
-
-static perp_status take_sides(perp_compliant *c, const int32_t *one_sided)
-{
-    for (int32_t k = 0; k < c->p; k++) {
-        c->one_sided[k] = one_sided ? one_sided[k] : 0;
-        if (c->one_sided[k] != 0 && c->one_sided[k] != 1)
-            return perp__refuse(c->context, "one_sided[%d] is %d, not 0 or 1", (int)k,
-                                (int)c->one_sided[k]);
-    }
-    return PERP_OK;
-}
-
 static perp_status take(perp_compliant *c, const perp_compliant_system *s)
 {
+    const size_t n = (size_t)c->n, p = (size_t)c->p;
     perp_context *context = c->context;
     perp_status status = perp__copy_matrix(context, "mass", c->n, c->n, c->mass, s->mass);
 
@@ -126,7 +103,12 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
     PERP__THEN(status, perp__copy_vector(context, "force", c->n, c->force, s->force));
     PERP__THEN(status,
                perp__copy_coefficients(context, c->p, c->mu, c->mu_static, s->mu, s->mu_static));
-    PERP__THEN(status, take_sides(c, s->one_sided));
+    for (int32_t k = 0; k < c->p && status == PERP_OK; k++) {
+        c->one_sided[k] = s->one_sided ? s->one_sided[k] : 0;
+        if (c->one_sided[k] != 0 && c->one_sided[k] != 1)
+            status = perp__refuse(context, "one_sided[%d] is %d, not 0 or 1", (int)k,
+                                  (int)c->one_sided[k]);
+    }
     PERP__THEN(status, perp__check_compliance(context, s->stiffness, s->damping));
     PERP__THEN(status, perp__check_inertia(context, "mass", c->n, c->mass, c->mass));
     if (status != PERP_OK)
@@ -139,7 +121,13 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
     respond(c, c->all.drag, c->tangent);
     perp__compliant_couple(c, &c->all);
     multiply(c, c->slip_response, c->tangent, c->all.drag);
-    return check_finite(c);
+    if (perp__all_finite(c->all.free, n) && perp__all_finite(c->all.response, n * p) &&
+        perp__all_finite(c->all.drag, n * p) && perp__all_finite(c->all.P, p * p) &&
+        perp__all_finite(c->all.Q, p * p) && perp__all_finite(c->slip_response, p * p))
+        return PERP_OK;
+    return perp__fail(context,
+                      PERP_ERROR_NOT_FINITE, /* numbers that are finite each may together */
+                      "mass^-1 force, or (normal, tangent) mass^-1 (normal', tangent'), overflows");
 }
 
 static void release(void *object)
@@ -162,33 +150,31 @@ static const perp__field sizes[] = {
     PERP__INTEGER(perp_compliant_system, contacts, 1, 20000),
 };
 
-static perp_status create(perp_context *context, perp_compliant **compliant,
-                          const perp_compliant_system *system)
-{
-    perp_compliant_system read = {0};
-    perp_compliant *c;
-    perp_status status = perp__check_pointer(context, "compliant", compliant);
-
-    PERP__THEN(status, perp__check_pointer(context, "system", system));
-    PERP__THEN(status, PERP__READ(perp_compliant_system, context, &read, system));
-    PERP__THEN(status, PERP__CHECK_FIELDS(context, "system", &read, sizes));
-    if (status != PERP_OK)
-        return status;
-    c = perp__handle_create(context, &kind);
-    if (!c)
-        return PERP_ERROR_MEMORY;
-    c->n = read.n;
-    c->p = read.contacts;
-    status = perp__arena_fit(&c->arena, context, layout, c);
-    PERP__THEN(status, take(c, &read));
-    PERP__HAND_OUT(status, c, compliant);
-    return status;
-}
-
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                   const perp_compliant_system *system)
 {
-    return PERP__CALL(perp__enter(context), context, create(context, compliant, system));
+    perp_compliant_system read = {0};
+    perp_compliant *c = NULL;
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "compliant", compliant);
+    PERP__THEN(status, perp__check_pointer(context, "system", system));
+    PERP__THEN(status, PERP__READ(perp_compliant_system, context, &read, system));
+    PERP__THEN(status, PERP__CHECK_FIELDS(context, "system", &read, sizes));
+    if (status == PERP_OK) {
+        c = perp__handle_create(context, &kind);
+        status = c ? PERP_OK : PERP_ERROR_MEMORY;
+    }
+    if (c) {
+        c->n = read.n;
+        c->p = read.contacts;
+        status = perp__arena_fit(&c->arena, context, layout, c);
+        PERP__THEN(status, take(c, &read));
+        PERP__HAND_OUT(status, c, compliant);
+    }
+    return perp__leave(context, status);
 }
 
 void perp_compliant_destroy(perp_compliant *compliant)
@@ -196,60 +182,49 @@ void perp_compliant_destroy(perp_compliant *compliant)
     perp__handle_destroy(compliant, &kind);
 }
 
-/* ---- linearisation ------------------------------------------------------------------------- */
-
-static perp_status check_signs(perp_compliant *c, const char *name, const int32_t *signs,
-                               int32_t least)
-{
-    perp_status status = perp__check_pointer(c->context, name, signs);
-
-    for (int32_t k = 0; k < c->p && status == PERP_OK; k++)
-        if (signs[k] < -1 || signs[k] > 1 || (signs[k] == 0 && least == 1))
-            status =
-                perp__refuse(c->context, "%s[%d] is %d, not a sign", name, (int)k, (int)signs[k]);
-    return status;
-}
-
-static perp_status linearise(perp_compliant *c, perp_compliant_stability *stability, double *gamma,
-                             double *eigenvalues, const int32_t *slip, const int32_t *load)
-{
-    const size_t p = (size_t)c->p;
-    perp_compliant_stability own = {0};
-    perp__stability verdict;
-    perp_status status = PERP__CHECK(perp_compliant_stability, c->context, stability);
-
-    PERP__THEN(status, check_signs(c, "slip", slip, 0));
-    PERP__THEN(status, check_signs(c, "load", load, 1));
-    if (status != PERP_OK)
-        return status;
-    for (size_t l = 0; l < p; l++)
-        for (size_t k = 0; k < p; k++)
-            c->matrix[k + p * l] =
-                c->all.P[k + p * l] + c->all.Q[k + p * l] * (c->mu[l] * (slip[l] * load[l]));
-    verdict = perp__stability_of(c->p, c->matrix, c->stiffness, c->damping, c->gamma, c->roots);
-    if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
-        return perp__fail(c->context, PERP_ERROR_NOT_FINITE,
-                          "the eigenvalues of the compliant contacts overflow");
-    own.stable = verdict.stable;
-    own.flutter = verdict.flutter;
-    own.growth = c->roots[0];
-    for (size_t k = 0; k < p; k++) {
-        own.growth = fmax(own.growth, fmax(c->roots[4 * k], c->roots[4 * k + 2]));
-        if (gamma) {
-            gamma[2 * k] = c->gamma[k];
-            gamma[2 * k + 1] = c->gamma[p + k];
-        }
-    }
-    if (eigenvalues)
-        memcpy(eigenvalues, c->roots, 4 * p * sizeof *eigenvalues);
-    perp__struct_write(stability, &own, sizeof own);
-    return PERP_OK;
-}
-
 perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_stability *stability,
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    return PERP__CALL(perp__compliant_enter(compliant), compliant->context,
-                      linearise(compliant, stability, gamma, eigenvalues, slip, load));
+    perp_compliant *c = compliant;
+    perp_compliant_stability own = {0};
+    perp_status status = perp__compliant_enter(c);
+    size_t p;
+
+    if (status != PERP_OK)
+        return status;
+    p = (size_t)c->p;
+    status = PERP__CHECK(perp_compliant_stability, c->context, stability);
+    PERP__THEN(status, perp__check_pointer(c->context, "slip", slip));
+    PERP__THEN(status, perp__check_pointer(c->context, "load", load));
+    for (size_t k = 0; k < p && status == PERP_OK; k++)
+        if (slip[k] < -1 || slip[k] > 1)
+            status = perp__refuse(c->context, "slip[%zu] is %d, not a sign", k, (int)slip[k]);
+        else if (load[k] != -1 && load[k] != 1)
+            status = perp__refuse(c->context, "load[%zu] is %d, not a sign", k, (int)load[k]);
+    if (status == PERP_OK) {
+        for (size_t l = 0; l < p; l++)
+            for (size_t k = 0; k < p; k++)
+                c->matrix[k + p * l] =
+                    c->all.P[k + p * l] + c->all.Q[k + p * l] * (c->mu[l] * (slip[l] * load[l]));
+        perp__stability_of(c->p, c->matrix, c->stiffness, c->damping, c->gamma, c->roots,
+                           &own.stable, &own.flutter);
+        if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
+            status = perp__fail(c->context, PERP_ERROR_NOT_FINITE,
+                                "the eigenvalues of the compliant contacts overflow");
+    }
+    if (status == PERP_OK) {
+        own.growth = c->roots[0];
+        for (size_t k = 0; k < p; k++) {
+            own.growth = fmax(own.growth, fmax(c->roots[4 * k], c->roots[4 * k + 2]));
+            if (gamma) {
+                gamma[2 * k] = c->gamma[k];
+                gamma[2 * k + 1] = c->gamma[p + k];
+            }
+        }
+        if (eigenvalues)
+            memcpy(eigenvalues, c->roots, 4 * p * sizeof *eigenvalues);
+        perp__struct_write(stability, &own, sizeof own);
+    }
+    return perp__leave(c->context, status);
 }

@@ -79,11 +79,8 @@ void perp__compliant_couple(const perp_compliant *c, perp__response *r);
 /* A contact that can't go on as it does, and how the run ends where it has to; -1: none. */
 typedef struct perp__event {
     int32_t contact, end;
-    double beyond; /* how fast a contact slides that has turned round */
 } perp__event;
 
-/* No contact, before the first perp__compliant_decide. */
-void perp__compliant_begin_modes(perp_compliant *c);
 /* Whether a contact would be at rest at the start. */
 int32_t perp__compliant_rests(const perp_compliant *c, int32_t k);
 /* From the state x, v: who presses, sticks, or slides and where to, and `now`; velocities that

@@ -32,35 +32,20 @@ static size_t at(const perp_compliant *c, int32_t row, int32_t column)
     return (size_t)row + (size_t)c->p * (size_t)column;
 }
 
-static double slide_speed(const perp_compliant *c, int32_t k, const double *v)
-{
-    return perp__compliant_row(c, c->tangent, k, v);
-}
-
 int32_t perp__compliant_rests(const perp_compliant *c, int32_t k)
 {
     double size = 0.0;
 
     for (int32_t i = 0; i < c->n; i++)
         size += fabs(c->tangent[at(c, k, i)] * c->v[i]);
-    return c->mu_static[k] > 0.0 && fabs(slide_speed(c, k, c->v)) <= REST * size;
+    return c->mu_static[k] > 0.0 &&
+           fabs(perp__compliant_row(c, c->tangent, k, c->v)) <= REST * size;
 }
 
 /* A one-sided contact presses where it overlaps and is not pulled. */
 static int32_t presses(const perp_compliant *c, int32_t k, const double *x, double N)
 {
     return !c->one_sided[k] || (N > 0.0 && perp__compliant_row(c, c->normal, k, x) > 0.0);
-}
-
-void perp__compliant_begin_modes(perp_compliant *c)
-{
-    for (int32_t k = 0; k < c->p; k++) {
-        c->modes[k] = PERP_CONTACT_SEPARATE;
-        c->gives[k] = 0;
-        c->share[k] = c->sense[k] = 0.0;
-    }
-    c->stuck_count = 0;
-    c->now = c->all;
 }
 
 /* ---- what is tied down ---------------------------------------------------------------------- */
@@ -109,9 +94,12 @@ void perp__compliant_hold(perp_compliant *c, double *v)
         perp__held_rows_free(&c->rows, v); /* without rounding where a row is an axis */
 }
 
+/* c->now := the response, less what the stuck contacts forbid. */
 static void hold_stuck(perp_compliant *c)
 {
     const size_t n = (size_t)c->n, p = (size_t)c->p;
+    const double *const all[] = {c->all.response, c->all.drag};
+    double *const now[] = {c->held.response, c->held.drag};
 
     c->now = c->stuck_count > 0 ? c->held : c->all;
     if (c->stuck_count == 0)
@@ -126,13 +114,12 @@ static void hold_stuck(perp_compliant *c)
     }
     perp__held_rows_solve(&c->rows);
     memcpy(c->now.free, c->all.free, n * sizeof *c->now.free);
-    memcpy(c->now.response, c->all.response, n * p * sizeof *c->now.response);
-    memcpy(c->now.drag, c->all.drag, n * p * sizeof *c->now.drag);
-    for (size_t k = 0; k < 2 * p + 1; k++) {
-        double *column = k == 0   ? c->now.free
-                         : k <= p ? c->now.response + n * (k - 1)
-                                  : c->now.drag + n * (k - p - 1);
+    take_out(c, c->now.free);
+    perp__compliant_hold(c, c->now.free);
+    for (size_t k = 0; k < 2 * p; k++) {
+        double *column = now[k / p] + n * (k % p);
 
+        memcpy(column, all[k / p] + n * (k % p), n * sizeof *column);
         take_out(c, column);
         perp__compliant_hold(c, column);
     }
@@ -162,25 +149,6 @@ void perp__compliant_friction(perp_compliant *c, const double *N)
 
 /* ---- who sticks ------------------------------------------------------------------------------ */
 
-/* Solves for the friction forces within their bounds; c->w := -t. */
-static perp_status solve_choice(perp_compliant *c, int32_t *failed)
-{
-    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, c->p, c->p, c->slip_response);
-    perp_lcp_settings settings;
-    perp_lcp_result result;
-    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
-
-    perp_lcp_result_init(&result, sizeof result);
-    settings.method = PERP_LCP_LEMKE; /* basic solutions */
-    if (!c->choice)
-        status = perp__lcp_create(c->context, &c->choice, &settings);
-    PERP__THEN(status, perp__lcp_setup(c->choice, &W, c->lower, c->upper));
-    PERP__THEN(status, perp__lcp_solve(c->choice, c->friction, c->w, NULL, &result, c->q, NULL));
-    if (status == PERP_OK && !perp__is_good(result.outcome))
-        *failed = 1;
-    return status;
-}
-
 /* Contact k's friction, which is no longer free: it slides that way. */
 static void slide(perp_compliant *c, int32_t k, double sense)
 {
@@ -206,38 +174,12 @@ static double driven(const perp_compliant *c, int32_t k)
     return is_at_bound(c, k) ? (double)((sense > 0.0) - (sense < 0.0)) : 0.0;
 }
 
-/* Ties down what rests, is not driven, and is at a bound or not. */
-static void tie_down(perp_compliant *c, int32_t at_bound)
-{
-    for (int32_t k = 0; k < c->p; k++)
-        if (c->modes[k] == PERP_CONTACT_STICK && is_at_bound(c, k) == at_bound &&
-            driven(c, k) == 0.0 && is_independent(c, k, 1))
-            c->share[k] = 0.0;
-}
-
-/* What rests: ties down what sticks, and lets go what is driven and not tied down by the others.
- * What is within its bounds comes first: at a bound of 0 (N = 0) nothing can hold. */
-static void sort_resting(perp_compliant *c)
-{
-    for (int32_t k = 0; k < c->p; k++)
-        if (c->modes[k] == PERP_CONTACT_STICK)
-            c->share[k] = c->N[k] != 0.0 ? c->friction[k] / fabs(c->N[k]) : 0.0;
-    tie_down(c, 0);
-    tie_down(c, 1);
-    for (int32_t k = 0; k < c->p; k++) {
-        const double sense = c->modes[k] == PERP_CONTACT_STICK ? driven(c, k) : 0.0;
-
-        if (sense != 0.0 && is_independent(c, k, 0))
-            slide(c, k, sense);
-    }
-}
-
 /* What each contact may do at the state, and the problem's data. */
 static void read_contacts(perp_compliant *c)
 {
     perp__compliant_normals(c, c->N, c->x, c->v);
     for (int32_t k = 0; k < c->p; k++) {
-        const double speed = slide_speed(c, k, c->v);
+        const double speed = perp__compliant_row(c, c->tangent, k, c->v);
         const int32_t before = c->modes[k];
 
         c->lower[k] = c->upper[k] = c->share[k] = 0.0;
@@ -265,8 +207,57 @@ static void read_contacts(perp_compliant *c)
     }
 }
 
-static void count_turns(const perp_compliant *c, perp_compliant_result *result)
+/* Ties down what sticks among what rests, and lets go what is driven and not tied down by the
+ * others. What is within its bounds comes first: at a bound of 0 (N = 0) nothing can hold. */
+static void sort_resting(perp_compliant *c)
 {
+    for (int32_t k = 0; k < c->p; k++)
+        if (c->modes[k] == PERP_CONTACT_STICK)
+            c->share[k] = c->N[k] != 0.0 ? c->friction[k] / fabs(c->N[k]) : 0.0;
+    for (int32_t at_bound = 0; at_bound < 2; at_bound++)
+        for (int32_t k = 0; k < c->p; k++)
+            if (c->modes[k] == PERP_CONTACT_STICK && is_at_bound(c, k) == at_bound &&
+                driven(c, k) == 0.0 && is_independent(c, k, 1))
+                c->share[k] = 0.0;
+    for (int32_t k = 0; k < c->p; k++) {
+        const double sense = c->modes[k] == PERP_CONTACT_STICK ? driven(c, k) : 0.0;
+
+        if (sense != 0.0 && is_independent(c, k, 0))
+            slide(c, k, sense);
+    }
+}
+
+perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *result,
+                                   int32_t *failed)
+{
+    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, c->p, c->p, c->slip_response);
+    perp_lcp_settings settings;
+    perp_lcp_result solved;
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+    int32_t rests = 0;
+
+    /* 1. who presses, and what may stick */
+    memcpy(c->modes_before, c->modes, (size_t)c->p * sizeof *c->modes);
+    memcpy(c->sense_before, c->sense, (size_t)c->p * sizeof *c->sense);
+    read_contacts(c);
+    c->stuck_count = 0;
+    *failed = 0;
+    for (int32_t k = 0; k < c->p; k++)
+        rests |= c->modes[k] == PERP_CONTACT_STICK;
+    /* 2. friction within its bounds, by basic solutions; c->w = -t */
+    perp_lcp_result_init(&solved, sizeof solved);
+    settings.method = PERP_LCP_LEMKE;
+    if (rests && !c->choice)
+        PERP__THEN(status, perp__lcp_create(c->context, &c->choice, &settings));
+    if (rests) {
+        PERP__THEN(status, perp__lcp_setup(c->choice, &W, c->lower, c->upper));
+        PERP__THEN(status,
+                   perp__lcp_solve(c->choice, c->friction, c->w, NULL, &solved, c->q, NULL));
+        *failed = status == PERP_OK && !perp__is_good(solved.outcome);
+        if (status == PERP_OK && !*failed)
+            sort_resting(c);
+    }
+    /* 3. what has changed, and what is held now */
     for (int32_t k = 0; k < c->p; k++) {
         const int32_t before = c->modes_before[k], now = c->modes[k];
 
@@ -276,76 +267,42 @@ static void count_turns(const perp_compliant *c, perp_compliant_result *result)
         result->reversals += before == PERP_CONTACT_SLIP && now == PERP_CONTACT_SLIP &&
                              c->sense_before[k] * c->sense[k] < 0.0;
     }
-}
-
-perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *result,
-                                   int32_t *failed)
-{
-    int32_t rests = 0;
-    perp_status status = PERP_OK;
-
-    memcpy(c->modes_before, c->modes, (size_t)c->p * sizeof *c->modes);
-    memcpy(c->sense_before, c->sense, (size_t)c->p * sizeof *c->sense);
-    read_contacts(c);
-    c->stuck_count = 0;
-    *failed = 0;
-    for (int32_t k = 0; k < c->p; k++)
-        rests |= c->modes[k] == PERP_CONTACT_STICK;
-    if (rests)
-        status = solve_choice(c, failed);
-    if (rests && status == PERP_OK && !*failed)
-        sort_resting(c);
-    count_turns(c, result);
     hold_stuck(c);
     perp__compliant_hold(c, c->v);
     return status;
 }
 
-/* ---- events ---------------------------------------------------------------------------------- */
-
-/* |N| has a kink there, which costs steps their order. */
-static int32_t changes_flank(const perp_compliant *c, int32_t k)
+perp__event perp__compliant_event(perp_compliant *c)
 {
-    return c->flank[k] * c->N[k] < -c->tol * c->stiffness * c->top_delta[k];
-}
+    perp__event event = {-1, PERP_COMPLIANT_TIME}; /* it goes on */
+    double beyond = 0.0;                           /* how fast what has turned round slides back */
 
-/* The contact whose sliding has turned round farthest, or that a force's sign lets go or take. */
-static perp__event turned(const perp_compliant *c)
-{
-    perp__event event = {-1, PERP_COMPLIANT_TIME, 0.0}; /* it goes on */
-
+    perp__compliant_normals(c, c->N, c->next_x, c->next_v);
+    /* 1. what a force's sign lets go or take; else the slip that has turned round farthest */
     for (int32_t k = 0; k < c->p; k++) {
         const int32_t separate = c->modes[k] == PERP_CONTACT_SEPARATE;
 
         if (presses(c, k, c->next_x, c->N[k]) == separate) {
             event.contact = k;
             event.end = separate ? PERP_COMPLIANT_TOUCHED : PERP_COMPLIANT_RELEASED;
-            return event;
+            break;
         }
         if (c->modes[k] == PERP_CONTACT_SLIP && c->mu_static[k] > 0.0) {
-            const double sliding = c->sense[k] * slide_speed(c, k, c->next_v);
+            const double sliding = c->sense[k] * perp__compliant_row(c, c->tangent, k, c->next_v);
 
-            if (sliding <= event.beyond) {
-                event.beyond = sliding;
+            if (sliding <= beyond) {
+                beyond = sliding;
                 event.contact = k;
                 event.end = PERP_COMPLIANT_STOPPED;
-            } else if (event.contact < 0 && changes_flank(c, k)) {
-                event.contact = k;
+            } else if (event.contact < 0 &&
+                       c->flank[k] * c->N[k] < -c->tol * c->stiffness * c->top_delta[k]) {
+                event.contact = k; /* |N| has a kink there, which costs steps their order */
             }
         }
     }
-    return event;
-}
-
-perp__event perp__compliant_event(perp_compliant *c)
-{
-    perp__event event;
-
-    perp__compliant_normals(c, c->N, c->next_x, c->next_v);
-    event = turned(c);
+    /* 2. what sticks beyond its friction */
     perp__compliant_friction(c, c->N);
-    for (int32_t i = 0; i < c->p; i++)
-        c->gives[i] = 0;
+    memset(c->gives, 0, (size_t)c->p * sizeof *c->gives);
     for (int32_t i = 0; i < c->stuck_count; i++) {
         const int32_t k = c->stuck[i];
 

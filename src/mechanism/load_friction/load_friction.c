@@ -7,8 +7,6 @@
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 
-/* ---- structs and words --------------------------------------------------------------------- */
-
 PERP__INIT_WITH(perp_load_system, .stiffness = 1.0, .damping = 2.0)
 
 PERP__INIT_WITH(perp_load_settings, .tol = 1e-13, .most_patterns = 1 << 21, .starts = 64)
@@ -32,8 +30,6 @@ PERP__WORDS(
     "static friction at rest leaves the torque open within its limits",
     "the system is too large to exclude other accelerations of this torque")
 
-/* ---- checks -------------------------------------------------------------------------------- */
-
 static const perp__field settings_fields[] = {
     PERP__REAL(perp_load_settings, tol, "(]", 0, 1e-3),
     PERP__INTEGER(perp_load_settings, most_patterns, 1, INFINITY),
@@ -46,31 +42,12 @@ static PERP__SETTINGS_READER(read_settings, perp_load_settings, settings_fields,
 
 /* ---- the system ---------------------------------------------------------------------------- */
 
-/* X, Y and the units, with A's factor in `work`. */
-static void derive(perp_load_friction *f)
-{
-    const size_t n = (size_t)f->n, square = n * n;
-    int exponent;
-
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++)
-            f->X[j + n * i] = f->C[i + n * j];
-    perp__cholesky_solve(f->n, f->n, f->work, f->n, f->X, f->n);
-    for (size_t i = 0; i < square; i++)
-        f->Y[i] = -f->S[i];
-    perp__gemm_subtract(f->n, f->n, f->n, f->C, f->n, f->X, f->n, f->Y, f->n);
-    for (size_t i = 0; i < square; i++)
-        f->Y[i] = -f->Y[i];
-    for (size_t i = 0; i < n; i++) {
-        frexp(f->A[i + n * i], &exponent);
-        f->size[i] = ldexp(1.0, -(exponent / 2));
-    }
-}
-
 static perp_status take(perp_load_friction *f, const perp_load_system *system)
 {
     perp_context *context = f->context;
     perp_status status = perp__copy_matrix(context, "A", f->n, f->n, f->A, system->A);
+    const size_t n = (size_t)f->n, square = n * n;
+    int exponent;
 
     PERP__THEN(status, perp__copy_matrix(context, "C", f->n, f->n, f->C, system->C));
     if (status == PERP_OK && system->normal_inertia)
@@ -91,8 +68,32 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
         return status;
     f->stiffness = system->stiffness;
     f->damping = system->damping;
-    derive(f);
-    f->monotone = perp__friction_is_monotone(f);
+    /* X, Y and the units, with A's factor in `work` */
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            f->X[j + n * i] = f->C[i + n * j];
+    perp__cholesky_solve(f->n, f->n, f->work, f->n, f->X, f->n);
+    for (size_t i = 0; i < square; i++)
+        f->Y[i] = -f->S[i];
+    perp__gemm_subtract(f->n, f->n, f->n, f->C, f->n, f->X, f->n, f->Y, f->n);
+    for (size_t i = 0; i < square; i++)
+        f->Y[i] = -f->Y[i];
+    for (size_t i = 0; i < n; i++) {
+        frexp(f->A[i + n * i], &exponent);
+        f->size[i] = ldexp(1.0, -(exponent / 2));
+    }
+    /* with mu_static = mu, x -> A x + mu |C x + d| Sgn(x - stop) is strictly monotone if <A> -
+     * (mu |C| + |C|' mu) / 2 is positive definite, <A> being A with -|A_ij| off the diagonal; by
+     * more than rounding */
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
+            const double a = f->A[i + n * j];
+            const double friction =
+                0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
+
+            f->work[i + n * j] = (i == j ? a * (1.0 - 1e-9) : -fabs(a)) - friction;
+        }
+    f->monotone = perp__cholesky_factor(f->n, f->work, f->n) == 0;
     return PERP_OK;
 }
 
@@ -131,34 +132,6 @@ perp_status perp__friction_enter(perp_load_friction *f)
     return perp__handle_enter(f, &kind);
 }
 
-/* The store, the tree and the system. */
-static void prepare(perp_load_friction *f)
-{
-    perp__linear *p = &f->linear;
-
-    f->pattern.side = f->pattern.mode + f->n;
-    f->A_view.rows = f->A_view.columns = f->n;
-    f->A_view.row_stride = 1;
-    f->A_view.column_stride = (size_t)f->n;
-    f->C_view = f->A_view;
-    f->A_view.values = f->A;
-    f->C_view.values = f->C;
-    p->block[0] = f->A;
-    p->block[1] = f->C;
-    p->c = f->c;
-    p->c_size = f->c_size;
-    p->scale = f->size;
-    p->positions = f->n;
-    p->conditions = perp__friction_conditions;
-    f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
-    f->answers.eigenvalues = 4 * f->n;
-    f->answers.own = 2 * f->n;
-    f->answers.holds = perp__friction_holds_answer;
-    f->polyhedron.origin = p->x;
-    f->polyhedron.directions = p->null;
-    f->polyhedron.least = PERP__FRICTION_SAME;
-}
-
 static perp_status read_system(perp_context *context, perp_load_system *read,
                                const perp_load_system *system)
 {
@@ -184,30 +157,50 @@ static perp_status make(perp_context *context, perp_load_friction **made,
     f->linear.rows = 2 * f->n;
     status = perp__arena_fit(&f->arena, context, layout, f);
     if (status == PERP_OK) {
-        prepare(f);
+        perp__linear *p = &f->linear;
+
+        f->pattern.side = f->pattern.mode + f->n;
+        f->A_view.rows = f->A_view.columns = f->n;
+        f->A_view.row_stride = 1;
+        f->A_view.column_stride = (size_t)f->n;
+        f->C_view = f->A_view;
+        f->A_view.values = f->A;
+        f->C_view.values = f->C;
+        p->block[0] = f->A;
+        p->block[1] = f->C;
+        p->c = f->c;
+        p->c_size = f->c_size;
+        p->scale = f->size;
+        p->positions = f->n;
+        p->conditions = perp__friction_conditions;
+        f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
+        f->answers.eigenvalues = 4 * f->n;
+        f->answers.own = 2 * f->n;
+        f->answers.holds = perp__friction_holds_answer;
+        f->polyhedron.origin = p->x;
+        f->polyhedron.directions = p->null;
+        f->polyhedron.least = PERP__FRICTION_SAME;
         status = take(f, system);
     }
     PERP__HAND_OUT(status, f, made);
     return status;
 }
 
-static perp_status create(perp_context *context, perp_load_friction **friction,
-                          const perp_load_settings *settings, const perp_load_system *system)
-{
-    perp_load_settings own;
-    perp_load_system read;
-    perp_status status = perp__check_pointer(context, "friction", friction);
-
-    PERP__THEN(status, read_settings(context, &own, settings));
-    PERP__THEN(status, read_system(context, &read, system));
-    return status == PERP_OK ? make(context, friction, &own, &read) : status;
-}
-
 perp_status perp_load_friction_create(perp_context *context, perp_load_friction **friction,
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    return PERP__CALL(perp__enter(context), context, create(context, friction, settings, system));
+    perp_load_settings own;
+    perp_load_system read;
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "friction", friction);
+    PERP__THEN(status, read_settings(context, &own, settings));
+    PERP__THEN(status, read_system(context, &read, system));
+    PERP__THEN(status, make(context, friction, &own, &read));
+    return perp__leave(context, status);
 }
 
 void perp_load_friction_destroy(perp_load_friction *friction)
@@ -215,27 +208,25 @@ void perp_load_friction_destroy(perp_load_friction *friction)
     perp__handle_destroy(friction, &kind);
 }
 
-static perp_status set(perp_load_friction *f, const perp_load_system *system)
+perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
 {
-    perp_load_friction *made, kept;
+    perp_load_friction *f = friction, *made, kept;
     perp_load_system read;
-    perp_status status = read_system(f->context, &read, system);
+    perp_status status = perp__friction_enter(f);
 
+    if (status != PERP_OK)
+        return status;
+    status = read_system(f->context, &read, system);
     if (status == PERP_OK && read.n != f->n)
         status = perp__refuse(f->context, "system.n is %d, it was %d", (int)read.n, (int)f->n);
     PERP__THEN(status, make(f->context, &made, &f->settings, &read));
-    if (status != PERP_OK)
-        return status;
-    kept = *f;
-    *f = *made;
-    *made = kept;
-    perp__handle_end(made);
-    return PERP_OK;
-}
-
-perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
-{
-    return PERP__CALL(perp__friction_enter(friction), friction->context, set(friction, system));
+    if (status == PERP_OK) {
+        kept = *f;
+        *f = *made;
+        *made = kept;
+        perp__handle_end(made);
+    }
+    return perp__leave(f->context, status);
 }
 
 /* ---- questions ----------------------------------------------------------------------------- */
@@ -256,61 +247,55 @@ perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summa
     return perp__friction_answer_all(f, summary);
 }
 
-static perp_status solve(perp_load_friction *f, perp_load_summary *summary, const double *tau,
-                         const double *velocity)
+perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
+                                     const double *tau, const double *velocity)
 {
+    perp_load_friction *f = friction;
     perp_load_summary own;
-    perp_status status = PERP__CHECK(perp_load_summary, f->context, summary);
+    perp_status status = perp__friction_enter(f);
 
+    if (status != PERP_OK)
+        return status;
+    status = PERP__CHECK(perp_load_summary, f->context, summary);
     PERP__THEN(status, perp__check_vector(f->context, "tau", tau, (size_t)f->n));
     PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
     PERP__THEN(status, perp__friction_solve(f, &own, tau, velocity));
     if (status == PERP_OK)
         perp__struct_write(summary, &own, sizeof own);
-    return status;
-}
-
-perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
-                                     const double *tau, const double *velocity)
-{
-    return PERP__CALL(perp__friction_enter(friction), friction->context,
-                      solve(friction, summary, tau, velocity));
-}
-
-static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
-{
-    const perp__answer *a;
-    perp_load_found own = {0};
-    perp_status status = PERP__CHECK(perp_load_found, f->context, found);
-
-    if (status != PERP_OK)
-        return status;
-    if (index < 0 || index >= f->answers.count)
-        return perp__refuse(f->context, "index is %d, but there are %d answers", (int)index,
-                            (int)f->answers.count);
-    a = perp__answers_get(&f->answers, index);
-    own.kind = a->kind;
-    own.stable = a->stable;
-    own.flutter = a->flutter;
-    own.at_vertex = a->at_vertex;
-    own.dimension = a->dimension;
-    own.vertex_count = a->vertices;
-    own.ray_count = a->rays;
-    own.residual = a->residual;
-    own.acceleration = a->middle;
-    own.normal_force = perp__friction_normal(a);
-    own.friction = perp__friction_force(f, a);
-    own.modes = a->modes;
-    own.eigenvalues = a->eigenvalues;
-    own.vertices = a->points;
-    own.rays = a->points + (size_t)a->vertices * (size_t)f->n;
-    perp__struct_write(found, &own, sizeof own);
-    return PERP_OK;
+    return perp__leave(f->context, status);
 }
 
 perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found *found,
                                    int32_t index)
 {
-    return PERP__CALL(perp__friction_enter(friction), friction->context,
-                      get(friction, found, index));
+    perp_load_friction *f = friction;
+    perp_status status = perp__friction_enter(f);
+
+    if (status != PERP_OK)
+        return status;
+    status = PERP__CHECK(perp_load_found, f->context, found);
+    if (status == PERP_OK && (index < 0 || index >= f->answers.count))
+        status = perp__refuse(f->context, "index is %d, but there are %d answers", (int)index,
+                              (int)f->answers.count);
+    if (status == PERP_OK) {
+        const perp__answer *a = perp__answers_get(&f->answers, index);
+        const perp_load_found own = {.kind = a->kind,
+                                     .stable = a->stable,
+                                     .flutter = a->flutter,
+                                     .at_vertex = a->at_vertex,
+                                     .dimension = a->dimension,
+                                     .vertex_count = a->vertices,
+                                     .ray_count = a->rays,
+                                     .residual = a->residual,
+                                     .acceleration = a->middle,
+                                     .normal_force = perp__friction_normal(a),
+                                     .friction = perp__friction_force(f, a),
+                                     .modes = a->modes,
+                                     .eigenvalues = a->eigenvalues,
+                                     .vertices = a->points,
+                                     .rays = a->points + (size_t)a->vertices * (size_t)f->n};
+
+        perp__struct_write(found, &own, sizeof own);
+    }
+    return perp__leave(f->context, status);
 }

@@ -100,9 +100,6 @@ perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summa
 /* perp_load_friction_uniqueness; velocity may be NULL. */
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
 
-/* Whether x -> A x + mu |C x + d| Sgn(x - stop) is strictly monotone for all d, stop and signs. */
-int32_t perp__friction_is_monotone(perp_load_friction *f);
-
 /* The handle of a public call, entered. */
 perp_status perp__friction_enter(perp_load_friction *f);
 

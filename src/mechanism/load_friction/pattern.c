@@ -69,8 +69,6 @@ void perp__friction_evaluate(perp_load_friction *f)
             p->u[i] = -p->residual[i];
 }
 
-/* ---- the pattern --------------------------------------------------------------------------- */
-
 /* Whether normal forces miss their sides by far more than rounding with these pivots does. */
 static int32_t is_clearly_wrong(const perp_load_friction *f)
 {
@@ -91,28 +89,11 @@ static int32_t is_clearly_wrong(const perp_load_friction *f)
     return 0;
 }
 
-/* Whether all that an answer is judged by is a number. */
-static int32_t is_finite(const perp_load_friction *f)
-{
-    const perp__linear *p = &f->linear;
-    const size_t n = (size_t)f->n;
-
-    return perp__all_finite(p->x, n) && perp__all_finite(p->residual, n) &&
-           perp__all_finite(p->load, n) && perp__all_finite(p->u + n, n) &&
-           perp__all_finite(p->x_width, n) && perp__all_finite(p->u_width + n, n);
-}
-
-/* Numbers beyond the range of doubles: nothing is known of the pattern. */
-static int32_t give_up(perp_load_friction *f)
-{
-    f->answers.incomplete = 1;
-    return -1;
-}
-
 int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
 {
     static const double alone[3] = {1.0, 0.0, 0.0};
     perp__linear *p = &f->linear;
+    const size_t n = (size_t)f->n;
     double top;
 
     perp__linear_begin(p);
@@ -124,8 +105,10 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
             perp__linear_column(p, i, 1, alone);
     }
     top = perp__linear_load(p);
-    if (!(top <= largest))
-        return give_up(f);
+    if (!(top <= largest)) { /* beyond the range of doubles: nothing is known of the pattern */
+        f->answers.incomplete = 1;
+        return -1;
+    }
     perp__pivoting_eliminate(&p->system, singular * f->settings.tol * top, f->n);
     perp__linear_evaluate(p);
     perp__linear_correct(p);
@@ -140,7 +123,13 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
     }
     perp__friction_evaluate(f);
     perp__linear_find_widths(p);
-    return is_finite(f) ? perp__linear_find_null(p) : give_up(f);
+    if (!perp__all_finite(p->x, n) || !perp__all_finite(p->residual, n) ||
+        !perp__all_finite(p->load, n) || !perp__all_finite(p->u + n, n) ||
+        !perp__all_finite(p->x_width, n) || !perp__all_finite(p->u_width + n, n)) {
+        f->answers.incomplete = 1;
+        return -1;
+    }
+    return perp__linear_find_null(p);
 }
 
 /* ---- what the pattern says ------------------------------------------------------------------ */
@@ -187,20 +176,14 @@ int32_t perp__friction_conditions(const void *user, const void *of, int32_t i,
     return count;
 }
 
-/* Whether the equation of coordinate i, which moves, holds beside the row's own terms. */
-static int32_t row_holds(const perp_load_friction *f, int32_t i)
-{
-    return fabs(f->linear.residual[i]) <=
-           fmax(f->settings.tol, 16.0 * DBL_EPSILON) * f->linear.load[i];
-}
-
 int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
 {
     const perp__linear *p = &f->linear;
     const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 0, 1};
+    const double tol = fmax(f->settings.tol, 16.0 * DBL_EPSILON);
 
     for (int32_t i = 0; i < f->n; i++)
-        if (f->pattern.mode[i] != PERP_LOAD_STICK && !row_holds(f, i)) {
+        if (f->pattern.mode[i] != PERP_LOAD_STICK && !(fabs(p->residual[i]) <= tol * p->load[i])) {
             f->answers.incomplete = 1; /* the equations have a solution, and this is not it */
             return 0;
         }

@@ -8,11 +8,65 @@
 
 PERP__INIT(perp_load_step)
 
-/* ---- the question -------------------------------------------------------------------------- */
+typedef struct merit {
+    int32_t unstable; /* in this order, less is better */
+    int32_t signs;    /* normal forces of moving coordinates on another side than before */
+    int32_t starts;   /* coordinates that leave rest */
+    double energy;    /* x'A x */
+} merit;
 
-/* Every coordinate may stop, at x = -v / h, or go on in either direction. */
-static void ask_step(perp_load_friction *f, const double *velocity, double h)
+static const perp__answer *choose(const perp_load_friction *f, perp_load_step *own,
+                                  const double *previous)
 {
+    const perp__answer *a, *best = NULL;
+    merit least = {0, 0, 0, 0.0};
+    double divide = 0.0; /* of the sides of N: for one coordinate that of the unstable answer */
+    int32_t index = 0;
+
+    for (a = f->answers.first; a && f->n == 1; a = a->next)
+        if (!a->stable && a->dimension == 0)
+            divide = perp__friction_normal(a)[0];
+    for (a = f->answers.first; a; a = a->next, index++) {
+        const double *x = a->middle, *N = perp__friction_normal(a);
+        merit m = {!a->stable, 0, 0, 0.0};
+
+        for (int32_t i = 0; i < f->n; i++) {
+            if (previous && f->question.before[i] != 0 && f->mu[i] > 0.0)
+                m.signs += (previous[i] - divide) * (N[i] - divide) < 0.0;
+            m.starts += f->question.before[i] == 0 && a->pattern[i] != PERP_LOAD_STICK;
+            for (int32_t j = 0; j < f->n; j++)
+                m.energy += x[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * x[j];
+        }
+        if (best && (m.unstable != least.unstable ? m.unstable > least.unstable
+                     : m.signs != least.signs     ? m.signs > least.signs
+                     : m.starts != least.starts   ? m.starts > least.starts
+                                                  : !(m.energy < least.energy)))
+            continue;
+        best = a;
+        least = m;
+        own->chosen = index;
+    }
+    return best;
+}
+
+static perp_status run(perp_load_friction *f, double *next, double *normal, perp_load_step *own,
+                       const double *velocity, const double *previous, double h)
+{
+    const perp__answer *a, *taken;
+    perp_load_summary summary;
+    perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
+
+    if (status != PERP_OK)
+        return status;
+    /* 1. what some stable acceleration of the rigid system brings to rest within h: its stop needs
+     * no impulse */
+    own->accelerations = summary.count;
+    memset(f->regular, 0, (size_t)f->n);
+    for (a = f->answers.first; a; a = a->next)
+        for (int32_t i = 0; i < f->n; i++)
+            if (a->stable && velocity[i] * (velocity[i] + h * a->middle[i]) <= 0.0)
+                f->regular[i] = 1;
+    /* 2. every coordinate may stop, at x = -v / h, or go on in either direction */
     f->question.tau = f->tau;
     for (int32_t i = 0; i < f->n; i++) {
         const double v = velocity[i];
@@ -22,111 +76,11 @@ static void ask_step(perp_load_friction *f, const double *velocity, double h)
         f->question.stop[i] = v == 0.0 ? 0.0 : -v / h;
         f->question.mu_stick[i] = v == 0.0 ? f->mu_static[i] : f->mu[i];
     }
-}
-
-/* Marks coordinates that some stable acceleration of the rigid system brings to rest within h:
- * their stop needs no impulse. */
-static perp_status find_regular_stops(perp_load_friction *f, perp_load_step *own,
-                                      const double *velocity, double h)
-{
-    const perp__answer *a;
-    perp_load_summary summary;
-    perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
-
-    if (status != PERP_OK)
-        return status;
-    own->accelerations = summary.count;
-    memset(f->regular, 0, (size_t)f->n);
-    for (a = f->answers.first; a; a = a->next)
-        for (int32_t i = 0; i < f->n; i++)
-            if (a->stable && velocity[i] * (velocity[i] + h * a->middle[i]) <= 0.0)
-                f->regular[i] = 1;
-    return PERP_OK;
-}
-
-/* ---- the choice ---------------------------------------------------------------------------- */
-
-typedef struct merit {
-    int32_t unstable; /* in this order, less is better */
-    int32_t signs;    /* normal forces of moving coordinates on another side than before */
-    int32_t starts;   /* coordinates that leave rest */
-    double energy;    /* x'A x */
-} merit;
-
-/* What separates the sides of a normal force: for one coordinate the unstable answer, else 0. */
-static double find_divide(const perp_load_friction *f)
-{
-    const perp__answer *a;
-    double divide = 0.0;
-
-    for (a = f->answers.first; a && f->n == 1; a = a->next)
-        if (!a->stable && a->dimension == 0)
-            divide = perp__friction_normal(a)[0];
-    return divide;
-}
-
-static merit judge(const perp_load_friction *f, const perp__answer *a, double divide,
-                   const double *previous)
-{
-    merit m = {!a->stable, 0, 0, 0.0};
-
-    for (int32_t i = 0; i < f->n; i++) {
-        if (previous && f->question.before[i] != 0 && f->mu[i] > 0.0)
-            m.signs += (previous[i] - divide) * (perp__friction_normal(a)[i] - divide) < 0.0;
-        m.starts += f->question.before[i] == 0 && a->pattern[i] != PERP_LOAD_STICK;
-        for (int32_t j = 0; j < f->n; j++)
-            m.energy += a->middle[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * a->middle[j];
-    }
-    return m;
-}
-
-static int32_t is_better(const merit *a, const merit *b)
-{
-    if (a->unstable != b->unstable)
-        return a->unstable < b->unstable;
-    if (a->signs != b->signs)
-        return a->signs < b->signs;
-    if (a->starts != b->starts)
-        return a->starts < b->starts;
-    return a->energy < b->energy;
-}
-
-static const perp__answer *choose(const perp_load_friction *f, perp_load_step *own,
-                                  const double *previous)
-{
-    const double divide = find_divide(f);
-    const perp__answer *a, *best = NULL;
-    merit least = {0, 0, 0, 0.0};
-    int32_t index = 0;
-
-    for (a = f->answers.first; a; a = a->next, index++) {
-        const merit m = judge(f, a, divide, previous);
-
-        if (!best || is_better(&m, &least)) {
-            best = a;
-            least = m;
-            own->chosen = index;
-        }
-    }
-    return best;
-}
-
-/* ---- the call ------------------------------------------------------------------------------ */
-
-static perp_status run(perp_load_friction *f, double *next, double *normal, perp_load_step *own,
-                       const double *velocity, const double *previous, double h)
-{
-    const perp__answer *taken;
-    perp_load_summary summary;
-    perp_status status = find_regular_stops(f, own, velocity, h);
-
-    if (status != PERP_OK)
-        return status;
-    ask_step(f, velocity, h);
     status = perp__check_vector(f->context, "velocity / h", f->question.stop, (size_t)f->n);
     PERP__THEN(status, perp__friction_answer_all(f, &summary));
     if (status != PERP_OK)
         return status;
+    /* 3. the choice */
     own->answers = summary.count;
     own->exhaustive = summary.exhaustive;
     taken = choose(f, own, previous);
@@ -147,14 +101,19 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     return status;
 }
 
-static perp_status check(perp_load_friction *f, const double *next, const perp_load_step *step,
-                         const double *tau, const double *velocity, const double *previous,
-                         double h)
+perp_status perp_load_friction_step(perp_load_friction *friction, double *next, double *normal,
+                                    perp_load_step *step, const double *tau, const double *velocity,
+                                    const double *previous, double h)
 {
-    perp_status status = perp__check_pointer(f->context, "next", next);
+    perp_load_friction *f = friction;
+    perp_load_step own = {.chosen = -1};
+    perp_status status = perp__friction_enter(f);
 
-    if (status == PERP_OK && step)
-        status = PERP__CHECK(perp_load_step, f->context, step);
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(f->context, "next", next);
+    if (step)
+        PERP__THEN(status, PERP__CHECK(perp_load_step, f->context, step));
     PERP__THEN(status, perp__check_vector(f->context, "tau", tau, (size_t)f->n));
     PERP__THEN(status, perp__check_vector(f->context, "velocity", velocity, (size_t)f->n));
     for (int32_t i = 0; i < f->n && status == PERP_OK && previous; i++)
@@ -163,25 +122,11 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
                                 previous[i]);
     if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
         status = perp__refuse(f->context, "h is %g, expected a positive number", h);
-    return status;
-}
-
-perp_status perp_load_friction_step(perp_load_friction *friction, double *next, double *normal,
-                                    perp_load_step *step, const double *tau, const double *velocity,
-                                    const double *previous, double h)
-{
-    perp_status status = perp__friction_enter(friction);
-    perp_load_step own = {0};
-
-    if (status != PERP_OK)
-        return status;
-    own.chosen = -1;
-    status = check(friction, next, step, tau, velocity, previous, h);
     if (status == PERP_OK) {
-        memcpy(friction->tau, tau, (size_t)friction->n * sizeof *tau);
-        status = run(friction, next, normal, &own, velocity, previous, h);
+        memcpy(f->tau, tau, (size_t)f->n * sizeof *tau);
+        status = run(f, next, normal, &own, velocity, previous, h);
     }
     if (status == PERP_OK && step)
         perp__struct_write(step, &own, sizeof own);
-    return perp__leave(friction->context, status);
+    return perp__leave(f->context, status);
 }

@@ -19,21 +19,6 @@ static const double as_good_as_real = 1e-7;
 
 PERP__INIT(perp_load_uniqueness)
 
-static size_t square_of(const perp_load_friction *f)
-{
-    return (size_t)f->n * (size_t)f->n;
-}
-
-/* G = X' diag(mu) to f->linear.system.K. */
-static void find_G(perp_load_friction *f)
-{
-    const size_t n = (size_t)f->n;
-
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++)
-            f->linear.system.K[i + n * j] = f->X[j + n * i] * f->mu[j];
-}
-
 /* to := G D + unit I, D_jj = -1 where f->pattern.side says so. */
 static void load_signed(const perp_load_friction *f, double *to, double unit)
 {
@@ -71,7 +56,7 @@ static double determinant(perp_load_friction *f)
 static void enumerate(perp_load_friction *f, perp_load_uniqueness *u)
 {
     const size_t n = (size_t)f->n;
-    double *real = f->work + square_of(f), *imaginary = real + n, largest = 0.0;
+    double *real = f->work + n * n, *imaginary = real + n, largest = 0.0;
     int32_t settled = 1;
 
     u->determinant = INFINITY;
@@ -133,95 +118,59 @@ static double find_radius(perp_load_friction *f)
     return bound;
 }
 
-/* ||G||_2 from above, to 1e-12: the largest eigenvalue of G'G. */
-static double find_norm(perp_load_friction *f)
-{
-    const size_t n = (size_t)f->n, square = square_of(f);
-    double *real = f->work + square, largest = 0.0;
-
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++)
-            f->work[j + n * i] = -f->linear.system.K[i + n * j];
-    memset(f->linear.null, 0, square * sizeof *f->linear.null);
-    perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->linear.system.K, f->n, f->linear.null,
-                        f->n);
-    if (perp__eigenvalues(f->n, f->linear.null, real, real + n) != 0)
-        return INFINITY;
-    for (size_t i = 0; i < n; i++)
-        largest = fmax(largest, real[i]);
-    return sqrt(largest) * (1.0 + 1e-12);
-}
-
-/* For large n: norms, and a few determinants for a proof of the contrary. */
-static void decide_by_norms(perp_load_friction *f, perp_load_uniqueness *u)
-{
-    const double smaller = fmin(u->norm, u->radius);
-    uint64_t seed = 1;
-
-    u->exact = 0;
-    u->determinant = NAN;
-    u->margin = smaller > 0.0 ? 1.0 / smaller : INFINITY;
-    u->verdict = smaller < 1.0 ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
-    for (int32_t k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
-        for (int32_t i = 0; i < f->n; i++) {
-            perp__next_random(&seed);
-            f->pattern.side[i] = (int8_t)(k < 2 ? 1 - 2 * k : (seed >> 62) & 1 ? 1 : -1);
-        }
-        if (determinant(f) <= 0.0)
-            u->verdict = PERP_LOAD_NOT_UNIQUE;
-    }
-}
-
-/* mu_static = mu: strictly monotone if <A> - (mu |C| + |C|' mu) / 2 is positive definite, <A> being
- * A with -|A_ij| off the diagonal; by more than rounding. */
-int32_t perp__friction_is_monotone(perp_load_friction *f)
-{
-    const size_t n = (size_t)f->n;
-
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++) {
-            const double a = f->A[i + n * j];
-            const double friction =
-                0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
-
-            f->work[i + n * j] = (i == j ? a * (1.0 - 1e-9) : -fabs(a)) - friction;
-        }
-    return perp__cholesky_factor(f->n, f->work, f->n) == 0;
-}
-
-static int32_t verdict_at_rest(perp_load_friction *f, const double *velocity, int32_t moving)
-{
-    int32_t jump = 0, i;
-
-    for (i = 0; i < f->n; i++)
-        jump |= velocity[i] == 0.0 && f->mu_static[i] > f->mu[i];
-    if (f->n == 1)
-        return jump && f->d[0] != 0.0 ? PERP_LOAD_NOT_UNIQUE : moving;
-    return !jump && f->monotone ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
-}
-
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity)
 {
-    int32_t rests = 0, i;
+    const size_t n = (size_t)f->n;
+    int32_t rests = 0, jump = 0;
+    uint64_t seed = 1;
+    double *real = f->work + n * n, largest = 0.0, smaller;
 
     memset(u, 0, sizeof *u);
-    find_G(f);
-    if (!perp__all_finite(f->linear.system.K, square_of(f))) {
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            f->linear.system.K[i + n * j] = f->X[j + n * i] * f->mu[j]; /* G = X' diag(mu) */
+    if (!perp__all_finite(f->linear.system.K, n * n)) {
         u->norm = u->radius = INFINITY;
         u->determinant = NAN;
         u->verdict = PERP_LOAD_UNDECIDED;
         return;
     }
-    u->norm = find_norm(f);
+    /* ||G||_2 from above, to 1e-12: the largest eigenvalue of G'G */
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            f->work[j + n * i] = -f->linear.system.K[i + n * j];
+    memset(f->linear.null, 0, n * n * sizeof *f->linear.null);
+    perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->linear.system.K, f->n, f->linear.null,
+                        f->n);
+    if (perp__eigenvalues(f->n, f->linear.null, real, real + n) != 0)
+        largest = INFINITY;
+    for (size_t i = 0; i < n && largest < INFINITY; i++)
+        largest = fmax(largest, real[i]);
+    u->norm = sqrt(largest) * (1.0 + 1e-12);
     u->radius = find_radius(f);
+    smaller = fmin(u->norm, u->radius);
+    u->determinant = NAN;
+    u->margin = smaller > 0.0 ? 1.0 / smaller : INFINITY;
+    u->verdict = smaller < 1.0 ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
     if (f->n <= LARGEST_EXACT)
         enumerate(f, u);
-    else
-        decide_by_norms(f, u);
-    for (i = 0; i < f->n && velocity; i++)
+    else /* norms, and a few determinants for a proof of the contrary */
+        for (int32_t k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
+            for (int32_t i = 0; i < f->n; i++) {
+                perp__next_random(&seed);
+                f->pattern.side[i] = (int8_t)(k < 2 ? 1 - 2 * k : (seed >> 62) & 1 ? 1 : -1);
+            }
+            if (determinant(f) <= 0.0)
+                u->verdict = PERP_LOAD_NOT_UNIQUE;
+        }
+    for (int32_t i = 0; i < f->n && velocity; i++) {
         rests |= velocity[i] == 0.0;
-    if (rests)
-        u->verdict = verdict_at_rest(f, velocity, u->verdict);
+        jump |= velocity[i] == 0.0 && f->mu_static[i] > f->mu[i];
+    }
+    if (rests && f->n > 1)
+        u->verdict = !jump && f->monotone ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
+    else if (jump && f->d[0] != 0.0)
+        u->verdict = PERP_LOAD_NOT_UNIQUE;
 }
 
 perp_status perp_load_friction_uniqueness(perp_load_friction *friction,

@@ -25,8 +25,6 @@
 /* Attempts after which velocities that still differ by half of what they did are said to jump. */
 #define STUBBORN 4
 
-/* ---- memory -------------------------------------------------------------------------------- */
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__adaptive *a = object;
@@ -50,31 +48,10 @@ static int32_t moves(const perp__adaptive *a)
            perp__outcome_moves(a->second.outcome);
 }
 
-/* Of the answer that the halves make. */
-static perp_outcome halves_outcome(const perp__adaptive *a)
-{
-    return perp__worse_outcome(a->first.outcome, a->second.outcome);
-}
-
 static int32_t is_solved(const perp__adaptive *a)
 {
-    return perp__is_good(a->full.outcome) && perp__is_good(halves_outcome(a));
-}
-
-/* A step. A contact whose slip turns round comes to rest on the way, and there static friction
- * counts: a step that is short behind the turn ends in it. */
-static perp_status advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
-                           double h, const perp__motion *state)
-{
-    const perp__start from = {t, h, state->q, state->v};
-    perp_status status = perp__take_step(m, to, step, &from);
-    int32_t slips;
-
-    if (status != PERP_OK || !perp__outcome_moves(step->outcome) || !perp__adaptive_catch(m, to))
-        return status;
-    status = perp__take_step(m, to, step, &from);
-    slips = perp__adaptive_release_caught(m, to);
-    return status == PERP_OK && slips ? perp__take_step(m, to, step, &from) : status;
+    return perp__is_good(a->full.outcome) &&
+           perp__is_good(perp__worse_outcome(a->first.outcome, a->second.outcome));
 }
 
 static int32_t same_modes(const perp_mechanism *m, const perp__motion *one,
@@ -92,36 +69,12 @@ static void expect(perp_mechanism *m, const perp__motion *from, const perp__moti
         m->acceleration[i] = lasts ? (to->v[i] - from->v[i]) / h : 0.0;
 }
 
-/* Part 0 of a step from t, the whole of it, or half 1 or 2, and what happens in it. */
-static perp_status attempt_part(perp_mechanism *m, perp__adaptive *a, double t, double h,
-                                int32_t part)
-{
-    const perp__motion *const from = part < 2 ? &m->now : &m->half;
-    perp__motion *const to[] = {&m->trial, &m->half, &m->next};
-    perp_mechanism_step *const steps[] = {&a->full, &a->first, &a->second};
-    const double length = part > 0 ? 0.5 * h : h, start = part < 2 ? 0.0 : length;
-    perp_status status = advance(m, to[part], steps[part], t + start, length, from);
-
-    if (part > 0)
-        perp__adaptive_let_go(m, NULL, NULL);
-    if (status != PERP_OK || !moves(a))
-        return status;
-    perp__adaptive_inertia(m, a, part);
-    if (part == 1)
-        status = perp__adaptive_scale(m, a, t);
-    if (part > 0)
-        PERP__THEN(status, perp__adaptive_events(m, a, from, to[part], start, length));
-    if (part == 1)
-        expect(m, from, &m->half, length,
-               a->started && a->first.impacts == 0 && a->event.late == 0.0 &&
-                   same_modes(m, from, &m->half));
-    return status;
-}
-
-/* The step in one and in two, and the estimates. Where one of them does not move, it is the last
- * that was tried. */
+/* The step in one (part 0) and in two (parts 1 and 2), what happens in them, and the estimates.
+ * Where one of them does not move, it is the last that was tried. */
 static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, double h)
 {
+    perp__motion *const to[] = {&m->trial, &m->half, &m->next};
+    perp_mechanism_step *const steps[] = {&a->full, &a->first, &a->second};
     perp_status status = PERP_OK;
 
     a->jam = -1;
@@ -133,8 +86,31 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
     perp__adaptive_let_go(m, a->does[0], &m->now);
     memcpy(m->acceleration, a->expected, (size_t)m->n * sizeof *a->expected);
     for (int32_t part = 0; part < 3; part++) {
-        status = attempt_part(m, a, t, h, part);
+        const perp__motion *const from = part < 2 ? &m->now : &m->half;
+        const double length = part > 0 ? 0.5 * h : h, start = part < 2 ? 0.0 : length;
+
+        status = perp__adaptive_step(m, to[part], steps[part], t + start, length, from);
+        if (part > 0)
+            perp__adaptive_let_go(m, NULL, NULL);
         if (status != PERP_OK || !moves(a))
+            return status;
+        for (int32_t j = 0; j < m->contacts; j++) { /* p of what slides with friction */
+            const double speed = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
+            const int32_t slides = m->two_sided[j] == 0 &&
+                                   (a->does[0][j] & PERP__HOLD) == PERP__SLIDES &&
+                                   m->friction[j] > 0.0 && speed > 0.0 && m->begin.gap[j] <= 0.0;
+
+            a->inertia[part][j] = slides ? perp__sliding_inertia(m, j, speed) : (double)NAN;
+        }
+        if (part == 1)
+            status = perp__adaptive_scale(m, a, t);
+        if (part > 0)
+            PERP__THEN(status, perp__adaptive_events(m, a, from, to[part], start, length));
+        if (part == 1)
+            expect(m, from, &m->half, length,
+                   a->started && a->first.impacts == 0 && a->event.late == 0.0 &&
+                       same_modes(m, from, &m->half));
+        if (status != PERP_OK)
             return status;
     }
     status = perp__adaptive_estimate(m, a, t, h);
@@ -155,38 +131,10 @@ static double verdict(const perp__adaptive *a)
     return jump ? worst : fmax(worst, a->speed);
 }
 
-/* ---- extrapolation ------------------------------------------------------------------------- */
-
-static int32_t is_smooth(const perp_mechanism *m, const perp__adaptive *a)
-{
-    return a->jam < 0 && a->event.late == 0.0 &&
-           a->full.impacts + a->first.impacts + a->second.impacts == 0 && is_solved(a) &&
-           same_modes(m, &m->trial, &m->next) && same_modes(m, &m->half, &m->next) &&
-           (!a->started || same_modes(m, &m->now, &m->next));
-}
-
 static void extrapolate(double *full, const double *halves, double weight, int32_t count)
 {
     for (int32_t i = 0; i < count; i++)
         full[i] = halves[i] + weight * (halves[i] - full[i]);
-}
-
-/* m->trial := the better answer. PERP__OUTSIDE: there is none. */
-static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, double weight)
-{
-    perp_status status;
-
-    extrapolate(m->trial.q, m->next.q, weight, m->coordinates);
-    extrapolate(m->trial.v, m->next.v, weight, m->n);
-    extrapolate(m->trial.r, m->next.r, weight, m->rows);
-    extrapolate(m->trial.u, m->next.u, weight, m->rows);
-    for (int32_t j = 0; j < m->contacts; j++)
-        if (m->two_sided[j] == 0)
-            m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
-    memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
-    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-    status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
-    return status == PERP_OK ? perp__project(m, &a->second, &m->trial, t) : status;
 }
 
 /* ---- what comes of it ---------------------------------------------------------------------- */
@@ -226,11 +174,25 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
 
     for (int32_t i = 0; i < m->rows; i++)
         m->next.r[i] += m->half.r[i];
-    smooth = is_smooth(m, a);
+    smooth = a->jam < 0 && a->event.late == 0.0 &&
+             a->full.impacts + a->first.impacts + a->second.impacts == 0 && is_solved(a) &&
+             same_modes(m, &m->trial, &m->next) && same_modes(m, &m->half, &m->next) &&
+             (!a->started || same_modes(m, &m->now, &m->next));
     expect(m, &m->half, &m->next, 0.5 * h, smooth);
     memcpy(a->expected, m->acceleration, (size_t)m->n * sizeof *a->expected);
-    if (smooth)
-        status = improve(m, a, t, weight);
+    if (smooth) { /* the better answer; PERP__OUTSIDE: there is none */
+        extrapolate(m->trial.q, m->next.q, weight, m->coordinates);
+        extrapolate(m->trial.v, m->next.v, weight, m->n);
+        extrapolate(m->trial.r, m->next.r, weight, m->rows);
+        extrapolate(m->trial.u, m->next.u, weight, m->rows);
+        for (int32_t j = 0; j < m->contacts; j++)
+            if (m->two_sided[j] == 0)
+                m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
+        memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
+        memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+        status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
+        PERP__THEN(status, perp__project(m, &a->second, &m->trial, t));
+    }
     if (status == PERP_OK)
         answer = &m->trial;
     if (status == PERP_OK || status == PERP__OUTSIDE)
@@ -243,9 +205,10 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     if (status != PERP_OK)
         return status;
     run->result.error += a->error;
-    perp__adaptive_learn(m, a);
+    memcpy(a->largest, a->scale, (size_t)m->coordinates * sizeof *a->largest);
+    a->fastest = a->speed_scale;
     memcpy(a->does[0], a->plans ? a->planned : a->does[2], (size_t)(m->contacts + m->dry));
-    a->plans = 0;
+    a->plans = a->cut = 0;
     a->started = 1;
     a->refused = 0;
     status = perp__run_take(run, answer, t, h, &step);
@@ -255,113 +218,86 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     return perp__adaptive_look_at_start(m, a, t);
 }
 
-/* After a step was taken. */
-static void lengthen(const perp_mechanism *m, perp__adaptive *a, double h)
+/* The step is to be tried again; solved: it has estimates. */
+static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t solved)
 {
-    const double error = verdict(a);
-    double factor = GROWTH;
+    perp_mechanism *m = run->m;
+    const double tolerance = m->settings.error;
+    perp_status status = PERP_OK;
 
-    if (error > 0.0)
-        factor = fmin(GROWTH, SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
-    a->h = h * fmax(factor, SHRINKING);
-    if (a->event.late > 0.0 || a->plans)
-        a->h = fmax(a->h, a->proper);
-    a->proper = 0.0;
-}
+    /* 1. the next length */
+    a->searched = 0;
+    a->cut = 0;
+    if (a->release > 0 && !(a->event.error > tolerance)) {
+        /* it ends where something lets go; where that is now, without a step */
+        double when;
 
-/* After a step was refused. */
-static void shorten(const perp_mechanism *m, perp__adaptive *a, double h, int32_t solved)
-{
-    const double tolerance = m->settings.error, error = verdict(a);
-    const double power = a->refused > 0 ? 1.0 : 1.0 / (a->order + 1.0);
-
-    if (!solved)
-        a->h = 0.25 * h;
-    else if (a->event.error >= error) {
+        status = perp__adaptive_locate(m, a, run->t, h, &when);
+        if (status != PERP_OK)
+            return status;
         a->proper = fmax(a->proper, h);
-        a->h = a->event.after + BEHIND * a->event.late * tolerance / a->event.error;
-    } else
-        a->h = h * fmin(fmax(SAFETY * pow(tolerance / error, power), SHRINKING), SAFETY);
-    if (a->refused++ == 0)
-        a->first_speed = a->speed;
-}
+        a->h = a->plans ? when : h;
+    } else {
+        const double error = verdict(a), power = a->refused > 0 ? 1.0 : 1.0 / (a->order + 1.0);
 
-/* Ends a run that is refused steps longer than the shortest. */
-static perp_status give_up(perp__run *run, const perp__adaptive *a)
-{
-    if (!moves(a)) {
+        a->plans = 0;
+        if (!solved)
+            a->h = 0.25 * h;
+        else if (a->event.error >= error) {
+            a->cut = 1;
+            a->proper = fmax(a->proper, h);
+            a->h = a->event.after + BEHIND * a->event.late * tolerance / a->event.error;
+        } else
+            a->h = h * fmin(fmax(SAFETY * pow(tolerance / error, power), SHRINKING), SAFETY);
+        if (a->refused++ == 0)
+            a->first_speed = a->speed;
+    }
+    /* 2. whether there is one */
+    run->result.rejected++;
+    run->result.iterations +=
+        a->full.iterations + a->first.iterations + a->second.iterations + a->searched;
+    if (perp__mechanism_is_late(m)) {
+        run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
+        run->ended = 1;
+    } else if (a->h < a->shortest && moves(a)) {
+        run->result.outcome = PERP_OUTCOME_STALLED;
+        run->ended = 1;
+    } else if (a->h < a->shortest) {
         const perp_mechanism_step *last = !perp__outcome_moves(a->full.outcome)    ? &a->full
                                           : !perp__outcome_moves(a->first.outcome) ? &a->first
                                                                                    : &a->second;
 
-        return perp__run_take(run, &run->m->next, run->t, 0.0, last);
+        status = perp__run_take(run, &m->next, run->t, 0.0, last);
     }
-    run->result.outcome = PERP_OUTCOME_STALLED;
-    run->ended = 1;
-    return PERP_OK;
-}
-
-/* Plans the next step to end where something lets go; from where that is now, without a step. */
-static perp_status plan(perp__run *run, perp__adaptive *a, double h)
-{
-    perp_mechanism *m = run->m;
-    double when;
-    perp_status status = perp__adaptive_locate(m, a, run->t, h, &when);
-
-    if (status != PERP_OK)
-        return status;
-    a->plans = when > a->shortest;
-    if (!a->plans)
-        perp__adaptive_release_planned(m, a);
-    a->proper = fmax(a->proper, h);
-    a->h = a->plans ? when : h;
-    return PERP_OK;
-}
-
-/* The step is to be tried again; solved: it has estimates. */
-static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t solved)
-{
-    perp_status status = PERP_OK;
-
-    a->searched = 0;
-    if (a->release > 0 && !(a->event.error > run->m->settings.error))
-        status = plan(run, a, h);
-    else {
-        a->plans = 0;
-        shorten(run->m, a, h, solved);
-    }
-    if (status != PERP_OK)
-        return status;
-    run->result.rejected++;
-    run->result.iterations +=
-        a->full.iterations + a->first.iterations + a->second.iterations + a->searched;
-    if (perp__mechanism_is_late(run->m)) {
-        run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
-        run->ended = 1;
-        return PERP_OK;
-    }
-    return a->h < a->shortest ? give_up(run, a) : PERP_OK;
+    return status;
 }
 
 static perp_status step(perp__run *run, perp__adaptive *a, double t1)
 {
     perp_mechanism *m = run->m;
     const double left = t1 - run->t;
-    const int32_t last = a->plans ? a->h >= left : a->h * 1.01 >= left;
-    const double h = last ? left : a->plans ? a->h : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
+    /* a length that an event asked for is kept as it is */
+    const int32_t asked = a->plans || a->cut, last = a->h * (asked ? 1.0 : 1.01) >= left;
+    const double h = last ? left : asked ? a->h : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
     perp_status status = attempt(m, a, run->t, h);
-    int32_t solved, fine;
+    const double error = verdict(a);
+    double factor = GROWTH;
+    int32_t fine;
 
     if (status == PERP__OUTSIDE)
         a->full.outcome = PERP_OUTCOME_EVALUATION_FAILED;
     else if (status != PERP_OK)
         return status;
-    solved = moves(a) && is_solved(a);
-    fine = moves(a) && (solved || a->refused >= MOST_UNSOLVED) && a->release == 0 &&
-           verdict(a) <= m->settings.error;
+    fine = moves(a) && (is_solved(a) || a->refused >= MOST_UNSOLVED) && a->release == 0 &&
+           error <= m->settings.error;
     if (!fine)
-        return refuse(run, a, h, moves(a) && verdict(a) > m->settings.error);
-    lengthen(m, a, h);
+        return refuse(run, a, h, moves(a) && error > m->settings.error);
+    if (error > 0.0)
+        factor = fmin(GROWTH, SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
+    a->h = h * fmax(factor, SHRINKING);
+    if (a->event.late > 0.0 || a->plans)
+        a->h = fmax(a->h, a->proper);
+    a->proper = 0.0;
     a->h = fmin(a->h, a->longest);
     status = take(run, a, last ? t1 : run->t + h, h);
     if (status == PERP_OK && !run->ended && run->t < t1)
@@ -369,13 +305,19 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
     return status;
 }
 
-static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
+perp_status perp__run_adaptive(perp__run *run, double t1, double h)
 {
     perp_mechanism *m = run->m;
     const perp_mechanism_settings *settings = &m->settings;
     const double span = t1 - run->t;
+    perp__adaptive *a;
     perp_status status;
 
+    if (!m->adaptive)
+        m->adaptive = perp__work_create(m, sizeof *m->adaptive, layout);
+    a = m->adaptive;
+    if (!a)
+        return PERP_ERROR_MEMORY;
     memset(a->largest, 0, (size_t)m->coordinates * sizeof *a->largest);
     memset(a->scale, 0, (size_t)m->coordinates * sizeof *a->scale);
     memset(a->expected, 0, (size_t)m->n * sizeof *a->expected);
@@ -388,25 +330,13 @@ static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
     a->unit = fmax(fmin(h, span), fmin(ldexp(span, -40) / settings->error, 1e-3 * span));
     a->proper = 0.0;
     a->order = settings->scheme == PERP_MECHANISM_THETA && settings->theta == 0.5 ? 2 : 1;
-    a->started = a->refused = a->plans = 0;
+    a->started = a->refused = a->plans = a->cut = 0;
     a->searched = 0;
     run->result.error = 0.0;
     status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
-    return status == PERP_OK ? perp__adaptive_look_at_start(m, a, run->t) : status;
-}
-
-perp_status perp__run_adaptive(perp__run *run, double t1, double h)
-{
-    perp_mechanism *m = run->m;
-    perp_status status;
-
-    if (!m->adaptive)
-        m->adaptive = perp__work_create(m, sizeof *m->adaptive, layout);
-    if (!m->adaptive)
-        return PERP_ERROR_MEMORY;
-    status = begin(run, m->adaptive, t1, h);
+    PERP__THEN(status, perp__adaptive_look_at_start(m, a, run->t));
     while (status == PERP_OK && !run->ended && run->t < t1)
-        status = step(run, m->adaptive, t1);
+        status = step(run, a, t1);
     perp__adaptive_let_go(m, NULL, NULL);
     memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
     if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */

@@ -47,6 +47,7 @@ struct perp__adaptive {
     int32_t known;         /* 1: it has a solution */
     int32_t release;       /* in which half of the step at hand something lets go; 0: none */
     int32_t plans;         /* 1: the next step ends where something lets go */
+    int32_t cut;           /* 1: it ends a little behind an impact */
     int64_t searched;      /* iterations of trials */
     /* jams */
     double *inertia[3]; /* contacts: p in the step, in its halves; NAN: not sliding */
@@ -64,26 +65,23 @@ perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const pe
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t);
 /* a->error, a->speed and a->hidden of it. */
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
-/* a->largest, with the step that was taken. */
-void perp__adaptive_learn(const perp_mechanism *m, perp__adaptive *a);
 
 /* ---- adaptive_release.c ---- */
 /* a->does[0]: what holds at the start of a run. */
 perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, double t);
 /* a->does[1] and [2], and a->release, of a step whose answers are in m->half and m->next. */
 perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double t, double h);
-/* Of a step with a release: when that is, from the start; a->planned: what holds from there on. */
+/* Of a step with a release: when that is, from the start; a->planned: what holds from there on. A
+ * time that is worth a step is planned; else what lets go does so now: a->does[0]. */
 perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t, double h,
                                   double *when);
-/* What lets go does so now: a->does[0] as planned. */
-void perp__adaptive_release_planned(const perp_mechanism *m, perp__adaptive *a);
 /* Which contacts start to slip with that state: static friction no longer counts. NULL: none. */
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state);
 
-/* Gives contacts that a step led back through rest their static friction; whether there are any.
- * And takes it away again; whether they slip nevertheless. */
-int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to);
-int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to);
+/* A step. A contact whose slip turns round comes to rest on the way, and there static friction
+ * counts: a step that is short behind the turn ends in it. */
+perp_status perp__adaptive_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                double t, double h, const perp__motion *state);
 
 /* With m->begin at (t, state): m->answer := accelerations, and forces of what is held. PERP_OK:
  * also where there are none; its outcome tells. */
@@ -91,8 +89,6 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
                                        const perp__motion *state, const int8_t *does);
 
 /* ---- adaptive_jam.c ---- */
-/* a->inertia[part] after that advance: 0, the step; 1 and 2, its halves. */
-void perp__adaptive_inertia(perp_mechanism *m, perp__adaptive *a, int32_t part);
 /* a->jam, and a->event, of a step with all three. */
 perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, double h);
 /* The jam of contact a->jam at (t, to): v, r and u after it. */

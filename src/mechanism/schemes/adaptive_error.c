@@ -77,73 +77,38 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
     return status;
 }
 
-void perp__adaptive_learn(const perp_mechanism *m, perp__adaptive *a)
-{
-    memcpy(a->largest, a->scale, (size_t)m->coordinates * sizeof *a->largest);
-    a->fastest = a->speed_scale;
-}
-
 /* ---- differences --------------------------------------------------------------------------- */
-
-static int32_t holds(const perp_mechanism_step *step)
-{
-    return step->closed + step->sticking > 0;
-}
-
-/* In how many of the three answers a contact or dry group is in this mode. */
-static int32_t count_mode(const perp_mechanism *m, int32_t place, int32_t mode)
-{
-    return (m->trial.modes[place] == mode) + (m->half.modes[place] == mode) +
-           (m->next.modes[place] == mode);
-}
-
-/* Largest size of the velocity of `count` rows from `row`, in the three answers. */
-static double fastest_row(const perp_mechanism *m, int32_t row, int32_t count)
-{
-    const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
-    double fastest = 0.0;
-
-    for (int32_t k = 0; k < 3; k++)
-        for (int32_t i = row; i < row + count; i++)
-            fastest = fmax(fastest, fabs(states[k]->u[i]));
-    return fastest;
-}
 
 /* Whether a contact presses in some of the answers only, or sticks in some of them only while what
  * it slips is no faster than what closes its gap. */
 static int32_t chatters(const perp_mechanism *m)
 {
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t open = count_mode(m, j, PERP_MECHANISM_SEPARATE),
-                      sticks = count_mode(m, j, PERP_MECHANISM_STICK), row = m->starts[j];
+    const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
 
-        if (m->two_sided[j] > 0)
-            continue;
-        if (open > 0 && open < 3)
-            return 1;
-        if (sticks > 0 && sticks < 3 &&
-            CLOSING * fastest_row(m, row, 1) > fastest_row(m, row + 1, m->dims[j] - 1))
+    for (int32_t j = 0; j < m->contacts; j++) {
+        int32_t open = 0, sticks = 0;
+        double closing = 0.0, slip = 0.0;
+
+        for (int32_t k = 0; k < 3; k++) {
+            const double *u = states[k]->u + m->starts[j];
+
+            open += states[k]->modes[j] == PERP_MECHANISM_SEPARATE;
+            sticks += states[k]->modes[j] == PERP_MECHANISM_STICK;
+            closing = fmax(closing, fabs(u[0]));
+            for (int32_t i = 1; i < m->dims[j]; i++)
+                slip = fmax(slip, fabs(u[i]));
+        }
+        if (m->two_sided[j] == 0 &&
+            (open % 3 != 0 || (sticks % 3 != 0 && CLOSING * closing > slip)))
             return 1;
     }
     return 0;
 }
 
-/* The speed of v in the norm of M, in what the rows that hold leave free. */
-static double free_speed(perp_mechanism *m, perp__adaptive *a, const double *v)
-{
-    perp__held_rows_begin(&m->held, m->n);
-    for (int32_t i = 0; i < m->rows; i++)
-        if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
-            perp__hold_row(m, &m->begin, i, 0.0);
-    perp__held_rows_solve(&m->held);
-    perp__energy_norm(m, &m->begin, a->scratch, v);
-    perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
-    return perp__length(a->scratch, m->n);
-}
-
-/* What forces k_0 a + k_1 b + k_2 c for a time w, weighed with h, come to beside the scale. */
+/* a->hidden: also what forces k_0 a + k_1 b + k_2 c for a time w, weighed with h, come to beside
+ * the scale. */
 static perp_status weigh(perp_mechanism *m, perp__adaptive *a, const double combination[3],
-                         double w, double h, double *size)
+                         double w, double h)
 {
     perp_status status;
 
@@ -153,24 +118,14 @@ static perp_status weigh(perp_mechanism *m, perp__adaptive *a, const double comb
     perp__solve_mass(m, &m->begin, a->difference, a->difference);
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK)
-        *size = fmax(*size, h * perp__adaptive_beside(m, a->rate, a->scale));
-    return status;
-}
-
-static perp_status estimate_hidden(perp_mechanism *m, perp__adaptive *a, double t, double h)
-{
-    static const double change[3] = {-1.0, 0.0, 1.0}, bend[3] = {1.0, -2.0, 1.0};
-    perp_status status = perp__evaluate_force(m, a->force[1], t + 0.5 * h, m->half.q, m->half.v);
-
-    PERP__THEN(status, perp__evaluate_force(m, a->force[2], t + h, m->next.q, m->next.v));
-    PERP__THEN(status, weigh(m, a, bend, a->order == 2 ? h / 12.0 : h / 4.0, h, &a->hidden));
-    if (status == PERP_OK && a->order == 1)
-        status = weigh(m, a, change, h / 4.0, h, &a->hidden);
+        a->hidden = fmax(a->hidden, h * perp__adaptive_beside(m, a->rate, a->scale));
     return status;
 }
 
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h)
 {
+    static const double change[3] = {-1.0, 0.0, 1.0}, bend[3] = {1.0, -2.0, 1.0};
+    int32_t held;
     const double weight = a->order == 2 ? 1.0 / 3.0 : 1.0;
     perp_status status;
 
@@ -182,13 +137,30 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK) {
         a->error = fmax(a->error, h * perp__adaptive_beside(m, a->rate, a->scale));
-        a->speed = chatters(m) ? 0.0 : free_speed(m, a, a->difference);
+        a->speed = 0.0;
+    }
+    if (status == PERP_OK && !chatters(m)) { /* the speed in what the rows that hold leave free */
+        perp__held_rows_begin(&m->held, m->n);
+        for (int32_t i = 0; i < m->rows; i++)
+            if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
+                perp__hold_row(m, &m->begin, i, 0.0);
+        perp__held_rows_solve(&m->held);
+        perp__energy_norm(m, &m->begin, a->scratch, a->difference);
+        perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
+        a->speed = perp__length(a->scratch, m->n);
         a->speed = a->speed > 0.0 ? a->speed / a->speed_scale : 0.0;
     }
     a->error = fmax(a->error, a->event.error);
     a->hidden = 0.0;
-    if (status == PERP_OK && (holds(&a->full) || holds(&a->first) || holds(&a->second)))
-        status = estimate_hidden(m, a, t, h);
+    held = a->full.closed + a->full.sticking + a->first.closed + a->first.sticking +
+           a->second.closed + a->second.sticking;
+    if (status == PERP_OK && held > 0) {
+        status = perp__evaluate_force(m, a->force[1], t + 0.5 * h, m->half.q, m->half.v);
+        PERP__THEN(status, perp__evaluate_force(m, a->force[2], t + h, m->next.q, m->next.v));
+        PERP__THEN(status, weigh(m, a, bend, a->order == 2 ? h / 12.0 : h / 4.0, h));
+        if (a->order == 1)
+            PERP__THEN(status, weigh(m, a, change, h / 4.0, h));
+    }
     return status;
 }
 
@@ -216,17 +188,6 @@ static void keep(perp__adaptive *a, double late, double error, double after, int
     a->event.impact = impact;
 }
 
-/* ---- impacts ------------------------------------------------------------------------------- */
-
-/* a->difference := M^-1 J_j'r_j, of the rows of contact j. */
-static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32_t j)
-{
-    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-    for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++)
-        perp__add_row(m, &m->begin, i, r[i], a->difference);
-    perp__solve_mass(m, &m->begin, a->difference, a->difference);
-}
-
 /* Whether contact j was hit, approached faster than the forces of the step make it; its speed
  * without its own impulses, whose jump is in a->difference. */
 static int32_t is_hit(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
@@ -237,94 +198,59 @@ static int32_t is_hit(perp_mechanism *m, perp__adaptive *a, const perp__motion *
 
     if (to->r[row] == 0.0 || m->two_sided[j] > 0)
         return 0;
-    jump_of(m, a, to->r, j);
+    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+    for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++)
+        perp__add_row(m, &m->begin, i, to->r[i], a->difference);
+    perp__solve_mass(m, &m->begin, a->difference, a->difference);
     before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
     *free = to->u[row] - perp__row_times(m, &m->begin, row, 0.0, a->difference);
     return before < -fabs(*free - before); /* else it rests */
 }
 
-static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                                   const perp__motion *to, double start, double length, int32_t j)
+/* ends: a slip may end in contact or dry group j smoothly, so that it is located. */
+static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                          const perp__motion *to, double start, double length, int32_t j,
+                          int32_t ends)
 {
-    const double gap = fmax(m->begin.gap[j], 0.0);
-    double free, late;
-    perp_status status;
+    const int32_t row = m->tangent[j], count = m->tangents[j];
+    const int32_t sticks = to->modes[j] == PERP_MECHANISM_STICK;
+    const double bound = j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
+                                         : m->dry_bound[j - m->contacts];
+    double d[2] = {0.0, 0.0}, speed, after = 0.0, own = 0.0, all, free, response, lost, when, wrong;
 
-    if (!is_hit(m, a, from, to, j, &free))
-        return PERP_OK;
-    if (gap <= perp__gap_rounding(m, &m->begin, m->starts[j], from->q))
-        late = m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
-    else
-        late = fmin(fmax(length + gap / free, 0.0), length);
-    status = perp__evaluate_rate(m, a->rate, to->q, a->difference);
-    if (status == PERP_OK)
-        keep(a, late, late * perp__adaptive_beside(m, a->rate, a->scale), start + length - late, 1);
-    return status;
-}
-
-/* ---- turns --------------------------------------------------------------------------------- */
-
-/* The rows of one friction: `count` from `row`, with a bound of its impulse. */
-typedef struct friction {
-    int32_t row, count, mode; /* mode: its place among the modes */
-    int32_t ends;             /* a slip may end in it smoothly, so that it is located */
-    double bound;
-} friction;
-
-/* Writes the direction of the slip at the start into d; its speed. */
-static double slip_at(const perp_mechanism *m, const friction *f, const double *v, double d[2])
-{
-    double speed;
-
-    d[0] = d[1] = 0.0;
-    for (int32_t i = 0; i < f->count; i++)
-        d[i] = perp__row_times(m, &m->begin, f->row + i, m->begin.drift[f->row + i], v);
+    /* 1. the slip at the start, along d */
+    if (from->modes[j] != PERP_MECHANISM_SLIP || !(bound > 0.0))
+        return;
+    for (int32_t i = 0; i < count; i++)
+        d[i] = perp__row_times(m, &m->begin, row + i, m->begin.drift[row + i], from->v);
     speed = hypot(d[0], d[1]);
     for (int32_t i = 0; i < 2 && speed > 0.0; i++)
         d[i] /= speed;
-    return speed;
-}
-
-/* d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways among them. */
-static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
-                          const double d[2])
-{
-    double all, free;
-
+    for (int32_t i = 0; i < count; i++) {
+        after += d[i] * to->u[row + i];
+        own += d[i] * to->r[row + i];
+    }
+    if (!(speed > 0.0) || (after >= 0.0 && !sticks))
+        return;
+    /* 2. d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways among
+     * them */
     perp__hold_constraints(m);
     memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
-    for (int32_t i = 0; i < f->count; i++)
-        perp__add_row(m, &m->begin, f->row + i, d[i], a->scratch);
+    for (int32_t i = 0; i < count; i++)
+        perp__add_row(m, &m->begin, row + i, d[i], a->scratch);
     perp__solve_lower(m, &m->begin, a->scratch);
     all = perp__length(a->scratch, m->n);
     perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
     free = perp__length(a->scratch, m->n);
-    return free > PERP__AGREEMENT * all ? free * free : 0.0;
-}
-
-static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                          const perp__motion *to, double start, double length, const friction *f)
-{
-    const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
-    double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
-
-    if (from->modes[f->mode] != PERP_MECHANISM_SLIP || !(f->bound > 0.0))
-        return;
-    speed = slip_at(m, f, from->v, d);
-    for (int32_t i = 0; i < f->count; i++) {
-        after += d[i] * to->u[f->row + i];
-        own += d[i] * to->r[f->row + i];
-    }
-    if (!(speed > 0.0) || (after >= 0.0 && !sticks))
-        return;
-    response = response_to(m, a, f, d);
+    response = free > PERP__AGREEMENT * all ? free * free : 0.0;
+    /* 3. when it turns, and what that makes of the step */
     lost = speed - (after - response * own); /* by other forces than this friction */
-    when = length * speed / (lost + response * f->bound);
+    when = length * speed / (lost + response * bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
         return;
-    wrong = sticks ? fmax(lost / response - f->bound, f->ends ? speed / response : 0.0) *
+    wrong = sticks ? fmax(lost / response - bound, ends ? speed / response : 0.0) *
                          (length - when) / length
-                   : 2.0 * f->bound * when / length;
+                   : 2.0 * bound * when / length;
     if (wrong > 0.0)
         keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
 }
@@ -339,15 +265,24 @@ perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const pe
     for (int32_t j = 0; j < m->contacts; j++)
         hits |= is_hit(m, a, from, to, j, &free);
     for (int32_t j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
-        /* impulses end a slip at any length: those of a hit, and those of what jams both ways */
-        const int32_t ends = a->order == 2 && !hits && (j >= m->contacts || m->two_sided[j] == 0);
-        const friction f = {m->tangent[j], m->tangents[j], j, ends,
-                            j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
-                                            : m->dry_bound[j - m->contacts]};
+        if (j < m->contacts && is_hit(m, a, from, to, j, &free)) {
+            const double gap = fmax(m->begin.gap[j], 0.0);
+            double late;
 
-        if (j < m->contacts)
-            status = look_for_impact(m, a, from, to, start, length, j);
-        look_for_turn(m, a, from, to, start, length, &f);
+            if (gap <= perp__gap_rounding(m, &m->begin, m->starts[j], from->q))
+                late = m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
+            else
+                late = fmin(fmax(length + gap / free, 0.0), length);
+            status = perp__evaluate_rate(m, a->rate, to->q, a->difference);
+            if (status == PERP_OK)
+                keep(a, late, late * perp__adaptive_beside(m, a->rate, a->scale),
+                     start + length - late, 1);
+        }
+        /* impulses turn a slip at any length: those of a hit; those of what jams both ways end it
+         */
+        if (!hits)
+            look_for_turn(m, a, from, to, start, length, j,
+                          a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0));
     }
     return status;
 }

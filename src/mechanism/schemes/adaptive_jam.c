@@ -25,36 +25,6 @@
 
 #define MOST_PASSES 12 /* of secants: b is quadratic in v */
 
-void perp__adaptive_inertia(perp_mechanism *m, perp__adaptive *a, int32_t part)
-{
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const double speed = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
-        const int32_t slides = m->two_sided[j] == 0 &&
-                               (a->does[0][j] & PERP__HOLD) == PERP__SLIDES &&
-                               m->friction[j] > 0.0 && speed > 0.0 && m->begin.gap[j] <= 0.0;
-
-        a->inertia[part][j] = slides ? perp__sliding_inertia(m, j, speed) : (double)NAN;
-    }
-}
-
-/* When contact j comes to p = 0, from the start of a step of length h; infinity: it does not, or
- * has let go before. ahead: where in a step p is that of its geometry, a share. */
-static double when_lost(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double ahead,
-                        double h)
-{
-    const double whole = a->inertia[0][j], first = a->inertia[1][j], second = a->inertia[2][j];
-    const double start = ahead > 0.0 ? first + (first - whole) : first;
-    const double slope = isfinite(second) ? second - first : (whole - first) / ahead;
-    const double when = 0.5 * h * (ahead - first / slope);
-    const int32_t row = m->starts[j];
-
-    if (!(start > 0.0) || !(slope < 0.0) || (when > 0.5 * h * ahead && m->half.u[row] > 0.0) ||
-        (when > 0.5 * h * (1.0 + ahead) &&
-         (m->next.u[row] > 0.0 || (m->next.r[row] > 0.0 && m->next.r[row] < m->half.r[row]))))
-        return INFINITY;
-    return when;
-}
-
 /* a->difference := how the jam changes v, with m->begin; its impulse. */
 static double find_jump(perp_mechanism *m, perp__adaptive *a, int32_t j)
 {
@@ -75,14 +45,24 @@ static double find_jump(perp_mechanism *m, perp__adaptive *a, int32_t j)
 
 perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, double h)
 {
+    /* where in a step p is that of its geometry, a share */
     const double ahead = m->settings.scheme == PERP_MECHANISM_THETA ? 1.0 - m->settings.theta : 0.0;
     double first = INFINITY;
     perp_status status;
 
     a->jam = -1;
+    /* 1. the first contact that comes to p = 0 in the step, and has not let go before */
     for (int32_t j = 0; j < m->contacts; j++) {
-        const double when = when_lost(m, a, j, ahead, h);
+        const double p = a->inertia[0][j], p_1 = a->inertia[1][j], p_2 = a->inertia[2][j];
+        const double start = ahead > 0.0 ? p_1 + (p_1 - p) : p_1;
+        const double slope = isfinite(p_2) ? p_2 - p_1 : (p - p_1) / ahead;
+        const double when = 0.5 * h * (ahead - p_1 / slope);
+        const int32_t row = m->starts[j];
 
+        if (!(start > 0.0) || !(slope < 0.0) || (when > 0.5 * h * ahead && m->half.u[row] > 0.0) ||
+            (when > 0.5 * h * (1.0 + ahead) &&
+             (m->next.u[row] > 0.0 || (m->next.r[row] > 0.0 && m->next.r[row] < m->half.r[row]))))
+            continue;
         if (when <= h && when < first) {
             first = when;
             a->jam = j;
@@ -92,6 +72,7 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
         a->jam = -1; /* something else comes before it */
     if (a->jam < 0)
         return PERP_OK;
+    /* 2. what coming late to it makes of q */
     if (perp__length(m->start_velocity + m->tangent[a->jam], m->tangents[a->jam]) > 0.0)
         find_jump(m, a, a->jam);
     else /* it jammed in the first half */
@@ -105,21 +86,6 @@ perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, do
         status == PERP_OK ? a->event.late * perp__adaptive_beside(m, a->rate, a->scale) : 0.0;
     a->error = fmax(a->error, a->event.error);
     return status;
-}
-
-/* The contacts that touch, at an instant: no forces, no gaps to close. */
-static perp__velocity_problem pose_instant(perp_mechanism *m, const perp__motion *at)
-{
-    perp__row_velocities(m, &m->begin, m->start_velocity, at->v);
-    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, at->v);
-    memset(m->shift, 0, (size_t)m->contacts * sizeof *m->shift);
-    memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound);
-    for (int32_t j = 0; j < m->contacts; j++) {
-        m->included[j] = m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, m->starts[j], at->q);
-        m->start_speed[j] = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
-    }
-    perp__multiply_mass(m, &m->begin, m->momentum, at->v);
-    return perp__pose(m, &m->begin);
 }
 
 /* b of contact a->jam, in this state. */
@@ -179,7 +145,17 @@ perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechan
         status = finish_sliding(m, a, to, t);
     if (status != PERP_OK)
         return status;
-    problem = pose_instant(m, to);
+    /* the contacts that touch, at an instant: no forces, no gaps to close */
+    perp__row_velocities(m, &m->begin, m->start_velocity, to->v);
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, to->v);
+    memset(m->shift, 0, (size_t)m->contacts * sizeof *m->shift);
+    memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound);
+    for (int32_t j = 0; j < m->contacts; j++) {
+        m->included[j] = m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, m->starts[j], to->q);
+        m->start_speed[j] = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
+    }
+    perp__multiply_mass(m, &m->begin, m->momentum, to->v);
+    problem = perp__pose(m, &m->begin);
     m->included[a->jam] = 1;
     pressed = m->start_speed[a->jam] / perp__row_mobility(m, row);
     perp__add_row(m, &m->begin, row, -pressed, m->momentum);

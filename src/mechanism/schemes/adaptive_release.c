@@ -38,27 +38,11 @@ static int32_t is_near(const perp_mechanism *m, const perp__adaptive *a, int32_t
     return gap <= m->settings.error * perp__gap_size(m, &m->begin, row, a->scale);
 }
 
-/* Whether a step keeps contact j closed: one that it reaches keeps the speed gap / h. */
-static int32_t is_closed(const perp_mechanism *m, const perp__adaptive *a,
-                         const perp__motion *state, int32_t j)
-{
-    const int32_t row = m->starts[j];
-    const double u = state->u[row];
-
-    return m->two_sided[j] > 0 ||
-           (state->holds[row] && (u == 0.0 || (u < 0.0 && is_near(m, a, row, -u * a->length))));
-}
-
-static int32_t is_rough(const perp_mechanism *m, int32_t j)
-{
-    return j < m->contacts ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
-                           : m->begin.bound[j - m->contacts] > 0.0;
-}
-
 /* What a contact that is closed, or a dry group, does with these forces. */
 static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const double *r)
 {
-    if (!is_rough(m, j))
+    if (!(j < m->contacts ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
+                          : m->begin.bound[j - m->contacts] > 0.0))
         return PERP__SLIDES;
     if (sticks)
         return PERP__STICKS;
@@ -67,13 +51,22 @@ static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const dou
                : PERP__SLIDES;
 }
 
+/* What a step says: it keeps closed what holds, also a contact that it reaches, with the speed gap
+ * / h. */
 static void read_state(const perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
                        int8_t *does)
 {
-    for (int32_t j = 0; j < m->contacts + m->dry; j++)
-        does[j] = j >= m->contacts || is_closed(m, a, state, j)
-                      ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK, state->r)
-                      : (int8_t)PERP__FREE;
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        int32_t closed = j >= m->contacts || m->two_sided[j] > 0;
+
+        if (!closed && state->holds[m->starts[j]]) {
+            const double u = state->u[m->starts[j]];
+
+            closed = u == 0.0 || (u < 0.0 && is_near(m, a, m->starts[j], -u * a->length));
+        }
+        does[j] = closed ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK, state->r)
+                         : (int8_t)PERP__FREE;
+    }
 }
 
 /* Whether what was held is held less, or on its other side. */
@@ -145,31 +138,6 @@ static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
     return largest;
 }
 
-/* a->drift of what slides: its slip, less the accelerations that the last pass found for it.
- * Returns whether slips in three dimensions still turn. */
-static int32_t drive(perp_mechanism *m, perp__adaptive *a, const perp__motion *state,
-                     const int8_t *does, int32_t pass)
-{
-    const double fast = FAST * a->free;
-    int32_t turns = 0;
-
-    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
-        const int32_t first = m->tangent[j], count = m->tangents[j];
-        const double speed =
-            (does[j] & PERP__HOLD) == PERP__SLIDES ? perp__length(state->u + first, count) : 0.0;
-
-        for (int32_t i = first; i < first + count && speed > 0.0; i++) {
-            const double before = a->drift[i];
-
-            a->drift[i] = fast * (state->u[i] / speed);
-            if (pass > 0)
-                a->drift[i] -= m->answer.u[i] - before;
-            turns = turns || (count > 1 && fabs(a->drift[i] - before) > NOTHING * fast);
-        }
-    }
-    return turns;
-}
-
 perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, double t,
                                        const perp__motion *state, const int8_t *does)
 {
@@ -198,7 +166,24 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
     a->free = free_acceleration(m, a);
     memcpy(a->drift, a->bias, (size_t)m->rows * sizeof *a->drift);
     for (int32_t pass = 0; pass < MOST_PASSES && again && status == PERP_OK; pass++) {
-        again = drive(m, a, state, does, pass);
+        /* the drift of what slides: its slip, less the accelerations of the last pass; again: slips
+         * in three dimensions still turn */
+        again = 0;
+        for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+            const int32_t first = m->tangent[j], count = m->tangents[j];
+            const double speed = (does[j] & PERP__HOLD) == PERP__SLIDES
+                                     ? perp__length(state->u + first, count)
+                                     : 0.0;
+
+            for (int32_t i = first; i < first + count && speed > 0.0; i++) {
+                const double before = a->drift[i];
+
+                a->drift[i] = FAST * a->free * (state->u[i] / speed);
+                if (pass > 0)
+                    a->drift[i] -= m->answer.u[i] - before;
+                again |= count > 1 && fabs(a->drift[i] - before) > NOTHING * (FAST * a->free);
+            }
+        }
         m->answer.iterations = 0;
         status = perp__solve_velocities(m, &m->answer, &problem);
         a->searched += m->answer.iterations;
@@ -247,8 +232,6 @@ static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const pe
     }
     return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
 }
-
-/* ---- how much is left ---------------------------------------------------------------------- */
 
 /* The least force that is left of what was held; below 0, that which is missing. */
 static double margin(perp_mechanism *m, const int8_t *before, const int8_t *after)
@@ -329,22 +312,6 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
     return status;
 }
 
-/* a->after: what goes on from the end of a single step of that length, and the least force left. */
-static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, double h,
-                              const perp__motion *state, const int8_t *held_before, double *left)
-{
-    const perp__start from = {t, h, state->q, state->v};
-    perp_mechanism_step step;
-    perp_status status = perp__take_step(m, &m->trial, &step, &from);
-
-    a->searched += step.iterations;
-    a->length = h;
-    PERP__THEN(status, look(m, a, t + h, &m->trial, held_before, a->tried, a->after));
-    if (status == PERP_OK)
-        *left = a->known ? margin(m, held_before, a->after) : INFINITY;
-    return status;
-}
-
 /* The next length between `low`, which holds, and `high`: the secant's, kept off the ends so that
  * both close in (I. F. D. Oliveira & R. H. C. Takahashi's ITP, ACM TOMS 47 (2020)). */
 static double next_length(double low, double high, double left, double missing, double whole,
@@ -371,6 +338,7 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     const double whole = 0.5 * h, start = a->release == 1 ? 0.0 : whole;
     const double least = fmax(4.0 * PERP__EPS * (fabs(t) + h), NOTHING * h);
     double low = 0.0, high = whole, left = INFINITY, missing = -INFINITY;
+    perp_mechanism_step step;
     perp_status status = PERP_OK;
 
     memcpy(a->planned, a->does[a->release], size);
@@ -380,9 +348,16 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     }
     for (int32_t pass = 1; high - low > least && pass < MOST_LENGTHS && status == PERP_OK; pass++) {
         const double x = next_length(low, high, left, missing, whole, 0.5 * least, pass);
+        const perp__start now = {t + start, x, from->q, from->v};
         double found = INFINITY;
 
-        status = try_length(m, a, t + start, x, from, held_before, &found);
+        /* a single step of that length, and the least force that is left at its end */
+        status = perp__take_step(m, &m->trial, &step, &now);
+        a->searched += step.iterations;
+        a->length = x;
+        PERP__THEN(status, look(m, a, t + start + x, &m->trial, held_before, a->tried, a->after));
+        if (status == PERP_OK && a->known)
+            found = margin(m, held_before, a->after);
         if (!is_lost(m, held_before, a->after)) {
             low = x;
             left = found;
@@ -394,14 +369,11 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     }
     perp__adaptive_let_go(m, NULL, NULL);
     *when = start + high;
-    return status;
-}
-
-void perp__adaptive_release_planned(const perp_mechanism *m, perp__adaptive *a)
-{
-    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+    a->plans = *when > a->shortest;
+    for (int32_t j = 0; j < m->contacts + m->dry && status == PERP_OK && !a->plans; j++)
         if (lets_go(a->does[0][j], a->planned[j]))
             a->does[0][j] = a->planned[j];
+    return status;
 }
 
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state)
@@ -411,43 +383,34 @@ void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__mo
                        perp__length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
 }
 
-/* Whether contact j slips back at the end of a step, though it would have stuck on the way. */
-static int32_t turns_back(const perp_mechanism *m, const perp__motion *to, int32_t j)
+perp_status perp__adaptive_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                double t, double h, const perp__motion *state)
 {
-    double along = 0.0;
+    const perp__start from = {t, h, state->q, state->v};
+    perp_status status = perp__take_step(m, to, step, &from);
+    int32_t caught = 0, slips = 0;
 
-    for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++)
-        along += m->start_velocity[i] * to->u[i];
-    return m->mu_static[j] > m->begin.mu[j] && along < 0.0;
-}
-
-int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to)
-{
-    int32_t caught = 0;
-
+    if (status != PERP_OK || !perp__outcome_moves(step->outcome))
+        return status;
+    /* 1. what slips back, though it would have stuck on the way, gets static friction */
     for (int32_t j = 0; j < m->contacts; j++) {
-        m->let_go[j] = turns_back(m, to, j) ? -1 : m->let_go[j];
+        double along = 0.0;
+
+        for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++)
+            along += m->start_velocity[i] * to->u[i];
+        if (m->mu_static[j] > m->begin.mu[j] && along < 0.0)
+            m->let_go[j] = -1;
         caught = caught || m->let_go[j] < 0;
     }
-    return caught;
-}
-
-int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to)
-{
-    int32_t slips = 0;
-
+    if (!caught)
+        return status;
+    /* 2. and loses it where it slips nevertheless */
+    status = perp__take_step(m, to, step, &from);
     for (int32_t j = 0; j < m->contacts; j++) {
         slips = slips || (m->let_go[j] < 0 && to->modes[j] == PERP_MECHANISM_SLIP);
         m->let_go[j] = m->let_go[j] > 0;
     }
-    return slips;
-}
-
-/* Whether a contact is closed, and stays so if forces allow it. */
-static int32_t touches(const perp_mechanism *m, const perp__motion *now, int32_t row, double gap)
-{
-    return gap <= perp__gap_rounding(m, &m->begin, row, now->q) &&
-           fabs(now->u[row]) <= NOTHING * perp__row_size(m, &m->begin, row, now->v);
+    return status == PERP_OK && slips ? perp__take_step(m, to, step, &from) : status;
 }
 
 perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, double t)
@@ -462,13 +425,19 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], end = first + m->tangents[j];
         const int32_t rests = perp__sliding_speed(m, &m->begin, j, now->u, now->v, NOTHING) == 0.0;
+        int32_t touches;
 
         for (int32_t i = first; i < end && rests; i++)
             now->u[i] = 0.0;
-        a->does[0][j] = j >= m->contacts || m->two_sided[j] > 0 ||
-                                touches(m, now, m->starts[j], m->begin.gap[j])
-                            ? held(m, j, rests, now->r)
-                            : (int8_t)PERP__FREE;
+        touches = j >= m->contacts || m->two_sided[j] > 0;
+        if (!touches) { /* closed, and stays so if forces allow it */
+            const int32_t row = m->starts[j];
+            const double speed = NOTHING * perp__row_size(m, &m->begin, row, now->v);
+
+            touches = m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, row, now->q) &&
+                      fabs(now->u[row]) <= speed;
+        }
+        a->does[0][j] = touches ? held(m, j, rests, now->r) : (int8_t)PERP__FREE;
     }
     a->span = SHARE_OF_UNIT * a->unit;
     return look(m, a, t, now, a->does[0], a->tried, a->does[0]);

@@ -8,7 +8,6 @@
 #include "mechanism/mechanism.h"
 
 #include <math.h>
-#include <string.h>
 
 void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
 {
@@ -58,58 +57,48 @@ perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *te
     return problem;
 }
 
-int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes)
-{
-    passes = passes && !m->included[j];
-    if (passes)
-        m->included[j] = 1;
-    return passes;
-}
-
-/* Includes contacts that the velocities would pass; whether there were any. */
-static int32_t include_passed(perp_mechanism *m)
-{
-    int32_t more = 0, j;
-
-    for (j = 0; j < m->contacts; j++)
-        more |= perp__include(m, j, m->shift[j] + m->answer.u[m->starts[j]] < 0.0);
-    return more;
-}
-
 int32_t perp__outcome_moves(int32_t outcome)
 {
     return outcome != PERP_OUTCOME_RAY && outcome != PERP_OUTCOME_SINGULAR &&
            outcome != PERP_OUTCOME_EVALUATION_FAILED;
 }
 
-/* Whether theory promises a solution: pointed or not, with gaps clipped at 0 and walls at rest. */
-static int32_t is_solvable(const perp_mechanism *m)
-{
-    for (int32_t i = 0; i < m->contact_rows; i++)
-        if (m->begin.drift[i] != 0.0)
-            return 0;
-    return m->bilateral == 0;
-}
-
 perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *problem)
 {
+    /* theory promises a solution: pointed or not, with gaps clipped at 0 and walls at rest */
+    int32_t solvable = m->bilateral == 0;
+    int8_t more;
     perp_status status;
 
     m->answer.iterations = 0;
-    do
+    do { /* with the contacts that the velocities would pass */
+        more = 0;
         status = perp__solve_velocities(m, &m->answer, problem);
-    while (status == PERP_OK && perp__outcome_moves(m->answer.outcome) && include_passed(m));
-    if (status == PERP_OK && m->answer.outcome == PERP_OUTCOME_RAY &&
-        m->answer.certificate == PERP_CONTACT_CERTIFICATE_NONE && is_solvable(m))
+        if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
+            for (int32_t j = 0; j < m->contacts; j++)
+                if (!m->included[j] && m->shift[j] + m->answer.u[m->starts[j]] < 0.0)
+                    m->included[j] = more = 1;
+    } while (more);
+    for (int32_t i = 0; i < m->contact_rows; i++)
+        solvable = solvable && m->begin.drift[i] == 0.0;
+    if (status == PERP_OK && m->answer.outcome == PERP_OUTCOME_RAY && solvable &&
+        m->answer.certificate == PERP_CONTACT_CERTIFICATE_NONE)
         m->answer.outcome = PERP_OUTCOME_STALLED;
     return status;
 }
 
-/* m->answer into a state (but q) and a report. */
-static void report(const perp_mechanism *m, perp__motion *to, perp_mechanism_step *step)
+perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                              double t, const perp__velocity_problem *problem)
 {
+    perp_status status = PERP_OK;
     const perp__motion *answer = &m->answer;
 
+    if (perp__outcome_moves(m->answer.outcome))
+        step->impacts = perp__count_impacts(m, &m->answer);
+    if (step->impacts > 0)
+        status = perp__solve_impacts(m, problem);
+    if (status != PERP_OK)
+        return status;
     step->outcome = answer->outcome;
     step->method = answer->method;
     step->certificate = answer->certificate;
@@ -122,20 +111,6 @@ static void report(const perp_mechanism *m, perp__motion *to, perp_mechanism_ste
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
         step->sticking += answer->modes[j] == PERP_CONTACT_STICK;
     perp__copy_motion(m, to, answer);
-}
-
-perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                              double t, const perp__velocity_problem *problem)
-{
-    perp_status status = PERP_OK;
-
-    if (perp__outcome_moves(m->answer.outcome))
-        step->impacts = perp__count_impacts(m, &m->answer);
-    if (step->impacts > 0)
-        status = perp__solve_impacts(m, problem);
-    if (status != PERP_OK)
-        return status;
-    report(m, to, step);
     return perp__outcome_moves(step->outcome) ? perp__project(m, step, to, t) : status;
 }
 

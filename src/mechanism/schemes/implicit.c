@@ -26,21 +26,6 @@ void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double
     d[1] = disc->edges > 0 ? sin(angle) : i == 1;
 }
 
-static int32_t unknowns_of(int32_t tangents, int32_t edges)
-{
-    return tangents < 2 ? tangents : edges == 0 ? 3 : edges + 1;
-}
-
-/* The most unknowns that the mechanism's problems have with polygons of so many edges. */
-static int32_t most_unknowns(const perp_mechanism *m, int32_t edges)
-{
-    int32_t count = m->n + m->contacts + m->constraints, j; /* at the most */
-
-    for (j = 0; j < m->contacts; j++)
-        count += unknowns_of(m->tangents[j], edges);
-    return count + m->dry * unknowns_of(m->model.dry_dim, edges);
-}
-
 /* s->noise, with the gap or the c behind the row. */
 static void add_noise(const perp_mechanism *m, perp__implicit *s, int32_t row)
 {
@@ -48,26 +33,6 @@ static void add_noise(const perp_mechanism *m, perp__implicit *s, int32_t row)
 
     if (unit > 0.0)
         s->noise = fmax(s->noise, perp__gap_rounding(m, &m->begin, row, s->from.q) / unit);
-}
-
-/* The sizes of the step's speeds and impulses, from energies, so that units of q do not count. */
-static void find_sizes(perp_mechanism *m, perp__implicit *s)
-{
-    s->speed =
-        fmax(perp__speed(m, &m->begin, s->from.v),
-             fmax(perp__speed(m, &m->begin, m->free), perp__speed(m, &m->begin, m->answer.v)));
-    if (s->speed == 0.0)
-        s->speed = 1.0; /* nothing moves and nothing pulls */
-    for (int32_t i = 0; i < m->n; i++)
-        s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
-    for (int32_t i = 0; i < m->rows; i++)
-        s->inverse_mass[i] = perp__row_mobility(m, i);
-    s->noise = 0.0;
-    for (int32_t i = 0; i < m->constraints; i++)
-        add_noise(m, s, m->constraint_row[i]);
-    for (int32_t j = 0; j < m->contacts; j++)
-        if (m->included[j] && m->two_sided[j] == 0)
-            add_noise(m, s, m->starts[j]);
 }
 
 static void bound(perp__implicit *s, int32_t i, double lower, double upper)
@@ -102,26 +67,38 @@ static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, i
         bound(s, s->size++, 0.0, INFINITY);
 }
 
-static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
-{
-    const int32_t row = m->starts[j];
-    const double inverse = s->inverse_mass[row];
-    const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
-
-    number_disc(m, s, j, m->friction[j] > 0.0 ? m->tangents[j] : 0,
-                m->friction[j] * fmax(perp__load_of(m, m->answer.r, j), impulse));
-}
-
 /* Whether there is friction at all is asked at the step's start. */
 static void number_unknowns(perp_mechanism *m, perp__implicit *s)
 {
-    find_sizes(m, s);
+    /* 1. sizes of the step's speeds and impulses, from energies: units of q do not count */
+    s->speed =
+        fmax(perp__speed(m, &m->begin, s->from.v),
+             fmax(perp__speed(m, &m->begin, m->free), perp__speed(m, &m->begin, m->answer.v)));
+    if (s->speed == 0.0)
+        s->speed = 1.0; /* nothing moves and nothing pulls */
+    for (int32_t i = 0; i < m->n; i++)
+        s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
+    for (int32_t i = 0; i < m->rows; i++)
+        s->inverse_mass[i] = perp__row_mobility(m, i);
+    s->noise = 0.0;
+    for (int32_t i = 0; i < m->constraints; i++)
+        add_noise(m, s, m->constraint_row[i]);
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (m->included[j] && m->two_sided[j] == 0)
+            add_noise(m, s, m->starts[j]);
+    /* 2. velocities, contacts, bilateral rows, dry groups */
     s->size = s->discs_count = 0;
     for (int32_t i = 0; i < m->n; i++)
         bound(s, s->size++, -INFINITY, INFINITY);
     for (int32_t i = 0; i < m->contacts; i++)
-        if (m->included[i])
-            number_contact(m, s, i);
+        if (m->included[i]) {
+            const int32_t row = m->starts[i];
+            const double inverse = s->inverse_mass[row];
+            const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
+
+            number_disc(m, s, i, m->friction[i] > 0.0 ? m->tangents[i] : 0,
+                        m->friction[i] * fmax(perp__load_of(m, m->answer.r, i), impulse));
+        }
     s->bilateral = s->size;
     for (int32_t i = 0; i < m->bilateral; i++)
         bound(s, s->size++, -INFINITY, INFINITY);
@@ -140,50 +117,6 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
     return m->friction[disc->contact] * z[disc->normal];
 }
 
-/* beta of the two vertices next to the direction of r, and the slip speed against the polygon. */
-static void start_polygon(const perp__implicit_disc *disc, double *z, const double *r,
-                          const double *u)
-{
-    const double step = TAU / disc->edges, length = hypot(r[0], r[1]);
-    double angle = length > 0.0 ? atan2(r[1], r[0]) : 0.0, rest, speed = 0.0;
-    int32_t low;
-
-    if (angle < 0.0)
-        angle += TAU;
-    low = (int32_t)floor(angle / step);
-    rest = angle - low * step;
-    low = low >= disc->edges ? 0 : low;
-    for (int32_t j = 0; j < disc->edges; j++) {
-        double d[2];
-
-        perp__implicit_direction(disc, j, d);
-        z[disc->first + j] = 0.0;
-        speed = fmax(speed, -(d[0] * u[0] + d[1] * u[1]));
-    }
-    z[disc->first + low] = fmax(length * sin(step - rest) / sin(step), 0.0);
-    z[disc->first + (low + 1) % disc->edges] = fmax(length * sin(rest) / sin(step), 0.0);
-    z[disc->first + disc->edges] = speed;
-}
-
-static void start_friction(const perp__implicit_disc *disc, double *z, double radius,
-                           const double *r, const double *u, int32_t sticks)
-{
-    const double *from = radius > 0.0 ? r : u;
-    const double speed = perp__length(u, disc->tangents);
-    const double unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
-
-    if (disc->edges > 0) {
-        start_polygon(disc, z, r, u);
-        return;
-    }
-    for (int32_t i = 0; i < disc->tangents; i++)
-        z[disc->first + i] = from[i] / unit;
-    if (disc->tangents > 1)
-        z[disc->first + 2] = sticks ? 0.0 : speed;
-    else if (disc->tangents == 1)
-        z[disc->first] = fmin(fmax(z[disc->first], -1.0), 1.0);
-}
-
 /* z := what m->answer says. */
 static void write_start(perp_mechanism *m, perp__implicit *s, double *z)
 {
@@ -192,16 +125,46 @@ static void write_start(perp_mechanism *m, perp__implicit *s, double *z)
     memcpy(z, answer->v, (size_t)m->n * sizeof *z);
     for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
-        const int32_t is_contact = disc->normal >= 0;
-        double radius;
+        const double *r, *u;
+        double radius, speed, unit, *x = z + disc->first;
 
         for (int32_t i = 0; i < disc->normals; i++)
             z[disc->normal + i] = answer->r[m->starts[disc->contact] + i];
-        radius = is_contact ? perp__implicit_radius(m, s, disc, z)
-                            : m->dry_bound[disc->contact - m->contacts];
-        if (disc->tangents > 0)
-            start_friction(disc, z, radius, answer->r + disc->row, answer->u + disc->row,
-                           answer->modes[disc->contact] == PERP_MECHANISM_STICK);
+        radius = disc->normal >= 0 ? perp__implicit_radius(m, s, disc, z)
+                                   : m->dry_bound[disc->contact - m->contacts];
+        r = answer->r + disc->row;
+        u = answer->u + disc->row;
+        speed = perp__length(u, disc->tangents);
+        unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
+        for (int32_t i = 0; i < disc->tangents && disc->edges == 0; i++)
+            x[i] = (radius > 0.0 ? r : u)[i] / unit;
+        if (disc->edges > 0) {
+            /* beta of the two vertices next to the direction of r, and the slip speed against the
+             * polygon */
+            const double step = TAU / disc->edges, length = hypot(r[0], r[1]);
+            double angle = length > 0.0 ? atan2(r[1], r[0]) : 0.0, rest;
+            int32_t low;
+
+            if (angle < 0.0)
+                angle += TAU;
+            low = (int32_t)floor(angle / step);
+            rest = angle - low * step;
+            low = low >= disc->edges ? 0 : low;
+            speed = 0.0;
+            for (int32_t j = 0; j < disc->edges; j++) {
+                double d[2];
+
+                perp__implicit_direction(disc, j, d);
+                x[j] = 0.0;
+                speed = fmax(speed, -(d[0] * u[0] + d[1] * u[1]));
+            }
+            x[low] = fmax(length * sin(step - rest) / sin(step), 0.0);
+            x[(low + 1) % disc->edges] = fmax(length * sin(rest) / sin(step), 0.0);
+            x[disc->edges] = speed;
+        } else if (disc->tangents > 1)
+            x[2] = answer->modes[disc->contact] == PERP_MECHANISM_STICK ? 0.0 : speed;
+        else if (disc->tangents == 1)
+            x[0] = fmin(fmax(x[0], -1.0), 1.0);
     }
     for (int32_t i = 0; i < m->bilateral; i++)
         z[s->bilateral + i] = answer->r[m->contact_rows + i];
@@ -214,30 +177,6 @@ static void write_start(perp_mechanism *m, perp__implicit *s, double *z)
  * of z: it has the same solution, up to the second order in what F(z) leaves of 0. Its velocities
  * are then those that perp__hold_velocities finds in what the rows that hold leave free, and so a
  * body that sticks has the velocity 0.0, not one of rounding. */
-
-/* Friction of a disc; whether it sticks: what it could still bear is more than its slip, both as
- * speeds. Friction that slips is on the edge of its disc. */
-static int32_t take_friction(perp_mechanism *m, const perp__implicit *s,
-                             const perp__implicit_disc *disc, const double *z)
-{
-    const double radius = perp__implicit_radius(m, s, disc, z), *x = z + disc->first;
-    const double length = perp__length(x, disc->tangents);
-    const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
-    double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
-    int32_t sticks;
-
-    for (int32_t i = 0; i < disc->edges; i++)
-        room -= x[i];
-    sticks =
-        (disc->edges > 0 ? room > 0.0 : length < 1.0) && room * s->inverse_mass[disc->row] >= slip;
-    for (int32_t i = 0; i < disc->tangents; i++) {
-        m->answer.holds[disc->row + i] = (int8_t)sticks;
-        m->answer.r[disc->row + i] = disc->edges > 0 || sticks || length == 0.0
-                                         ? s->r[disc->row + i]
-                                         : radius * (x[i] / length);
-    }
-    return sticks;
-}
 
 static void take(perp_mechanism *m, const perp__implicit *s, const perp__implicit_disc *disc,
                  const double *z, const double *w)
@@ -262,25 +201,26 @@ static void take(perp_mechanism *m, const perp__implicit *s, const perp__implici
         answer->holds[row] = 1;
         sticks = m->dims[disc->contact] == 1;
     }
-    if (disc->tangents > 0)
-        sticks = take_friction(m, s, disc, z);
-    answer->modes[disc->contact] = sticks ? PERP_MECHANISM_STICK : PERP_MECHANISM_SLIP;
-}
+    if (disc->tangents > 0) {
+        const double radius = perp__implicit_radius(m, s, disc, z), *x = z + disc->first;
+        const double length = perp__length(x, disc->tangents);
+        const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
+        double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
 
-/* Momentum, shifts and bounds of the problem at q+. c's curvature goes into its drift. */
-static void prepare(perp_mechanism *m, perp__implicit *s)
-{
-    for (int32_t j = 0; j < m->constraints; j++) {
-        const int32_t row = m->constraint_row[j];
-
-        m->end.drift[row] += perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
+        /* it sticks where what friction could still bear is more than its slip, both as speeds;
+         * friction that slips is on the edge of its disc */
+        for (int32_t i = 0; i < disc->edges; i++)
+            room -= x[i];
+        sticks = (disc->edges > 0 ? room > 0.0 : length < 1.0) &&
+                 room * s->inverse_mass[disc->row] >= slip;
+        for (int32_t i = 0; i < disc->tangents; i++) {
+            m->answer.holds[disc->row + i] = (int8_t)sticks;
+            m->answer.r[disc->row + i] = disc->edges > 0 || sticks || length == 0.0
+                                             ? s->r[disc->row + i]
+                                             : radius * (x[i] / length);
+        }
     }
-    perp__prepare_impulses(m, &m->end, &s->from);
-    for (int32_t j = 0; j < m->contacts; j++)
-        if (m->two_sided[j] == 0)
-            m->shift[j] =
-                fmax(m->begin.gap[j], 0.0) / s->from.h +
-                perp__implicit_curvature(m, s, m->starts[j], m->end.gap[j], m->begin.gap[j]);
+    answer->modes[disc->contact] = sticks ? PERP_MECHANISM_STICK : PERP_MECHANISM_SLIP;
 }
 
 /* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
@@ -299,7 +239,18 @@ static void read_answer(perp_mechanism *m, perp__implicit *s, const double *z, c
         answer->r[m->contact_rows + j] = z[s->bilateral + j];
         answer->holds[m->contact_rows + j] = 1;
     }
-    prepare(m, s);
+    /* momentum, shifts and bounds of the problem at q+; c's curvature goes into its drift */
+    for (int32_t j = 0; j < m->constraints; j++) {
+        const int32_t row = m->constraint_row[j];
+
+        m->end.drift[row] += perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
+    }
+    perp__prepare_impulses(m, &m->end, &s->from);
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (m->two_sided[j] == 0)
+            m->shift[j] =
+                fmax(m->begin.gap[j], 0.0) / s->from.h +
+                perp__implicit_curvature(m, s, m->starts[j], m->end.gap[j], m->begin.gap[j]);
     problem = perp__pose(m, &m->end);
     perp__hold_velocities(m, answer, &problem);
     perp__judge_motion(m, answer, &problem);
@@ -328,32 +279,26 @@ static void layout(perp__arena *arena, void *object)
     s->bent = perp__arena_take(arena, (size_t)m->n * (size_t)s->most, sizeof(double));
 }
 
-static perp_status set_up(perp_mechanism *m, perp__implicit *s)
+/* Unknowns of friction in a disc, or a polygon of so many edges. */
+static int32_t unknowns_of(int32_t tangents, int32_t edges)
 {
-    perp_ncp_problem problem;
-    perp_status status = perp_ncp_problem_init(&problem, sizeof problem);
-
-    problem.n = s->size;
-    problem.storage = PERP_STORAGE_COLUMN_MAJOR;
-    problem.function = perp__implicit_function;
-    problem.jacobian = perp__implicit_jacobian;
-    problem.lower = s->lower;
-    problem.upper = s->upper;
-    problem.user = m;
-    PERP__THEN(status, perp__ncp_setup(s->solver, &problem));
-    return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "the implicit step");
+    return tangents < 2 ? tangents : edges == 0 ? 3 : edges + 1;
 }
 
 /* m->implicit with room for the largest problem of these settings, and its solver. */
 static perp_status open(perp_mechanism *m)
 {
-    const int32_t most = most_unknowns(m, m->settings.cone);
+    const int32_t edges = m->settings.cone;
+    int32_t most = m->n + m->contacts + m->constraints + /* at the most */
+                   m->dry * unknowns_of(m->model.dry_dim, edges);
     perp__implicit *s = m->implicit ? m->implicit : perp__work_create(m, sizeof *s, NULL);
     perp_status status;
 
     m->implicit = s;
     if (!s)
         return PERP_ERROR_MEMORY;
+    for (int32_t j = 0; j < m->contacts; j++)
+        most += unknowns_of(m->tangents[j], edges);
     if (s->most >= most) /* 0 until all is there */
         return PERP_OK;
     s->most = most;
@@ -367,25 +312,7 @@ static perp_status open(perp_mechanism *m)
     return status;
 }
 
-void perp__implicit_release(perp__implicit *s)
-{
-    if (s)
-        perp__ncp_destroy(s->solver);
-    perp__work_release(s);
-}
-
 /* ---- the step ------------------------------------------------------------------------------ */
-
-/* The solver was asked for no more than rounding of q leaves of gap / h, or says itself that
- * rounding is what is left: a backward error of as little. */
-static void judge(const perp_mechanism *m, perp__implicit *s, const perp_ncp_result *result)
-{
-    const perp__evidence evidence = {result->residual, result->residual, 0.0, 1};
-
-    s->residual = result->residual;
-    s->outcome = perp__worse_outcome(result->outcome,
-                                     perp__gate(&evidence, m->settings.tol, result->outcome));
-}
 
 /* Where velocities pass through 0, rows consist of the rounding of gaps and forces alone, which no
  * linear terms show: the second witness is asked again for what these are good to. */
@@ -410,8 +337,10 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
                          int32_t *found)
 {
     perp_ncp_result result;
+    perp_ncp_problem problem;
     perp_status status = perp_ncp_result_init(&result, sizeof result);
 
+    /* 1. the problem */
     *found = 0;
     s->is_at = s->is_bent = 0;
     s->failed = PERP_OK;
@@ -419,8 +348,17 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     write_start(m, s, s->start);
     s->settings.tol = fmin(fmax(m->settings.tol, s->noise), fmax(m->settings.tol, COARSEST));
     s->settings.time_limit = perp__mechanism_time_left(m);
+    perp_ncp_problem_init(&problem, sizeof problem);
+    problem.n = s->size;
+    problem.storage = PERP_STORAGE_COLUMN_MAJOR;
+    problem.function = perp__implicit_function;
+    problem.jacobian = perp__implicit_jacobian;
+    problem.lower = s->lower;
+    problem.upper = s->upper;
+    problem.user = m;
+    /* 2. its solution */
     PERP__THEN(status, perp__ncp_set(s->solver, &s->settings));
-    PERP__THEN(status, set_up(m, s));
+    PERP__THEN(status, perp__ncp_setup(s->solver, &problem));
     PERP__THEN(status, perp__ncp_solve(s->solver, s->z, s->w, &result, s->start));
     PERP__THEN(status, ask_again(m, s, &result));
     if (s->failed != PERP_OK) { /* what the callback said, not what came of it */
@@ -430,77 +368,61 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     if (status != PERP_OK)
         return perp__mechanism_fail_in(m, status, "the implicit step");
     step->iterations += result.iterations;
-    if (!perp__is_good(result.outcome))
-        return PERP_OK;
-    judge(m, s, &result);
-    status = perp__implicit_evaluate(m, s, s->z);
-    *found = status == PERP_OK;
+    if (perp__is_good(result.outcome)) {
+        /* 3. what it is worth: the solver was asked for no more than rounding of q leaves of gap /
+         * h, or says itself that rounding is what is left: a backward error of as little */
+        const perp__evidence evidence = {result.residual, result.residual, 0.0, 1};
+
+        s->residual = result.residual;
+        s->outcome = perp__worse_outcome(result.outcome,
+                                         perp__gate(&evidence, m->settings.tol, result.outcome));
+        status = perp__implicit_evaluate(m, s, s->z);
+        *found = status == PERP_OK;
+    }
     return status == PERP__OUTSIDE ? PERP_OK : status;
-}
-
-/* Includes contacts that the solution passes; whether there were any. */
-static int32_t include_passed(perp_mechanism *m)
-{
-    int32_t more = 0, j;
-
-    for (j = 0; j < m->contacts; j++)
-        more |= perp__include(m, j, m->end.gap[j] < fmin(m->begin.gap[j], 0.0));
-    return more;
-}
-
-/* Where the frozen step has no answer its last iterate may be anything: the start is then the
- * motion without impulses. */
-static void start_free(perp_mechanism *m)
-{
-    perp__motion *answer = &m->answer;
-
-    memcpy(answer->v, m->free, (size_t)m->n * sizeof *answer->v);
-    memcpy(answer->u, m->free_velocity, (size_t)m->rows * sizeof *answer->u);
-    memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
-    memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
-}
-
-/* m->answer := the implicit step's, if there is one. */
-static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *found)
-{
-    perp__implicit *s = m->implicit;
-    perp__velocity_problem problem;
-    perp_status status = perp__evaluate_all(m, &m->begin, s->from.t, s->from.q, s->from.v);
-
-    *found = 0;
-    if (status != PERP_OK)
-        return status;
-    perp__prepare_step(m, &s->from);
-    problem = perp__pose(m, &m->begin);
-    status = perp__solve_frozen(m, &problem);
-    if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
-        return status;
-    if (!perp__is_good(m->answer.outcome))
-        start_free(m);
-    do
-        status = solve(m, s, step, found);
-    while (status == PERP_OK && *found && include_passed(m));
-    if (status == PERP_OK && *found)
-        read_answer(m, s, s->z, s->w);
-    return status;
 }
 
 perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                                    const perp__start *from)
 {
+    perp__motion *answer = &m->answer;
     perp__velocity_problem problem;
     perp_status status = open(m);
-    int32_t found;
+    int32_t found = 0;
+    int8_t more;
 
+    /* 1. the frozen step */
+    if (status == PERP_OK)
+        m->implicit->from = *from;
+    PERP__THEN(status, perp__evaluate_all(m, &m->begin, from->t, from->q, from->v));
     if (status != PERP_OK)
         return status;
-    m->implicit->from = *from;
-    status = find(m, step, &found);
+    perp__prepare_step(m, from);
+    problem = perp__pose(m, &m->begin);
+    status = perp__solve_frozen(m, &problem);
+    if (!perp__is_good(answer->outcome)) { /* its last iterate may be anything: free motion */
+        memcpy(answer->v, m->free, (size_t)m->n * sizeof *answer->v);
+        memcpy(answer->u, m->free_velocity, (size_t)m->rows * sizeof *answer->u);
+        memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
+        memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
+    }
+    /* 2. from there the implicit one, with the contacts that it passes */
+    if (status == PERP_OK && perp__outcome_moves(answer->outcome))
+        do {
+            more = 0;
+            status = solve(m, m->implicit, step, &found);
+            for (int32_t j = 0; j < m->contacts && status == PERP_OK && found; j++)
+                if (!m->included[j] && m->end.gap[j] < fmin(m->begin.gap[j], 0.0))
+                    m->included[j] = more = 1;
+        } while (more);
     if (status == PERP_OK && !found) {
-        step->iterations += m->answer.iterations; /* which the frozen step counts anew */
+        step->iterations += answer->iterations; /* which the frozen step counts anew */
         return perp__advance_frozen(m, to, step, from);
     }
-    PERP__THEN(status, perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v));
+    /* 3. its end */
+    if (status == PERP_OK)
+        read_answer(m, m->implicit, m->implicit->z, m->implicit->w);
+    PERP__THEN(status, perp__evaluate_move(m, to->q, from->q, from->h, answer->v));
     if (status != PERP_OK)
         return status;
     step->scheme = PERP_MECHANISM_IMPLICIT;

@@ -77,6 +77,5 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z);
 /* The direction of force i: of a tangent, or of an edge of the polygon. */
 void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
-void perp__implicit_release(perp__implicit *s); /* NULL is accepted */
 
 #endif

@@ -26,53 +26,6 @@ double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t ro
                                                                                     : curvature;
 }
 
-static void fill_impulses(perp_mechanism *m, perp__implicit *s, const double *z)
-{
-    memset(s->r, 0, (size_t)m->rows * sizeof *s->r);
-    for (int32_t k = 0; k < s->discs_count; k++) {
-        const perp__implicit_disc *disc = s->discs + k;
-        const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
-
-        for (int32_t i = 0; i < disc->normals; i++)
-            s->r[m->starts[disc->contact] + i] = z[disc->normal + i];
-        for (int32_t i = 0; i < disc->forces; i++) {
-            double d[2];
-
-            perp__implicit_direction(disc, i, d);
-            for (int32_t l = 0; l < disc->tangents; l++)
-                s->r[disc->row + l] += unit * d[l] * z[disc->first + i];
-        }
-    }
-    for (int32_t i = 0; i < m->bilateral; i++)
-        s->r[m->contact_rows + i] = z[s->bilateral + i];
-}
-
-static void fill_friction(const perp_mechanism *m, const perp__implicit *s,
-                          const perp__implicit_disc *disc, double *F, const double *z)
-{
-    const double *u = s->u + disc->row, *x = z + disc->first;
-    double *f = F + disc->first;
-
-    if (disc->tangents == 1)
-        f[0] = disc->weight * u[0];
-    if (disc->tangents < 2)
-        return;
-    if (disc->edges == 0) {
-        f[0] = disc->weight * (u[0] + x[2] * x[0]);
-        f[1] = disc->weight * (u[1] + x[2] * x[1]);
-        f[2] = 0.5 * disc->weight * (1.0 - x[0] * x[0] - x[1] * x[1]);
-        return;
-    }
-    f[disc->edges] = perp__implicit_radius(m, s, disc, z);
-    for (int32_t j = 0; j < disc->edges; j++) {
-        double d[2];
-
-        perp__implicit_direction(disc, j, d);
-        f[j] = d[0] * u[0] + d[1] * u[1] + x[disc->edges];
-        f[disc->edges] -= x[j];
-    }
-}
-
 /* (c(q+) - c(q)) / h. */
 static double speed_of(perp_mechanism *m, perp__implicit *s, int32_t constraint)
 {
@@ -100,6 +53,8 @@ static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *
     for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const int32_t c = disc->contact;
+        const double *u, *x;
+        double *f;
 
         if (disc->normal >= 0 && m->two_sided[c] == 0)
             F[disc->normal] =
@@ -108,7 +63,25 @@ static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *
         else
             for (int32_t i = 0; i < disc->normals; i++)
                 F[disc->normal + i] = speed_of(m, s, held++);
-        fill_friction(m, s, disc, F, z);
+        u = s->u + disc->row;
+        x = z + disc->first;
+        f = F + disc->first;
+        if (disc->tangents == 1) {
+            f[0] = disc->weight * u[0];
+        } else if (disc->tangents == 2 && disc->edges == 0) {
+            f[0] = disc->weight * (u[0] + x[2] * x[0]);
+            f[1] = disc->weight * (u[1] + x[2] * x[1]);
+            f[2] = 0.5 * disc->weight * (1.0 - x[0] * x[0] - x[1] * x[1]);
+        } else if (disc->tangents == 2) {
+            f[disc->edges] = perp__implicit_radius(m, s, disc, z);
+            for (int32_t j = 0; j < disc->edges; j++) {
+                double d[2];
+
+                perp__implicit_direction(disc, j, d);
+                f[j] = d[0] * u[0] + d[1] * u[1] + x[disc->edges];
+                f[disc->edges] -= x[j];
+            }
+        }
     }
 }
 
@@ -122,7 +95,23 @@ static perp_status evaluate_at(perp_mechanism *m, perp__implicit *s, double *F, 
         return status;
     perp__friction_of_speed(m, &m->end, m->friction, m->start_velocity, s->from.v);
     perp__row_velocities(m, &m->end, s->u, z);
-    fill_impulses(m, s, z);
+    memset(s->r, 0, (size_t)m->rows * sizeof *s->r);
+    for (int32_t k = 0; k < s->discs_count; k++) {
+        const perp__implicit_disc *disc = s->discs + k;
+        const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
+
+        for (int32_t i = 0; i < disc->normals; i++)
+            s->r[m->starts[disc->contact] + i] = z[disc->normal + i];
+        for (int32_t i = 0; i < disc->forces; i++) {
+            double d[2];
+
+            perp__implicit_direction(disc, i, d);
+            for (int32_t l = 0; l < disc->tangents; l++)
+                s->r[disc->row + l] += unit * d[l] * z[disc->first + i];
+        }
+    }
+    for (int32_t i = 0; i < m->bilateral; i++)
+        s->r[m->contact_rows + i] = z[s->bilateral + i];
     fill(m, s, F, z);
     return PERP_OK;
 }
@@ -176,62 +165,45 @@ int32_t perp__implicit_function(double *F, const double *z, void *user)
  * every callback. They are small beside the rest, of the order of h, and serve until z has moved
  * so far that they do not. */
 
-/* Columns of the friction's unknowns. */
-static void fill_disc_columns(perp_mechanism *m, const perp__implicit *s,
-                              const perp__implicit_disc *disc, double *J, const double *z)
-{
-    const size_t size = (size_t)s->size, first = (size_t)disc->first;
-    const size_t last = first + (size_t)disc->forces; /* lambda */
-    const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
-    const double *x = z + first;
-
-    for (size_t i = 0; i < (size_t)disc->forces; i++) {
-        double *column = J + (first + i) * size, d[2];
-
-        perp__implicit_direction(disc, (int32_t)i, d);
-        for (int32_t l = 0; l < disc->tangents; l++)
-            perp__add_row(m, &m->end, disc->row + l, -unit * d[l], column);
-        if (disc->edges > 0) {
-            column[last] = -1.0;
-            J[last * size + first + i] = 1.0;
-        } else if (disc->tangents > 1) {
-            column[first + i] += disc->weight * x[2];
-            column[last] = -disc->weight * x[i];
-            J[last * size + first + i] = disc->weight * x[i];
-        }
-    }
-}
-
-/* How much |r_N| grows with normal impulse i. */
-static double share_of(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
-                       const double *z)
-{
-    double length;
-
-    if (m->two_sided[disc->contact] == 0)
-        return 1.0;
-    length = perp__length(z + disc->normal, disc->normals);
-    return length > 0.0 ? z[disc->normal + i] / length : 0.0;
-}
-
 static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J, const double *z)
 {
     const size_t size = (size_t)s->size;
 
     for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
+        const size_t first = (size_t)disc->first, last = first + (size_t)disc->forces;
+        const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
+        const double *x = z + first, *N = disc->normals > 0 ? z + disc->normal : z;
+        const double load = perp__length(N, disc->normals);
 
-        for (int32_t l = 0; l < disc->normals; l++) {
+        for (int32_t l = 0; l < disc->normals; l++) { /* mu: what friction grows by with it */
             double *column = J + (size_t)(disc->normal + l) * size;
-            const double mu = m->friction[disc->contact] * share_of(m, disc, l, z);
+            const double share = m->two_sided[disc->contact] == 0 ? 1.0
+                                 : load > 0.0                     ? N[l] / load
+                                                                  : 0.0;
+            const double mu = m->friction[disc->contact] * share;
 
             perp__add_row(m, &m->end, m->starts[disc->contact] + l, -1.0, column);
             for (int32_t i = 0; i < disc->tangents && disc->edges == 0; i++)
-                perp__add_row(m, &m->end, disc->row + i, -mu * z[disc->first + i], column);
+                perp__add_row(m, &m->end, disc->row + i, -mu * x[i], column);
             if (disc->edges > 0)
                 column[disc->first + disc->edges] = mu;
         }
-        fill_disc_columns(m, s, disc, J, z);
+        for (size_t i = 0; i < (size_t)disc->forces; i++) { /* last: lambda */
+            double *column = J + (first + i) * size, d[2];
+
+            perp__implicit_direction(disc, (int32_t)i, d);
+            for (int32_t l = 0; l < disc->tangents; l++)
+                perp__add_row(m, &m->end, disc->row + l, -unit * d[l], column);
+            if (disc->edges > 0) {
+                column[last] = -1.0;
+                J[last * size + first + i] = 1.0;
+            } else if (disc->tangents > 1) {
+                column[first + i] += disc->weight * x[2];
+                column[last] = -disc->weight * x[i];
+                J[last * size + first + i] = disc->weight * x[i];
+            }
+        }
     }
     for (int32_t i = 0; i < m->bilateral; i++)
         perp__add_row(m, &m->end, m->contact_rows + i, -1.0, J + (size_t)(s->bilateral + i) * size);
@@ -274,63 +246,49 @@ static void fill_speed_columns(const perp_mechanism *m, const perp__implicit *s,
         add_speed(m, s, J, s->bilateral + i, m->contact_rows + i, 1.0);
 }
 
-/* Column i of `bent`: by differences, forwards or, at the edge of the domain, backwards. */
-static perp_status bend(perp_mechanism *m, perp__implicit *s, const double *J, const double *z,
-                        int32_t i)
-{
-    const double step = FORWARD * fmax(fabs(z[i]), s->steps[i]);
-    const size_t at = (size_t)i * (size_t)s->size;
-    double *column = s->bent + at;
-    perp_status status = PERP__OUTSIDE;
-
-    memcpy(s->shifted, z, (size_t)s->size * sizeof *z);
-    for (int32_t side = 0; side < 2 && status != PERP_OK && status != PERP_ERROR_CALLBACK; side++) {
-        volatile double there = z[i] + (side == 0 ? step : -step);
-
-        s->shifted[i] = there;
-        status = evaluate_at(m, s, s->changed, s->shifted);
-    }
-    if (status != PERP_OK)
-        return status;
-    for (int32_t k = 0; k < s->size; k++)
-        column[k] = (s->changed[k] - s->F[k]) / (s->shifted[i] - z[i]) - J[at + (size_t)k];
-    memset(column + s->bilateral, 0, (size_t)m->bilateral * sizeof *column); /* c and gaps */
-    for (int32_t k = 0; k < s->discs_count; k++)
-        memset(column + s->discs[k].first - s->discs[k].normals, 0,
-               (size_t)s->discs[k].normals * sizeof *column);
-    return PERP_OK;
-}
-
-/* Whether z is where `bent` does not hold any more. */
-static int32_t has_moved(const perp_mechanism *m, const perp__implicit *s, const double *z)
-{
-    for (int32_t i = 0; i < m->n; i++)
-        if (!(fabs(z[i] - s->bent_at[i]) <= FAR * s->steps[i]))
-            return 1;
-    for (int32_t i = 0; i < m->rows; i++)
-        if (!(fabs(s->r[i] - s->bent_r[i]) * sqrt(s->inverse_mass[i]) <= FAR * s->speed))
-            return 1;
-    return 0;
-}
-
 int32_t perp__implicit_jacobian(double *J, const double *z, void *user)
 {
     perp_mechanism *m = user;
     perp__implicit *s = m->implicit;
     const size_t size = (size_t)s->size;
     perp_status status = perp__implicit_evaluate(m, s, z);
+    int32_t moved;
 
     memset(J, 0, size * size * sizeof *J);
     if (status == PERP_OK) {
         fill_impulse_columns(m, s, J, z);
         fill_speed_columns(m, s, J);
     }
-    if (status == PERP_OK && (!s->is_bent || has_moved(m, s, z))) {
+    /* `bent`, where there is none or z is where it does not hold any more */
+    moved = !s->is_bent;
+    for (int32_t i = 0; i < m->n && !moved; i++)
+        moved = !(fabs(z[i] - s->bent_at[i]) <= FAR * s->steps[i]);
+    for (int32_t i = 0; i < m->rows && !moved; i++)
+        moved = !(fabs(s->r[i] - s->bent_r[i]) * sqrt(s->inverse_mass[i]) <= FAR * s->speed);
+    if (status == PERP_OK && moved) {
         memcpy(s->bent_at, z, (size_t)m->n * sizeof *z);
         memcpy(s->bent_r, s->r, (size_t)m->rows * sizeof *s->r);
         s->is_at = s->is_bent = 0; /* m->end leaves the point; F stays */
-        for (int32_t i = 0; i < m->n && status == PERP_OK; i++)
-            status = bend(m, s, J, z, i);
+        for (size_t i = 0; i < (size_t)m->n && status == PERP_OK; i++) {
+            const double step = FORWARD * fmax(fabs(z[i]), s->steps[i]);
+            double *column = s->bent + i * size;
+
+            memcpy(s->shifted, z, size * sizeof *z);
+            status = PERP__OUTSIDE; /* forwards or, at the edge of the domain, backwards */
+            for (int32_t side = 0; side < 2 && status != PERP_OK && status != PERP_ERROR_CALLBACK;
+                 side++) {
+                volatile double there = z[i] + (side == 0 ? step : -step);
+
+                s->shifted[i] = there;
+                status = evaluate_at(m, s, s->changed, s->shifted);
+            }
+            for (size_t k = 0; k < size && status == PERP_OK; k++)
+                column[k] = (s->changed[k] - s->F[k]) / (s->shifted[i] - z[i]) - J[i * size + k];
+            memset(column + s->bilateral, 0, (size_t)m->bilateral * sizeof *column); /* c, gaps */
+            for (int32_t k = 0; k < s->discs_count; k++)
+                memset(column + s->discs[k].first - s->discs[k].normals, 0,
+                       (size_t)s->discs[k].normals * sizeof *column);
+        }
         s->is_bent = status == PERP_OK;
     }
     for (size_t k = 0; k < (size_t)m->n * size && status == PERP_OK; k++)

@@ -70,46 +70,15 @@ static void layout(perp__arena *arena, void *object)
 
 /* ---- what is fixed during a step ----------------------------------------------------------- */
 
-/* m->end: the rows at the predicted end, or at the start where the model has none there. */
-static perp_status predict_rows(perp_mechanism *m, perp__theta *w)
-{
-    perp_status status;
-
-    for (int32_t i = 0; i < m->n; i++)
-        w->middle[i] = w->from.v[i] + 0.5 * w->from.h * m->acceleration[i];
-    status = perp__evaluate_move(m, w->q, w->from.q, w->from.h, w->middle);
-
-    PERP__THEN(status, perp__evaluate_rows(m, &m->end, w->from.t + w->from.h, w->q, w->from.v));
-    return status == PERP__OUTSIDE
-               ? perp__evaluate_rows(m, &m->end, w->from.t + w->from.h, w->from.q, w->from.v)
-               : status;
-}
-
-/* begin.J := J, end.J := what the rows of the end have more, begin.mu and begin.bound between. */
-static void blend(perp_mechanism *m, perp__theta *w)
-{
-    const size_t entries = (size_t)m->rows * (size_t)m->n;
-    const double theta = m->settings.theta;
-
-    w->corrected = 0;
-    for (size_t i = 0; i < entries; i++) {
-        const double change = m->end.J[i] - m->begin.J[i];
-
-        m->begin.J[i] += (1.0 - theta) * change;
-        m->end.J[i] = theta * change;
-        w->corrected = w->corrected || m->end.J[i] != 0.0;
-    }
-    for (size_t i = 0; i < (size_t)m->contacts; i++)
-        m->begin.mu[i] += (1.0 - theta) * (m->end.mu[i] - m->begin.mu[i]);
-    for (size_t i = 0; i < (size_t)m->dry; i++)
-        m->begin.bound[i] += (1.0 - theta) * (m->end.bound[i] - m->begin.bound[i]);
-}
-
+/* begin.M; begin.J := J, end.J := what the rows of the end have more, begin.mu and begin.bound
+ * between. */
 static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
 {
-    const double ahead = 1.0 - m->settings.theta;
+    const size_t entries = (size_t)m->rows * (size_t)m->n;
+    const double theta = m->settings.theta, ahead = 1.0 - theta, t = w->from.t + w->from.h;
     perp_status status = PERP_OK;
 
+    /* 1. M, or that of the start where the model has none ahead */
     w->corrected = 0;
     memcpy(w->at, w->from.q, (size_t)m->coordinates * sizeof *w->at);
     if (ahead > 0.0)
@@ -117,12 +86,31 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     PERP__THEN(status, perp__evaluate_mass(m, &m->begin, w->at));
     if (status == PERP__OUTSIDE)
         status = perp__evaluate_mass(m, &m->begin, w->from.q);
-    if (status == PERP_OK && ahead > 0.0 && m->rows > 0) {
-        status = predict_rows(m, w);
-        if (status == PERP_OK)
-            blend(m, w);
-    } else
+    if (status != PERP_OK || !(ahead > 0.0) || m->rows == 0) {
         memcpy(m->end.drift, m->begin.drift, (size_t)m->rows * sizeof *m->end.drift);
+        return status;
+    }
+    /* 2. the rows at the predicted end, or at the start alike */
+    for (int32_t i = 0; i < m->n; i++)
+        w->middle[i] = w->from.v[i] + 0.5 * w->from.h * m->acceleration[i];
+    status = perp__evaluate_move(m, w->q, w->from.q, w->from.h, w->middle);
+    PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, w->q, w->from.v));
+    if (status == PERP__OUTSIDE)
+        status = perp__evaluate_rows(m, &m->end, t, w->from.q, w->from.v);
+    if (status != PERP_OK)
+        return status;
+    /* 3. between */
+    for (size_t i = 0; i < entries; i++) {
+        const double change = m->end.J[i] - m->begin.J[i];
+
+        m->begin.J[i] += ahead * change;
+        m->end.J[i] = theta * change;
+        w->corrected = w->corrected || m->end.J[i] != 0.0;
+    }
+    for (size_t i = 0; i < (size_t)m->contacts; i++)
+        m->begin.mu[i] += ahead * (m->end.mu[i] - m->begin.mu[i]);
+    for (size_t i = 0; i < (size_t)m->dry; i++)
+        m->begin.bound[i] += ahead * (m->end.bound[i] - m->begin.bound[i]);
     return status;
 }
 
@@ -176,14 +164,17 @@ static perp_status find_force(perp_mechanism *m, perp__theta *w, const double *v
                              : status;
 }
 
-/* A := M - h theta K, K by columns. */
-static perp_status difference(perp_mechanism *m, perp__theta *w)
+/* w->A := M - h theta sym(dk/dv + h theta dk/dq N), by differences about the iterate, and w->terms
+ * with it; stays M where that is not positive definite. */
+static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
 {
     const size_t n = (size_t)m->n;
     const double weight = w->from.h * m->settings.theta;
     double largest = 0.0;
     perp_status status = PERP_OK;
 
+    /* 1. M - h theta K, K by columns */
+    w->tried_matrix = 1;
     for (size_t i = 0; i < n; i++)
         largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->from.v[i])));
     memcpy(w->x, w->v, n * sizeof *w->x);
@@ -200,21 +191,9 @@ static perp_status difference(perp_mechanism *m, perp__theta *w)
                               (delta > 0.0 ? weight * (w->y[i] - w->force[i]) / delta : 0.0);
         w->x[j] = w->v[j];
     }
-    return status;
-}
-
-/* w->A := M - h theta sym(dk/dv + h theta dk/dq N), by differences about the iterate, and w->terms
- * with it; stays M where that is not positive definite. */
-static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
-{
-    const size_t n = (size_t)m->n;
-    perp_status status = difference(m, w);
-
-    w->tried_matrix = 1;
-    if (status == PERP__OUTSIDE)
-        return PERP_OK; /* M serves */
     if (status != PERP_OK)
-        return status;
+        return status == PERP__OUTSIDE ? PERP_OK : status; /* M serves */
+    /* 2. its symmetric part, if that is positive definite */
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < i; j++)
             w->A[i + n * j] = w->A[j + n * i] = 0.5 * (w->A[i + n * j] + w->A[j + n * i]);
@@ -236,17 +215,6 @@ static void correct_drift(perp_mechanism *m, const perp__theta *w, const double 
     memcpy(m->begin.drift, m->end.drift, (size_t)m->rows * sizeof *m->begin.drift);
     if (w->corrected)
         perp__row_velocities(m, &m->end, m->begin.drift, v);
-}
-
-/* w->p := M v0 + h (theta k+ + (1 - theta) k). */
-static void gather_impulse(perp_mechanism *m, perp__theta *w)
-{
-    const double theta = m->settings.theta;
-
-    memcpy(w->last, w->p, (size_t)m->n * sizeof *w->last);
-    perp__multiply_mass(m, &m->begin, w->p, w->from.v);
-    for (int32_t i = 0; i < m->n; i++)
-        w->p[i] += w->from.h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
 }
 
 /* to := to + (A - M) x. */
@@ -281,17 +249,11 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
     return status;
 }
 
-/* sqrt(x' M^-1 x); x := L^-1 x. */
-static double dual_norm(const perp_mechanism *m, double *x)
+/* Size of what the momentum balance still lacks, p - p_last + (A - M)(v - v_last), in the norm
+ * sqrt(x' M^-1 x); *size: of its terms, with `start`, the size of v0. */
+static double defect(perp_mechanism *m, perp__theta *w, double start, double *size)
 {
-    perp__solve_lower(m, &m->begin, x);
-    return perp__length(x, m->n);
-}
-
-/* Size of what the momentum balance still lacks: p - p_last + (A - M)(v - v_last). */
-static double defect(perp_mechanism *m, perp__theta *w)
-{
-    double *change = w->middle, *left = m->work;
+    double *change = w->middle, *left = m->work, *x = w->x;
 
     for (int32_t i = 0; i < m->n; i++) {
         change[i] = w->v[i] - w->last_v[i];
@@ -299,57 +261,30 @@ static double defect(perp_mechanism *m, perp__theta *w)
     }
     if (w->has_matrix)
         add_excess(m, w, left, change);
-    return dual_norm(m, left);
-}
-
-/* What it is measured against. start: the size of v0. */
-static double momentum_size(perp_mechanism *m, perp__theta *w, double start)
-{
-    double size;
-
-    memcpy(w->x, w->p, (size_t)m->n * sizeof *w->x);
-    size = dual_norm(m, w->x) + start;
+    perp__solve_lower(m, &m->begin, left);
+    memcpy(x, w->p, (size_t)m->n * sizeof *x);
+    perp__solve_lower(m, &m->begin, x);
+    *size = perp__length(x, m->n) + start;
     for (int32_t i = 0; i < m->n; i++)
-        w->x[i] = w->from.h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
-    return size + dual_norm(m, w->x);
-}
-
-/* Size of the last change of the iterate. */
-static double last_change(perp_mechanism *m, perp__theta *w)
-{
-    for (int32_t i = 0; i < m->n; i++)
-        w->x[i] = w->v[i] - w->last_v[i];
-    return perp__energy_norm(m, &m->begin, w->x, w->x);
-}
-
-static int32_t has_impulse(const perp_mechanism *m)
-{
-    for (int32_t i = 0; i < m->rows; i++)
-        if (m->answer.r[i] != 0.0)
-            return 1;
-    return 0;
+        x[i] = w->from.h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
+    perp__solve_lower(m, &m->begin, x);
+    *size += perp__length(x, m->n);
+    return perp__length(left, m->n);
 }
 
 /* After the first solution, a change of that size: whether the speeds of the rows are to be taken
- * again. */
+ * again, as something presses. */
 static int32_t follows(perp_mechanism *m, perp__theta *w, double change)
 {
     const double before = w->corrected ? perp__energy_norm(m, &m->begin, w->y, w->last_v) : 0.0;
+    int32_t i = 0;
 
-    if (before == 0.0 || change <= CHANGED * before || !has_impulse(m))
+    while (i < m->rows && m->answer.r[i] == 0.0)
+        i++;
+    if (before == 0.0 || change <= CHANGED * before || i == m->rows)
         return 0;
     correct_drift(m, w, w->v);
     return 1;
-}
-
-/* The iteration for k ended with that defect, beside the terms of the balance. */
-static void judge(perp_mechanism *m, double lacking)
-{
-    const perp__evidence evidence = {lacking, lacking, lacking, 1};
-
-    perp__raise_to(&m->answer.residual, lacking);
-    m->answer.outcome =
-        perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
 }
 
 /* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
@@ -370,16 +305,31 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     for (pass = 0;
          status == PERP_OK && pass < MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
          pass++) {
-        gather_impulse(m, w);
-        if (pass > 0) {
-            const double change = last_change(m, w), size = momentum_size(m, w, start);
-            const int32_t again = pass == 1 && follows(m, w, change);
-            const double before = lacking;
+        const double theta = m->settings.theta;
 
-            lacking = defect(m, w);
+        /* p := M v0 + h (theta k+ + (1 - theta) k) */
+        memcpy(w->last, w->p, (size_t)m->n * sizeof *w->last);
+        perp__multiply_mass(m, &m->begin, w->p, w->from.v);
+        for (int32_t i = 0; i < m->n; i++)
+            w->p[i] += w->from.h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
+        if (pass > 0) {
+            const double before = lacking;
+            double change, size;
+            int32_t again;
+
+            for (int32_t i = 0; i < m->n; i++)
+                w->x[i] = w->v[i] - w->last_v[i];
+            change = perp__energy_norm(m, &m->begin, w->x, w->x);
+            again = pass == 1 && follows(m, w, change);
+            lacking = defect(m, w, start, &size);
             if (lacking <= tol * size && !again &&
                 (lacking <= wanted * size || (pass > 1 && 2.0 * lacking > before))) {
-                judge(m, size > 0.0 ? lacking / size : 0.0);
+                const double beside = size > 0.0 ? lacking / size : 0.0;
+                const perp__evidence evidence = {beside, beside, beside, 1};
+
+                perp__raise_to(&m->answer.residual, beside);
+                m->answer.outcome = perp__worse_outcome(m->answer.outcome,
+                                                        perp__gate(&evidence, m->settings.tol, -1));
                 return PERP_OK;
             }
             if (!w->tried_matrix && lacking > SLOW * change)
@@ -399,50 +349,13 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     return status;
 }
 
-/* ---- the step ------------------------------------------------------------------------------ */
-
-/* Whether contact j's sliding, faster than what the forces of the step make of it, jams. */
-static int32_t jams(perp_mechanism *m, int32_t j)
-{
-    double before = 0.0, change = 0.0;
-
-    for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++) {
-        before = hypot(before, m->start_velocity[i]);
-        change = hypot(change, m->free_velocity[i] - m->start_velocity[i]);
-    }
-    return before > change && perp__is_jammed(m, &m->answer, j);
-}
-
-/* Whether velocities jump: a contact was hit, approached faster than the forces of the step make
- * it, or its sliding jams. */
-static int32_t has_jump(perp_mechanism *m)
-{
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t row = m->starts[j];
-        const double before = m->start_velocity[row];
-
-        if (m->two_sided[j] == 0 && m->answer.r[row] > 0.0 &&
-            (before < -fabs(m->free_velocity[row] - before) || jams(m, j)))
-            return 1;
-    }
-    return 0;
-}
-
-/* Where the step leads. Velocities that jump have no mean: those after the jump stop at the
- * contact. */
-static perp_status arrive(perp_mechanism *m, const perp__theta *w, double *q)
-{
-    if (has_jump(m))
-        return perp__evaluate_move(m, q, w->from.q, w->from.h, m->answer.v);
-    memcpy(q, w->q, (size_t)m->coordinates * sizeof *q);
-    return PERP_OK;
-}
-
 perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                                 const perp__start *from)
 {
     perp__theta *w = m->theta ? m->theta : perp__work_create(m, sizeof *w, layout);
+    const double *start = m->start_velocity, *free = m->free_velocity;
     perp__velocity_problem problem;
+    int32_t jumps = 0;
     perp_status status;
 
     m->theta = w;
@@ -452,8 +365,27 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
     step->scheme = PERP_MECHANISM_THETA;
     status = prepare(m, w);
     PERP__THEN(status, iterate(m, w, step));
-    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
-        status = arrive(m, w, to->q);
+    if (status != PERP_OK)
+        return status;
+    /* velocities jump: a contact was hit, approached faster than the forces of the step make it, or
+     * its sliding, faster than what these make of it, jams */
+    for (int32_t j = 0; j < m->contacts && !jumps && perp__outcome_moves(m->answer.outcome); j++) {
+        const int32_t row = m->starts[j];
+        double before = 0.0, change = 0.0;
+
+        if (m->two_sided[j] > 0 || !(m->answer.r[row] > 0.0))
+            continue;
+        for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++) {
+            before = hypot(before, start[i]);
+            change = hypot(change, free[i] - start[i]);
+        }
+        jumps = start[row] < -fabs(free[row] - start[row]) ||
+                (before > change && perp__is_jammed(m, &m->answer, j));
+    }
+    if (jumps) /* there is no mean: those after the jump stop at the contact */
+        status = perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v);
+    else
+        memcpy(to->q, w->q, (size_t)m->coordinates * sizeof *to->q);
     if (status != PERP_OK)
         return status;
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum); /* that of the forces: impacts */

@@ -1,15 +1,10 @@
 /* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first; and
  * which one of two shapes' axes closes last. */
-#include "world/collide/box.h"
 #include "world/collide/collision.h"
 #include "world/collide/polytope.h"
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
-
-/* Sine of the angle between two edges below which their product is no axis of its own: its
- * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
-#define PARALLEL 1e-7
 
 /* Boxes whose axes are parallel to 1e-6 have no edge products of their own: what they separate more
  * than the faces is no more than that of an edge's length. */
@@ -93,7 +88,7 @@ PERP__KERNEL static void face_of_a(const view *v, int i, perp__axis *axis)
 
 #define SIGN_LANES(x) PERP__SELECT_LANES((x) < zero, PERP__SAME_LANES(-1.0), PERP__SAME_LANES(1.0))
 
-PERP__KERNEL static void faces_of_b(const view *v, int count, perp__axis *axis)
+PERP__KERNEL static void faces_of_b(const view *v, perp__axis *axis)
 {
     const double *c = v->centre, *h = v->half_a;
     const perp__lanes zero = {0.0};
@@ -105,7 +100,7 @@ PERP__KERNEL static void faces_of_b(const view *v, int count, perp__axis *axis)
     const perp__lanes apart = (PERP__ABSOLUTE_LANES(along) - v->half) - width;
     const perp__lanes sign = SIGN_LANES(along), all = v->half + width;
 
-    for (int j = 0; j < count; j++) {
+    for (int j = 0; j < 3; j++) {
         for (int k = 0; k < 3; k++)
             axis[j].normal[k] = sign[j] * v->C[k][j];
         axis[j].separation = apart[j];
@@ -132,7 +127,7 @@ PERP__KERNEL static void edges_of_a(const view *v, int i, perp__axis *axis)
     const perp__lanes width = reach / length, back = -x * scale, on = y * scale;
 
     for (int j = 0; j < 3; j++) {
-        const int parallel = length[j] < PARALLEL;
+        const int parallel = length[j] < PERP__PARALLEL;
 
         axis[j].normal[i] = 0.0;
         axis[j].normal[k] = parallel ? 0.0 : back[j];
@@ -154,20 +149,18 @@ PERP__KERNEL static int are_aligned(const view *v)
 }
 
 PERP__MULTIVERSION_SHARED(perp__box_axes,
-                          (const perp__placed *a, const perp__placed *b, int32_t planar,
-                           perp__axes *axes),
-                          (a, b, planar, axes))
+                          (const perp__placed *a, const perp__placed *b, perp__axes *axes),
+                          (a, b, axes))
 {
-    const int dimension = planar ? 2 : 3;
     perp__axis *axis = axes->axis;
     view v;
 
     set_view(&v, a, b);
-    for (int i = 0; i < dimension; i++)
+    for (int i = 0; i < 3; i++)
         face_of_a(&v, i, &axis[i]);
-    faces_of_b(&v, dimension, axis + dimension);
-    axes->faces[0] = axes->faces[1] = dimension;
-    axes->count = planar ? 4 : are_aligned(&v) ? 6 : PERP__BOX_AXES;
+    faces_of_b(&v, axis + 3);
+    axes->faces[0] = axes->faces[1] = 3;
+    axes->count = are_aligned(&v) ? 6 : PERP__BOX_AXES;
     if (axes->count > 6) {
         edges_of_a(&v, 0, axis + 6);
         edges_of_a(&v, 1, axis + 9);
@@ -177,15 +170,21 @@ PERP__MULTIVERSION_SHARED(perp__box_axes,
         axis[k].number = k;
 }
 
-static double size_of(const perp__placed *shape)
+double perp__size_of(const perp__placed *shape)
 {
     return perp__largest3(shape->geometry->half_extents) + shape->geometry->radius;
+}
+
+int perp__box_is_smaller(const perp__placed *a, const perp__placed *b)
+{
+    const double *x = a->geometry->half_extents, *y = b->geometry->half_extents;
+    return x[0] + x[1] + x[2] < y[0] + y[1] + y[2];
 }
 
 int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
                             const double *gate)
 {
-    const double bias = BIAS * fmin(size_of(a), size_of(b));
+    const double bias = BIAS * fmin(perp__size_of(a), perp__size_of(b));
     const int32_t smaller = perp__box_is_smaller(a, b);
     const int32_t first = smaller ? axes->faces[0] : 0, faces = axes->faces[smaller];
     double most = -INFINITY;

@@ -1,21 +1,14 @@
-/* Two boxes in three dimensions.
+/* Two boxes in space.
  *
- * Separating axes (Gottschalk, Lin & Manocha 1996): of the face normals of both boxes and the
- * products of their edges, the one along which the boxes are farthest apart, or overlap least. A
- * face normal gives the polygon in which the faces meet, an edge product the point where two edges
- * cross. */
-#include "world/collide/box.h"
+ * The axis along which they are farthest apart, or overlap least (axes.c), is the normal of their
+ * contacts. A face normal gives the polygon in which the faces meet: that of the incident box,
+ * clipped by the sides of the reference face (Sutherland & Hodgman 1974). A product of edges gives
+ * the point where two edges cross. */
+#include "world/collide/convex.h"
 
-#include "world/collide/segment.h"
+#include <string.h>
+
 #include "linalg/spatial.h"
-
-/* Sine of the angle between two edges below which their product is no axis of its own: its
- * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
-#define PARALLEL 1e-7
-
-/* Angle between the axis of two edges and a face normal below which the faces meet rather than the
- * edges. A box that rests on others tilts by less; its support then is a polygon still. */
-#define FLAT 1e-3
 
 /* Features: those of face contacts on either reference, those of a pair of edges, and one for the
  * closest points, which come alone. */
@@ -25,12 +18,25 @@ enum {
     FEATURE_CLOSEST = FEATURE_EDGES + 12 * 12
 };
 
-/* A face axis; `second` tells that the reference is the pair's second box. */
-typedef struct face_axis {
+static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+static const double origin[3] = {0.0, 0.0, 0.0};
+
+/* Two boxes in the frame of the first, the reference. */
+typedef struct box_pair {
+    const perp__placed *reference;
+    const double *half;          /* of the reference */
+    const double *incident_half; /* of the incident box */
+    double axes[9];              /* columns: the incident box's axes */
+    double centre[3];            /* the incident box's centre */
+    double size;                 /* largest half extent of the smaller box */
+} box_pair;
+
+/* The side `sign` of an axis of the reference box, which is the second of the two where told. */
+typedef struct box_face {
     int second;
-    perp__box_face face; /* in the frame of that reference */
-    double separation;
-} face_axis;
+    int axis;
+    double sign;
+} box_face;
 
 typedef struct edge_axis {
     int i, j;         /* axes of first and second */
@@ -38,55 +44,173 @@ typedef struct edge_axis {
     double separation;
 } edge_axis;
 
-/* The pair seen from either box. */
-typedef struct views {
-    perp__box_pair from[2];
-} views;
+static void set_pair(box_pair *pair, const perp__placed *reference, const perp__placed *incident)
+{
+    double between[3];
+    pair->reference = reference;
+    pair->half = reference->geometry->half_extents;
+    pair->incident_half = incident->geometry->half_extents;
+    for (int j = 0; j < 3; j++) {
+        double axis[3], column[3];
+        perp__column3(axis, incident->rotation, j);
+        perp__apply_transposed3(column, reference->rotation, axis);
+        for (int k = 0; k < 3; k++)
+            pair->axes[3 * k + j] = column[k];
+    }
+    perp__subtract3(between, incident->position, reference->position);
+    perp__apply_transposed3(pair->centre, reference->rotation, between);
+    pair->size = fmin(perp__largest3(pair->half), perp__largest3(pair->incident_half));
+}
 
-static double dot_axis(const perp__box_pair *pair, const double *x, int j)
+static double dot_axis(const box_pair *pair, const double *x, int j)
 {
     return x[0] * pair->axes[j] + x[1] * pair->axes[3 + j] + x[2] * pair->axes[6 + j];
 }
 
-/* (|c_i| - h_i) - sum_j |axes_ij| h_j over the reference's axes i. */
-static void best_face_of(const perp__box_pair *pair, face_axis *best)
+/* ---- faces ---- */
+
+/* A convex quadrilateral has at most 8 corners left when four lines have cut it. */
+enum { MAX_CORNERS = 8 };
+
+/* A corner is told from the others by the edges before and after it: edges 0 .. 3 are the incident
+ * face's, 4 .. 7 the reference face's. */
+typedef struct corner {
+    double position[3];
+    int32_t before;
+    int32_t after;
+} corner;
+
+typedef struct polygon {
+    corner corners[MAX_CORNERS];
+    int count;
+} polygon;
+
+/* A side plane of the reference face: inside where sign x[axis] <= half. */
+typedef struct side {
+    int axis;
+    double sign;
+    double half;
+    double tolerance; /* on the plane: this close to it */
+    int32_t edge;
+} side;
+
+/* The incident box's face whose normal is most against the reference face's. Returns a number for
+ * it, 0 .. 5. */
+static int32_t incident_face(const box_pair *pair, const box_face *face, polygon *out)
 {
-    best->separation = -INFINITY;
-    for (int i = 0; i < 3; i++) {
-        const double *row = pair->axes + 3 * i, *half = pair->incident_half;
-        double reach = fabs(row[0]) * half[0] + fabs(row[1]) * half[1] + fabs(row[2]) * half[2];
-        double separation = (fabs(pair->centre[i]) - pair->half[i]) - reach;
-        if (separation > best->separation) {
-            best->separation = separation;
-            best->face.axis = i;
-            best->face.sign = pair->centre[i] < 0.0 ? -1.0 : 1.0;
+    static const double round[4][2] = {{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}};
+    const double *along = pair->axes + 3 * face->axis, *half = pair->incident_half;
+    double axis_j[3], axis_k[3], axis_l[3];
+    int j = 0;
+    for (int m = 1; m < 3; m++)
+        if (fabs(along[m]) > fabs(along[j]))
+            j = m;
+    const double sign = face->sign * along[j] > 0.0 ? -1.0 : 1.0;
+    const int k = (j + 1) % 3, l = (j + 2) % 3;
+    perp__column3(axis_j, pair->axes, j);
+    perp__column3(axis_k, pair->axes, k);
+    perp__column3(axis_l, pair->axes, l);
+    out->count = 4;
+    for (int q = 0; q < 4; q++) {
+        corner *at = &out->corners[q];
+        perp__along3(at->position, pair->centre, sign * half[j], axis_j);
+        perp__along3(at->position, at->position, round[q][0] * half[k], axis_k);
+        perp__along3(at->position, at->position, round[q][1] * half[l], axis_l);
+        at->before = (q + 3) % 4;
+        at->after = q;
+    }
+    return 2 * j + (sign > 0.0);
+}
+
+static double beyond(const side *cut, const corner *at)
+{
+    return cut->sign * at->position[cut->axis] - cut->half;
+}
+
+/* Corners on the plane stay as they are and spawn no second corner beside them. */
+static void clip(const side *cut, polygon *in)
+{
+    const double on = cut->tolerance;
+    polygon out;
+    out.count = 0;
+    for (int q = 0; q < in->count; q++) {
+        const corner *last = &in->corners[(q + in->count - 1) % in->count];
+        const corner *here = &in->corners[q];
+        const corner *next = &in->corners[(q + 1) % in->count];
+        const double at_last = beyond(cut, last), at = beyond(cut, here);
+        const double at_next = beyond(cut, next);
+
+        if (at <= on && out.count < MAX_CORNERS) {
+            corner *inside = &out.corners[out.count++];
+            *inside = *here;
+            if (at >= -on && at_last > on)
+                inside->before = cut->edge;
+            if (at >= -on && at_next > on)
+                inside->after = cut->edge;
+        }
+        if (((at < -on && at_next > on) || (at > on && at_next < -on)) && out.count < MAX_CORNERS) {
+            const int leaves = at < at_next;
+            const corner *inside = leaves ? here : next, *outside = leaves ? next : here;
+            const double from = beyond(cut, inside), part = from / (from - beyond(cut, outside));
+            corner *cross = &out.corners[out.count++];
+            cross->before = leaves ? here->after : cut->edge;
+            cross->after = leaves ? cut->edge : here->after;
+            for (int k = 0; k < 3; k++)
+                cross->position[k] =
+                    inside->position[k] + part * (outside->position[k] - inside->position[k]);
+            cross->position[cut->axis] = cut->sign * cut->half;
         }
     }
+    memcpy(in, &out, sizeof out);
 }
 
-static void best_face(const views *both, face_axis *best)
+/* The points with gap <= margin of the incident face that lies opposite `face`, over it: up to 8,
+ * with features below 72 * 64. Returns how many. */
+static int32_t face_points(const box_pair pairs[2], const box_face *face, double margin,
+                           perp__point *points)
 {
-    face_axis other;
-    best_face_of(&both->from[0], best);
-    best_face_of(&both->from[1], &other);
-    best->second = 0;
-    other.second = 1;
-    if (other.separation > best->separation + PERP__BOX_BIAS * both->from[0].size)
-        *best = other;
+    const box_pair *pair = &pairs[face->second];
+    double normal[3] = {0.0, 0.0, 0.0};
+    int32_t count = 0, first = face->second ? FEATURES_A_FACE : 0;
+    polygon outline;
+    const int32_t incident = incident_face(pair, face, &outline);
+    for (int32_t edge = 0; edge < 4; edge++) {
+        const int axis = (face->axis + 1 + edge / 2) % 3;
+        const side cut = {axis, edge % 2 ? 1.0 : -1.0, pair->half[axis], PERP__ON_FACE * pair->size,
+                          4 + edge};
+        clip(&cut, &outline);
+    }
+    normal[face->axis] = face->sign;
+    first += (6 * (2 * face->axis + (face->sign > 0.0)) + incident) * 64;
+    for (int q = 0; q < outline.count; q++) {
+        const corner *at = &outline.corners[q];
+        const double gap = face->sign * at->position[face->axis] - pair->half[face->axis];
+        double position[3];
+        if (!(gap <= margin))
+            continue;
+        perp__along3(position, at->position, -0.5 * gap, normal);
+        perp__emit_point(pair->reference, position, normal, gap, first + at->before * 8 + at->after,
+                         &points[count++]);
+    }
+    if (face->second) /* from first to second */
+        perp__turn_points(count, points);
+    return count;
 }
+
+/* ---- edges ---- */
 
 /* The product of edges i and j. Returns 0 if they are parallel. */
-static int edge_product(const perp__box_pair *pair, int i, int j, edge_axis *axis)
+static int edge_product(const box_pair *pair, int i, int j, edge_axis *axis)
 {
-    int k = (i + 1) % 3, l = (i + 2) % 3;
-    double length = hypot(pair->axes[3 * k + j], pair->axes[3 * l + j]);
-    if (length < PARALLEL)
-        return 0;
+    const int k = (i + 1) % 3, l = (i + 2) % 3;
+    const double length = hypot(pair->axes[3 * k + j], pair->axes[3 * l + j]);
     double *normal = axis->normal;
+    if (length < PERP__PARALLEL)
+        return 0;
     normal[i] = 0.0;
     normal[k] = -pair->axes[3 * l + j] / length;
     normal[l] = pair->axes[3 * k + j] / length;
-    double along = perp__dot3(normal, pair->centre);
+    const double along = perp__dot3(normal, pair->centre);
     if (along < 0.0)
         for (int m = 0; m < 3; m++)
             normal[m] = -normal[m];
@@ -101,46 +225,41 @@ static int edge_product(const perp__box_pair *pair, int i, int j, edge_axis *axi
     return 1;
 }
 
-static void best_edges(const perp__box_pair *pair, edge_axis *best)
+/* The face whose normal is within PERP__FLAT of the edges' axis; returns 0 if there is none. */
+static int flat_face(const box_pair *pair, const edge_axis *edges, box_face *flat)
 {
-    best->separation = -INFINITY;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            edge_axis axis;
-            if (edge_product(pair, i, j, &axis) && axis.separation > best->separation)
-                *best = axis;
-        }
-}
-
-/* The face whose normal is within FLAT of the edges' axis; returns 0 if there is none. */
-static int flat_face(const perp__box_pair *pair, const edge_axis *edges, face_axis *flat)
-{
-    double least = 1.0 - 0.5 * FLAT * FLAT;
+    double least = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
     int found = 0;
     for (int m = 0; m < 6; m++) {
-        double cosine = m < 3 ? edges->normal[m] : -dot_axis(pair, edges->normal, m - 3);
+        const double cosine = m < 3 ? edges->normal[m] : -dot_axis(pair, edges->normal, m - 3);
         if (fabs(cosine) <= least)
             continue;
         least = fabs(cosine);
         found = 1;
         flat->second = m >= 3;
-        flat->face.axis = m % 3;
-        flat->face.sign = cosine < 0.0 ? -1.0 : 1.0;
+        flat->axis = m % 3;
+        flat->sign = cosine < 0.0 ? -1.0 : 1.0;
     }
     return found;
 }
 
-/* Points from the second box's faces have normals from second to first. */
-static int32_t face_points(const views *both, const face_axis *axis, double margin,
-                           perp__point *points)
+/* Edge `number` of a box, 0 .. 11, in the frame in which its centre is `centre` and its axes are
+ * the columns of `axes`. Edges of axis j have the numbers 4j .. 4j + 3; the number's lowest bits
+ * tell the sides on the axes that follow j cyclically. */
+static void segment_of_box(perp__segment *edge, const double *half, const double *axes,
+                           const double *centre, int32_t number)
 {
-    int32_t count = perp__box_clip(&both->from[axis->second], &axis->face, margin, points);
-    if (!axis->second)
-        return count;
-    perp__turn_points(count, points);
-    for (int32_t q = 0; q < count; q++)
-        points[q].feature += FEATURES_A_FACE;
-    return count;
+    const int j = (int)(number / 4);
+    perp__column3(edge->direction, axes, j);
+    edge->half = half[j];
+    perp__copy3(edge->centre, centre);
+    for (int m = 1; m < 3; m++) {
+        const int other = (j + m) % 3;
+        double axis[3];
+        perp__column3(axis, axes, other);
+        const double sign = number % 4 >> (m - 1) & 1 ? 1.0 : -1.0;
+        perp__along3(edge->centre, edge->centre, sign * half[other], axis);
+    }
 }
 
 /* The edge of a box along axis j that lies farthest in `direction`. */
@@ -151,29 +270,26 @@ static int32_t edge_towards(int j, const double *direction)
 
 /* The point where two edges cross. Boxes that overlap least along this axis do cross there; apart,
  * the lines may come closest beyond the edges' ends, which is not this point: returns 0. */
-static int32_t edge_point(const perp__box_pair *pair, const edge_axis *axis, double margin,
+static int32_t edge_point(const box_pair *pair, const edge_axis *axis, double margin,
                           perp__point *points)
 {
-    static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-    static const double origin[3] = {0.0, 0.0, 0.0};
+    const double gap = axis->separation;
     double against[3], on_first[3], on_second[3], between[3], position[3];
+    perp__segment first, second;
     for (int m = 0; m < 3; m++)
         against[m] = -dot_axis(pair, axis->normal, m);
-    int32_t number_first = edge_towards(axis->i, axis->normal);
-    int32_t number_second = edge_towards(axis->j, against);
-
-    perp__segment first, second;
-    perp__segment_of_box(&first, pair->half, identity, origin, 0, number_first);
-    perp__segment_of_box(&second, pair->incident_half, pair->axes, pair->centre, 0, number_second);
-    perp__segment_closest(&first, &second, on_first, on_second);
-    double gap = axis->separation;
+    const int32_t number_first = edge_towards(axis->i, axis->normal);
+    const int32_t number_second = edge_towards(axis->j, against);
     if (!(gap <= margin))
         return 0;
+    segment_of_box(&first, pair->half, identity, origin, number_first);
+    segment_of_box(&second, pair->incident_half, pair->axes, pair->centre, number_second);
+    perp__segment_closest(&first, &second, on_first, on_second);
 
     /* between the points lies the gap, along the axis, unless an edge ended before */
     perp__subtract3(between, on_second, on_first);
     perp__along3(between, between, -gap, axis->normal);
-    if (gap > 0.0 && perp__largest3(between) > PERP__BOX_ON_FACE * pair->size)
+    if (gap > 0.0 && perp__largest3(between) > PERP__ON_FACE * pair->size)
         return 0;
     for (int k = 0; k < 3; k++)
         position[k] = 0.5 * (on_first[k] + on_second[k]);
@@ -182,104 +298,97 @@ static int32_t edge_point(const perp__box_pair *pair, const edge_axis *axis, dou
     return 1;
 }
 
-/* The points of the face that the edges' axis is nearly normal to, noted in *flat; where there is
- * no such face or it has none, the point where the edges cross. */
-static int32_t edge_points(const views *both, const edge_axis *axis, face_axis *flat, double margin,
-                           perp__point *points)
+/* One point at the closest points of the edges of two boxes, of which no corner is closest to a
+ * face, if their distance is at most margin. The normal of `face` stands in where the distance is
+ * lost in rounding. */
+static int32_t closest_point(const box_pair *pair, const box_face *face, double margin,
+                             perp__point *points)
 {
-    int32_t count = 0;
-    if (flat_face(&both->from[0], axis, flat))
-        count = face_points(both, flat, margin, points);
-    return count > 0 ? count : edge_point(&both->from[0], axis, margin, points);
-}
+    double least = INFINITY, on_first[3], on_second[3], normal[3], position[3];
+    for (int32_t i = 0; i < 12; i++) {
+        perp__segment first, second;
+        segment_of_box(&first, pair->half, identity, origin, i);
+        for (int32_t j = 0; j < 12; j++) {
+            double here_first[3], here_second[3], between[3];
+            segment_of_box(&second, pair->incident_half, pair->axes, pair->centre, j);
+            const int parallel = perp__segment_closest(&first, &second, here_first, here_second);
+            perp__subtract3(between, here_second, here_first);
+            double distance = perp__normalise3(between);
 
-/* The face's normal in the first box's frame, from first to second. */
-static void face_normal(const views *both, const face_axis *axis, double *normal)
-{
-    for (int k = 0; k < 3; k++)
-        normal[k] = k == axis->face.axis ? axis->face.sign : 0.0;
-    if (axis->second) {
-        perp__column3(normal, both->from[0].axes, axis->face.axis);
-        for (int k = 0; k < 3; k++)
-            normal[k] *= -axis->face.sign;
+            /* of equal distances that of parallel edges, whose points are the middle of the stretch
+             * in which they meet: the others end there. The factor only beats rounding. */
+            if (parallel)
+                distance *= 1.0 - 1e-9;
+            if (!(distance < least))
+                continue;
+            least = distance;
+            perp__copy3(on_first, here_first);
+            perp__copy3(on_second, here_second);
+        }
     }
-}
-
-static int32_t collide_views(const views *both, double margin, perp__point *points)
-{
-    const perp__box_pair *pair = &both->from[0];
-    face_axis face, flat;
-    edge_axis edges;
-    double normal[3];
-    best_face(both, &face);
-    best_edges(pair, &edges);
-    double separation = fmax(face.separation, edges.separation);
-    if (separation > margin)
+    perp__subtract3(normal, on_second, on_first);
+    const double gap = perp__normalise3(normal);
+    if (!(gap <= margin))
         return 0;
-
-    int32_t count = edges.separation > face.separation + PERP__BOX_BIAS * pair->size
-                        ? edge_points(both, &edges, &flat, margin, points)
-                        : face_points(both, &face, margin, points);
-    if (count > 0)
-        return count;
-
-    /* The axis separates the boxes, but nothing over the face is near: a corner or an edge is
-     * closest to an edge. Boxes that overlap do meet on their axis, and get here by no more than
-     * BIAS. */
-    face_normal(both, &face, normal);
-    return perp__box_pair_closest(pair, 0, margin, normal, FEATURE_CLOSEST, points);
+    for (int k = 0; k < 3; k++)
+        position[k] = 0.5 * (on_first[k] + on_second[k]);
+    if (gap <= PERP__ON_FACE * pair->size) {
+        perp__column3(normal, face->second ? pair->axes : identity, face->axis);
+        for (int k = 0; k < 3; k++)
+            normal[k] *= face->second ? -face->sign : face->sign;
+    }
+    perp__emit_point(pair->reference, position, normal, gap, FEATURE_CLOSEST, points);
+    return 1;
 }
 
-/* Both views, the larger box first. Returns whether that is B. */
-static int32_t set_views(views *both, const perp__placed *a, const perp__placed *b)
+int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                    double margin, perp__point *points)
 {
     const int32_t swapped = perp__box_is_smaller(a, b);
-    perp__box_pair_set(&both->from[0], swapped ? b : a, swapped ? a : b);
-    perp__box_pair_set(&both->from[1], swapped ? a : b, swapped ? b : a);
-    return swapped;
+    box_pair pairs[2];
+    box_face face = {0, 0, 1.0};
+    edge_axis edges;
+    int32_t count = 0, over_face = axis < 6, crossing = 0;
+
+    /* 1. the larger box comes first: the smaller one's corners then are contact points, and the
+     * choice does not depend on which is called A */
+    set_pair(&pairs[0], swapped ? b : a, swapped ? a : b);
+    set_pair(&pairs[1], swapped ? a : b, swapped ? b : a);
+    if (swapped)
+        axis = axis < 3 ? axis + 3 : axis < 6 ? axis - 3 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
+
+    /* 2. points over the face of the axis, or over one that an axis of edges is nearly normal to */
+    if (over_face) {
+        face.second = axis >= 3;
+        face.axis = axis % 3;
+        face.sign = pairs[face.second].centre[face.axis] < 0.0 ? -1.0 : 1.0;
+    } else {
+        crossing = edge_product(&pairs[0], (axis - 6) / 3, (axis - 6) % 3, &edges);
+        over_face = crossing && flat_face(&pairs[0], &edges, &face);
+    }
+    if (over_face)
+        count = face_points(pairs, &face, margin, points);
+
+    /* 3. the point where edges cross */
+    if (count == 0 && crossing)
+        count = edge_point(&pairs[0], &edges, margin, points);
+
+    /* 4. the axis separates the boxes, but nothing over the face is near: a corner or an edge is
+     * closest to an edge */
+    if (count == 0)
+        count = closest_point(&pairs[0], &face, margin, points);
+    if (swapped)
+        perp__turn_points(count, points);
+    return count;
 }
 
 int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, double margin,
                               perp__point *points)
 {
-    views both;
-    const int32_t swapped = set_views(&both, a, b);
-    int32_t count = collide_views(&both, margin, points);
-    if (swapped)
-        perp__turn_points(count, points);
-    return count;
-}
-
-/* The pair's face or edge axis of that number; see perp__box_axes. */
-static int32_t points_along(const views *both, int32_t axis, perp__point *points)
-{
-    face_axis face = {0, {0, 1.0}, 0.0};
-    edge_axis edges;
-    double normal[3];
-    int32_t count = 0;
-    if (axis < 6) {
-        face.second = axis >= 3;
-        face.face.axis = axis % 3;
-        face.face.sign = both->from[face.second].centre[face.face.axis] < 0.0 ? -1.0 : 1.0;
-        count = face_points(both, &face, INFINITY, points);
-    } else if (edge_product(&both->from[0], (axis - 6) / 3, (axis - 6) % 3, &edges)) {
-        count = edge_points(both, &edges, &face, INFINITY, points);
-    }
-    if (count > 0)
-        return count;
-    face_normal(both, &face, normal);
-    return perp__box_pair_closest(&both->from[0], 0, INFINITY, normal, FEATURE_CLOSEST, points);
-}
-
-int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
-                                    perp__point *points)
-{
-    views both;
-    const int32_t swapped = set_views(&both, a, b);
-    if (swapped)
-        axis = axis < 3 ? axis + 3 : axis < 6 ? axis - 3 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
-    int32_t count = points_along(&both, axis, points);
-    if (swapped)
-        perp__turn_points(count, points);
-    return count;
+    perp__axes axes;
+    perp__box_axes(a, b, &axes);
+    const int32_t best = perp__last_to_close(a, b, &axes, NULL);
+    if (axes.axis[best].separation > margin)
+        return 0;
+    return perp__collide_box_box_along(a, b, best, margin, points);
 }

@@ -1,38 +1,11 @@
-/* Which file answers for which pair of shapes, and the extents of a shape. */
+/* Which function answers for which pair of shapes, balls against balls and boxes, and the extents
+ * of a shape. */
 #include "world/collide/collide.h"
 
 #include <float.h>
 
 #include "linalg/spatial.h"
 #include "world/collide/convex.h"
-
-/* kind of a <= kind of b */
-static int32_t collide_sorted(const perp__placed *a, const perp__placed *b, int32_t planar,
-                              double margin, perp__point *points)
-{
-    int32_t second = b->geometry->kind;
-    switch (a->geometry->kind) {
-    case PERP__PLANE:
-        if (second == PERP__BOX)
-            return perp__collide_plane_box(a, b, planar, margin, points);
-        return second == PERP__PLANE ? 0 : perp__collide_plane_convex(a, b, planar, margin, points);
-    case PERP__BOX:
-        if (second == PERP__SPHERE)
-            return perp__collide_box_sphere(a, b, planar, margin, points);
-        if (second == PERP__BOX && planar)
-            return perp__collide_rectangles(a, b, margin, points);
-        if (second == PERP__BOX)
-            return perp__collide_box_box(a, b, margin, points);
-        break;
-    case PERP__SPHERE:
-        if (second == PERP__SPHERE)
-            return perp__collide_sphere_sphere(a, b, planar, margin, points);
-        break;
-    default:
-        break;
-    }
-    return perp__collide_convex(a, b, planar, margin, points);
-}
 
 void perp__emit_point(const perp__placed *frame, const double *position, const double *normal,
                       double gap, int32_t feature, perp__point *point)
@@ -52,54 +25,112 @@ void perp__turn_points(int32_t count, perp__point *points)
             points[q].normal[k] = -points[q].normal[k];
 }
 
+/* Two spheres; in planar worlds two discs. */
+static int32_t collide_balls(const perp__placed *a, const perp__placed *b, int32_t planar,
+                             double margin, perp__point *points)
+{
+    double normal[3];
+    perp__subtract3(normal, b->position, a->position);
+    if (planar)
+        normal[2] = 0.0;
+    double distance = perp__normalise3(normal);
+
+    /* concentric spheres part along an axis of the first, which lies in a planar world's plane */
+    if (distance == 0.0)
+        perp__column3(normal, a->rotation, 0);
+
+    double radius = a->geometry->radius;
+    double gap = distance - radius - b->geometry->radius;
+    if (!(gap <= margin))
+        return 0;
+
+    perp__along3(points->position, a->position, radius + 0.5 * gap, normal);
+    perp__copy3(points->normal, normal);
+    points->gap = gap;
+    points->feature = 0;
+    return 1;
+}
+
+/* A box and a sphere; in planar worlds a rectangle and a disc. */
+static int32_t collide_box_ball(const perp__placed *box, const perp__placed *ball, int32_t planar,
+                                double margin, perp__point *points)
+{
+    const int dimension = planar ? 2 : 3;
+    const double *half = box->geometry->half_extents;
+    double between[3], centre[3], closest[3] = {0.0, 0.0, 0.0}, outward[3] = {0.0, 0.0, 0.0};
+    perp__subtract3(between, ball->position, box->position);
+    perp__apply_transposed3(centre, box->rotation, between);
+
+    /* 1. the point of the box next to the ball's centre, in the frame of the box */
+    for (int j = 0; j < dimension; j++) {
+        closest[j] = fmin(fmax(centre[j], -half[j]), half[j]);
+        outward[j] = centre[j] - closest[j];
+    }
+    double distance = perp__normalise3(outward);
+
+    /* 2. of a centre inside of the box that of the nearest face: the way out is the shortest there
+     */
+    if (distance == 0.0) {
+        int nearest = 0;
+        for (int j = 1; j < dimension; j++)
+            if (half[j] - fabs(closest[j]) < half[nearest] - fabs(closest[nearest]))
+                nearest = j;
+        const double side = closest[nearest] < 0.0 ? -1.0 : 1.0;
+        distance = -(half[nearest] - fabs(closest[nearest]));
+        closest[nearest] = side * half[nearest];
+        for (int j = 0; j < 3; j++)
+            outward[j] = j == nearest ? side : 0.0;
+    }
+
+    /* 3. the point, midway */
+    const double gap = distance - ball->geometry->radius;
+    if (!(gap <= margin))
+        return 0;
+    perp__along3(closest, closest, 0.5 * gap, outward);
+    perp__emit_point(box, closest, outward, gap, 0, points);
+    return 1;
+}
+
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points)
 {
-    if (a->geometry->kind <= b->geometry->kind)
-        return collide_sorted(a, b, planar, margin, points);
+    const int32_t boxes = a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
+    const int32_t swapped = boxes ? perp__box_is_smaller(a, b) /* the larger is the reference */
+                                  : a->geometry->kind > b->geometry->kind;
+    const perp__placed *first = swapped ? b : a, *second = swapped ? a : b;
+    const int32_t kind = first->geometry->kind, other = second->geometry->kind;
+    int32_t count = 0;
+    if (other == PERP__PLANE)
+        count = 0;
+    else if (kind == PERP__PLANE && other == PERP__BOX)
+        count = perp__collide_plane_box(first, second, planar, margin, points);
+    else if (kind == PERP__PLANE)
+        count = perp__collide_plane_convex(first, second, planar, margin, points);
+    else if (perp__are_boxes(first, second, planar))
+        count = perp__collide_box_box(first, second, margin, points);
+    else if (kind == PERP__BOX && other == PERP__SPHERE)
+        count = collide_box_ball(first, second, planar, margin, points);
+    else if (kind == PERP__SPHERE && other == PERP__SPHERE)
+        count = collide_balls(first, second, planar, margin, points);
+    else
+        count = perp__collide_convex(first, second, planar, margin, points);
 
-    /* positions and features belong to the pair, only the normal knows which one is A */
-    int32_t count = collide_sorted(b, a, planar, margin, points);
-    perp__turn_points(count, points);
+    if (swapped) /* positions and features belong to the pair, only the normal knows which is A */
+        perp__turn_points(count, points);
     return count;
-}
-
-/* Balls have no axes but that between the closest points. */
-static int32_t has_axes(const perp__placed *a, const perp__placed *b)
-{
-    const int32_t first = a->geometry->kind, second = b->geometry->kind;
-    return first != PERP__PLANE && second != PERP__PLANE &&
-           (first > PERP__SPHERE || second > PERP__SPHERE);
 }
 
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points)
 {
-    if (has_axes(a, b)) {
-        perp__convex_pair pair;
-        perp__convex_pair_set(&pair, a, b, planar);
-        return perp__convex_points(&pair, axis, INFINITY, points);
-    }
-    if (a->geometry->kind != PERP__BOX || b->geometry->kind != PERP__BOX)
+    perp__convex_pair pair;
+    if (a->geometry->kind == PERP__PLANE || b->geometry->kind == PERP__PLANE ||
+        perp__is_ball_pair(a, b))
         return perp__collide(a, b, planar, INFINITY, points);
-    return planar ? perp__collide_rectangles_along(a, b, axis, points)
-                  : perp__collide_box_box_along(a, b, axis, points);
-}
-
-/* How far the shape goes from its centre along an axis of the world, up and down. */
-static void reach_along(const perp__placed *shape, int k, double *up, double *down)
-{
-    const perp__geometry *geometry = shape->geometry;
-    const double *row = shape->rotation + 3 * k;
-    if (geometry->kind == PERP__PLANE)
-        *up = INFINITY;
-    else if (geometry->kind == PERP__SPHERE)
-        *up = geometry->radius;
-    else
-        *up = perp__reach_of(geometry, row);
-    *down = *up;
-    if (geometry->kind == PERP__HULL)
-        *down = perp__reach_of(geometry, (const double[3]){-row[0], -row[1], -row[2]});
+    if (perp__are_boxes(a, b, planar))
+        return perp__collide_box_box_along(a, b, axis, INFINITY, points);
+    perp__convex_pair_set(&pair, a, b, planar);
+    return perp__convex_points(&pair, axis, INFINITY, points);
 }
 
 /* A few roundings wider, so that shapes that exactly touch are found. */
@@ -110,10 +141,19 @@ static double widened(double reach, double position)
 
 void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)
 {
+    const perp__geometry *geometry = shape->geometry;
     for (int k = 0; k < 3; k++) {
-        const double x = shape->position[k];
-        double up, down;
-        reach_along(shape, k, &up, &down);
+        const double x = shape->position[k], *row = shape->rotation + 3 * k;
+        double up, down; /* how far the shape goes from its centre along the axis */
+        if (geometry->kind == PERP__PLANE)
+            up = INFINITY;
+        else if (geometry->kind == PERP__SPHERE)
+            up = geometry->radius;
+        else
+            up = perp__reach_of(geometry, row);
+        down = up;
+        if (geometry->kind == PERP__HULL)
+            down = perp__reach_of(geometry, (const double[3]){-row[0], -row[1], -row[2]});
         extent->low[k] = x - widened(down + margin, x);
         extent->high[k] = x + widened(up + margin, x);
     }

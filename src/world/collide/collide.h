@@ -1,4 +1,4 @@
-/* Contact points between two placed shapes. One file a shape pair; no file knows of bodies. */
+/* Contact points between two placed shapes. No file here knows of bodies. */
 #ifndef PERP_WORLD_COLLIDE_H
 #define PERP_WORLD_COLLIDE_H
 
@@ -47,26 +47,32 @@ void perp__turn_points(int32_t count, perp__point *points);
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points);
 
-/* The pairs; each may assume the kinds in its name, in that order. */
+/* The pairs; each may assume the kinds in its name, in that order; boxes against boxes are those of
+ * space, rectangles are convex shapes. */
 int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
                                 double margin, perp__point *points);
 int32_t perp__collide_plane_convex(const perp__placed *plane, const perp__placed *convex,
                                    int32_t planar, double margin, perp__point *points);
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points);
-int32_t perp__collide_sphere_sphere(const perp__placed *a, const perp__placed *b, int32_t planar,
-                                    double margin, perp__point *points);
-int32_t perp__collide_box_sphere(const perp__placed *box, const perp__placed *sphere,
-                                 int32_t planar, double margin, perp__point *points);
 int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, double margin,
                               perp__point *points);
-int32_t perp__collide_rectangles(const perp__placed *a, const perp__placed *b, double margin,
-                                 perp__point *points);
-/* Along an axis of perp__box_axes. */
+/* The points with gap <= margin along an axis of perp__box_axes. */
 int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
-                                    perp__point *points);
-int32_t perp__collide_rectangles_along(const perp__placed *a, const perp__placed *b, int32_t axis,
-                                       perp__point *points);
+                                    double margin, perp__point *points);
+
+static inline int32_t perp__are_boxes(const perp__placed *a, const perp__placed *b, int32_t planar)
+{
+    return !planar && a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
+}
+
+/* A ball against a ball or a box: they have no axes but that between the closest points. */
+static inline int32_t perp__is_ball_pair(const perp__placed *a, const perp__placed *b)
+{
+    const int32_t kind = a->geometry->kind, other = b->geometry->kind;
+    return kind <= PERP__SPHERE && other <= PERP__SPHERE &&
+           (kind == PERP__SPHERE || other == PERP__SPHERE);
+}
 
 /* An axis-aligned box around a shape; a plane's is infinite. */
 typedef struct perp__bounds {

@@ -16,7 +16,6 @@
 #include <float.h>
 #include <string.h>
 
-#include "world/collide/box.h"
 #include "world/collide/convex.h"
 #include "linalg/spatial.h"
 
@@ -79,30 +78,19 @@ static int32_t stay_apart(const perp__moving *a, const perp__moving *b,
                             sum(a->turn) * a->reach + sum(b->turn) * b->reach);
 }
 
-static int32_t are_boxes(const perp__placed *a, const perp__placed *b)
-{
-    return a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
-}
-
-/* What the files of balls do: a ball against a ball or a box. */
-static int32_t is_ball_pair(const perp__placed *a, const perp__placed *b)
-{
-    const int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
-    return kind_a <= PERP__SPHERE && kind_b <= PERP__SPHERE && !are_boxes(a, b);
-}
-
-void perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes)
+int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
+                      perp__axes *axes)
 {
     perp__convex_pair pair;
+    int32_t all = 1;
     axes->faces[0] = axes->faces[1] = axes->count = 0;
-    if (is_ball_pair(a, b))
-        return;
-    if (are_boxes(a, b)) {
-        perp__box_axes(a, b, planar, axes);
-        return;
+    if (perp__are_boxes(a, b, planar)) {
+        perp__box_axes(a, b, axes);
+    } else if (!perp__is_ball_pair(a, b)) {
+        perp__convex_pair_set(&pair, a, b, planar);
+        all = perp__convex_axes(&pair, far, axes);
     }
-    perp__convex_pair_set(&pair, a, b, planar);
-    perp__convex_axes(&pair, axes);
+    return all;
 }
 
 /* How far one axis alone decides: the largest separation, of cores, along other directions than
@@ -112,7 +100,7 @@ static double separation_aside(const perp__placed *a, const perp__placed *b, int
 {
     double largest = -INFINITY;
     perp__convex_pair pair;
-    if (!are_boxes(a, b)) {
+    if (!perp__are_boxes(a, b, planar)) {
         perp__convex_pair_set(&pair, a, b, planar);
         return perp__convex_aside(&pair, axes, best);
     }
@@ -123,15 +111,20 @@ static double separation_aside(const perp__placed *a, const perp__placed *b, int
     return largest;
 }
 
-/* The centre of a ball in the frame of a box, and its way out: the closest point's direction. */
+/* A difference of places in the frame of a box. A ball has no frame: its turning is nothing. */
+static void see_from(const perp__placed *box, const double *between, double *seen)
+{
+    if (box->geometry->kind == PERP__BOX)
+        perp__apply_transposed3(seen, box->rotation, between);
+    else
+        perp__copy3(seen, between);
+}
+
 static void centre_in_box(const perp__placed *box, const perp__placed *ball, double *centre)
 {
     double between[3];
     perp__subtract3(between, ball->position, box->position);
-    if (box->geometry->kind == PERP__BOX)
-        perp__apply_transposed3(centre, box->rotation, between);
-    else /* a ball has no frame: its turning is nothing */
-        perp__copy3(centre, between);
+    see_from(box, between, centre);
 }
 
 /* Distance of a point from a box (negative inside: to the next face) and its gradient. */
@@ -164,13 +157,30 @@ static double box_distance(const double *half, int dimension, const double *cent
     return inside;
 }
 
-static int32_t are_rounded(const perp__placed *a, const perp__placed *b)
+/* An axis is told apart from another one if they differ by more than the motion turns them. Of
+ * those that are not the face of the shape that turns less is the normal: it has it all the way. */
+static int32_t steadier_face(const perp__moving *a, const perp__moving *b, const perp__axes *axes,
+                             int32_t best)
 {
-    return a->geometry->radius > 0.0 && b->geometry->radius > 0.0;
+    const double turn_a = sum(a->turn), turn_b = sum(b->turn);
+    const int32_t first = turn_a <= turn_b ? 0 : axes->faces[0];
+    const int32_t end = first + axes->faces[turn_a <= turn_b ? 0 : 1];
+    int32_t steadier = -1;
+    if (turn_a == turn_b || (best >= first && best < end) || axes->count == 0)
+        return best;
+    for (int32_t k = first; k < end; k++) {
+        double apart[3];
+        perp__subtract3(apart, axes->axis[k].normal, axes->axis[best].normal);
+        if (axes->axis[k].separation > 0.0 && perp__length3(apart) <= turn_a + turn_b &&
+            (steadier < 0 || axes->axis[k].separation > axes->axis[steadier].separation))
+            steadier = k;
+    }
+    return steadier < 0 ? best : steadier;
 }
 
 int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
-                            int32_t planar, const perp__nearness *near, perp__collision *collision)
+                            int32_t planar, const perp__nearness *near, const perp__axes *axes,
+                            perp__collision *collision)
 {
     const perp__placed *a = moving_a->start, *b = moving_b->start;
     int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
@@ -182,17 +192,18 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
         double reach = a->geometry->radius + b->geometry->radius + near->touching;
         return perp__dot3(between, between) <= reach * reach;
     }
-    if (!is_ball_pair(a, b)) {
-        perp__axes axes;
-        perp__axes_of(a, b, planar, &axes);
-        int32_t best = perp__last_to_close(a, b, &axes, NULL);
-        const perp__axis *axis = &axes.axis[best];
-        if (axis->separation > near->touching)
+    if (!perp__is_ball_pair(a, b)) {
+        int32_t best = perp__last_to_close(a, b, axes, NULL);
+        if (axes->axis[best].separation > near->touching)
             return 0;
+        if (axes->axis[best].separation > near->rounding)
+            best = steadier_face(moving_a, moving_b, axes, best);
+        const perp__axis *axis = &axes->axis[best];
         collision->axis = axis->number;
         if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
-            return axis->separation < -near->touching || are_rounded(a, b);
-        double aside = separation_aside(a, b, planar, &axes, best);
+            return axis->separation < -near->touching ||
+                   (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
+        double aside = separation_aside(a, b, planar, axes, best);
         collision->doubtful =
             -aside < perp__relative_displacement(moving_a, moving_b) + near->touching;
         return axis->separation < -near->touching ||
@@ -231,16 +242,18 @@ static void narrow(double first, double last, double *enter, double *leave)
 typedef struct course {
     const perp__moving *a;
     const perp__moving *b;
+    const perp__nearness *near;
     int32_t planar;
     int32_t turning;
     double gate[PERP__MAX_AXES];
-    double frame[9]; /* A's, at the time looked at last */
-    perp__axes axes; /* then, in that frame */
-    int32_t last;    /* of them to close */
+    double bare[PERP__MAX_AXES]; /* gates without what a motion may close of them */
+    double frame[9];             /* A's, at the time looked at last */
+    perp__axes axes;             /* then, in that frame */
+    int32_t last;                /* of them to close */
 } course;
 
 /* The separation along an axis at the end of a stretch, and in `against` that in the other
- * direction where B may have passed to A's other side; boxes lie about their places. */
+ * direction where a box B may have passed to A's other side. */
 static double separation_at(const course *on, const perp__axis *axis, const perp__placed *a,
                             const perp__placed *b, double *against)
 {
@@ -249,8 +262,7 @@ static double separation_at(const course *on, const perp__axis *axis, const perp
     const double along = perp__separation(a, b, normal);
     perp__subtract3(between, b->position, a->position);
     *against = -INFINITY;
-    if (along < 0.0 && axis->width < INFINITY &&
-        (perp__dot3(normal, between) < 0.0 || !are_boxes(a, b))) {
+    if (along < 0.0 && axis->width < INFINITY && perp__dot3(normal, between) < 0.0) {
         for (int m = 0; m < 3; m++)
             normal[m] = -normal[m];
         *against = perp__separation(a, b, normal);
@@ -289,33 +301,40 @@ static double entry_of(const course *on, const double *gate, double t, double en
     return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
 }
 
-static void axes_at(course *on, double t)
+static void axes_at(course *on, double t, double far)
 {
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     memcpy(on->frame, a.rotation, sizeof on->frame);
-    perp__axes_of(&a, &b, on->planar, &on->axes);
+    (void)perp__axes_of(&a, &b, on->planar, far, &on->axes);
 }
 
 /* What the last axis to close lacks at time t. */
 static double look_at(course *on, double t)
 {
-    axes_at(on, t);
+    axes_at(on, t, INFINITY);
     on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
     return on->axes.axis[on->last].separation + on->gate[on->last];
 }
 
 /* The time between `open` and `closed` at which the last axis closes: false position, halved where
- * one end stays (the Illinois rule). */
-static double find_closing(course *on, double open, double closed, double rounding)
+ * one end stays (the Illinois rule). Where what the last axis lacks has a kink between the two,
+ * some halvings come first. */
+static double find_closing(course *on, double open, double closed, int halvings)
 {
-    double at_open = look_at(on, open), at_closed, deep;
-    int side = 0;       /* that came last */
+    double at_open, at_closed, deep;
+    int side = 0; /* that came last */
+    for (int look = 0; look < halvings; look++) {
+        const double t = 0.5 * (open + closed);
+
+        *(look_at(on, t) > 0.0 ? &open : &closed) = t;
+    }
+    at_open = look_at(on, open);
     if (at_open <= 0.0) /* in each other from the start */
         return open;
     at_closed = deep = look_at(on, closed);
-    for (int look = 0; look < MAX_REFINEMENTS && deep < -rounding; look++) {
+    for (int look = 0; look < MAX_REFINEMENTS && deep < -on->near->rounding; look++) {
         double t = open + (closed - open) * (at_open / (at_open - at_closed));
         double lacks = look_at(on, t);
         if (lacks > 0.0) {
@@ -336,82 +355,49 @@ static double find_closing(course *on, double open, double closed, double roundi
     return closed;
 }
 
-/* The same where what the last axis lacks has a kink between the two. */
-static double halve(course *on, double open, double closed, double rounding)
+/* Looks at the axes of the start, and sets their gates; whether one of them keeps the shapes apart
+ * all the way. */
+static int32_t set_out(course *on, perp__collision *collision)
 {
-    for (int look = 0; look < HALVINGS; look++) {
-        const double t = 0.5 * (open + closed);
-
-        *(look_at(on, t) > 0.0 ? &open : &closed) = t;
-    }
-    return find_closing(on, open, closed, rounding);
-}
-
-/* Whether one of the axes of the start keeps the shapes apart all the way. */
-static int32_t one_axis_keeps(const course *on, const perp__nearness *near,
-                              perp__collision *collision)
-{
-    int32_t kept = 0;
-    for (int32_t k = 0; k < on->axes.count && !kept; k++) {
+    const perp__nearness *near = on->near;
+    int32_t apart = 0;
+    axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + near->touching);
+    for (int32_t k = 0; k < on->axes.count && !apart; k++) {
         const perp__axis *axis = &on->axes.axis[k];
         if (!(axis->separation > near->touching))
             continue;
         collision->lead = axis->separation - near->touching;
         perp__apply3(collision->apart, on->frame, axis->normal);
-        kept = stay_apart(on->a, on->b, collision);
+        apart = stay_apart(on->a, on->b, collision);
     }
-    return kept;
-}
-
-/* The time at which shapes that go straight have met, without what the gates kept of it. The edges
- * of shapes other than boxes are not all among their axes. */
-static double time_without_gates(course *on, const double *bare, double t)
-{
-    if (on->turning || (on->gate[on->last] == 0.0 && !are_boxes(on->a->start, on->b->start)))
-        return t;
-    axes_at(on, 0.0);
-    return fmin(t, entry_of(on, bare, 0.0, 1.0));
-}
-
-/* The gates of the axes of the start, and those without what a motion may close of them. */
-static void set_gates(course *on, const perp__nearness *near, double *bare)
-{
     for (int32_t k = on->axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
-        on->gate[k] = bare[k] = 0.0;
-    for (int32_t k = 0; k < on->axes.count; k++) {
+        on->gate[k] = on->bare[k] = 0.0;
+    for (int32_t k = 0; k < on->axes.count && !apart; k++) {
         on->gate[k] = gate_of(on->axes.axis[k].separation, near, near->grazing);
-        bare[k] = gate_of(on->axes.axis[k].separation, near, 0.0);
+        on->bare[k] = gate_of(on->axes.axis[k].separation, near, 0.0);
     }
-    on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
+    if (!apart)
+        on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
+    return apart;
 }
 
-static void set_collision(course *on, double t, const double *bare, const perp__nearness *near,
-                          perp__collision *collision)
+/* The shapes meet at time t along the axis that was the last to close. Those that go straight have
+ * met without what the gates kept of it before; but the edges of shapes other than boxes are not
+ * all among their axes. */
+static void set_collision(course *on, double t, perp__collision *collision)
 {
+    const int32_t boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     collision->axis = on->axes.axis[on->last].number;
     collision->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
-                          perp__relative_displacement(on->a, on->b) + near->touching;
-    collision->time = time_without_gates(on, bare, t);
-}
-
-/* Half of what the rate of a separation may change by in the step, along an axis that turns. */
-static double bend_of(const perp__moving *a, const perp__moving *b, double angle)
-{
-    const double displacement = perp__relative_displacement(a, b);
-    double between[3];
-
-    perp__subtract3(between, b->start->position, a->start->position);
-    return angle *
-           (displacement + 0.5 * angle * (sum(between) + a->reach + b->reach + displacement));
-}
-
-/* No less than `lacks`, closed at a rate that grows no faster than by 2 bend, is open so long. */
-static double free_time(double lacks, double rate, double bend)
-{
-    return 2.0 * lacks / (rate + sqrt(rate * rate + 4.0 * bend * lacks));
+                          perp__relative_displacement(on->a, on->b) + on->near->touching;
+    if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
+        axes_at(on, 0.0, INFINITY);
+        t = fmin(t, entry_of(on, on->bare, 0.0, 1.0));
+    }
+    collision->time = t;
 }
 
 /* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
@@ -420,60 +406,66 @@ static double free_time(double lacks, double rate, double bend)
 static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
                                   const perp__nearness *near, perp__collision *collision)
 {
-    course on;
-    double bare[PERP__MAX_AXES], t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
     const double angle = perp__length3(a->turn) + perp__length3(b->turn);
-    const double bend = bend_of(a, b, angle);
+    const double displacement = perp__relative_displacement(a, b);
     /* what passes a round shape closely comes nearer by half in each look */
-    const double still_share = are_boxes(a->start, b->start) ? 1e-9 : 4.0 * DBL_EPSILON;
+    const double still_share =
+        perp__are_boxes(a->start, b->start, planar) ? 1e-9 : 4.0 * DBL_EPSILON;
+    double t = 0.0, lacks = -INFINITY, due = INFINITY, free = 0.0;
+    int32_t met = 0, ends;
+    double between[3], bend; /* half of what the rate of a separation may change by in the step */
+    course on;               /* large: what is not used stays as it is */
+    perp__subtract3(between, b->start->position, a->start->position);
+    bend =
+        angle * (displacement + 0.5 * angle * (sum(between) + a->reach + b->reach + displacement));
     on.a = a;
     on.b = b;
+    on.near = near;
     on.planar = planar;
     on.turning = angle > 0.0;
-    axes_at(&on, 0.0);
-    if (one_axis_keeps(&on, near, collision))
-        return 0;
-    set_gates(&on, near, bare);
-    for (int look = 0; look < MAX_LOOKS && t < 1.0; look++) {
+    ends = set_out(&on, collision);
+    for (int look = 0; look < MAX_LOOKS && t < 1.0 && !met && !ends; look++) {
         const double last = t, before = lacks;
         const int32_t axis = on.last;
-        double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0;
+
+        /* 1. the time of the next look: no later than the shapes meet, or all turn by STRIDE */
+        const double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0;
         const double most = fmin(lacks, on.axes.axis[on.last].width); /* not through the other */
         double entry = t + due;
         if (free >= end - t)
             entry = INFINITY;
         else if (!(entry <= end && bend * due * due <= most))
             entry = fmax(entry_of(&on, on.gate, t, end), t + free);
-        if (entry == INFINITY && end >= 1.0)
-            return 0;
-        int still = entry == INFINITY ? 0 : entry - t <= still_share * (end - t);
+        ends = entry == INFINITY && end >= 1.0;
+        if (ends)
+            continue;
+        const int still = entry != INFINITY && entry - t <= still_share * (end - t);
         t = entry == INFINITY ? end : entry;
-        lacks = look_at(&on, t);
-        if (still || lacks <= near->rounding) {
-            if (angle > 0.0 && lacks < -near->rounding)
-                t = find_closing(&on, last, t, near->rounding);
-            set_collision(&on, t, bare, near, collision);
-            return 1;
-        }
-        if (look % MANY_LOOKS == MANY_LOOKS - 1) {
-            if (look_at(&on, end) < -near->rounding) {
-                t = halve(&on, t, end, near->rounding);
-                set_collision(&on, t, bare, near, collision);
-                return 1;
-            }
-            look_at(&on, t);
-        }
-        due = INFINITY;
-        free = 0.0;
-        if (on.turning && on.last == axis && look > 0) {
-            const double rate = (before - lacks) / (t - last);
 
-            if (rate > 0.0)
-                due = lacks / rate;
-            free = free_time(lacks, rate + bend * (t - last), bend);
+        /* 2. they have met if the last axis lacks nothing then; or, after many looks, at the end */
+        lacks = look_at(&on, t);
+        met = still || lacks <= near->rounding;
+        if (met && angle > 0.0 && lacks < -near->rounding) {
+            t = find_closing(&on, last, t, 0);
+        } else if (!met && look % MANY_LOOKS == MANY_LOOKS - 1) {
+            met = look_at(&on, end) < -near->rounding;
+            if (met)
+                t = find_closing(&on, t, end, HALVINGS);
+            else
+                look_at(&on, t);
         }
+
+        /* 3. when the axis is due by its rate; and how long it is open for sure: what lacks so
+         * much, closed at a rate that grows no faster than by 2 bend */
+        const int32_t goes_on = !met && on.turning && on.last == axis && look > 0;
+        double rate = goes_on ? (before - lacks) / (t - last) : 0.0;
+        due = rate > 0.0 ? lacks / rate : INFINITY;
+        rate += bend * (t - last);
+        free = goes_on ? 2.0 * lacks / (rate + sqrt(rate * rate + 4.0 * bend * lacks)) : 0.0;
     }
-    return 0;
+    if (met)
+        set_collision(&on, t, collision);
+    return met;
 }
 
 /* Newton's method for the first time in [t, end] at which a point on its way from `from` by `way`
@@ -502,16 +494,6 @@ static double ball_entry(const double *half, int dimension, double radius, const
     return INFINITY;
 }
 
-/* The share of the step in which the ball's way in the frame of the box leaves its chord by little:
- * c = R' (d + t x) bends by (2 |turn| |x| + |turn|^2 |d|) / 8. */
-static double ball_stride(const perp__moving *a, const perp__moving *b, const double *from)
-{
-    double turn = sum(a->turn) + sum(b->turn), displacement = perp__relative_displacement(a, b);
-    double bend = 0.125 * turn * (2.0 * displacement + turn * (sum(from) + displacement));
-    double least = BEND * fmin(a->reach, b->reach);
-    return fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / MAX_LOOKS);
-}
-
 /* Ball `b` and box or ball `a`; a ball is a box without extent, but round. */
 static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
                             const perp__nearness *near, perp__collision *collision)
@@ -521,8 +503,10 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
     const double *half = boxed ? a->start->geometry->half_extents : none;
     double radius = b->start->geometry->radius + (boxed ? 0.0 : a->start->geometry->radius);
     double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    double turn = sum(a->turn) + sum(b->turn), displacement = perp__relative_displacement(a, b);
     double gates[7] = {0.0}, bare[7] = {0.0}, from[3], gradient[3], aside, t = 0.0;
 
+    /* 1. a plane that keeps them apart, or the gates of the faces and of the closest points */
     centre_in_box(a->start, b->start, from);
     double distance = box_distance(half, dimension, from, gradient, &aside) - radius;
     if (distance > near->touching) {
@@ -534,44 +518,44 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
         if (stay_apart(a, b, collision))
             return 0;
     }
-    for (int k = 0; k < 7; k++) {
-        if (k < 6 && (!boxed || k / 2 >= dimension))
-            continue;
-        double separation = distance;
-        if (k < 6)
-            separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
+    for (int k = 0; k < 2 * dimension && boxed; k++) {
+        double separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
         gates[k] = gate_of(separation, near, near->grazing);
         bare[k] = gate_of(separation, near, 0.0);
     }
-    double stride = boxed ? ball_stride(a, b, from) : 1.0;
+    gates[6] = gate_of(distance, near, near->grazing);
+    bare[6] = gate_of(distance, near, 0.0);
+
+    /* 2. the share of the step in which the ball's way in the frame of the box leaves its chord by
+     * little: c = R' (d + t x) bends by (2 |turn| |x| + |turn|^2 |d|) / 8 */
+    double bend = 0.125 * turn * (2.0 * displacement + turn * (sum(from) + displacement));
+    double least = BEND * fmin(a->reach, b->reach), stride = 1.0;
+    if (boxed)
+        stride = fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / MAX_LOOKS);
+
+    /* 3. chord by chord */
     while (t < 1.0) {
         double end = fmin(1.0, t + stride);
         perp__placed later_a, later_b;
-        double to[3], displacement[3];
+        double to[3], way[3], at[3];
         perp__moved(a, end, &later_a);
         perp__moved(b, end, &later_b);
         centre_in_box(&later_a, &later_b, to);
-        perp__subtract3(displacement, to, from);
+        perp__subtract3(way, to, from);
         if (angle == 0.0) {
             double world[3];
             perp__subtract3(world, b->displacement, a->displacement);
-            if (boxed)
-                perp__apply_transposed3(displacement, a->start->rotation, world);
-            else
-                perp__copy3(displacement, world);
+            see_from(a->start, world, way);
         }
-        double entry =
-            ball_entry(half, dimension, radius, from, displacement, gates, near->rounding);
+        double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);
         if (entry <= 1.0) {
-            double at[3];
-            entry = fmin(entry, ball_entry(half, dimension, radius, from, displacement, bare,
-                                           near->rounding));
-            perp__along3(at, from, entry, displacement);
+            entry =
+                fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
+            perp__along3(at, from, entry, way);
             box_distance(half, dimension, at, gradient, &aside);
             collision->time = t + entry * (end - t);
             collision->axis = 0;
-            collision->doubtful =
-                boxed && aside < perp__relative_displacement(a, b) + near->touching;
+            collision->doubtful = boxed && aside < displacement + near->touching;
             return 1;
         }
         t = end;
@@ -583,7 +567,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
 int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
                              const perp__nearness *near, perp__collision *collision)
 {
-    if (!is_ball_pair(a->start, b->start))
+    if (!perp__is_ball_pair(a->start, b->start))
         return collide_along_axes(a, b, planar, near, collision);
     if (b->start->geometry->kind == PERP__SPHERE)
         return collide_ball(a, b, planar, near, collision);

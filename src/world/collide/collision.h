@@ -49,10 +49,12 @@ static inline int32_t perp__stay_apart(const double *apart, double lead, const d
     return lead + (along < 0.0 ? along : 0.0) - turning > 0.0;
 }
 
-/* Whether the shapes, none a half-space, touch or overlap at the start in a way that leaves no
- * doubt about the normal: one axis alone keeps them apart. */
+/* Whether the shapes, none a half-space, touch or overlap at the start, where they have these axes,
+ * in a way that leaves no doubt about the normal: one axis alone keeps them apart. */
+struct perp__axes;
 int32_t perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_t planar,
-                            const perp__nearness *near, perp__collision *collision);
+                            const perp__nearness *near, const struct perp__axes *axes,
+                            perp__collision *collision);
 
 /* Whether the motion makes shapes meet that do not touch plainly. */
 int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32_t planar,
@@ -95,13 +97,31 @@ typedef struct perp__axes {
     perp__axis axis[PERP__MAX_AXES];
 } perp__axes;
 
-/* Boxes: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6 faces
- * alone. Rectangles: 2 sides each. A face axis is that of either side. */
-#define PERP__BOX_AXES 15
-void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes);
+/* Sine of the angle between two edges below which their product is no axis of its own: its
+ * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
+#define PERP__PARALLEL 1e-7
 
-/* The axes of any two shapes but half-spaces; balls against balls and boxes have none. */
-void perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes);
+/* Angle between a direction and a face's normal, or two edges, below which faces or stretches of
+ * edges meet rather than points. What rests on others tilts by less; its support then is a polygon
+ * still. */
+#define PERP__FLAT 1e-3
+
+/* A corner this little beside a face, in terms of the size, still stands on it. Resting bodies
+ * drift by less. */
+#define PERP__ON_FACE 1e-9
+
+/* Boxes in space: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6
+ * faces alone. A face axis is that of either side. */
+#define PERP__BOX_AXES 15
+void perp__box_axes(const perp__placed *a, const perp__placed *b, perp__axes *axes);
+/* Of any shape: its largest coordinate. */
+double perp__size_of(const perp__placed *shape);
+int perp__box_is_smaller(const perp__placed *a, const perp__placed *b);
+
+/* The axes of any two shapes but half-spaces; balls against balls and boxes have none. Returns 0
+ * where a face keeps them farther apart than `far`: then it is the last one found. */
+int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
+                      perp__axes *axes);
 
 /* The axis with the largest sum of separation and gate (NULL: none). The faces of the larger shape
  * are preferred, then the other's, then edges, so that rounding does not choose. */

@@ -8,19 +8,9 @@
 #include "world/collide/convex.h"
 
 #include "linalg/spatial.h"
-#include "world/collide/segment.h"
-
-/* Sine of the angle between two edges below which their product is no axis of its own: its
- * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
-#define PARALLEL 1e-7
 
 /* Cosine of the angle from which on two axes count as different directions. */
 #define ASIDE 0.9
-
-static double size_of(const perp__geometry *geometry)
-{
-    return perp__largest3(geometry->half_extents) + geometry->radius;
-}
 
 void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const perp__placed *b,
                            int32_t planar)
@@ -41,7 +31,7 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
     pair->frame = a;
     pair->planar = planar;
     pair->radius = a->geometry->radius + b->geometry->radius;
-    pair->size = fmin(size_of(a->geometry), size_of(b->geometry));
+    pair->size = fmin(perp__size_of(a), perp__size_of(b));
 }
 
 void perp__convex_face(const perp__convex_pair *pair, int32_t side, int32_t face, perp__axis *axis)
@@ -49,8 +39,11 @@ void perp__convex_face(const perp__convex_pair *pair, int32_t side, int32_t face
     const perp__polytope *own = &pair->side[side], *other = &pair->side[1 - side];
     const double *normal = own->normal + 3 * face;
     double least = INFINITY;
-    for (int32_t c = 0; c < other->corners; c++)
-        least = fmin(least, perp__dot3(normal, other->corner + 3 * c));
+    for (int32_t c = 0; c < other->corners; c++) {
+        const double height = perp__dot3(normal, other->corner + 3 * c);
+
+        least = height < least ? height : least;
+    }
     axis->separation = least - own->offset[face] - pair->radius;
     axis->width = INFINITY;
     for (int k = 0; k < 3; k++)
@@ -91,7 +84,7 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
         return -INFINITY; /* the arcs lie on opposite sides of the map */
     perp__cross(normal, u, v);
     double sine = perp__dot3(normal, normal);
-    if (!(sine > PARALLEL * PARALLEL * perp__dot3(u, u) * perp__dot3(v, v)))
+    if (!(sine > PERP__PARALLEL * PERP__PARALLEL * perp__dot3(u, u) * perp__dot3(v, v)))
         return -INFINITY;
     if (a->faces > 0)
         for (int f = 2; f < 4; f++)
@@ -107,7 +100,9 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
 }
 
 /* The product that separates most, of those that have less than the cosine `aside` with the
- * direction; NULL: of all. */
+ * direction; NULL: of all. How vectors along the edges of one core stand to the normals of the
+ * other's faces: an edge parts its own two faces where the signs differ, as those of its outline do
+ * alone, so that nearly all pairs of edges are left out by two numbers at hand. */
 static double best_product(const perp__convex_pair *pair, const double *direction, double *normal,
                            int32_t *number)
 {
@@ -115,8 +110,22 @@ static double best_product(const perp__convex_pair *pair, const double *directio
     double best = -INFINITY;
     if (pair->planar || (a->faces == 0 && b->faces == 0))
         return best;
-    for (int32_t i = 0; i < a->edges; i++)
+    for (int32_t i = 0; i < a->edges; i++) {
+        const int32_t *own = a->edge + 4 * i + 2;
+        double u[3], turns[PERP__MAX_FACES];
+        edge_vector(a, i, u);
+        for (int32_t f = 0; f < b->faces; f++)
+            turns[f] = perp__dot3(b->normal + 3 * f, u);
         for (int32_t j = 0; j < b->edges; j++) {
+            const int32_t *others = b->edge + 4 * j + 2;
+            double v[3];
+            if (b->faces > 0 && !(turns[others[0]] * turns[others[1]] < 0.0))
+                continue;
+            edge_vector(b, j, v);
+            if (a->faces > 0 &&
+                !(perp__dot3(a->normal + 3 * own[0], v) * perp__dot3(a->normal + 3 * own[1], v) <
+                  0.0))
+                continue;
             double n[3], separation = perp__convex_product(pair, i, j, n) - pair->radius;
             if (!(separation > best) || (direction && fabs(perp__dot3(n, direction)) >= ASIDE))
                 continue;
@@ -124,10 +133,54 @@ static double best_product(const perp__convex_pair *pair, const double *directio
             perp__copy3(normal, n);
             *number = a->faces + b->faces + i * b->edges + j;
         }
+    }
     return best;
 }
 
 /* ---- closest points of rounded shapes ---- */
+
+static double clamp(double s, double half)
+{
+    return fmin(fmax(s, -half), half);
+}
+
+/* The distance between p + s u and q + r v, u and v unit vectors, is stationary in s and r where
+ *
+ *   s - r u'v = u'(q - p),    s u'v - r = v'(q - p).
+ *
+ * Of directions that count as parallel that point is lost in rounding, and any other of the stretch
+ * is as close to 1e-7 of its length. */
+int perp__segment_closest(const perp__segment *a, const perp__segment *b, double *on_a,
+                          double *on_b)
+{
+    const double *u = a->direction, *v = b->direction;
+    double between[3], cross[3];
+    perp__subtract3(between, b->centre, a->centre);
+    for (int k = 0; k < 3; k++)
+        cross[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+    double cosine = perp__dot3(u, v);
+    double sine_squared = perp__dot3(cross, cross);
+    double along_a = perp__dot3(u, between);
+    double along_b = perp__dot3(v, between);
+
+    int parallel = sine_squared < PERP__PARALLEL * PERP__PARALLEL;
+    double s;
+    if (parallel) /* the middle of what b covers of a, or a's end next to b */
+        s = 0.5 * (fmax(along_a - b->half, -a->half) + fmin(along_a + b->half, a->half));
+    else
+        s = (along_a - cosine * along_b) / sine_squared;
+    s = clamp(s, a->half);
+
+    /* the best r for this s; where r had to be clamped, the best s for that r */
+    double r = s * cosine - along_b;
+    if (fabs(r) > b->half) {
+        r = clamp(r, b->half);
+        s = clamp(along_a + r * cosine, a->half);
+    }
+    perp__along3(on_a, a->centre, s, u);
+    perp__along3(on_b, b->centre, r, v);
+    return parallel;
+}
 
 void perp__segment_of_edge(const perp__polytope *polytope, int32_t e, perp__segment *segment)
 {
@@ -143,39 +196,6 @@ void perp__segment_of_edge(const perp__polytope *polytope, int32_t e, perp__segm
     perp__subtract3(segment->direction, polytope->corner + 3 * ends[1], from);
     perp__along3(segment->centre, from, 0.5, segment->direction);
     segment->half = 0.5 * perp__normalise3(segment->direction);
-}
-
-/* Both ends of the stretch over which nearly parallel segments lie beside each other; returns 0 if
- * there is none. */
-static int32_t stretch(const perp__segment *a, const perp__segment *b, perp__closest *closest)
-{
-    double between[3], cosine = perp__dot3(a->direction, b->direction);
-    perp__subtract3(between, b->centre, a->centre);
-    double along = perp__dot3(a->direction, between), reach = fabs(cosine) * b->half;
-    double low = fmax(along - reach, -a->half), high = fmin(along + reach, a->half);
-    if (!(low < high) || fabs(cosine) < 1.0 - 0.5 * PERP__FLAT * PERP__FLAT)
-        return 0;
-    for (int end = 0; end < 2; end++) {
-        double s = end ? high : low;
-        perp__along3(closest->on[end][0], a->centre, s, a->direction);
-        perp__along3(closest->on[end][1], b->centre, (s - along) / cosine, b->direction);
-    }
-    closest->count = 2;
-    return 1;
-}
-
-/* A direction across two segments whose points coincide. */
-static void any_across(const perp__convex_pair *pair, double *direction)
-{
-    double u[3] = {0.0, 0.0, 0.0}, v[3] = {0.0, 0.0, 0.0};
-    edge_vector(&pair->side[0], 0, u);
-    edge_vector(&pair->side[1], 0, v);
-    perp__cross(direction, u, v);
-    if (pair->planar || perp__normalise3(direction) == 0.0) {
-        direction[0] = 0.0;
-        direction[1] = 1.0;
-        direction[2] = 0.0;
-    }
 }
 
 void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
@@ -206,11 +226,33 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             best[1] = edge_b;
         }
     }
-    if (a->faces == 0 && b->faces == 0 && least <= PERP__ON_FACE * pair->size)
-        any_across(pair, closest->direction);
+    if (a->faces == 0 && b->faces == 0 && least <= PERP__ON_FACE * pair->size) {
+        /* a direction across two segments whose points coincide */
+        static const double upright[3] = {0.0, 1.0, 0.0};
+        double u[3], v[3];
+        edge_vector(a, 0, u);
+        edge_vector(b, 0, v);
+        perp__cross(closest->direction, u, v);
+        if (pair->planar || perp__normalise3(closest->direction) == 0.0)
+            perp__copy3(closest->direction, upright);
+    }
     closest->count = 1;
-    if (!pair->planar || pair->radius > 0.0)
-        stretch(&best[0], &best[1], closest);
+    if (pair->planar && !(pair->radius > 0.0))
+        return;
+
+    /* both ends of the stretch over which nearly parallel segments lie beside each other */
+    double between[3], cosine = perp__dot3(best[0].direction, best[1].direction);
+    perp__subtract3(between, best[1].centre, best[0].centre);
+    double along = perp__dot3(best[0].direction, between), reach = fabs(cosine) * best[1].half;
+    double low = fmax(along - reach, -best[0].half), high = fmin(along + reach, best[0].half);
+    if (!(low < high) || fabs(cosine) < 1.0 - 0.5 * PERP__FLAT * PERP__FLAT)
+        return;
+    closest->count = 2;
+    for (int end = 0; end < 2; end++) {
+        double s = end ? high : low;
+        perp__along3(closest->on[end][0], best[0].centre, s, best[0].direction);
+        perp__along3(closest->on[end][1], best[1].centre, (s - along) / cosine, best[1].direction);
+    }
 }
 
 double perp__convex_rim(const perp__convex_pair *pair, const perp__polytope *polytope, int32_t face,
@@ -230,32 +272,24 @@ double perp__convex_rim(const perp__convex_pair *pair, const perp__polytope *pol
     return perp__dot3(out, from);
 }
 
-/* Whether x lies within the rim of a face, seen along its normal. */
-static int32_t is_over(const perp__convex_pair *pair, int32_t side, int32_t face, const double *x)
-{
-    const perp__polytope *polytope = &pair->side[side];
-    int32_t count = polytope->first[face + 1] - polytope->first[face];
-    for (int32_t p = 0; p < count; p++) {
-        double out[3], limit = perp__convex_rim(pair, polytope, face, p, out);
-        if (perp__dot3(out, x) > limit)
-            return 0;
-    }
-    return 1;
-}
-
 /* Whether the axis of a face is the direction of the closest points: a corner of the other core
- * that is next to the face lies over it. */
+ * that is next to the face lies over it, within its rim as seen along its normal. */
 static int32_t is_closest(const perp__convex_pair *pair, int32_t side, int32_t face,
                           double separation)
 {
     const perp__polytope *own = &pair->side[side], *other = &pair->side[1 - side];
-    for (int32_t c = 0; c < other->corners; c++) {
+    const int32_t count = own->first[face + 1] - own->first[face];
+    int32_t over = 0;
+    for (int32_t c = 0; c < other->corners && !over; c++) {
         const double *x = other->corner + 3 * c;
         double height = perp__dot3(own->normal + 3 * face, x) - own->offset[face] - pair->radius;
-        if (height <= separation && is_over(pair, side, face, x))
-            return 1;
+        over = height <= separation;
+        for (int32_t p = 0; p < count && over; p++) {
+            double out[3], limit = perp__convex_rim(pair, own, face, p, out);
+            over = !(perp__dot3(out, x) > limit);
+        }
     }
-    return 0;
+    return over;
 }
 
 static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, int32_t count,
@@ -286,7 +320,7 @@ static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, 
         axis->separation = -INFINITY;
 }
 
-void perp__convex_axes(const perp__convex_pair *pair, perp__axes *axes)
+int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes)
 {
     int32_t count = 0;
     for (int32_t side = 0; side < 2; side++) {
@@ -294,6 +328,10 @@ void perp__convex_axes(const perp__convex_pair *pair, perp__axes *axes)
         for (int32_t f = 0; f < pair->side[side].faces; f++, count++) {
             perp__convex_face(pair, side, f, &axes->axis[count]);
             axes->axis[count].number = count;
+            if (axes->axis[count].separation > far) {
+                axes->count = count + 1;
+                return 0;
+            }
         }
     }
     perp__axis *edges = &axes->axis[count++], *closest = &axes->axis[count];
@@ -304,6 +342,7 @@ void perp__convex_axes(const perp__convex_pair *pair, perp__axes *axes)
     closest->number = PERP__CLOSEST_AXIS;
     closest_axis(pair, axes->axis, count, closest);
     axes->count = count + 1;
+    return 1;
 }
 
 double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best)

@@ -5,14 +5,6 @@
 
 #include "world/collide/collision.h"
 #include "world/collide/polytope.h"
-#include "world/collide/segment.h"
-
-/* A corner this little beside a face, in terms of the size, still stands on it. */
-#define PERP__ON_FACE 1e-9
-
-/* Angle between a direction and a face's normal, or two edges, below which faces or stretches of
- * edges meet rather than points. */
-#define PERP__FLAT 1e-3
 
 /* Numbers of axes that are no face's and no edges'. */
 enum { PERP__CLOSEST_AXIS = -1, PERP__NO_AXIS = -2 };
@@ -31,8 +23,9 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
 
 /* The faces of A, those of B, the product of edges that separates most (three dimensions), and for
  * rounded shapes the direction between the points of the cores that are closest, where it is none
- * of a face; -INFINITY where there is none. Widths are INFINITY. */
-void perp__convex_axes(const perp__convex_pair *pair, perp__axes *axes);
+ * of a face; -INFINITY where there is none. Widths are INFINITY. Returns 0, and not all of them,
+ * where a face keeps them farther apart than `far`. */
+int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes);
 
 /* The largest separation of the cores along a direction other than that of axis `best`. */
 double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best);
@@ -43,6 +36,18 @@ void perp__convex_face(const perp__convex_pair *pair, int32_t side, int32_t face
 /* The product of edge i of A with edge j of B, and the separation of the cores along it; -INFINITY
  * where it is no axis. */
 double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j, double *normal);
+
+/* The points centre + s direction, |s| <= half. */
+typedef struct perp__segment {
+    double centre[3];
+    double direction[3]; /* unit */
+    double half;
+} perp__segment;
+
+/* The closest points of two segments. Where a whole stretch is closest (parallel segments) its
+ * middle is taken. Returns 1 if the segments are parallel, to 1e-7. */
+int perp__segment_closest(const perp__segment *a, const perp__segment *b, double *on_a,
+                          double *on_b);
 
 void perp__segment_of_edge(const perp__polytope *polytope, int32_t edge, perp__segment *segment);
 
@@ -63,7 +68,7 @@ double perp__convex_rim(const perp__convex_pair *pair, const perp__polytope *pol
 
 /* convex_points.c: the points along an axis, by its number, with gap <= margin. Writes up to
  * PERP__MAX_POINTS and returns how many. */
-int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis, double margin,
+int32_t perp__convex_points(const perp__convex_pair *pair, int32_t number, double margin,
                             perp__point *points);
 
 #endif

@@ -4,7 +4,6 @@
 #include "world/collide/convex.h"
 
 #include "linalg/spatial.h"
-#include "world/collide/segment.h"
 
 /* A face's corners, and one more for each line that cuts it. */
 enum { MAX_RIM = 2 * PERP__MAX_CORNERS };
@@ -58,23 +57,12 @@ static double beyond(const cutter *cut, const rim_corner *at)
     return perp__dot3(cut->out, at->position) - cut->limit;
 }
 
-/* The feature where an edge of the rim meets the side at hand. */
-static int32_t crossing_feature(const cutter *cut, int32_t edge)
-{
-    const perp__polytope *own = &cut->pair->side[cut->side];
-    const int32_t first = own->first[cut->face], count = own->first[cut->face + 1] - first;
-    if (edge >= 0 && !cut->pair->planar) {
-        int32_t mine = own->side[first + cut->p];
-        return cut->side == 0 ? edge_feature(cut->pair, mine, edge)
-                              : edge_feature(cut->pair, edge, mine);
-    }
-    int32_t after = edge < 0 && (cut->p + 1) % count == -1 - edge;
-    return corner_feature(cut->side, own->loop[first + (after ? (cut->p + 1) % count : cut->p)]);
-}
-
 /* Corners on the side stay as they are and spawn no second corner beside them. */
 static void clip(const cutter *cut, const rim *in, rim *out)
 {
+    const perp__polytope *own = &cut->pair->side[cut->side];
+    const int32_t first = own->first[cut->face], corners = own->first[cut->face + 1] - first;
+    const int32_t p = cut->p, next_p = (p + 1) % corners, mine = own->side[first + p];
     const double on = cut->tolerance;
     out->count = 0;
     out->closed = in->closed;
@@ -86,7 +74,7 @@ static void clip(const cutter *cut, const rim *in, rim *out)
         if (at <= on && out->count < MAX_RIM) {
             out->corners[out->count] = *here;
             if (at >= -on && at_next > on)
-                out->corners[out->count].edge = -1 - cut->p;
+                out->corners[out->count].edge = -1 - p;
             out->count++;
         }
         if (!((at < -on && at_next > on) || (at > on && at_next < -on)) || out->count == MAX_RIM)
@@ -98,16 +86,23 @@ static void clip(const cutter *cut, const rim *in, rim *out)
         for (int k = 0; k < 3; k++)
             cross->position[k] =
                 inside->position[k] + part * (outside->position[k] - inside->position[k]);
-        cross->feature = crossing_feature(cut, here->edge);
-        cross->edge = at < at_next ? -1 - cut->p : here->edge;
+        if (here->edge >= 0 && !cut->pair->planar)
+            cross->feature = cut->side == 0 ? edge_feature(cut->pair, mine, here->edge)
+                                            : edge_feature(cut->pair, here->edge, mine);
+        else /* a corner of the side at hand */
+            cross->feature = corner_feature(
+                cut->side, own->loop[first + (-1 - here->edge == next_p ? next_p : p)]);
+        cross->edge = at < at_next ? -1 - p : here->edge;
     }
 }
 
-/* The face of a shape that lies most against `normal`, among those of its corner farthest against
- * it; -1 if it has no faces. */
-static int32_t incident_face(const perp__polytope *polytope, const double *normal)
+/* What the shape turns towards a face: of the faces of its corner farthest against the normal that
+ * which lies most against it; or, where it has none, its segment or point. */
+static void incident_rim(const perp__convex_pair *pair, int32_t side, const double *normal,
+                         rim *corners)
 {
-    int32_t deepest = 0, best = -1;
+    const perp__polytope *polytope = &pair->side[side];
+    int32_t deepest = 0, face = -1, first = 0;
     double least = INFINITY, most = INFINITY;
     for (int32_t c = 0; c < polytope->corners; c++)
         if (perp__dot3(normal, polytope->corner + 3 * c) < least) {
@@ -119,19 +114,13 @@ static int32_t incident_face(const perp__polytope *polytope, const double *norma
             if (polytope->loop[i] == deepest &&
                 perp__dot3(normal, polytope->normal + 3 * f) < most) {
                 most = perp__dot3(normal, polytope->normal + 3 * f);
-                best = f;
+                face = f;
             }
-    return best;
-}
-
-/* What the shape turns towards the face: its own face, or its segment or point. */
-static void incident_rim(const perp__convex_pair *pair, int32_t side, const double *normal,
-                         rim *corners)
-{
-    const perp__polytope *polytope = &pair->side[side];
-    const int32_t face = incident_face(polytope, normal);
-    const int32_t first = face < 0 ? 0 : polytope->first[face];
-    corners->count = face < 0 ? polytope->corners : polytope->first[face + 1] - first;
+    corners->count = polytope->corners;
+    if (face >= 0) {
+        first = polytope->first[face];
+        corners->count = polytope->first[face + 1] - first;
+    }
     corners->closed = corners->count > 2;
     for (int32_t i = 0; i < corners->count; i++) {
         const int32_t c = face < 0 ? i : polytope->loop[first + i];
@@ -141,21 +130,42 @@ static void incident_rim(const perp__convex_pair *pair, int32_t side, const doub
     }
 }
 
-/* Writes the rim's corners over the face as points; every so many where there are too many. */
-static int32_t rim_points(const cutter *cut, const rim *corners, double margin, perp__point *points)
+/* The points over a face of shape `side` with gap <= margin: of what the other turns towards it,
+ * cut by the sides of its rim. Every so many where there are too many. */
+static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t face, double margin,
+                           perp__point *points)
 {
-    const perp__convex_pair *pair = cut->pair;
-    const perp__polytope *own = &pair->side[cut->side], *other = &pair->side[1 - cut->side];
-    const double *out = own->normal + 3 * cut->face;
-    double normal[3];
-    int32_t count = 0, wanted = corners->count;
-    if (wanted > PERP__MAX_POINTS)
-        wanted = PERP__MAX_POINTS;
-    for (int k = 0; k < 3; k++)
-        normal[k] = cut->side == 0 ? out[k] : -out[k];
+    const perp__polytope *own = &pair->side[side], *other = &pair->side[1 - side];
+    const double *out = own->normal + 3 * face;
+    const double normal[3] = {side == 0 ? out[0] : -out[0], side == 0 ? out[1] : -out[1],
+                              side == 0 ? out[2] : -out[2]};
+    cutter cut = {pair, side, face, 0, {0.0, 0.0, 0.0}, 0.0, PERP__ON_FACE * pair->size};
+    rim rims[2], *now = &rims[0], *next = &rims[1];
+    int32_t count = 0, wanted;
+
+    /* 1. what lies over the face */
+    incident_rim(pair, 1 - side, out, now);
+    for (cut.p = 0; cut.p < own->first[face + 1] - own->first[face]; cut.p++) {
+        rim *cleared = now;
+        cut.limit = perp__convex_rim(pair, own, face, cut.p, cut.out);
+        clip(&cut, now, next);
+        now = next;
+        next = cleared;
+    }
+
+    /* 2. the ends of a segment that came together on a corner of the face are one */
+    if (!now->closed && now->count == 2) {
+        double between[3];
+        perp__subtract3(between, now->corners[1].position, now->corners[0].position);
+        if (perp__largest3(between) <= PERP__ON_FACE * pair->size)
+            now->count = 1;
+    }
+
+    /* 3. its corners as points */
+    wanted = now->count < PERP__MAX_POINTS ? now->count : PERP__MAX_POINTS;
     for (int32_t i = 0; i < wanted; i++) {
-        const rim_corner *at = &corners->corners[i * corners->count / wanted];
-        double gap = (perp__dot3(out, at->position) - own->offset[cut->face]) - pair->radius;
+        const rim_corner *at = &now->corners[i * now->count / wanted];
+        double gap = (perp__dot3(out, at->position) - own->offset[face]) - pair->radius;
         double position[3];
         if (!(gap <= margin))
             continue;
@@ -165,56 +175,7 @@ static int32_t rim_points(const cutter *cut, const rim *corners, double margin, 
     return count;
 }
 
-/* A segment whose ends came together on a corner of the face is one point. */
-static int32_t is_one(const perp__convex_pair *pair, const rim *corners)
-{
-    double between[3];
-    if (corners->closed || corners->count != 2)
-        return 0;
-    perp__subtract3(between, corners->corners[1].position, corners->corners[0].position);
-    return perp__largest3(between) <= PERP__ON_FACE * pair->size;
-}
-
-/* The points over a face of shape `side` with gap <= margin. */
-static int32_t face_points(const perp__convex_pair *pair, int32_t side, int32_t face, double margin,
-                           perp__point *points)
-{
-    const perp__polytope *own = &pair->side[side];
-    const int32_t count = own->first[face + 1] - own->first[face];
-    rim corners[2];
-    int now = 0;
-    cutter cut = {pair, side, face, 0, {0.0, 0.0, 0.0}, 0.0, PERP__ON_FACE * pair->size};
-    incident_rim(pair, 1 - side, own->normal + 3 * face, &corners[0]);
-    for (cut.p = 0; cut.p < count; cut.p++, now = 1 - now) {
-        cut.limit = perp__convex_rim(pair, own, face, cut.p, cut.out);
-        clip(&cut, &corners[now], &corners[1 - now]);
-    }
-    if (is_one(pair, &corners[now]))
-        corners[now].count = 1;
-    return rim_points(&cut, &corners[now], margin, points);
-}
-
 /* ---- edges and corners ---- */
-
-/* The face whose normal is within FLAT of the direction, and whose it is; returns 0 if there is
- * none. */
-static int32_t flat_face(const perp__convex_pair *pair, const double *normal, int32_t *side,
-                         int32_t *face)
-{
-    double most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
-    int32_t found = 0;
-    for (int32_t s = 0; s < 2; s++)
-        for (int32_t f = 0; f < pair->side[s].faces; f++) {
-            double cosine = perp__dot3(pair->side[s].normal + 3 * f, normal);
-            if (!((s == 0 ? cosine : -cosine) > most))
-                continue;
-            most = s == 0 ? cosine : -cosine;
-            *side = s;
-            *face = f;
-            found = 1;
-        }
-    return found;
-}
 
 /* The point where two edges cross. Shapes that overlap least along this axis do cross there; apart,
  * the lines may come closest beyond the edges' ends, which is not this point: returns 0. */
@@ -270,49 +231,51 @@ static int32_t closest_points(const perp__convex_pair *pair, const double *norma
     return count;
 }
 
-/* The face's points, or where nothing lies over it those of the edges and corners next to it. */
-static int32_t along_face(const perp__convex_pair *pair, int32_t number, double margin,
-                          perp__point *points)
-{
-    const int32_t side = number >= pair->side[0].faces;
-    const int32_t face = side ? number - pair->side[0].faces : number;
-    int32_t count = face_points(pair, side, face, margin, points);
-    if (count > 0)
-        return count;
-    perp__axis axis;
-    perp__convex_face(pair, side, face, &axis);
-    return closest_points(pair, axis.normal, axis.separation + pair->radius, margin, points);
-}
-
-/* Along a product of edges or the line between closest points: a face's, if one lies across it. */
-static int32_t along_edges(const perp__convex_pair *pair, int32_t number, double margin,
-                           perp__point *points)
-{
-    const int32_t edges = pair->side[1].edges, crossing = number >= 0;
-    int32_t side, face, count = 0;
-    perp__closest closest;
-    double normal[3], separation;
-    if (crossing) {
-        separation = perp__convex_product(pair, number / edges, number % edges, normal);
-    } else {
-        perp__convex_closest(pair, &closest);
-        perp__copy3(normal, closest.direction);
-        separation = closest.distance;
-    }
-    if (flat_face(pair, normal, &side, &face))
-        count = face_points(pair, side, face, margin, points);
-    if (count == 0 && crossing)
-        count = edge_point(pair, number / edges, number % edges, margin, points);
-    return count > 0 ? count : closest_points(pair, normal, separation, margin, points);
-}
-
-int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis, double margin,
+int32_t perp__convex_points(const perp__convex_pair *pair, int32_t number, double margin,
                             perp__point *points)
 {
-    const int32_t faces = pair->side[0].faces + pair->side[1].faces;
-    if (axis >= 0 && axis < faces)
-        return along_face(pair, axis, margin, points);
-    return along_edges(pair, axis < 0 ? PERP__CLOSEST_AXIS : axis - faces, margin, points);
+    const int32_t faces_a = pair->side[0].faces, faces = faces_a + pair->side[1].faces;
+    const int32_t edges = pair->side[1].edges, i = (number - faces) / edges;
+    const int32_t j = (number - faces) % edges, crossing = number >= faces;
+    int32_t side = number >= faces_a, face = side ? number - faces_a : number;
+    const int32_t of_face = number >= 0 && number < faces;
+    int32_t count = 0, over_face = of_face;
+    double separation, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
+    perp__axis axis;
+
+    /* 1. the normal: of a face, of a product of edges, or the line between the closest points */
+    if (of_face) {
+        perp__convex_face(pair, side, face, &axis);
+        separation = axis.separation + pair->radius;
+    } else if (crossing) {
+        separation = perp__convex_product(pair, i, j, axis.normal);
+    } else {
+        perp__closest closest;
+        perp__convex_closest(pair, &closest);
+        perp__copy3(axis.normal, closest.direction);
+        separation = closest.distance;
+    }
+
+    /* 2. the points over that face, or one whose normal is within FLAT of this one */
+    for (int32_t f = 0; f < faces && !of_face; f++) {
+        const int32_t second = f >= faces_a, own = second ? f - faces_a : f;
+        const double cosine = perp__dot3(pair->side[second].normal + 3 * own, axis.normal);
+        if (!((second ? -cosine : cosine) > most))
+            continue;
+        most = second ? -cosine : cosine;
+        side = second;
+        face = own;
+        over_face = 1;
+    }
+    if (over_face)
+        count = face_points(pair, side, face, margin, points);
+
+    /* 3. where the edges cross; else those of the edges and corners that are next */
+    if (count == 0 && crossing)
+        count = edge_point(pair, i, j, margin, points);
+    if (count == 0)
+        count = closest_points(pair, axis.normal, separation, margin, points);
+    return count;
 }
 
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
@@ -321,7 +284,8 @@ int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32
     perp__convex_pair pair;
     perp__axes axes;
     perp__convex_pair_set(&pair, a, b, planar);
-    perp__convex_axes(&pair, &axes);
+    if (!perp__convex_axes(&pair, margin, &axes))
+        return 0;
     const perp__axis *best = &axes.axis[perp__last_to_close(a, b, &axes, NULL)];
     if (!(best->separation <= margin))
         return 0;

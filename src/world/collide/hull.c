@@ -93,27 +93,6 @@ static double beyond(const work *w, const triangle *t, int32_t i)
     return perp__dot3(t->normal, x) - t->offset;
 }
 
-/* The point farthest beyond the face, NONE if all are on it or inside. Of points equally far that
- * which is farthest from the middle: the others may lie between corners. */
-static int32_t farthest(const work *w, const triangle *t)
-{
-    double best = TOLERANCE, best_out = 0.0;
-    int32_t found = NONE;
-    for (int32_t i = 0; i < w->count; i++) {
-        double far = beyond(w, t, i), x[3];
-        if (far <= TOLERANCE || far < best - TOLERANCE)
-            continue;
-        point_of(w, i, x);
-        double out = perp__dot3(x, x);
-        if (found == NONE || far > best + TOLERANCE || out > best_out) {
-            best = fmax(best, far);
-            best_out = out;
-            found = i;
-        }
-    }
-    return found;
-}
-
 static perp_status degenerate(const work *w, const char *what, int32_t a, int32_t b, int32_t c)
 {
     char others[32] = "";
@@ -129,39 +108,32 @@ static perp_status degenerate(const work *w, const char *what, int32_t a, int32_
 /* Two points far apart, the one farthest from their line and, in space, from the three's plane. */
 static perp_status start(work *w, int32_t *simplex)
 {
-    double best[3] = {0.0, 0.0, 0.0}, x[3], x0[3], x1[3], along[3], between[3], across[3];
-    simplex[0] = simplex[1] = simplex[2] = simplex[3] = 0;
-    for (int32_t i = 0; i < w->count; i++) {
-        point_of(w, i, x);
-        if (perp__dot3(x, x) > best[0]) {
-            best[0] = perp__dot3(x, x);
-            simplex[0] = i;
+    double x0[3] = {0.0, 0.0, 0.0}, along[3] = {0.0, 0.0, 0.0}, most = 0.0;
+    for (int found = 0; found < 3; found++) {
+        most = 0.0;
+        simplex[found] = 0;
+        for (int32_t i = 0; i < w->count; i++) {
+            double x[3], between[3], off[3];
+            point_of(w, i, x);
+            perp__subtract3(between, x, x0);
+            perp__copy3(off, between);
+            if (found == 2)
+                perp__cross(off, along, between);
+            if (perp__dot3(off, off) > most) {
+                most = perp__dot3(off, off);
+                simplex[found] = i;
+            }
+        }
+        if (found == 0) {
+            point_of(w, simplex[0], x0);
+        } else if (found == 1) {
+            point_of(w, simplex[1], along);
+            perp__add3(along, -1.0, x0);
+            perp__normalise3(along);
         }
     }
-    point_of(w, simplex[0], x0);
-    for (int32_t i = 0; i < w->count; i++) {
-        point_of(w, i, x);
-        perp__subtract3(between, x, x0);
-        if (perp__dot3(between, between) > best[1]) {
-            best[1] = perp__dot3(between, between);
-            simplex[1] = i;
-        }
-    }
-    point_of(w, simplex[1], x1);
-    perp__subtract3(along, x1, x0);
-    perp__normalise3(along);
-    for (int32_t i = 0; i < w->count; i++) {
-        point_of(w, i, x);
-        perp__subtract3(between, x, x0);
-        perp__cross(across, along, between);
-        if (perp__dot3(across, across) > best[2]) {
-            best[2] = perp__dot3(across, across);
-            simplex[2] = i;
-        }
-    }
-    if (!(best[2] > TOLERANCE * TOLERANCE))
-        return degenerate(w, "line", simplex[0], simplex[1], NONE);
-    return PERP_OK;
+    return most > TOLERANCE * TOLERANCE ? PERP_OK
+                                        : degenerate(w, "line", simplex[0], simplex[1], NONE);
 }
 
 static perp_status add_corner(work *w, int32_t point)
@@ -185,7 +157,7 @@ static void add_triangle(work *w, int32_t a, int32_t b, int32_t c)
 
 static perp_status first_triangles(work *w)
 {
-    int32_t s[4], corners = w->planar ? 3 : 4;
+    int32_t s[4] = {0}, corners = w->planar ? 3 : 4;
     perp_status status = start(w, s);
     if (status != PERP_OK)
         return status;
@@ -233,14 +205,6 @@ static int32_t with_edge(const work *w, int32_t a, int32_t b)
     return NONE;
 }
 
-static void cut_side(work *w, int32_t t, int32_t point)
-{
-    int32_t end = w->triangle[t].corner[1];
-    w->triangle[t].corner[1] = point;
-    set_plane(w, &w->triangle[t]);
-    add_triangle(w, point, end, NONE);
-}
-
 /* New triangles from the rim of those that see the point take their place. */
 static void replace_seen(work *w, int32_t point)
 {
@@ -266,46 +230,45 @@ static perp_status grow(work *w)
 {
     perp_status status = first_triangles(w);
     for (int32_t t = 0; t < w->triangles && status == PERP_OK;) {
-        int32_t point = farthest(w, &w->triangle[t]);
+        double best = TOLERANCE, best_out = 0.0;
+        int32_t point = NONE;
+
+        /* 1. the point farthest beyond the face, NONE if all are on it or inside; of points equally
+         * far that which is farthest from the middle: the others may lie between corners */
+        for (int32_t i = 0; i < w->count; i++) {
+            const double far = beyond(w, &w->triangle[t], i);
+            double x[3];
+            if (far <= TOLERANCE || far < best - TOLERANCE)
+                continue;
+            point_of(w, i, x);
+            const double out = perp__dot3(x, x);
+            if (point == NONE || far > best + TOLERANCE || out > best_out) {
+                best = fmax(best, far);
+                best_out = out;
+                point = i;
+            }
+        }
         if (point == NONE) {
             t++;
             continue;
         }
+
+        /* 2. it is a corner, from which the faces that see it are new; a side is cut in two */
         status = add_corner(w, point);
-        if (status != PERP_OK)
-            break;
-        if (w->planar)
-            cut_side(w, t, point);
-        else
+        if (status == PERP_OK && w->planar) {
+            const int32_t end = w->triangle[t].corner[1];
+            w->triangle[t].corner[1] = point;
+            set_plane(w, &w->triangle[t]);
+            add_triangle(w, point, end, NONE);
+        } else if (status == PERP_OK) {
             replace_seen(w, point);
-        t = w->planar ? t : 0;
+            t = 0;
+        }
     }
     return status;
 }
 
 /* ---- faces ---- */
-
-/* Triangles that lie in the plane of another, larger one are one face with it. */
-static void merge_from(work *w, int32_t seed)
-{
-    int32_t stack[2 * PERP__MAX_FACES], depth = 0, face = w->faces++;
-    w->triangle[seed].face = face;
-    stack[depth++] = seed;
-    while (depth > 0) {
-        const triangle *t = &w->triangle[stack[--depth]];
-        for (int32_t i = 0; i < 3; i++) {
-            int32_t other = with_edge(w, t->corner[(i + 1) % 3], t->corner[i]);
-            int32_t flat = other != NONE && w->triangle[other].face == NONE;
-            for (int32_t k = 0; k < 3 && flat; k++)
-                flat = fabs(beyond(w, &w->triangle[seed], w->triangle[other].corner[k])) <=
-                       2.0 * TOLERANCE;
-            if (!flat)
-                continue;
-            w->triangle[other].face = face;
-            stack[depth++] = other;
-        }
-    }
-}
 
 static double area_of(const work *w, const triangle *t)
 {
@@ -318,20 +281,37 @@ static double area_of(const work *w, const triangle *t)
     return perp__length3(n);
 }
 
+/* Triangles that lie in the plane of another, larger one are one face with it. */
 static void merge(work *w)
 {
-    for (;;) {
-        int32_t seed = NONE;
+    int32_t stack[2 * PERP__MAX_FACES], depth, seed;
+    do {
         double largest = -1.0;
+        seed = NONE;
         for (int32_t t = 0; t < w->triangles; t++)
             if (w->triangle[t].face == NONE && area_of(w, &w->triangle[t]) > largest) {
                 largest = area_of(w, &w->triangle[t]);
                 seed = t;
             }
-        if (seed == NONE)
-            return;
-        merge_from(w, seed);
-    }
+        depth = seed != NONE;
+        stack[0] = seed;
+        if (seed != NONE)
+            w->triangle[seed].face = w->faces++;
+        while (depth > 0) {
+            const triangle *t = &w->triangle[stack[--depth]];
+            for (int32_t i = 0; i < 3; i++) {
+                const int32_t other = with_edge(w, t->corner[(i + 1) % 3], t->corner[i]);
+                int32_t flat = other != NONE && w->triangle[other].face == NONE;
+                for (int32_t k = 0; k < 3 && flat; k++)
+                    flat = fabs(beyond(w, &w->triangle[seed], w->triangle[other].corner[k])) <=
+                           2.0 * TOLERANCE;
+                if (!flat)
+                    continue;
+                w->triangle[other].face = t->face;
+                stack[depth++] = other;
+            }
+        }
+    } while (seed != NONE);
 }
 
 /* Where the parts of a hull are; all in one block. */
@@ -380,21 +360,6 @@ static int32_t next_on_rim(const work *w, int32_t face, int32_t a)
     return NONE;
 }
 
-/* The rim of a face, from its corner of the lowest number on; returns how many corners it has. */
-static int32_t write_loop(const work *w, int32_t face, int32_t *loop)
-{
-    int32_t from = NONE, at, count = 0;
-    for (int32_t c = 0; c < w->corners && from == NONE; c++)
-        if (next_on_rim(w, face, w->corner[c]) != NONE)
-            from = w->corner[c];
-    for (at = from; at != NONE && count < w->corners; at = next_on_rim(w, face, at)) {
-        if (count > 0 && at == from)
-            break;
-        loop[count++] = number_of(w, at);
-    }
-    return at == from ? count : 0;
-}
-
 /* The edge from a to b, which has face to its left; a new one, or the one from b to a. */
 static int32_t edge_of(perp__polytope *polytope, int32_t *edge, int32_t a, int32_t b, int32_t face)
 {
@@ -435,24 +400,34 @@ static void write_plane(const work *w, const parts *p, int32_t face)
         p->offset[face] = fmax(p->offset[face], perp__dot3(normal, p->corner + 3 * c));
 }
 
-/* Loops and edges; returns 0 where rounding tore the surface. */
+/* Loops, from the corner of the lowest number on, and edges; returns 0 where rounding tore the
+ * surface. */
 static int32_t write_topology(const work *w, perp__polytope *polytope, const parts *p)
 {
     int32_t sides = 0, whole = 1;
     for (int32_t f = 0; f < polytope->faces && whole; f++) {
-        int32_t *loop = p->loop + sides, count = 2;
+        int32_t *loop = p->loop + sides, count = 0, from = NONE, at;
         p->first[f] = sides;
-        if (w->planar)
-            for (int k = 0; k < 2; k++)
-                loop[k] = number_of(w, w->triangle[f].corner[k]);
-        else
-            count = write_loop(w, f, loop);
-        for (int32_t i = 0; i < count; i++)
+
+        /* 1. the rim; in the plane a face is a side */
+        for (; w->planar && count < 2; count++)
+            loop[count] = number_of(w, w->triangle[f].corner[count]);
+        for (int32_t c = 0; c < w->corners && from == NONE && !w->planar; c++)
+            if (next_on_rim(w, f, w->corner[c]) != NONE)
+                from = w->corner[c];
+        for (at = from; at != NONE && count < w->corners; at = next_on_rim(w, f, at)) {
+            if (count > 0 && at == from)
+                break;
+            loop[count++] = number_of(w, at);
+        }
+        whole = w->planar || (at == from && count >= 3);
+
+        /* 2. its edges; that of a side is the side itself */
+        for (int32_t i = 0; i < count && whole; i++)
             p->side[sides + i] =
                 w->planar && i == 1 ? f
                                     : edge_of(polytope, p->edge, loop[i], loop[(i + 1) % count], f);
         sides += count;
-        whole = count >= (w->planar ? 2 : 3);
     }
     p->first[polytope->faces] = sides;
     return whole && (w->planar || (2 * polytope->edges == sides &&
@@ -461,19 +436,20 @@ static int32_t write_topology(const work *w, perp__polytope *polytope, const par
 
 /* ---- what it weighs ---- */
 
-/* Volume, first and second moments about the middle, in scaled units: the sum over the tetrahedra
- * from the middle over each triangle of D = det[a b c] (planar: triangles, D = a x b):
+/* Volume, mass centre and inertia, in the caller's units. In scaled ones the moments about the
+ * middle are sums over the tetrahedra from there over each triangle of D = det[a b c] (planar:
+ * triangles, D = a x b):
  *   volume D/6,  first moments D/24 (a + b + c),  int x x' = D/120 (aa' + bb' + cc' + ss')
  * with s = a + b + c; planar D/2, D/6 s, D/24 (aa' + bb' + ss'). */
-static double integrate(const work *w, double *first, double *second)
+static void weigh(const work *w, perp__hull *hull, double *centre)
 {
-    double volume = 0.0, cross[3], s[3];
-    int corners = w->planar ? 2 : 3;
-    memset(first, 0, 3 * sizeof *first);
-    memset(second, 0, 9 * sizeof *second);
+    const int dimension = w->planar ? 2 : 3;
+    double volume = 0.0, first[3] = {0.0}, second[9] = {0.0}, trace = 0.0;
+
+    /* 1. about the middle */
     for (int32_t t = 0; t < w->triangles; t++) {
-        double x[3][3], det;
-        for (int i = 0; i < corners; i++)
+        double x[3][3], cross[3], s[3], det;
+        for (int i = 0; i < dimension; i++)
             point_of(w, w->triangle[t].corner[i], x[i]);
         perp__cross(cross, x[0], x[1]);
         det = w->planar ? cross[2] : perp__dot3(cross, x[2]);
@@ -484,20 +460,13 @@ static double integrate(const work *w, double *first, double *second)
         for (int k = 0; k < 3; k++)
             for (int l = 0; l < 3; l++) {
                 double products = s[k] * s[l];
-                for (int i = 0; i < corners; i++)
+                for (int i = 0; i < dimension; i++)
                     products += x[i][k] * x[i][l];
                 second[3 * k + l] += det / (w->planar ? 24.0 : 120.0) * products;
             }
     }
-    return volume;
-}
 
-/* I = trace(S) E - S about the centre, in the caller's units. */
-static void weigh(const work *w, perp__hull *hull, double *centre)
-{
-    double first[3], second[9], trace = 0.0;
-    double volume = integrate(w, first, second);
-    int dimension = w->planar ? 2 : 3;
+    /* 2. about the centre: I = trace(S) E - S */
     for (int k = 0; k < 3; k++)
         centre[k] = first[k] / volume;
     if (perp__largest3(centre) <= CENTRED)
@@ -513,50 +482,37 @@ static void weigh(const work *w, perp__hull *hull, double *centre)
     hull->volume = ldexp(volume, dimension * w->exponent);
 }
 
-/* The numbers that others read off: all in the caller's units, about the centre. */
-static void write_corners(const work *w, const parts *p, const double *centre)
-{
-    for (int32_t c = 0; c < w->corners; c++) {
-        double x[3];
-        point_of(w, w->corner[c], x);
-        for (int k = 0; k < 3; k++)
-            p->corner[3 * c + k] = ldexp(x[k] - centre[k], w->exponent);
-    }
-}
-
-static void write_sizes(perp__hull *hull)
-{
-    const perp__polytope *polytope = &hull->polytope;
-    hull->thickness = INFINITY;
-    for (int32_t c = 0; c < polytope->corners; c++) {
-        const double *x = polytope->corner + 3 * c;
-        hull->reach = fmax(hull->reach, perp__length3(x));
-        for (int k = 0; k < 3; k++)
-            hull->half[k] = fmax(hull->half[k], fabs(x[k]));
-    }
-    for (int32_t f = 0; f < polytope->faces; f++) {
-        double back = 0.0;
-        for (int32_t c = 0; c < polytope->corners; c++)
-            back = fmin(back, perp__dot3(polytope->normal + 3 * f, polytope->corner + 3 * c));
-        hull->thickness = fmin(hull->thickness, 0.5 * (polytope->offset[f] - back));
-    }
-}
-
+/* The hull that others read: all in the caller's units, about the centre. */
 static perp_status finish(work *w, perp__hull **made, double *centre)
 {
     parts p;
+    perp__hull *hull;
+    perp__polytope *polytope;
+
+    /* 1. faces, and what they weigh */
     if (w->planar)
         w->faces = w->triangles;
     else
         merge(w);
-    perp__hull *hull = allocate(w, &p);
+    hull = allocate(w, &p);
     if (!hull)
         return perp__fail_memory(w->context, "a hull");
-    perp__polytope *polytope = &hull->polytope;
+    polytope = &hull->polytope;
     *polytope = (perp__polytope){w->corners, w->faces, 0,      p.corner, p.normal, p.offset,
                                  p.first,    p.loop,   p.side, p.edge,   0.0};
     weigh(w, hull, centre);
-    write_corners(w, &p, centre);
+
+    /* 2. corners, loops and planes */
+    for (int32_t c = 0; c < w->corners; c++) {
+        double x[3];
+        point_of(w, w->corner[c], x);
+        for (int k = 0; k < 3; k++) {
+            x[k] = ldexp(x[k] - centre[k], w->exponent);
+            hull->half[k] = fmax(hull->half[k], fabs(x[k]));
+        }
+        perp__copy3(p.corner + 3 * c, x);
+        hull->reach = fmax(hull->reach, perp__length3(x));
+    }
     if (!write_topology(w, polytope, &p)) {
         perp__release(w->context, hull);
         return perp__refuse(w->context,
@@ -564,9 +520,14 @@ static perp_status finish(work *w, perp__hull **made, double *centre)
                             "others, for a hull",
                             (int)w->count - 1);
     }
-    for (int32_t f = 0; f < polytope->faces; f++)
+    hull->thickness = INFINITY;
+    for (int32_t f = 0; f < polytope->faces; f++) {
+        double back = 0.0;
         write_plane(w, &p, f);
-    write_sizes(hull);
+        for (int32_t c = 0; c < polytope->corners; c++)
+            back = fmin(back, perp__dot3(p.normal + 3 * f, p.corner + 3 * c));
+        hull->thickness = fmin(hull->thickness, 0.5 * (p.offset[f] - back));
+    }
     for (int k = 0; k < 3; k++)
         centre[k] = w->middle[k] + ldexp(centre[k], w->exponent);
     *made = hull;

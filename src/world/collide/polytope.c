@@ -27,60 +27,50 @@ static const int32_t segment_loop[] = {1, 0, 0, 1};
 static const int32_t segment_side[] = {0, 0, 0, 0};
 static const int32_t segment_edge[] = {0, 1, 0, 0};
 
-static void box_of(const double *half, int32_t planar, perp__polytope_room *room,
-                   perp__polytope *polytope)
-{
-    int32_t dimension = planar ? 2 : 3;
-    polytope->corners = 1 << dimension;
-    polytope->faces = 2 * dimension;
-    polytope->edges = planar ? 4 : 12;
-    polytope->first = planar ? side_first : box_first;
-    polytope->loop = planar ? rectangle_loop : box_loop;
-    polytope->side = planar ? rectangle_side : box_side;
-    polytope->edge = planar ? rectangle_edge : box_edge;
-    for (int32_t c = 0; c < polytope->corners; c++)
-        for (int j = 0; j < 3; j++)
-            room->corner[3 * c + j] = j == dimension ? 0.0 : c >> j & 1 ? half[j] : -half[j];
-    for (int32_t f = 0; f < polytope->faces; f++) {
-        for (int j = 0; j < 3; j++)
-            room->normal[3 * f + j] = j != f / 2 ? 0.0 : f % 2 ? 1.0 : -1.0;
-        room->offset[f] = half[f / 2];
-    }
-}
-
-static void segment_of(double half, int32_t planar, perp__polytope_room *room,
+void perp__polytope_of(const perp__geometry *geometry, int32_t planar, perp__polytope_room *room,
                        perp__polytope *polytope)
 {
     static const double ends[6] = {-1.0, 0.0, 0.0, 1.0, 0.0, 0.0};
     static const double normals[6] = {0.0, -1.0, 0.0, 0.0, 1.0, 0.0};
-    polytope->corners = half > 0.0 ? 2 : 1;
-    polytope->faces = planar && half > 0.0 ? 2 : 0;
-    polytope->edges = 1;
-    polytope->first = side_first;
-    polytope->loop = segment_loop;
-    polytope->side = segment_side;
-    polytope->edge = segment_edge;
-    for (int k = 0; k < 6; k++)
-        room->corner[k] = half * ends[k];
-    memcpy(room->normal, normals, sizeof normals);
-    room->offset[0] = room->offset[1] = 0.0;
-}
-
-void perp__polytope_of(const perp__geometry *geometry, int32_t planar, perp__polytope_room *room,
-                       perp__polytope *polytope)
-{
+    const double *half = geometry->half_extents;
+    const int32_t dimension = planar ? 2 : 3;
     if (geometry->kind == PERP__HULL) {
         *polytope = geometry->hull->polytope;
         return;
     }
-    if (geometry->kind == PERP__BOX)
-        box_of(geometry->half_extents, planar, room, polytope);
-    else
-        segment_of(geometry->half_extents[0], planar, room, polytope);
     polytope->radius = geometry->radius;
     polytope->corner = room->corner;
     polytope->normal = room->normal;
     polytope->offset = room->offset;
+    if (geometry->kind == PERP__BOX) {
+        polytope->corners = 1 << dimension;
+        polytope->faces = 2 * dimension;
+        polytope->edges = planar ? 4 : 12;
+        polytope->first = planar ? side_first : box_first;
+        polytope->loop = planar ? rectangle_loop : box_loop;
+        polytope->side = planar ? rectangle_side : box_side;
+        polytope->edge = planar ? rectangle_edge : box_edge;
+        for (int32_t c = 0; c < polytope->corners; c++)
+            for (int j = 0; j < 3; j++)
+                room->corner[3 * c + j] = j == dimension ? 0.0 : c >> j & 1 ? half[j] : -half[j];
+        for (int32_t f = 0; f < polytope->faces; f++) {
+            for (int j = 0; j < 3; j++)
+                room->normal[3 * f + j] = j != f / 2 ? 0.0 : f % 2 ? 1.0 : -1.0;
+            room->offset[f] = half[f / 2];
+        }
+    } else {
+        polytope->corners = half[0] > 0.0 ? 2 : 1;
+        polytope->faces = planar && half[0] > 0.0 ? 2 : 0;
+        polytope->edges = 1;
+        polytope->first = side_first;
+        polytope->loop = segment_loop;
+        polytope->side = segment_side;
+        polytope->edge = segment_edge;
+        for (int k = 0; k < 6; k++)
+            room->corner[k] = half[0] * ends[k];
+        memcpy(room->normal, normals, sizeof normals);
+        room->offset[0] = room->offset[1] = 0.0;
+    }
 }
 
 void perp__polytope_move(perp__polytope *polytope, const double *R, const double *t,

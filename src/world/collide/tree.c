@@ -78,63 +78,36 @@ static void replace_child(perp__tree *tree, int32_t parent, int32_t old, int32_t
         tree->nodes[parent].child[tree->nodes[parent].child[1] == old] = node;
 }
 
-/* Lifts the child on `side` above `node`, which gets the lower of that child's children. Returns
- * the node that is on top now. */
-static int32_t rotate(perp__tree *tree, int32_t node, int side)
-{
-    perp__tree_node *nodes = tree->nodes;
-    int32_t up = nodes[node].child[side];
-    int higher = nodes[nodes[up].child[1]].height > nodes[nodes[up].child[0]].height;
-    int32_t lower = nodes[up].child[1 - higher];
-    replace_child(tree, nodes[node].parent, node, up);
-    nodes[up].child[1 - higher] = node;
-    nodes[node].parent = up;
-    nodes[node].child[side] = lower;
-    nodes[lower].parent = node;
-    refit(tree, node);
-    refit(tree, up);
-    return up;
-}
-
 /* Bounds, heights and balance from `node` up to what does not change. */
 static void mend(perp__tree *tree, int32_t node)
 {
+    perp__tree_node *nodes = tree->nodes;
     int changed = 1;
     while (node != NONE && changed) {
-        const perp__tree_node *at = &tree->nodes[node];
-        int lean = tree->nodes[at->child[1]].height - tree->nodes[at->child[0]].height;
+        const int lean = nodes[nodes[node].child[1]].height - nodes[nodes[node].child[0]].height;
         changed = refit(tree, node);
         if (lean > 1 || lean < -1) {
-            node = rotate(tree, node, lean > 1);
+            /* the higher child is lifted above the node, which gets the lower of its children */
+            const int32_t up = nodes[node].child[lean > 1];
+            const int higher = nodes[nodes[up].child[1]].height > nodes[nodes[up].child[0]].height;
+            const int32_t lower = nodes[up].child[1 - higher];
+            replace_child(tree, nodes[node].parent, node, up);
+            nodes[up].child[1 - higher] = node;
+            nodes[node].parent = up;
+            nodes[node].child[lean > 1] = lower;
+            nodes[lower].parent = node;
+            refit(tree, node);
+            refit(tree, up);
+            node = up;
             changed = 1;
         }
-        node = tree->nodes[node].parent;
+        node = nodes[node].parent;
     }
-}
-
-/* Where a leaf costs least: beside a node, or down in the child that grows less. */
-static int32_t best_sibling(const perp__tree *tree, const perp__bounds *bounds)
-{
-    const perp__tree_node *nodes = tree->nodes;
-    int32_t node = tree->root;
-    while (nodes[node].height > 0) {
-        double own = cost(&nodes[node].bounds), with = united_cost(&nodes[node].bounds, bounds);
-        double here = 2.0 * with, inherited = 2.0 * (with - own), down[2];
-        for (int c = 0; c < 2; c++) {
-            const perp__tree_node *child = &nodes[nodes[node].child[c]];
-            down[c] = inherited + united_cost(&child->bounds, bounds) -
-                      (child->height > 0 ? cost(&child->bounds) : 0.0);
-        }
-        if (here < down[0] && here < down[1])
-            break;
-        node = nodes[node].child[down[1] < down[0]];
-    }
-    return node;
 }
 
 int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t item)
 {
-    int32_t leaf = take(tree), sibling, parent;
+    int32_t leaf = take(tree), sibling = tree->root, parent;
     perp__tree_node *nodes = tree->nodes;
     nodes[leaf].bounds = *bounds;
     nodes[leaf].parent = NONE;
@@ -145,7 +118,23 @@ int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t 
         tree->root = leaf;
         return leaf;
     }
-    sibling = best_sibling(tree, bounds);
+
+    /* 1. where the leaf costs least: beside a node, or down in the child that grows less */
+    while (nodes[sibling].height > 0) {
+        const perp__tree_node *at = &nodes[sibling];
+        double own = cost(&at->bounds), with = united_cost(&at->bounds, bounds);
+        double here = 2.0 * with, inherited = 2.0 * (with - own), down[2];
+        for (int c = 0; c < 2; c++) {
+            const perp__tree_node *child = &nodes[at->child[c]];
+            down[c] = inherited + united_cost(&child->bounds, bounds) -
+                      (child->height > 0 ? cost(&child->bounds) : 0.0);
+        }
+        if (here < down[0] && here < down[1])
+            break;
+        sibling = at->child[down[1] < down[0]];
+    }
+
+    /* 2. a parent for both in its place */
     parent = take(tree);
     nodes[parent].item = nodes[parent].height = NONE;
     replace_child(tree, nodes[sibling].parent, sibling, parent);

@@ -65,18 +65,6 @@ static double touching_of(const perp_world *world, const perp__pair *pair, doubl
     return RELATIVE_SLACK * size_of(world, pair) + rounding;
 }
 
-static perp__nearness nearness_of(const perp_world *world, const perp__pair *pair,
-                                  double displacement)
-{
-    double rounding = perp__pair_rounding(world, pair);
-    perp__nearness near;
-
-    near.touching = touching_of(world, pair, rounding);
-    near.grazing = rounding + RELATIVE_GRAZING * displacement;
-    near.rounding = rounding;
-    return near;
-}
-
 /* Whether the spheres about two shapes are within `margin` of each other. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
 {
@@ -105,17 +93,6 @@ static double turning_of(const perp_world *world, const perp__shape *shape, doub
     return perp__turning(world, shape->body, perp__turning_reach(shape), h);
 }
 
-/* How far the motion at hand takes points of two shapes beside each other, at most. */
-static double displacement_between(const perp_world *world, const perp__pair *pair, double h)
-{
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
-
-    return (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
-            fabs(h * to[2] - h * from[2])) +
-           turning_of(world, a, h) + turning_of(world, b, h);
-}
-
 /* A shape on the way of its body's motion. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h)
 {
@@ -134,44 +111,13 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
     return moving;
 }
 
-/* Whether the motion closes a point, with the normal at the start, of a half-space and another. */
-static int32_t reaches_plane(const perp_world *world, const perp__moving *a, const perp__moving *b)
+/* How far its points go, at most. */
+static double way_of(const perp__moving *shape)
 {
-    perp__point points[PERP__MAX_POINTS];
-    int32_t made = perp__collide(a->start, b->start, world->settings.planar,
-                                 perp__relative_displacement(a, b), points);
-
-    for (int32_t i = 0; i < made; i++) {
-        double arm[2][3], turned[2][3], gap = points[i].gap;
-
-        for (int32_t k = 0; k < 3; k++) {
-            arm[0][k] = points[i].position[k] - a->centre[k];
-            arm[1][k] = points[i].position[k] - b->centre[k];
-        }
-        perp__cross(turned[0], a->turn, arm[0]);
-        perp__cross(turned[1], b->turn, arm[1]);
-        for (int32_t k = 0; k < 3; k++)
-            gap += points[i].normal[k] *
-                   ((b->displacement[k] + turned[1][k]) - (a->displacement[k] + turned[0][k]));
-        if (gap < 0.0)
-            return 1;
-    }
-    return 0;
+    return perp__length3(shape->displacement) + perp__length3(shape->turn) * shape->reach;
 }
 
 /* ---- what is covered ---- */
-
-/* Whether a bounded shape comes nowhere near the point. */
-static int32_t passes_by(const perp_world *world, int32_t shape, double h, const double *point)
-{
-    const perp__shape *at = &world->shapes[shape];
-    const double *v = world->motions[at->body].moving;
-    double between[3], reach = at->radius + turning_of(world, at, h);
-
-    perp__subtract3(between, point, world->placed[shape].position);
-    reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
-    return at->geometry.kind != PERP__PLANE && perp__dot3(between, between) > reach * reach;
-}
 
 /* Whether another shape near `shape` than `owner` holds the point. */
 static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, const double *point,
@@ -182,12 +128,19 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
     while (link >= 0) {
         const perp__pair *pair = &world->pairs[link / 2];
         const int32_t other = link % 2 ? pair->first : pair->second;
+        const perp__shape *at = &world->shapes[other];
+        const double *v = world->motions[at->body].moving;
+        double between[3], reach = at->radius + turning_of(world, at, h);
         perp__placed placed;
         perp__moving moving;
 
         link = pair->next[link % 2];
-        if (other == owner || passes_by(world, other, h, point))
+        if (other == owner)
             continue;
+        perp__subtract3(between, point, world->placed[other].position);
+        reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
+        if (at->geometry.kind != PERP__PLANE && perp__dot3(between, between) > reach * reach)
+            continue; /* it comes nowhere near the point */
         moving = perp__moving_shape(world, other, h);
         perp__moved(&moving, t, &placed);
         if (perp__holds(&placed, point, depth))
@@ -210,82 +163,66 @@ typedef struct encounter {
 static encounter encounter_of(const perp_world *world, const perp__pair *pair, double h,
                               perp__point *points)
 {
+    const double rounding = perp__pair_rounding(world, pair);
     encounter e = {.world = world, .pair = pair, .h = h, .points = points};
 
     e.a = perp__moving_shape(world, pair->first, h);
     e.b = perp__moving_shape(world, pair->second, h);
     e.displacement = perp__relative_displacement(&e.a, &e.b);
-    e.near = nearness_of(world, pair, e.displacement);
+    e.near.touching = touching_of(world, pair, rounding);
+    e.near.grazing = rounding + RELATIVE_GRAZING * e.displacement;
+    e.near.rounding = rounding;
     return e;
 }
 
-/* A place on a surface at the share t of the step. */
-typedef struct spot {
-    double t, position[3], rim, crack;
-    int32_t doubtful;
-} spot;
-
-/* Whether one of the faces of `owner`, within the spot's rim, that make its normal there is covered
- * there by another shape near `shape`. One face alone is open unless the collision is doubtful.
- * Lists of what never moves may be long: they are read for bodies of many shapes only. */
-static int32_t is_covered(const encounter *e, const spot *at, int32_t owner, int32_t shape,
-                          const perp__placed *placed, const double *normal)
+/* Whether one of the faces of `owner` that make the footing's normal is covered there, at the share
+ * t of the step, by another shape near `shape`. Lists of what never moves may be long: they are
+ * read for bodies of many shapes only. */
+static int32_t is_covered(const encounter *e, const perp__footing *at, double t, int32_t owner,
+                          int32_t shape, const perp__placed *placed)
 {
     const perp_world *world = e->world;
-    const perp__footing footing = {
-        at->position, normal, at->rim, at->crack, world->settings.planar, at->doubtful ? 1 : 2};
     double probes[PERP__MAX_PROBES][3];
     int32_t faces;
 
     if (!perp__is_dynamic(world, world->shapes[shape].body) &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
-    faces = perp__probe_faces(placed, &footing, probes);
+    faces = perp__probe_faces(placed, at, probes);
     for (int32_t i = 0; i < faces; i++)
-        if (is_held(world, shape, owner, probes[i], e->h, at->t, 0.25 * at->crack))
+        if (is_held(world, shape, owner, probes[i], e->h, t, 0.25 * at->crack))
             return 1;
     return 0;
 }
 
 /* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
- * them all. */
+ * them all. One face alone is open unless the collision is doubtful. */
 static int32_t are_covered(const encounter *e, const perp__collision *collision, int32_t whole,
                            const perp__placed *a, const perp__placed *b, int32_t count)
 {
     const perp__point *points = e->points;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
-    spot at = {.t = collision->time, .doubtful = collision->doubtful || whole};
-    double least = INFINITY, share = 0.0;
+    double position[3] = {0.0, 0.0, 0.0}, least = INFINITY, share = 0.0;
+    perp__footing at = {.position = position,
+                        .normal = n,
+                        .crack = CRACK * size_of(e->world, e->pair) + e->near.rounding,
+                        .planar = e->world->settings.planar,
+                        .least = collision->doubtful || whole ? 1 : 2};
 
     for (int32_t i = 0; i < count; i++)
         least = fmin(least, points[i].gap);
     for (int32_t i = 0; i < count; i++)
         if (whole || points[i].gap <= least + e->near.touching) {
-            perp__add3(at.position, 1.0, points[i].position);
+            perp__add3(position, 1.0, points[i].position);
             share += 1.0;
         }
     for (int32_t k = 0; k < 3; k++)
-        at.position[k] /= share;
-    at.crack = CRACK * size_of(e->world, e->pair) + e->near.rounding;
+        position[k] /= share;
     at.rim = at.crack + fabs(least);
-    return is_covered(e, &at, e->pair->first, e->pair->second, a, n) ||
-           is_covered(e, &at, e->pair->second, e->pair->first, b, back);
-}
-
-/* The face axis of largest separation, at least `least`, that is another direction than `covered`,
- * in the frame of A; -1 if there is none. It is taken off the list. */
-static int32_t next_face(perp__axes *axes, const double *covered, double least)
-{
-    int32_t best = -1;
-
-    for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
-        if (axes->axis[k].separation > -INFINITY && axes->axis[k].separation >= least &&
-            fabs(perp__dot3(axes->axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
-            (best < 0 || axes->axis[k].separation > axes->axis[best].separation))
-            best = k;
-    if (best >= 0)
-        axes->axis[best].separation = -INFINITY;
-    return best;
+    if (is_covered(e, &at, collision->time, e->pair->first, e->pair->second, a))
+        return 1;
+    at.normal = back;
+    return is_covered(e, &at, collision->time, e->pair->second, e->pair->first, b);
 }
 
 /* The points of a collision; -1 where they do not lie open. */
@@ -300,8 +237,9 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     return made > 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
 }
 
-/* The points over the next face that lies open, in the poses at `later`, to which the collision is
- * moved. Returns how many, 0 if all is covered. */
+/* The points over the next face that lies open, of those with a separation of at least `least` and
+ * another normal than `covered`, in the poses at `later`, to which the collision is moved. Returns
+ * how many, 0 if all is covered. */
 static int32_t points_of_faces(const encounter *e, perp__collision *collision, double later,
                                const double *covered, double least, int32_t whole)
 {
@@ -309,16 +247,27 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
     perp__placed a, b;
     perp__axes axes;
     double own[3];
-    int32_t made = 0;
+    int32_t best = 0, made = 0;
 
     perp__moved(&e->a, later, &a);
     perp__moved(&e->b, later, &b);
     perp__apply_transposed3(own, a.rotation, covered);
-    perp__axes_of(&a, &b, e->world->settings.planar, &axes);
+    (void)perp__axes_of(&a, &b, e->world->settings.planar, INFINITY, &axes);
     next.time = later;
     next.doubtful = 1;
-    while (made <= 0 && (next.axis = next_face(&axes, own, least)) >= 0)
-        made = points_along(e, &next, whole);
+    while (made <= 0 && best >= 0) {
+        best = -1;
+        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
+            if (axes.axis[k].separation > -INFINITY && axes.axis[k].separation >= least &&
+                fabs(perp__dot3(axes.axis[k].normal, own)) < 1.0 - SUPPORT * SUPPORT &&
+                (best < 0 || axes.axis[k].separation > axes.axis[best].separation))
+                best = k;
+        if (best >= 0) {
+            axes.axis[best].separation = -INFINITY; /* it is looked at once */
+            next.axis = best;
+            made = points_along(e, &next, whole);
+        }
+    }
     if (made <= 0)
         return 0;
     collision->axis = next.axis;
@@ -363,53 +312,54 @@ static const double *pressed_along(const perp_world *world, const perp__pair *pa
     return NULL;
 }
 
-/* Whether the shapes touch plainly; or are no farther apart than `far`, and pressed in the last
- * step and have one normal only or hardly move, or are balls whose way bends off their tangent by
- * less than a quarter of that: what lies on others leaves them by as much as a step is wrong, and
- * would be met again in rounds, layer after layer. */
-static int32_t touch_plainly(const encounter *e, perp__pair *pair, double far)
+/* Whether the shapes touch plainly; or are no farther apart than `near`, and pressed in the last
+ * step and hardly move, or are balls whose way bends off their tangent by less than a quarter of
+ * that: what lies on others leaves them by as much as a step is wrong; or would touch plainly in
+ * whatever way their bodies go, no farther than they do now. */
+static int32_t touch_plainly(const encounter *e, perp__pair *pair, const perp__axes *axes,
+                             double near)
 {
     const int32_t planar = e->world->settings.planar;
-    const int32_t round =
-        e->a.start->geometry->kind == PERP__SPHERE && e->b.start->geometry->kind == PERP__SPHERE;
-    const double apart =
-        e->a.start->geometry->radius + e->b.start->geometry->radius; /* of balls' centres */
+    const perp__geometry *a = e->a.start->geometry, *b = e->b.start->geometry;
+    const double apart = a->radius + b->radius; /* of balls' centres */
+    const int32_t rounded = a->radius > 0.0 && b->radius > 0.0;
+    const int32_t balls = a->kind == PERP__SPHERE && b->kind == PERP__SPHERE;
     perp__nearness wide = e->near;
 
-    if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, &pair->collision))
+    if (perp__touch_plainly(&e->a, &e->b, planar, &e->near, axes, &pair->collision))
         return 1;
     pair->plain = 0;
-    wide.touching = far;
-    return far > e->near.touching &&
-           ((round && e->displacement * e->displacement <= 0.5 * far * apart) ||
-            ((round || e->displacement <= far) && pressed_along(e->world, pair))) &&
-           perp__touch_plainly(&e->a, &e->b, planar, &wide, &pair->collision);
-}
-
-static int32_t is_still(const perp_world *world, int32_t shape)
-{
-    const perp__state *state = &world->states[world->shapes[shape].body];
-
-    return perp__is_zero3(state->velocity) && perp__is_zero3(state->angular_velocity);
+    wide.touching = near;
+    if (near > e->near.touching &&
+        ((balls && e->displacement * e->displacement <= 0.5 * near * apart) ||
+         (e->displacement <= near && pressed_along(e->world, pair))) &&
+        perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision))
+        return 1;
+    wide.touching = perp__greater(near, way_of(&e->a) + way_of(&e->b));
+    return !rounded && perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision);
 }
 
 /* Whether shapes that touch, and do not move, pressed in the last step along an axis that they
  * still have: where several keep them apart, nothing yet says that it is another one. */
-static int32_t presses_on(const encounter *e, perp__pair *pair, double far)
+static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
 {
     const perp_world *world = e->world;
     const double *normal = pressed_along(world, pair);
-    perp__axes axes;
     double own[3];
 
-    if (!normal || !is_still(world, pair->first) || !is_still(world, pair->second))
+    for (int32_t side = 0; side < 2 && normal; side++) {
+        const perp__state *state = &world->states[pair->body[side]];
+
+        if (!perp__is_zero3(state->velocity) || !perp__is_zero3(state->angular_velocity))
+            normal = NULL;
+    }
+    if (!normal)
         return 0;
-    perp__axes_of(e->a.start, e->b.start, world->settings.planar, &axes);
     perp__apply_transposed3(own, e->a.start->rotation, normal);
-    for (int32_t k = 0; k < axes.count; k++)
-        if (fabs(axes.axis[k].separation) <= far &&
-            fabs(perp__dot3(axes.axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT) {
-            pair->collision.axis = axes.axis[k].number;
+    for (int32_t k = 0; k < axes->count; k++)
+        if (fabs(axes->axis[k].separation) <= far &&
+            fabs(perp__dot3(axes->axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT) {
+            pair->collision.axis = axes->axis[k].number;
             pair->collision.time = 0.0;
             pair->collision.doubtful = 1;
             return 1;
@@ -433,13 +383,19 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 {
     const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
     const double near = PERP__NEAR * perp__pair_size(world, pair);
+    perp__axes axes;
     encounter e;
+    double reach;
 
     pair->collision.lead = 0.0;
     pair->plain = 1;
     if (pair->plane) { /* one normal at any distance: near ones come at once */
-        const double due =
-            perp__greater(perp__lesser(near, 2.0 * displacement_between(world, pair, h)), touching);
+        const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+        const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
+        const double displacement = (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
+                                     fabs(h * to[2] - h * from[2])) +
+                                    turning_of(world, a, h) + turning_of(world, b, h);
+        const double due = perp__greater(perp__lesser(near, 2.0 * displacement), touching);
         const int32_t made =
             perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                           world->settings.planar, perp__greater(far, due), points);
@@ -449,13 +405,26 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                 return made;
         return 0;
     }
-    if (!perp__are_near(world, pair, perp__greater(touching, near))) {
+    e = encounter_of(world, pair, h, points);
+    reach = perp__greater(touching, perp__greater(near, way_of(&e.a) + way_of(&e.b)));
+    if (!perp__are_near(world, pair, reach)) {
         note_lead(world, pair, touching);
         return 0;
     }
-    e = encounter_of(world, pair, h, points);
-    if (!touch_plainly(&e, pair, near) && !presses_on(&e, pair, near))
+    if (!perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes)) {
+        pair->plain = 0;
         return 0;
+    }
+    if (!touch_plainly(&e, pair, &axes, near) && !presses_on(&e, pair, &axes, near))
+        return 0;
+    /* what lies between shapes that are apart keeps them so: they meet along no other face */
+    for (int32_t k = 0; k < axes.count; k++)
+        if (axes.axis[k].number == pair->collision.axis &&
+            axes.axis[k].separation > perp__greater(near, touching)) {
+            const int32_t made = points_along(&e, &pair->collision, 0);
+
+            return made > 0 ? made : 0;
+        }
     return open_points(&e, &pair->collision, 0.0);
 }
 
@@ -469,7 +438,7 @@ static int32_t touched_before(const encounter *e, const perp__pair *pair)
 
     if (memcmp(a, b, 6 * sizeof *a) != 0 || !perp__is_zero3(a + 3))
         return 0;
-    perp__axes_of(e->a.start, e->b.start, e->world->settings.planar, &axes);
+    (void)perp__axes_of(e->a.start, e->b.start, e->world->settings.planar, INFINITY, &axes);
     for (int32_t k = 0; k < axes.count; k++)
         if (axes.axis[k].number == pair->collision.axis)
             return fabs(axes.axis[k].separation) <= e->near.touching;
@@ -478,27 +447,46 @@ static int32_t touched_before(const encounter *e, const perp__pair *pair)
 
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
 {
-    encounter e = encounter_of(world, pair, h, NULL);
+    const int32_t planar = world->settings.planar;
+    perp__point points[PERP__MAX_POINTS];
+    encounter e = encounter_of(world, pair, h, points);
+    int32_t met = 0, made;
 
+    /* 1. spheres that stay apart */
     if (!perp__are_near(world, pair, e.displacement + e.near.touching)) {
         note_lead(world, pair, e.near.touching);
         return 0;
     }
-    if (pair->plane) {
-        pair->collision.time = 0.0;
-        pair->collision.doubtful = 0;
-        return reaches_plane(world, &e.a, &e.b);
+    /* 2. other shapes than half-spaces */
+    if (!pair->plane) {
+        met = perp__find_collision(&e.a, &e.b, planar, &e.near, &pair->collision);
+        if (met && touched_before(&e, pair))
+            pair->collision.time = 0.0;
+        return met;
     }
-    if (!perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &pair->collision))
-        return 0;
-    if (touched_before(&e, pair))
-        pair->collision.time = 0.0;
-    return 1;
+    /* 3. whether the motion closes a point of a half-space, with the normal at the start */
+    pair->collision.time = 0.0;
+    pair->collision.doubtful = 0;
+    made = perp__collide(e.a.start, e.b.start, planar, e.displacement, points);
+    for (int32_t i = 0; i < made && !met; i++) {
+        double arm[2][3], turned[2][3], gap = points[i].gap;
+
+        perp__subtract3(arm[0], points[i].position, e.a.centre);
+        perp__subtract3(arm[1], points[i].position, e.b.centre);
+        perp__cross(turned[0], e.a.turn, arm[0]);
+        perp__cross(turned[1], e.b.turn, arm[1]);
+        for (int32_t k = 0; k < 3; k++)
+            gap += points[i].normal[k] *
+                   ((e.b.displacement[k] + turned[1][k]) - (e.a.displacement[k] + turned[0][k]));
+        met = gap < 0.0;
+    }
+    return met;
 }
 
-/* The separation along the axis by which shapes overlap least, if they do: else 0. */
+/* The separation along the axis by which shapes overlap least, if they do, and by more than
+ * -`least`: else 0. */
 static double overlap_of(const encounter *e, const perp__placed *a, const perp__placed *b,
-                         int32_t *axis)
+                         double least, int32_t *axis)
 {
     const int32_t planar = e->world->settings.planar;
     perp__point points[PERP__MAX_POINTS];
@@ -506,7 +494,8 @@ static double overlap_of(const encounter *e, const perp__placed *a, const perp__
     int32_t best;
 
     *axis = 0;
-    perp__axes_of(a, b, planar, &axes);
+    if (!perp__axes_of(a, b, planar, least, &axes))
+        return 0.0;
     if (axes.count == 0)
         return perp__collide(a, b, planar, 0.0, points) > 0 ? points[0].gap : 0.0;
     best = perp__last_to_close(a, b, &axes, NULL);
@@ -528,10 +517,10 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     e = encounter_of(world, pair, h, NULL);
     perp__moved(&e.a, 1.0, &a);
     perp__moved(&e.b, 1.0, &b);
-    end = overlap_of(&e, &a, &b, &pair->collision.axis);
+    end = overlap_of(&e, &a, &b, -deep, &pair->collision.axis);
     pair->collision.time = 1.0;
     pair->collision.doubtful = 1;
-    return end < -deep && end < overlap_of(&e, e.a.start, e.b.start, &axis) - deep;
+    return end < -deep && end < overlap_of(&e, e.a.start, e.b.start, 0.0, &axis) - deep;
 }
 
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,

@@ -1,12 +1,12 @@
 /* The contact points of a step: the points that count, and as few others as can be.
  *
  * Shapes that touch plainly at the start, or lie in each other, have the points and the normal of
- * that pose; half-spaces do at any distance. All other pairs are open: they count only if the
- * motion at hand makes them meet, and take points and normal from the pose in which they do. First
- * come the plain points, and once these are solved for the motion is that of the solution: what the
- * floor holds does not sink into the side of the next tile. Points that no motion so far closes are
- * left out: a problem without some contacts has a solution of the whole problem if its velocities
- * keep these open too.
+ * that pose, and so have those that would touch plainly in whatever way their bodies go, no farther
+ * than they do; half-spaces do at any distance. All other pairs are open: they count only if the
+ * motion at hand makes them meet, and take points and normal from the pose in which they do. That
+ * is looked for once the plain points are solved for: what the floor holds does not sink into the
+ * side of the next tile. Points that no motion so far closes are left out: a problem without some
+ * contacts has a solution of the whole problem if its velocities keep these open too.
  */
 #include "world/islands/lanes.h"
 #include "world/islands/contact_rows.h"
@@ -42,43 +42,14 @@ perp_status perp__reserve_contacts(perp_world *world, perp__contact_set *set, in
     return status == PERP_OK ? grow(world, set, needed) : status;
 }
 
-/* The geometric mean; exact where both are equal. */
-static double pair_friction(double a, double b)
-{
-    return a == b ? a : sqrt(a) * sqrt(b);
-}
-
-/* What the points of a pair have in common. */
-static void begin_contact(const perp_world *world, perp__world_contact *contact,
-                          const perp__pair *pair, const double *normal)
-{
-    const perp__shape *a = &world->shapes[pair->first];
-    const perp__shape *b = &world->shapes[pair->second];
-
-    contact->body_a = a->body;
-    contact->body_b = b->body;
-    contact->shape_a = pair->first;
-    contact->shape_b = pair->second;
-    contact->generations[0] = world->bodies[a->body].generation;
-    contact->generations[1] = world->bodies[b->body].generation;
-    contact->generations[2] = a->generation;
-    contact->generations[3] = b->generation;
-    contact->pair = (int32_t)(pair - world->pairs);
-    contact->round = world->rounds;
-    contact->rounding = perp__pair_rounding(world, pair);
-    contact->size = perp__pair_size(world, pair);
-    contact->friction = pair_friction(a->friction, b->friction);
-    contact->restitution = perp__greater(a->restitution, b->restitution);
-    perp__copy3(contact->axes[0], normal);
-    perp__contact_frame(world, contact);
-}
-
 /* Writes point number i of a set; the contact `last` before, if there is one, may be the same
- * pair's. */
+ * pair's: what the points of a pair have in common is that one's then. */
 static void write_contact(const perp_world *world, const perp__contact_set *set, int32_t i,
                           const perp__world_contact *last, const perp__pair *pair,
                           const perp__point *point)
 {
+    const perp__shape *a = &world->shapes[pair->first];
+    const perp__shape *b = &world->shapes[pair->second];
     perp__world_contact *contact = &set->contacts[i];
     perp__response *response = &set->responses[i];
 
@@ -87,7 +58,24 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
         memcpy(contact->axes, last->axes, sizeof *contact - offsetof(perp__world_contact, axes));
     } else {
-        begin_contact(world, contact, pair, point->normal);
+        contact->body_a = a->body;
+        contact->body_b = b->body;
+        contact->shape_a = pair->first;
+        contact->shape_b = pair->second;
+        contact->generations[0] = world->bodies[a->body].generation;
+        contact->generations[1] = world->bodies[b->body].generation;
+        contact->generations[2] = a->generation;
+        contact->generations[3] = b->generation;
+        contact->pair = (int32_t)(pair - world->pairs);
+        contact->round = world->rounds;
+        contact->rounding = perp__pair_rounding(world, pair);
+        contact->size = perp__pair_size(world, pair);
+        /* the geometric mean; exact where both are equal */
+        contact->friction =
+            a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
+        contact->restitution = perp__greater(a->restitution, b->restitution);
+        perp__copy3(contact->axes[0], point->normal);
+        perp__contact_frame(world, contact);
     }
     memset(response, 0, sizeof *response);
     response->later = -1;
@@ -135,26 +123,6 @@ void perp__prepare_contact(const perp_world *world, const perp__contact_set *set
     contact->start = perp__normal_velocity(world, contact, PERP__TWIST_START);
     contact->free = perp__normal_velocity(world, contact, PERP__TWIST_FREE);
     perp__copy3(response->remembered, response->warm);
-}
-
-/* Appends the points of a pair in the given states, with gaps up to `margin`. */
-static perp_status add_points(perp_world *world, perp__contact_set *set, const perp__pair *pair,
-                              const perp__state *states, double margin)
-{
-    perp__point points[PERP__MAX_POINTS];
-    int32_t made;
-    perp_status status = perp__reserve_contacts(world, set, set->count + PERP__MAX_POINTS);
-
-    if (status != PERP_OK)
-        return status;
-    made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
-                         world->settings.planar, margin, points);
-    for (int32_t i = 0; i < made; i++) {
-        perp__world_contact *contact = perp__append_contact(world, set, pair, &points[i]);
-
-        set_arms(states, contact);
-    }
-    return PERP_OK;
 }
 
 /* Whether the points at hand are those that the pair had in the last step. */
@@ -207,26 +175,20 @@ double perp__longest_displacement(const perp_world *world, int32_t body, double 
     return h * (perp__length3(moving) + perp__length3(moving + 3) * world->bodies[body].radius);
 }
 
-/* The gap beyond which points are left out: the corners of a box far from the half-space it is
+/* The points of a pair that touches plainly, unless its contacts have them; how many there are.
+ * Beyond the gap `spare` they are left out: the corners of a box far from the half-space it is
  * before, until a motion might take them there. */
-static double spare_of(const perp_world *world, const perp__pair *pair, double h)
-{
-    int32_t plane;
-
-    if (!pair->plane)
-        return INFINITY;
-    plane = world->shapes[pair->first].geometry.kind == PERP__PLANE ? 0 : 1;
-    if (world->bodies[pair->body[plane]].kind != PERP_BODY_STATIC)
-        return INFINITY;
-    return perp__greater(PERP__NEAR * perp__pair_size(world, pair),
-                         perp__longest_displacement(world, pair->body[1 - plane], h));
-}
-
-/* The points of a pair that touches plainly, unless its contacts have them; how many there are. */
 static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__point *points)
 {
-    const double far = spare_of(world, pair, h);
+    double far = INFINITY;
 
+    if (pair->plane) {
+        const int32_t side = world->shapes[pair->first].geometry.kind == PERP__PLANE ? 0 : 1;
+
+        if (world->bodies[pair->body[side]].kind == PERP_BODY_STATIC)
+            far = perp__greater(PERP__NEAR * perp__pair_size(world, pair),
+                                perp__longest_displacement(world, pair->body[1 - side], h));
+    }
     pair->same = perp__stays_same(world, pair);
     if (!pair->same)
         pair->made = perp__touching_points(world, pair, h, far, points);
@@ -237,36 +199,19 @@ static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__
     return pair->made;
 }
 
-/* Of its bodies too, which are other pairs' as well. */
-static void note_spare(perp_world *world, const perp__pair *pair)
-{
-    for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
-        double *spare = &world->motions[pair->body[side]].spare;
-
-        *spare = pair->spare < *spare ? pair->spare : *spare;
-    }
-}
-
 /* ---- side by side: the points of a share's pairs, and after room was made the contacts ---- */
-
-static perp_status reserve_points(perp__share *share)
-{
-    const perp__growing array = PERP__GROWING(share->points, share->count, 1);
-
-    return perp__grow(share->context, NULL, &share->capacity, share->count + PERP__MAX_POINTS,
-                      &array, 1);
-}
 
 static void touch_share(perp_world *world, perp__share *share, double h)
 {
     share->count = 0;
     for (int32_t i = share->first; i < share->end && share->status == PERP_OK; i++) {
+        const perp__growing array = PERP__GROWING(share->points, share->count, 1);
         perp__pair *pair = perp__ordered_pair(world, i);
 
-        share->status = reserve_points(share);
-        if (share->status != PERP_OK)
-            return;
-        share->count += touch(world, pair, h, share->points + share->count);
+        share->status = perp__grow(share->context, NULL, &share->capacity,
+                                   share->count + PERP__MAX_POINTS, &array, 1);
+        if (share->status == PERP_OK)
+            share->count += touch(world, pair, h, share->points + share->count);
     }
 }
 
@@ -330,7 +275,11 @@ static perp_status touch_all(perp_world *world, double h)
             status =
                 perp__append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);
         }
-        note_spare(world, pair);
+        for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
+            double *spare = &world->motions[pair->body[side]].spare; /* other pairs' as well */
+
+            *spare = pair->spare < *spare ? pair->spare : *spare;
+        }
     }
     world->contacts.early = world->contacts.count;
     return status;
@@ -353,18 +302,33 @@ perp_status perp__find_contacts(perp_world *world, double h)
     return status;
 }
 
-perp_status perp__find_overlaps(perp_world *world, double margin)
+perp_status perp__find_overlaps(perp_world *world, double ways)
 {
-    perp_status status = perp__enclose_places(world, 0.5 * margin);
+    perp__contact_set *set = &world->overlaps;
+    perp__point points[PERP__MAX_POINTS];
+    perp_status status = perp__enclose_places(world, ways);
 
-    world->overlaps.count = 0;
+    set->count = 0;
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
+        double margin = 0.0;
+        int32_t made = 0;
 
-        if (!perp__is_swept(world, pair) && perp__are_near(world, pair, margin))
-            status = add_points(world, &world->overlaps, pair, world->next, margin);
+        for (int32_t side = 0; side < 2; side++)
+            if (perp__is_dynamic(world, pair->body[side]))
+                margin += ways * world->motions[pair->body[side]].overlap;
+        if (!(margin > 0.0) || perp__is_swept(world, pair) || !perp__are_near(world, pair, margin))
+            continue;
+        status = perp__reserve_contacts(world, set, set->count + PERP__MAX_POINTS);
+        if (status == PERP_OK)
+            made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                                 world->settings.planar, margin, points);
+        for (int32_t k = 0; k < made; k++) {
+            perp__world_contact *contact = perp__append_contact(world, set, pair, &points[k]);
+
+            set_arms(world->next, contact);
+            set->ties[set->count - 1].included = 1;
+        }
     }
-    for (int32_t i = 0; i < world->overlaps.count; i++)
-        world->overlaps.ties[i].included = 1;
     return status;
 }

@@ -11,15 +11,14 @@
 
 /* pairs.c */
 /* Starts the motions of all that is awake. Pairs for all shapes that are near each other where
- * `placed`, or where `moving` takes them within h; the same after motions of islands changed; for
- * all that are nearer than twice the margin. */
+ * `placed`, or where `moving` takes them within h; the same after motions of islands changed; and
+ * with room around each body for `ways` times its overlap, or where `ways` is 0 for what is not
+ * covered where it is placed: what the motions at hand did not bring there. */
 perp_status perp__enclose_motions(perp_world *world, double h);
 perp_status perp__enclose_changes(perp_world *world, double h);
-perp_status perp__enclose_places(perp_world *world, double margin);
+perp_status perp__enclose_places(perp_world *world, double ways);
 /* Whether the fat boxes of a body hold what a twist makes of it from its state on. */
 int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double *moving, double h);
-/* For what is not covered where it is placed: what the motions at hand did not bring there. */
-perp_status perp__enclose_strays(perp_world *world);
 /* Asks memory for what is read soon. Kernels, as calls of what has no effect are left out. */
 PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
 {
@@ -135,14 +134,18 @@ static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *
 {
     return world->roles[pair->body[0]].swept || world->roles[pair->body[1]].swept;
 }
-/* Points with gaps up to `margin` in the next states, of what is not swept. */
-perp_status perp__find_overlaps(perp_world *world, double margin);
+/* Points of the next states, of what is not swept: with gaps up to `ways` times the overlaps of the
+ * two bodies. */
+perp_status perp__find_overlaps(perp_world *world, double ways);
 
 /* rounds.c */
-/* Includes what the bodies' `moving` twists close or make meet: points come to the set, and points
- * of the set become `included` and `fresh`; *came tells how many. Call it until none comes, after
- * each change of `moving`. Contacts keep their numbers, not their places in memory. */
-perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
+/* Includes the points that touch, or that the bodies' `moving` twists close; returns how many. */
+int32_t perp__include_near(perp_world *world, double h);
+/* Includes what these make meet, too: all, or with `deep` > 0 what they take into each other by
+ * more than that share of the bodies' size. Points come to the set, and points of the set become
+ * `included` and `fresh`; *came tells how many. Contacts keep their numbers, not their places in
+ * memory. */
+perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_t *came);
 
 /* memory.c */
 /* Room for so many memories. */

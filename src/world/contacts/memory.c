@@ -21,12 +21,21 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
 }
 
 /* What the last step gave to the point, along its axes now; the same bits where these are. */
-static void take_memory(const perp_world *world, const perp__memory *memory,
-                        const perp__world_contact *contact, double *warm, double *base)
+void perp__recall(const perp_world *world, const perp__pair *pair,
+                  const perp__world_contact *contact, double *warm, double *base)
 {
+    const perp__memory *memory = NULL;
     perp__world_contact then;
     double impulse[3] = {0.0, 0.0, 0.0};
 
+    for (int32_t i = pair->first_kept; i >= 0 && !memory; i = world->kept[i].next)
+        if (world->kept[i].memory.feature == contact->feature)
+            memory = &world->kept[i].memory;
+    for (int32_t i = 0; i < pair->memories && !memory; i++)
+        if (world->memories[pair->first_memory + i].feature == contact->feature)
+            memory = &world->memories[pair->first_memory + i];
+    if (!memory)
+        return;
     if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
         perp__copy3(warm, memory->impulse);
         perp__copy3(base, memory->base);
@@ -38,21 +47,6 @@ static void take_memory(const perp_world *world, const perp__memory *memory,
         perp__add3(impulse, memory->impulse[k], then.axes[k]);
     for (int32_t k = 0; k < 3; k++)
         warm[k] = perp__dot3(contact->axes[k], impulse);
-}
-
-void perp__recall(const perp_world *world, const perp__pair *pair,
-                  const perp__world_contact *contact, double *warm, double *base)
-{
-    for (int32_t i = pair->first_kept; i >= 0; i = world->kept[i].next)
-        if (world->kept[i].memory.feature == contact->feature) {
-            take_memory(world, &world->kept[i].memory, contact, warm, base);
-            return;
-        }
-    for (int32_t i = 0; i < pair->memories; i++)
-        if (world->memories[pair->first_memory + i].feature == contact->feature) {
-            take_memory(world, &world->memories[pair->first_memory + i], contact, warm, base);
-            return;
-        }
 }
 
 /* ---- points that are those of the last step ---- */
@@ -175,18 +169,6 @@ void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *m
     perp__copy3(memory->base, set->responses[i].base);
 }
 
-/* A contact whose pair ended within the step is not to be remembered. */
-static void forget_ended(perp_world *world, int32_t from)
-{
-    for (int32_t i = from; i < world->contacts.count; i++) {
-        const perp__world_contact *contact = &world->contacts.contacts[i];
-        const perp__pair *pair = &world->pairs[contact->pair];
-
-        if (pair->first != contact->shape_a || pair->second != contact->shape_b)
-            world->roles[contact->body_a].repeats = world->roles[contact->body_b].repeats = 0;
-    }
-}
-
 /* Whether memory number i, which is that of the step before the last, is what the pair leaves. */
 static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, int32_t i)
 {
@@ -204,26 +186,14 @@ static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, 
     return same;
 }
 
-/* Writes the pair's memories from number i on, and returns how many. */
-static int32_t write_memories(perp_world *world, perp__pair *pair, int32_t i)
-{
-    const perp__contact_set *set = &world->contacts;
-    perp__memory *memories = world->next_memories;
-    const int32_t first = i;
-
-    for (int32_t k = 0; k < pair->made; k++)
-        perp__write_memory(set, pair->first_now + k, &memories[i++]);
-    for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
-        perp__write_memory(set, k, &memories[i++]);
-    return i - first;
-}
-
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */
 void perp__remember(perp_world *world)
 {
+    const perp__contact_set *set = &world->contacts;
     perp__memory *const memories = world->next_memories;
     int32_t early = 0, count = 0;
 
+    /* 1. the memories of each pair, in their order */
     for (int32_t i = 0; i < world->pair_count; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t same = leaves_the_same(world, pair, count);
@@ -234,14 +204,29 @@ void perp__remember(perp_world *world)
         pair->first_before = pair->same ? pair->first_last : -1;
         pair->first_last = pair->first_now;
         pair->steps = world->coasting;
-        pair->memories = same ? pair->made : write_memories(world, pair, count);
+        if (same)
+            count += pair->made;
+        for (int32_t k = 0; k < pair->made && !same; k++)
+            perp__write_memory(set, pair->first_now + k, &memories[count++]);
+        for (int32_t k = pair->late; k >= 0 && !same; k = set->responses[k].later)
+            perp__write_memory(set, k, &memories[count++]);
+        pair->memories = count - pair->first_memory;
         pair->changed = pair->first_kept >= 0 || (!same && is_news(world, pair));
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
-        count += pair->memories;
         early += pair->made;
     }
-    forget_ended(world, early == world->contacts.early ? early : 0);
+
+    /* 2. a contact whose pair ended within the step is not to be remembered */
+    for (int32_t i = early == set->early ? early : 0; i < set->count; i++) {
+        const perp__world_contact *contact = &set->contacts[i];
+        const perp__pair *pair = &world->pairs[contact->pair];
+
+        if (pair->first != contact->shape_a || pair->second != contact->shape_b)
+            world->roles[contact->body_a].repeats = world->roles[contact->body_b].repeats = 0;
+    }
+
+    /* 3. they are the last step's from now on */
     world->next_memories = world->memories;
     world->memories = memories;
     world->memory_count = count;

@@ -70,28 +70,23 @@ static void take_off_list(perp_world *world, int32_t link)
         world->shapes[shape_on(pair, link % 2)].first_link = next;
 }
 
-/* What it kept is of the last step all the same. */
-static void orphan_kept(perp_world *world, perp__pair *pair)
-{
-    int32_t last = pair->first_kept;
-
-    if (last == NONE)
-        return;
-    for (world->orphan_count++; world->kept[last].next != NONE; world->orphan_count++)
-        last = world->kept[last].next;
-    world->kept[last].next = world->first_orphan;
-    world->first_orphan = pair->first_kept;
-}
-
 static void drop_pair(perp_world *world, int32_t number)
 {
-    orphan_kept(world, &world->pairs[number]);
-    perp__unsettle(world, world->pairs[number].body[0]);
-    perp__unsettle(world, world->pairs[number].body[1]);
+    perp__pair *pair = &world->pairs[number];
+    int32_t last = pair->first_kept;
+
+    if (last != NONE) { /* what it kept is of the last step all the same */
+        for (world->orphan_count++; world->kept[last].next != NONE; world->orphan_count++)
+            last = world->kept[last].next;
+        world->kept[last].next = world->first_orphan;
+        world->first_orphan = pair->first_kept;
+    }
+    perp__unsettle(world, pair->body[0]);
+    perp__unsettle(world, pair->body[1]);
     take_off_list(world, 2 * number);
     take_off_list(world, 2 * number + 1);
-    world->pairs[number].first = NONE;
-    world->pairs[number].next[0] = world->free_pair;
+    pair->first = NONE;
+    pair->next[0] = world->free_pair;
     world->free_pair = number;
     world->pairs_changed |= 1;
 }
@@ -101,19 +96,6 @@ static uint64_t key_of(const perp_world *world, int32_t number)
     const perp__pair *pair = &world->pairs[number];
 
     return (uint64_t)pair->first << 32 | (uint64_t)pair->second;
-}
-
-static perp_status reserve_pair(perp_world *world)
-{
-    const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
-                                    PERP__GROWING(world->watched_pairs, 0, 2),
-                                    PERP__GROWING(world->pairs, world->pair_slots, 1)};
-
-    if (world->free_pair != NONE || world->pair_slots < world->pair_capacity)
-        return PERP_OK;
-    world->pairs_changed = 2;
-    return perp__grow(world->context, "the pairs of shapes", &world->pair_capacity,
-                      (int64_t)world->pair_slots + 1, arrays, 3);
 }
 
 static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
@@ -126,40 +108,29 @@ static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
            (world->joint_count == 0 || !perp__joint_parts(world, body_a, body_b));
 }
 
-/* Something awake came near. */
-static void rouse_sleeper(perp_world *world, int32_t body)
-{
-    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
-        perp__rouse(world, body);
-}
-
-/* For the order of pairs; while there are few, and nothing was roused. */
-static void note_added(perp_world *world, int32_t number)
-{
-    const int32_t few = world->pair_capacity / 2;
-
-    if (world->awake_changed || world->pairs_added >= few)
-        world->pairs_changed = 2;
-    if (world->pairs_changed >= 2)
-        return;
-    world->pair_order[world->pair_capacity + world->pairs_added].key = key_of(world, number);
-    world->pair_order[world->pair_capacity + world->pairs_added++].value = number;
-    world->pairs_changed |= 1;
-}
-
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
-    perp_status status = reserve_pair(world);
+    const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
+                                    PERP__GROWING(world->watched_pairs, 0, 2),
+                                    PERP__GROWING(world->pairs, world->pair_slots, 1)};
+    perp_status status = PERP_OK;
+    int32_t number = world->free_pair;
     perp__pair *pair;
-    int32_t number;
 
+    /* 1. its number */
+    if (number == NONE && world->pair_slots == world->pair_capacity) {
+        world->pairs_changed = 2;
+        status = perp__grow(world->context, "the pairs of shapes", &world->pair_capacity,
+                            (int64_t)world->pair_slots + 1, arrays, 3);
+    }
     if (status != PERP_OK)
         return status;
-    number = world->free_pair;
     if (number != NONE)
         world->free_pair = world->pairs[number].next[0];
     else
         number = world->pair_slots++;
+
+    /* 2. the pair, and what it wakes */
     pair = &world->pairs[number];
     memset(pair, 0, sizeof *pair);
     pair->first = a < b ? a : b;
@@ -170,45 +141,52 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
     for (int32_t side = 0; side < 2; side++) {
-        pair->body[side] = world->shapes[shape_on(pair, side)].body;
-        pair->reach[side] = perp__turning_reach(&world->shapes[shape_on(pair, side)]);
-        pair->plane |= is_plane(world, shape_on(pair, side));
-        perp__unsettle(world, pair->body[side]);
-        perp__stop_coasting(world, pair->body[side]);
-        rouse_sleeper(world, pair->body[side]);
+        const int32_t shape = shape_on(pair, side), body = world->shapes[shape].body;
+
+        pair->body[side] = body;
+        pair->reach[side] = perp__turning_reach(&world->shapes[shape]);
+        pair->plane |= is_plane(world, shape);
+        perp__unsettle(world, body);
+        perp__stop_coasting(world, body);
+        if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+            perp__rouse(world, body);
     }
-    note_added(world, number);
+
+    /* 3. for the order of pairs: while those added are few, and nothing was roused */
+    if (world->awake_changed || world->pairs_added >= world->pair_capacity / 2)
+        world->pairs_changed = 2;
+    if (world->pairs_changed < 2) {
+        perp__keyed *added = &world->pair_order[world->pair_capacity + world->pairs_added++];
+
+        added->key = key_of(world, number);
+        added->value = number;
+        world->pairs_changed |= 1;
+    }
     return PERP_OK;
 }
 
 /* ---- the order of pairs ---- */
 
-/* Whether the pair is in the shape's charge: each is in that of one shape awake. Pairs with what
- * was roused within the step wait until that begins anew. */
-static int32_t lists_pair(const perp_world *world, int32_t link)
-{
-    const perp__pair *pair = &world->pairs[link / 2];
-    const perp__body *other = &world->bodies[world->shapes[shape_on(pair, 1 - link % 2)].body];
-
-    if (!other->awake)
-        return other->kind != PERP_BODY_DYNAMIC;
-    return link % 2 == 0;
-}
-
-/* All of them anew. */
+/* All of them anew: each in the charge of one shape awake. Pairs with what was roused within the
+ * step wait until that begins anew. */
 static void sort_pairs(perp_world *world)
 {
     perp__keyed *order = world->pair_order;
-    int32_t i, link, count = 0;
+    int32_t count = 0;
 
-    for (i = 0; i < world->awake_shape_count; i++)
-        for (link = world->shapes[world->awake_shapes[i]].first_link; link != NONE;
-             link = world->pairs[link / 2].next[link % 2])
-            if (lists_pair(world, link)) {
-                world->pairs[link / 2].listed = 1;
-                order[count].key = key_of(world, link / 2);
-                order[count++].value = link / 2;
-            }
+    for (int32_t i = 0; i < world->awake_shape_count; i++)
+        for (int32_t link = world->shapes[world->awake_shapes[i]].first_link; link != NONE;
+             link = world->pairs[link / 2].next[link % 2]) {
+            perp__pair *pair = &world->pairs[link / 2];
+            const perp__body *other =
+                &world->bodies[world->shapes[shape_on(pair, 1 - link % 2)].body];
+
+            if (other->awake ? link % 2 != 0 : other->kind == PERP_BODY_DYNAMIC)
+                continue;
+            pair->listed = 1;
+            order[count].key = key_of(world, link / 2);
+            order[count++].value = link / 2;
+        }
     if (count > 0) /* NULL has no second half */
         perp__sort(order, order + world->pair_capacity, count);
     world->pair_count = count;
@@ -233,28 +211,25 @@ static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, i
     return kept;
 }
 
-/* What came and went since they were sorted. */
-static void merge_pairs(perp_world *world)
-{
-    perp__keyed *order = world->pair_order, *added = order + world->pair_capacity;
-    int32_t old = sift_pairs(world, order, world->pair_count, 1);
-    int32_t count = sift_pairs(world, added, world->pairs_added, 0);
-
-    if (count > 0)
-        perp__sort(added, added + count, count);
-    world->pair_count = old + count;
-    for (int32_t to = old + count; count > 0;)
-        order[--to] =
-            old > 0 && order[old - 1].key > added[count - 1].key ? order[--old] : added[--count];
-}
-
 /* Pairs of what is awake by the slots of their shapes. */
 static void order_pairs(perp_world *world)
 {
-    if (world->pairs_changed >= 2)
+    perp__keyed *order = world->pair_order;
+    perp__keyed *added = order ? order + world->pair_capacity : NULL; /* NULL has no second half */
+
+    if (world->pairs_changed >= 2) {
         sort_pairs(world);
-    else if (world->pairs_changed)
-        merge_pairs(world);
+    } else if (world->pairs_changed) { /* what came and went since they were sorted */
+        int32_t old = sift_pairs(world, order, world->pair_count, 1);
+        int32_t count = sift_pairs(world, added, world->pairs_added, 0);
+
+        if (count > 0)
+            perp__sort(added, added + count, count);
+        world->pair_count = old + count;
+        for (int32_t to = old + count; count > 0;)
+            order[--to] = old > 0 && order[old - 1].key > added[count - 1].key ? order[--old]
+                                                                               : added[--count];
+    }
     if (world->pairs_changed)
         world->watched_count = -1;
     world->pairs_changed = world->pairs_added = 0;
@@ -284,59 +259,43 @@ static const perp__bounds *fat_box(const perp_world *world, int32_t shape)
     return &world->tree.nodes[world->shapes[shape].leaf].bounds;
 }
 
-static int32_t still_near(const perp_world *world, int32_t shape, int32_t other)
+/* Drops the pairs of a shape that ended, and adds those that are new. */
+static perp_status find_partners(perp_world *world, int32_t shape)
 {
-    if (is_plane(world, other))
-        return reaches_plane(world, fat_box(world, shape), other);
-    return world->shapes[other].leaf != NONE &&
-           perp__bounds_overlap(fat_box(world, shape), fat_box(world, other));
-}
+    const perp__bounds *fat = fat_box(world, shape);
+    perp__tree_query query;
+    perp_status status = PERP_OK;
+    int32_t other, link = world->shapes[shape].first_link;
 
-/* Drops the pairs of a shape that ended, and marks the others' shapes. */
-static void review_pairs(perp_world *world, int32_t shape)
-{
-    int32_t link = world->shapes[shape].first_link;
-
+    /* 1. the others' shapes of those that stay are marked */
     world->mark++;
     while (link != NONE) {
         const perp__pair *pair = &world->pairs[link / 2];
-        const int32_t other = shape_on(pair, 1 - link % 2), next = pair->next[link % 2];
+        const int32_t next = pair->next[link % 2];
+        int32_t near;
 
-        if (still_near(world, shape, other) && can_touch(world, shape, other))
+        other = shape_on(pair, 1 - link % 2);
+        near = is_plane(world, other) ? reaches_plane(world, fat, other)
+                                      : world->shapes[other].leaf != NONE &&
+                                            perp__bounds_overlap(fat, fat_box(world, other));
+        if (near && can_touch(world, shape, other))
             world->shapes[other].mark = world->mark;
         else
             drop_pair(world, link / 2);
         link = next;
     }
-}
 
-static perp_status find_partners(perp_world *world, int32_t shape)
-{
-    perp__tree_query query;
-    perp_status status = PERP_OK;
-    int32_t other;
-
-    review_pairs(world, shape);
+    /* 2. boxes that overlap, then half-spaces that the box reaches into */
     perp__tree_start(&world->tree, &query);
-    while (status == PERP_OK &&
-           (other = perp__tree_next(&world->tree, &query, fat_box(world, shape))) != NONE)
+    while (status == PERP_OK && (other = perp__tree_next(&world->tree, &query, fat)) != NONE)
         if (world->shapes[other].mark != world->mark && can_touch(world, shape, other))
             status = add_pair(world, shape, other);
     for (other = world->first_plane; other != NONE && status == PERP_OK;
          other = world->shapes[other].next_plane)
         if (world->shapes[other].mark != world->mark && can_touch(world, shape, other) &&
-            reaches_plane(world, fat_box(world, shape), other))
+            reaches_plane(world, fat, other))
             status = add_pair(world, shape, other);
     return status;
-}
-
-static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, double space)
-{
-    double excess = 0.0;
-
-    for (int32_t k = 0; k < 3; k++)
-        excess = perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
-    return excess > TOO_FAT * 2.0 * space;
 }
 
 static perp_status check(const perp_world *world, int32_t body, int32_t is_finite)
@@ -351,39 +310,21 @@ static double space_of(const perp__shape *shape, double speed)
     return SPACE * shape->radius + 0.5 * speed;
 }
 
+/* Whether the shape's fat box holds the box, and is not too fat for it. */
 static int32_t is_held(const perp_world *world, int32_t i, const perp__bounds *box, double space)
 {
-    return world->shapes[i].leaf != NONE && perp__bounds_contain(fat_box(world, i), box) &&
-           (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space));
-}
+    double excess = 0.0;
+    int32_t held = world->shapes[i].leaf != NONE && perp__bounds_contain(fat_box(world, i), box);
 
-/* Makes the shape's fat box hold `box`; `ahead`: where it will be in a few steps, so as not to come
- * again in each. */
-static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed,
-                        const double *ahead)
-{
-    perp__shape *shape = &world->shapes[i];
-    const double space = space_of(shape, speed);
-    perp__bounds fat;
-    perp_status status;
+    if (held && world->rounds == 0) {
+        const perp__bounds *fat = fat_box(world, i);
 
-    if (is_held(world, i, box, space))
-        return PERP_OK;
-    for (int32_t k = 0; k < 3; k++) {
-        fat.low[k] = box->low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
-        fat.high[k] = box->high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
+        for (int32_t k = 0; k < 3; k++)
+            excess =
+                perp__greater(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
+        held = !(excess > TOO_FAT * 2.0 * space);
     }
-    if (!perp__is_finite3(fat.low) || !perp__is_finite3(fat.high))
-        return check(world, shape->body, 0);
-    if (shape->leaf != NONE)
-        perp__tree_remove(&world->tree, shape->leaf);
-    shape->leaf = perp__tree_insert(&world->tree, &fat, i);
-    status = find_partners(world, i);
-    if (status != PERP_OK) { /* without a box it comes again */
-        perp__tree_remove(&world->tree, shape->leaf);
-        shape->leaf = NONE;
-    }
-    return status;
+    return held;
 }
 
 /* Lets the box hold what the body's motion does to the shape; returns how far that takes it. */
@@ -405,39 +346,42 @@ static double sweep(const perp__shape *shape, const double *moving, double h, pe
     return perp__lesser(h * perp__length3(moving), radius) + turn;
 }
 
-/* Half-spaces that came or moved make their pairs anew. */
-static perp_status look_at_planes(perp_world *world)
-{
-    perp_status status = PERP_OK;
-
-    for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
-        if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
-            status = find_partners(world, i);
-    if (world->planes_changed)
-        world->pairs_changed = 2; /* what sleeps has new ones too */
-    if (status == PERP_OK)
-        world->planes_changed = 0;
-    return status;
-}
-
-/* Boxes for where the body's shapes are: h = 0 and `more` around; or also for where they go: the
- * motion at hand. */
+/* Makes the fat boxes of a body hold its shapes where they are, and `more` around: where h > 0 also
+ * where the motion at hand takes them, and as new boxes where they will be in a few steps, so as
+ * not to come again in each. */
 static perp_status enclose(perp_world *world, int32_t body, double h, double more)
 {
     perp_status status = PERP_OK;
 
-    for (int32_t shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
-         shape = world->shapes[shape].next_of_body) {
+    for (int32_t i = world->bodies[body].first_shape; i != NONE && status == PERP_OK;
+         i = world->shapes[i].next_of_body) {
+        perp__shape *shape = &world->shapes[i];
+        double displacement = 0.0, space, ahead[3] = {0.0, 0.0, 0.0};
         perp__bounds box;
-        double displacement = 0.0, ahead[3] = {0.0, 0.0, 0.0};
 
-        if (is_plane(world, shape))
+        if (is_plane(world, i))
             continue;
-        perp__extent_of(&world->placed[shape], more, &box);
+        perp__extent_of(&world->placed[i], more, &box);
         if (h > 0.0)
-            displacement =
-                sweep(&world->shapes[shape], world->motions[body].moving, h, &box, ahead);
-        status = hold(world, shape, &box, displacement, ahead);
+            displacement = sweep(shape, world->motions[body].moving, h, &box, ahead);
+        space = space_of(shape, displacement);
+        if (is_held(world, i, &box, space))
+            continue;
+        for (int32_t k = 0; k < 3; k++) {
+            box.low[k] = box.low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
+            box.high[k] = box.high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
+        }
+        status = check(world, body, perp__is_finite3(box.low) && perp__is_finite3(box.high));
+        if (status != PERP_OK)
+            continue;
+        if (shape->leaf != NONE)
+            perp__tree_remove(&world->tree, shape->leaf);
+        shape->leaf = perp__tree_insert(&world->tree, &box, i);
+        status = find_partners(world, i);
+        if (status != PERP_OK) { /* without a box it comes again */
+            perp__tree_remove(&world->tree, shape->leaf);
+            shape->leaf = NONE;
+        }
     }
     return status;
 }
@@ -465,13 +409,23 @@ int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double
     return 1;
 }
 
-/* Half-spaces in place, before boxes are held against them. */
+/* Half-spaces in place, before boxes are held against them; those that came or moved make their
+ * pairs anew. */
 static perp_status place_planes(perp_world *world)
 {
+    perp_status status = PERP_OK;
+
     for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
         if (world->bodies[world->shapes[i].body].awake)
             perp__keep_placed(world, world->shapes[i].body);
-    return look_at_planes(world);
+    for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
+        if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
+            status = find_partners(world, i);
+    if (world->planes_changed)
+        world->pairs_changed = 2; /* what sleeps has new ones too */
+    if (status == PERP_OK)
+        world->planes_changed = 0;
+    return status;
 }
 
 /* Bodies to come: their numbers first, then their shapes, which these tell. */
@@ -503,29 +457,23 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
 }
 
 /* All of a body while it is at hand: what is awake may be more than a cache holds. */
-static perp_status start(perp_world *world, int32_t body, double h)
-{
-    perp_status status;
-
-    if (!perp__has_pairs(world, body) && perp__glide(world, body, h))
-        return PERP_OK;
-    status = check(world, body, perp__start_motion(world, body, h));
-    PERP__THEN(status, enclose(world, body, h, 0.0));
-    if (status == PERP_OK && !perp__has_pairs(world, body))
-        status = check(world, body, perp__coast(world, body, h));
-    if (world->motions[body].coasts != world->coasting)
-        world->lively[world->lively_count++] = body;
-    return status;
-}
-
 perp_status perp__enclose_motions(perp_world *world, double h)
 {
     perp_status status = place_planes(world);
 
     world->lively_count = 0;
     for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
+        const int32_t body = world->awake[i];
+
         fetch_ahead(world, i);
-        status = start(world, world->awake[i], h);
+        if (!perp__has_pairs(world, body) && perp__glide(world, body, h))
+            continue;
+        status = check(world, body, perp__start_motion(world, body, h));
+        PERP__THEN(status, enclose(world, body, h, 0.0));
+        if (status == PERP_OK && !perp__has_pairs(world, body))
+            status = check(world, body, perp__coast(world, body, h));
+        if (world->motions[body].coasts != world->coasting)
+            world->lively[world->lively_count++] = body;
     }
     order_pairs(world);
     return status;
@@ -547,28 +495,23 @@ perp_status perp__enclose_changes(perp_world *world, double h)
     return status;
 }
 
-static perp_status enclose_places(perp_world *world, double margin, int32_t all)
+/* Boxes for where bodies are: all with `ways` times their overlap around them; or without, where
+ * `ways` is 0, those that the motions at hand did not bring there. */
+perp_status perp__enclose_places(perp_world *world, double ways)
 {
+    const int32_t *bodies = ways > 0.0 ? world->awake : world->lively;
+    const int32_t count = ways > 0.0 ? world->awake_count : world->lively_count;
     perp_status status = PERP_OK;
 
-    const int32_t *bodies = all ? world->awake : world->lively;
-    const int32_t count = all ? world->awake_count : world->lively_count;
+    for (int32_t i = 0; i < count && status == PERP_OK; i++) {
+        const perp__motion *motion = &world->motions[bodies[i]];
 
-    for (int32_t i = 0; i < count && status == PERP_OK; i++)
-        if (all || !world->motions[bodies[i]].enclosed)
-            status = enclose(world, bodies[i], 0.0, margin);
+        if (ways > 0.0 || !motion->enclosed)
+            status = enclose(world, bodies[i], 0.0,
+                             perp__is_dynamic(world, bodies[i]) ? ways * motion->overlap : 0.0);
+    }
     order_pairs(world);
     return status;
-}
-
-perp_status perp__enclose_strays(perp_world *world)
-{
-    return enclose_places(world, 0.0, 0);
-}
-
-perp_status perp__enclose_places(perp_world *world, double margin)
-{
-    return enclose_places(world, margin, 1);
 }
 
 /* Takes a shape off a list of shapes. */

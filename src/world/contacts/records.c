@@ -7,29 +7,11 @@
 #include "base/grow.h"
 #include "linalg/spatial.h"
 
-static perp_status reserve(perp_world *world, int32_t count)
-{
-    const perp__growing array = PERP__GROWING(world->records, 0, 1);
-
-    return perp__grow(world->context, "the contacts", &world->record_capacity, count, &array, 1);
-}
-
-/* What pressed in the step was closed, whatever it does in the end. What sticks stands still along
- * the normal too, unless it bounced. */
-static int32_t mode_of(const perp__response *response, double restitution)
-{
-    const double *v = response->velocity;
-
-    if (response->mode == PERP_CONTACT_SEPARATE && !(response->impulse[0] > 0.0))
-        return PERP_CONTACT_SEPARATE;
-    return v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || restitution > 0.0) ? PERP_CONTACT_STICK
-                                                                            : PERP_CONTACT_SLIP;
-}
-
 void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record)
 {
     const perp__world_contact *contact = &set->contacts[i];
     const perp__response *response = &set->responses[i];
+    const double *v = response->velocity;
 
     memset(record, 0, sizeof *record);
     record->struct_size = sizeof *record;
@@ -46,7 +28,14 @@ void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_cont
     perp__copy3(record->velocity, response->velocity);
     record->friction = contact->friction;
     record->restitution = contact->restitution;
-    record->mode = mode_of(response, contact->restitution);
+    /* What pressed in the step was closed, whatever it does in the end. What sticks stands still
+     * along the normal too, unless it bounced. */
+    if (response->mode == PERP_CONTACT_SEPARATE && !(response->impulse[0] > 0.0))
+        record->mode = PERP_CONTACT_SEPARATE;
+    else if (v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || contact->restitution > 0.0))
+        record->mode = PERP_CONTACT_STICK;
+    else
+        record->mode = PERP_CONTACT_SLIP;
 }
 
 uint64_t perp__contact_order(const perp__world_contact *contact)
@@ -97,12 +86,14 @@ static perp_status merge_records(perp_world *world)
 
 perp_status perp__write_records(perp_world *world)
 {
+    const perp__growing array = PERP__GROWING(world->records, 0, 1);
     perp_status status = PERP_OK;
     int32_t i, count = 0;
 
     if (world->recorded)
         return PERP_OK;
-    status = reserve(world, world->kept_included + world->last_included);
+    status = perp__grow(world->context, "the contacts", &world->record_capacity,
+                        world->kept_included + world->last_included, &array, 1);
     if (status == PERP_OK && world->kept_included > 0) {
         status = merge_records(world);
     } else if (status == PERP_OK) {

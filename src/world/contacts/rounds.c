@@ -10,42 +10,36 @@
 #include "linalg/spatial.h"
 
 /* How often a pair may join; rounds in which doubtful collisions wait for others; and rounds after
- * which what still meets is left to the projection. */
+ * which what still meets is left to the next step. */
 #define MAX_JOINS 6
 #define PATIENCE 8
 #define MAX_ROUNDS 24
 
-/* A body that comes from farther than it is long is hit in its mass centre: a step in which it
- * would turn by many radians says nothing about the points beside it, and they let the centre
- * through. */
-static void centre_arm(perp__world_contact *contact, int32_t side)
-{
-    const double along = perp__dot3(contact->axes[0], contact->arms[side]);
-
-    for (int32_t k = 0; k < 3; k++)
-        contact->arms[side][k] = along * contact->axes[0][k];
-}
-
 /* The point as seen from the start: arms are those of the collision, the gap is what the motion has
- * closed till then. */
+ * closed till then. A body that comes from farther than it is long is hit in its mass centre: a
+ * step in which it would turn by many radians says nothing about the points beside it, and they let
+ * the centre through. */
 static void set_back(perp__world_contact *contact, double t, const perp__moving *a,
                      const perp__moving *b)
 {
-    const perp__moving *sides[2] = {a, b};
+    const double *normal = contact->axes[0];
     double closed = 0.0;
 
     for (int32_t side = 0; side < 2; side++) {
-        double turned[3], at[3];
+        const perp__moving *moving = side == 0 ? a : b;
+        double *arm = contact->arms[side], turned[3], at[3], along;
 
         for (int32_t k = 0; k < 3; k++)
-            contact->arms[side][k] =
-                contact->position[k] - (sides[side]->centre[k] + t * sides[side]->displacement[k]);
-        if (t * perp__length3(sides[side]->displacement) > sides[side]->reach)
-            centre_arm(contact, side);
-        perp__cross(turned, sides[side]->turn, contact->arms[side]);
+            arm[k] = contact->position[k] - (moving->centre[k] + t * moving->displacement[k]);
+        if (t * perp__length3(moving->displacement) > moving->reach) {
+            along = perp__dot3(normal, arm);
+            for (int32_t k = 0; k < 3; k++)
+                arm[k] = along * normal[k];
+        }
+        perp__cross(turned, moving->turn, arm);
         for (int32_t k = 0; k < 3; k++)
-            at[k] = sides[side]->displacement[k] + turned[k];
-        closed += (side == 0 ? t : -t) * perp__dot3(contact->axes[0], at);
+            at[k] = moving->displacement[k] + turned[k];
+        closed += (side == 0 ? t : -t) * perp__dot3(normal, at);
         for (int32_t k = 0; k < 3; k++)
             contact->position[k] -= 0.5 * t * at[k];
     }
@@ -97,36 +91,34 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     return status;
 }
 
-/* How far the motion at hand may take a point, at most. */
-static double displacement_of(const perp_world *world, const perp__world_contact *contact, double h)
+/* Whether the motion at hand closes a point, or another one that goes no farther may; of what came
+ * late, whether it takes the bodies deeper into each other than that share of their size. */
+static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h,
+                      double deep)
 {
     const double *a = world->motions[contact->body_a].moving;
     const double *b = world->motions[contact->body_b].moving;
+    const double end = contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING);
 
-    return h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
-                perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
+    if (deep > 0.0)
+        return !(end >= -deep * contact->size);
+    return !(contact->gap > contact->rounding) || !(end >= 0.0) ||
+           contact->gap <=
+               h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
+                    perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
 }
 
-/* Whether the motion at hand closes a point, or another motion may, so near it is. */
-static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h)
-{
-    if (!(contact->gap > contact->rounding) ||
-        (contact->gap <= PERP__NEAR * contact->size &&
-         contact->gap <= 2.0 * displacement_of(world, contact, h)))
-        return 1;
-    return !(contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING) >= 0.0);
-}
-
-/* Includes the points from the first on that are due; returns how many. */
-static int32_t include_points(perp_world *world, int32_t first, double h)
+/* Includes the points that are due; returns how many. */
+static int32_t include_points(perp_world *world, double h, double deep)
 {
     perp__contact_set *set = &world->contacts;
     const int32_t before = set->included;
 
-    for (int32_t i = first; i < set->count && set->included < set->count; i++) {
+    for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
         perp__tie *tie = &set->ties[i];
 
-        if (tie->included || !(tie->closed || is_due(world, &set->contacts[i], h)))
+        if (tie->included ||
+            !((tie->closed && deep == 0.0) || is_due(world, &set->contacts[i], h, deep)))
             continue;
         tie->included = tie->fresh = 1;
         set->included++;
@@ -162,40 +154,35 @@ static perp_status add_spare(perp_world *world, int32_t body)
     return status;
 }
 
-/* Whether a motion goes nowhere that the one before did not, but for what is less than rounding of
- * where points of a body of that size are: what covers that covers it. */
-static int32_t goes_no_farther(const double *moving, const double *before, double h, double size)
-{
-    for (int32_t k = 0; k < 6; k++) {
-        const double low = before[k] < 0.0 ? before[k] : 0.0, high = before[k] - low;
-
-        if (!(moving[k] >= low && moving[k] <= high) &&
-            !(h * fabs(moving[k]) <= 0.5 * PERP__EPSILON * (k < 3 ? size : 1.0)))
-            return 0;
-    }
-    return 1;
-}
-
-/* Motions that the islands changed: all others are what they were. */
+/* Motions that the islands changed: all others are what they were. One that goes nowhere that the
+ * one before did not, but for what is less than rounding of where points of the body are, is
+ * covered by what covers that. */
 static perp_status look_for_new_motions(perp_world *world, double h)
 {
     perp_status status = PERP_OK;
 
     for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
-        perp__motion *motion = &world->motions[world->body_order[i]];
-        int32_t shorter;
+        const int32_t body = world->body_order[i];
+        perp__motion *motion = &world->motions[body];
+        const double *moving = motion->moving, *before = motion->tried;
+        int32_t covered = 1;
 
-        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
+        if (memcmp(before, moving, sizeof motion->tried) == 0)
             continue;
-        shorter = goes_no_farther(motion->moving, motion->tried, h,
-                                  world->bodies[world->body_order[i]].radius);
-        memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        world->moved[world->body_order[i]] = world->rounds;
-        if (shorter)
+        for (int32_t k = 0; k < 6; k++) {
+            const double low = before[k] < 0.0 ? before[k] : 0.0, high = before[k] - low;
+            const double size = k < 3 ? world->bodies[body].radius : 1.0;
+
+            covered = covered && ((moving[k] >= low && moving[k] <= high) ||
+                                  h * fabs(moving[k]) <= 0.5 * PERP__EPSILON * size);
+        }
+        memcpy(motion->tried, moving, sizeof motion->tried);
+        world->moved[body] = world->rounds;
+        if (covered)
             continue;
         motion->enclosed = 0;
-        if (!(perp__longest_displacement(world, world->body_order[i], h) < motion->spare))
-            status = add_spare(world, world->body_order[i]);
+        if (!(perp__longest_displacement(world, body, h) < motion->spare))
+            status = add_spare(world, body);
     }
     return status;
 }
@@ -226,27 +213,6 @@ static void list_watched(perp_world *world)
     }
 }
 
-/* Whether the plane that was found between the two before does for this motion too. */
-static int32_t stays_apart(const perp_world *world, const perp__watched_pair *open, double h)
-{
-    const double *from = world->motions[open->body[0]].moving;
-    const double *to = world->motions[open->body[1]].moving;
-    const double displacement[3] = {h * to[0] - h * from[0], h * to[1] - h * from[1],
-                                    h * to[2] - h * from[2]};
-
-    return perp__stay_apart(open->apart, open->lead, displacement,
-                            perp__turning(world, open->body[0], open->reach[0], h) +
-                                perp__turning(world, open->body[1], open->reach[1], h));
-}
-
-/* Whether the motion turns a shape that turning moves. */
-static int32_t turns(const perp_world *world, const perp__watched_pair *open, double h)
-{
-    return perp__turning(world, open->body[0], open->reach[0], h) +
-               perp__turning(world, open->body[1], open->reach[1], h) !=
-           0.0;
-}
-
 /* Which of them meet, or sink into each other, of bodies whose motion is not the one that was
  * looked at last: listed behind all, as far behind as the share begins. */
 static void collision_share(perp_world *world, perp__share *share, double h)
@@ -257,13 +223,26 @@ static void collision_share(perp_world *world, perp__share *share, double h)
     for (int32_t i = share->first; i < share->end; i++) {
         perp__watched_pair *open = &world->watched_pairs[i];
         perp__pair *pair = &world->pairs[open->pair];
+        const double *from = world->motions[open->body[0]].moving;
+        const double *to = world->motions[open->body[1]].moving;
+        double displacement[3], turning;
         int32_t met;
 
-        if ((world->moved[open->body[0]] != world->rounds &&
-             world->moved[open->body[1]] != world->rounds) ||
-            (open->lead > 0.0 && stays_apart(world, open, h)) || pair->joined >= MAX_JOINS)
+        /* 1. what moves as it did, and what the plane found before still keeps apart */
+        if (world->moved[open->body[0]] != world->rounds &&
+            world->moved[open->body[1]] != world->rounds)
             continue;
-        if (has_points(pair) && !turns(world, open, h)) {
+        for (int32_t k = 0; k < 3; k++)
+            displacement[k] = h * to[k] - h * from[k];
+        turning = perp__turning(world, open->body[0], open->reach[0], h) +
+                  perp__turning(world, open->body[1], open->reach[1], h);
+        if ((open->lead > 0.0 &&
+             perp__stay_apart(open->apart, open->lead, displacement, turning)) ||
+            pair->joined >= MAX_JOINS)
+            continue;
+
+        /* 2. what has points sinks in only where it turns */
+        if (has_points(pair) && turning == 0.0) {
             open->lead = 0.0;
             continue;
         }
@@ -275,12 +254,23 @@ static void collision_share(perp_world *world, perp__share *share, double h)
     }
 }
 
-/* Lists those that met behind the others; returns how many. */
-static int32_t list_met(perp_world *world, perp__watched_pair *met, double h)
+/* Collisions of the watched pairs. One near the rim of a face waits if the body meets something
+ * before: what stops it there may keep it from this. */
+static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
 {
-    const int32_t lanes = perp__share_out(world, world->watched_count, collision_share, h);
+    perp_status status = perp__enclose_changes(world, h);
+    perp__watched_pair *met;
     perp__share all = {0};
+    int32_t lanes;
 
+    if (status != PERP_OK || world->pair_count == 0)
+        return status;
+
+    /* 1. those that meet, listed behind the others */
+    if (world->watched_count < 0)
+        list_watched(world);
+    met = world->watched_pairs + world->pair_capacity;
+    lanes = perp__share_out(world, world->watched_count, collision_share, h);
     all.end = lanes == 0 ? world->watched_count : 0;
     collision_share(world, &all, h);
     for (int32_t k = 0; k < lanes; k++) {
@@ -289,74 +279,52 @@ static int32_t list_met(perp_world *world, perp__watched_pair *met, double h)
         memmove(met + all.count, met + share->first, (size_t)share->count * sizeof *met);
         all.count += share->count;
     }
-    return all.count;
-}
 
-/* Whether a pair that met is to wait for what either body meets before. */
-static int32_t waits(const perp_world *world, const perp__watched_pair *open)
-{
-    const perp__pair *pair = &world->pairs[open->pair];
+    /* 2. when their bodies meet something first; pairs that have points are part of the motion */
+    for (int32_t i = 0; i < 2 * all.count; i++) {
+        const perp__pair *pair = &world->pairs[met[i / 2].pair];
+        perp__motion *motion = &world->motions[met[i / 2].body[i % 2]];
 
-    for (int32_t k = 0; k < 2; k++)
-        if (!has_points(pair) && pair->collision.doubtful && world->rounds < PATIENCE &&
-            world->bodies[open->body[k]].kind == PERP_BODY_DYNAMIC &&
-            world->motions[open->body[k]].earliest < pair->collision.time)
-            return 1;
-    return 0;
-}
-
-/* Collisions of the watched pairs. One near the rim of a face waits if the body meets something
- * before: what stops it there may keep it from this. */
-static perp_status join_collisions(perp_world *world, double h)
-{
-    perp_status status = perp__enclose_changes(world, h);
-    perp__watched_pair *met;
-    int32_t i, k, count;
-
-    if (status != PERP_OK || world->pair_count == 0)
-        return status;
-    if (world->watched_count < 0)
-        list_watched(world);
-    met = world->watched_pairs + world->pair_capacity;
-    count = list_met(world, met, h);
-    for (i = 0; i < count; i++) {
-        const perp__pair *pair = &world->pairs[met[i].pair];
-
-        for (k = 0; k < 2 && !has_points(pair); k++) { /* they are part of the motion */
-            perp__motion *motion = &world->motions[met[i].body[k]];
-
+        if (!has_points(pair))
             motion->earliest = fmin(motion->earliest, pair->collision.time);
-        }
     }
-    for (i = 0; i < count && status == PERP_OK; i++) {
-        perp__pair *pair = &world->pairs[met[i].pair];
 
-        if (waits(world, &met[i])) {
+    /* 3. they join, or wait */
+    for (int32_t i = 0; i < all.count && status == PERP_OK; i++) {
+        perp__pair *pair = &world->pairs[met[i].pair];
+        int32_t waits = 0;
+
+        for (int32_t k = 0; k < 2 && !has_points(pair); k++)
+            waits |= waiting && pair->collision.doubtful && world->rounds < PATIENCE &&
+                     world->bodies[met[i].body[k]].kind == PERP_BODY_DYNAMIC &&
+                     world->motions[met[i].body[k]].earliest < pair->collision.time;
+        if (waits) {
             pair->waited = 1;
             world->moved[met[i].body[0]] = world->rounds + 1; /* again in the next round */
         } else {
             status = join_pair(world, pair, h);
         }
     }
-    for (i = 0; i < count; i++)
-        for (k = 0; k < 2; k++)
-            world->motions[met[i].body[k]].earliest = INFINITY;
+    for (int32_t i = 0; i < 2 * all.count; i++)
+        world->motions[met[i / 2].body[i % 2]].earliest = INFINITY;
     return status;
 }
 
-perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
+int32_t perp__include_near(perp_world *world, double h)
 {
-    const int32_t known = world->contacts.count;
-    perp_status status;
+    return include_points(world, h, 0.0);
+}
 
-    *came = include_points(world, 0, h);
-    if (*came > 0)
+perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_t *came)
+{
+    perp_status status = PERP_OK;
+
+    *came = 0;
+    if (++world->rounds > MAX_ROUNDS)
         return PERP_OK;
-    world->rounds++;
     status = look_for_new_motions(world, h);
-    if (status == PERP_OK && world->rounds <= MAX_ROUNDS)
-        status = join_collisions(world, h);
+    PERP__THEN(status, join_collisions(world, h, deep == 0.0));
     if (status == PERP_OK)
-        *came = include_points(world, known, h);
+        *came = include_points(world, h, deep);
     return status;
 }

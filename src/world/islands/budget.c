@@ -1,5 +1,5 @@
-/* What a step may spend: time_limit and max_iterations hold for all problems of a step together.
- * Without a time limit nothing here reads the clock. */
+/* What a step may spend: the numbers of each level of accuracy; time_limit and max_iterations hold
+ * for all problems of a step together. Without a time limit nothing here reads the clock. */
 #include "world/step.h"
 
 #include <math.h>
@@ -8,6 +8,20 @@
 
 /* The part of a step's time that its velocities may take; the rest moves and projects. */
 #define VELOCITIES 0.7
+
+/* Passes and residuals are from the measured curve, bench/results/world.txt; docs/world.md has the
+ * table. */
+const perp__level *perp__level_of(const perp_world *world)
+{
+    static const perp__level levels[] = {
+        {.looks = 2, .deep = 2e-2, .passes = 16, .tol = 1e-2, .few = 8, .rounds = 2},
+        {.looks = 3, .deep = 5e-3, .passes = 32, .tol = 1e-3, .few = 40, .rounds = 2},
+        {.looks = 4, .deep = 1e-3, .passes = 96, .tol = 1e-6, .few = 64, .rounds = 5},
+        {.looks = 24, .deep = 0.0, .passes = 96, .tol = 0.0, .few = 64, .rounds = 24},
+    };
+
+    return &levels[world->settings.accuracy];
+}
 
 void perp__open_budget(perp_world *world)
 {

@@ -20,21 +20,12 @@
  * as this: others that are hit hard have an answer out of reach. */
 #define QUICK 100
 #define HURRIED 25
-#define HURRIED_JOINTS 40
 #define FEW 64
 #define FEW_PLANAR 200
 #define PROMISING 1e-4
 
 /* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
 #define SMALL 8
-
-/* Joints, and contacts beside them, up to which sweeps come to an answer as fast as proximal's
- * method; and the residual that joints may be left with where methods come to no better one. */
-#define FEW_JOINTS 8
-#define JOINT_TOL 1e-6
-
-/* Passes over what the methods did not solve. */
-#define LEAST_PASSES 8
 
 double perp__exact_tol(const perp_world *world)
 {
@@ -72,27 +63,20 @@ static int32_t most_thorough(const perp_world *world)
     return world->settings.planar ? FEW_PLANAR : FEW;
 }
 
-/* Piles in motion, and what hangs together by joints: these hold at any effort
- * (contact/condensed.c), what is missing then is the contacts'. */
+/* Piles in motion. */
 static int32_t is_hurried(const perp_world *world, const perp__island *island)
 {
-    const int32_t joints = island->joints > 0, accuracy = world->settings.accuracy;
-    const int32_t thorough =
-        accuracy == PERP_ACCURACY_EXACT || (joints && accuracy == PERP_ACCURACY_ACCURATE);
+    const int32_t exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
 
-    if (world->work.count <= (thorough ? most_thorough(world) : SMALL))
-        return 0;
-    return joints ? accuracy != PERP_ACCURACY_EXACT && world->settings.tol == 0.0
-                  : !perp__comes_from_rest(world, island);
+    return world->work.count > (exact ? most_thorough(world) : SMALL) &&
+           !perp__comes_from_rest(world, island);
 }
 
 static perp_status solve_by(perp_world *world, const perp__island *island,
                             perp__rigid_answer *answer, perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
-    const int32_t most = !is_hurried(world, island) ? QUICK
-                         : island->joints > 0       ? HURRIED_JOINTS
-                                                    : HURRIED;
+    const int32_t most = is_hurried(world, island) ? HURRIED : QUICK;
     perp_status status;
 
     problem->tol = SHARPER * perp__exact_tol(world);
@@ -102,54 +86,17 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     problem->tol = perp__exact_tol(world);
     if (status == PERP_OK)
         say_outcome(answer, perp__exact_tol(world));
-    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
+    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0 &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT)
         answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
     return status;
-}
-
-/* What will do where methods come to no better: at `exact` nothing else. Joints are not to give way
- * visibly. */
-static double rough_tol(const perp_world *world, const perp__rigid_answer *answer)
-{
-    const double tol = perp__swept_tol(world);
-
-    return answer->joints <= JOINT_TOL ? tol : fmin(tol, JOINT_TOL);
-}
-
-/* Joints couple their bodies too tightly for sweeps: they are taken out, or, where they can't be,
- * proximal solves their equations at once. */
-static perp_status solve_quickly(perp_world *world, const perp__island *island,
-                                 perp__rigid_answer *answer, perp__rigid_problem *problem,
-                                 double *tol)
-{
-    const int32_t method = problem->method;
-    perp_status status = PERP_OK;
-
-    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL &&
-                     (island->joints == 0 || is_hurried(world, island));
-    if (island->joints + island->contacts * (island->joints > 0) > FEW_JOINTS &&
-        method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
-        problem->method = PERP_CONTACT_METHOD_PROXIMAL;
-        status = solve_by(world, island, answer, problem);
-        problem->method = method;
-        if (status == PERP_OK && !perp__is_good(answer->outcome))
-            say_outcome(answer, *tol = rough_tol(world, answer));
-        if (status != PERP_OK || perp__is_good(answer->outcome))
-            return status;
-        *tol = perp__exact_tol(world);
-        problem->again = 1;
-    }
-    return solve_by(world, island, answer, problem);
 }
 
 static int32_t is_worth_more(const perp_world *world, const perp__island *island,
                              const perp__rigid_answer *answer)
 {
-    if (perp__is_good(answer->outcome))
-        return 0;
-    if (world->settings.accuracy != PERP_ACCURACY_EXACT)
-        return island->joints > 0 && !(answer->joints <= JOINT_TOL && is_hurried(world, island));
-    return !is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING;
+    return !perp__is_good(answer->outcome) && world->settings.accuracy == PERP_ACCURACY_EXACT &&
+           (!is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING);
 }
 
 /* From where that has come to, with all that the methods have: last resorts too for what rests, or
@@ -174,53 +121,22 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
     return status;
 }
 
-/* A method that a budget or a stall ended short of an answer: a few passes from where it came to,
- * which keep bodies apart as far as they come. Taken where they are nearer. */
-static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
-                            const perp__rigid_problem *problem)
-{
-    perp__island_work *work = &world->work;
-    const perp__rigid_answer first = *answer;
-    perp__rigid_problem swept = *problem;
-    perp__passes passes = {0};
-    perp_status status;
-
-    passes.h = 1.0;
-    passes.passes = LEAST_PASSES;
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof(double));
-    swept.warm = work->warm;
-    swept.again = 1;
-    swept.max_iterations = -1; /* only a look */
-    status = perp__coloured_step(&world->coloured, answer, NULL, &swept, &passes);
-    if (status != PERP_OK)
-        return status;
-    swept.warm = work->impulse;
-    status = perp__rigid_solve(world->solver, answer, &swept);
-    if (status == PERP_OK && !(answer->own < first.own)) {
-        swept.warm = work->warm;
-        status = perp__rigid_solve(world->solver, answer, &swept);
-    }
-    answer->iterations = first.iterations + LEAST_PASSES;
-    if (!perp__is_good(answer->outcome))
-        answer->outcome = first.outcome;
-    return status;
-}
-
 /* By all that there is, as far as the budget goes. */
 static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem)
 {
     double tol = perp__exact_tol(world);
-    perp_status status = solve_quickly(world, island, answer, problem, &tol);
+    perp_status status;
+
+    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL &&
+                     (island->joints == 0 || is_hurried(world, island));
+    status = solve_by(world, island, answer, problem);
 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
-        say_outcome(answer, tol = rough_tol(world, answer));
+        say_outcome(answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && is_worth_more(world, island, answer))
         status = solve_thoroughly(world, island, answer, problem);
-    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
-        status = sweep_on(world, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
     if (status == PERP_OK && perp__is_good(answer->outcome))
@@ -229,8 +145,8 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     return status;
 }
 
-/* What begins with the motion of what carries it, and is not hit: whether it keeps that. */
-static perp_status stand(perp_world *world, const perp__island *island, perp__verdict *verdict)
+perp_status perp__stand_as_begun(perp_world *world, const perp__island *island,
+                                 perp__verdict *verdict)
 {
     perp__carrying carrying;
 
@@ -250,7 +166,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 
     verdict->stands = 0;
     if (!bounces)
-        status = stand(world, island, verdict);
+        status = perp__stand_as_begun(world, island, verdict);
     if (status != PERP_OK || verdict->stands) {
         memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
         return status;

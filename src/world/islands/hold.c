@@ -7,14 +7,6 @@
 
 #include "linalg/spatial.h"
 
-/* hypot, by the square root where no square leaves the range of numbers. */
-static double root_of_squares(double a, double b)
-{
-    const double square = a * a + b * b;
-
-    return square > 1e-280 && square < 1e280 ? sqrt(square) : hypot(a, b);
-}
-
 /* |C^-1 v| of a body: twice its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
 {
@@ -23,8 +15,8 @@ double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
     perp__twist_of(world, v, twist);
     perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
     perp__apply3(turning, world->bodies[body].inverse_factor, own);
-    return root_of_squares(sqrt(world->bodies[body].mass) * perp__length3(twist),
-                           perp__length3(turning));
+    return perp__length2(sqrt(world->bodies[body].mass) * perp__length3(twist),
+                         perp__length3(turning));
 }
 
 /* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
@@ -35,8 +27,8 @@ double perp__row_norm(const perp_world *world, int32_t body, const double *row)
     perp__twist_of(world, row, twist);
     perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
     perp__apply_transposed3(turning, world->bodies[body].factor, own);
-    return root_of_squares(sqrt(world->bodies[body].inverse_mass) * perp__length3(twist),
-                           perp__length3(turning));
+    return perp__length2(sqrt(world->bodies[body].inverse_mass) * perp__length3(twist),
+                         perp__length3(turning));
 }
 
 /* |C'J'| of a row of a body of the island, whose factor is at hand: a multiple of the identity for
@@ -46,7 +38,7 @@ static double pushed_by(const double *C, const double *row, int32_t n)
     double square, turn = 0.0;
 
     if (n == 3)
-        return root_of_squares(C[0] * root_of_squares(row[0], row[1]), C[8] * row[2]);
+        return perp__length2(C[0] * perp__length2(row[0], row[1]), C[8] * row[2]);
     for (int32_t j = 3; j < 6; j++) {
         const double x = C[18 + j] * row[3] + C[24 + j] * row[4] + C[30 + j] * row[5];
 
@@ -54,11 +46,10 @@ static double pushed_by(const double *C, const double *row, int32_t n)
     }
     square = C[0] * C[0] * perp__dot3(row, row) + turn;
     return square > 1e-280 && square < 1e280 ? sqrt(square)
-                                             : hypot(C[0] * perp__length3(row), sqrt(turn));
+                                             : perp__length2(C[0] * perp__length3(row), sqrt(turn));
 }
 
-/* The sizes of the terms that each body's velocity is made of. */
-static void find_strengths(const perp_world *world, const perp__island *island, double *strength)
+void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -119,7 +110,7 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
     perp_outcome outcome;
     perp_status status;
 
-    find_strengths(world, island, work->strength);
+    perp__find_strengths(world, island, work->strength);
     memcpy(work->solved, work->v, numbers * sizeof(double));
     memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->units * sizeof(double));
     status = perp__rigid_hold(world->solver, answer, problem);

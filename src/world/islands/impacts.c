@@ -29,13 +29,8 @@
 #define MOST_IMPACTS 32
 #define CONTACTS_IN_ALL 64
 
-/* Energy of an impact that is rounding, beside its terms; and the least share of restitution that
- * is tried where impacts give energy. */
-#define ENERGY_ROUNDING 1e-12
+/* The least share of restitution that is tried where impacts give energy. */
 #define LEAST_SHARE 0.25
-
-/* Of the kinetic energy: what an interval with joints may add of itself. */
-#define VISIBLE_GAIN 0.03125
 
 /* Beside what forces and motion make of it, a normal velocity that counts as none. */
 #define NO_APPROACH 1e-9
@@ -168,7 +163,8 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
         const double v =
             t < left ? work->now[i] + t / left * (work->v[i] - work->now[i]) : work->v[i];
 
-        work->moving[i] = mean ? 0.5 * (work->now[i] + v) : work->v[i];
+        if (t < left || island->contacts > 0) /* else what joints were placed by */
+            work->moving[i] = mean ? 0.5 * (work->now[i] + v) : work->v[i];
         work->drift[i] += t * work->moving[i];
         work->now[i] = v;
     }
@@ -232,18 +228,20 @@ static double first_impact(const perp_world *world, const perp__island *island, 
     return first;
 }
 
-/* work->moving: what positions move with over all of the interval. */
-static void move_all(perp_world *world, const perp__island *island)
+void perp__move_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t mean = lasts(world, island);
 
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
+    if (mean && island->contacts == 0)
+        perp__mean_of_ends(world, island);
+    else
+        for (int32_t i = 0; i < world->dof * island->bodies; i++)
+            work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
 /* The work of the impulses on body a side of unit i over a jump, half of r'(u- + u+); adds the size
- * of its terms. */
+ * of its terms, which may cancel altogether. */
 static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
                       double *size)
 {
@@ -254,18 +252,16 @@ static double work_on(const perp__island_work *work, int32_t i, int32_t side, in
 
     for (int32_t k = 0; k < rows->dim; k++)
         for (int32_t j = 0; j < n; j++) {
-            const double term =
-                0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j] * (before[j] + after[j]);
+            const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
 
-            sum += term;
-            *size += fabs(term);
+            sum += push * (before[j] + after[j]);
+            *size += fabs(push) * (fabs(before[j]) + fabs(after[j]));
         }
     return sum;
 }
 
-/* That on all bodies of the island, but for what motors do; of the contacts, or all units. */
-static double work_of(const perp_world *world, const perp__island *island, int32_t units,
-                      double *size)
+double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
+                          double *size)
 {
     const perp__island_work *work = &world->work;
     double sum = 0.0;
@@ -279,19 +275,22 @@ static double work_of(const perp_world *world, const perp__island *island, int32
     return sum;
 }
 
-/* Whether rows do visible work for turning within the interval: it is of third order in that. */
-static int32_t gains_energy(const perp_world *world, const perp__island *island)
+/* Velocities of the rows at hand, with joints where they are taken to be. */
+static perp_status solve_round(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict)
 {
-    const perp__island_work *work = &world->work;
-    double kinetic = 0.0, size;
+    perp__island_work *work = &world->work;
+    perp_status status = PERP_OK;
 
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const double speed = perp__mass_norm(world, work->members[i], work->v + world->dof * i);
-
-        kinetic += 0.5 * speed * speed;
+    if (work->units == 0) {
+        memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+        return PERP_OK;
     }
-    return work->carriers == 0 && work_of(world, island, work->units, &size) >
-                                      VISIBLE_GAIN * kinetic + ENERGY_ROUNDING * size;
+    if (!perp__swings(world, island))
+        return perp__solve_rows(world, island, 0, verdict);
+    if (work->carriers > 0) /* what hangs still beside what moves, to the last bit */
+        status = perp__stand_as_begun(world, island, verdict);
+    return status == PERP_OK && !verdict->stands ? perp__swing(world, island, verdict) : status;
 }
 
 /* Solves an interval of length t from `now`, without the contacts that are left out; work->v are
@@ -300,27 +299,25 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
                                   const int8_t *leaves_out, double t, double h,
                                   perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
     const perp__verdict before = *verdict;
-    perp__rounds rounds = {.change = INFINITY};
+    perp__rounds rounds = {.change = INFINITY, .most = perp__level_of(world)->rounds};
     perp_status status = PERP_OK;
 
-    perp__find_limits(world, island);
+    perp__find_limits(world, island, 0.0);
     do {
         *verdict = before;
         perp__place_joints(world, island, t);
         perp__choose_rows(world, island, leaves_out);
         perp__force_bodies(world, island, t / h);
         close_gaps(world, t);
-        if (work->units > 0)
-            status = perp__solve_rows(world, island, 0, verdict);
-        else
-            memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+        status = solve_round(world, island, verdict);
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || island->joints == 0)
             return status;
-        move_all(world, island);
+        perp__move_bodies(world, island);
     } while (perp__goes_round(world, island, t, &rounds));
-    verdict->rough |= perp__is_rough(&rounds, gains_energy(world, island));
+    verdict->rough |= perp__is_rough(&rounds);
+    if (perp__swings(world, island) && !verdict->stands)
+        perp__end_swing(world, island, t, verdict);
     return PERP_OK;
 }
 
@@ -378,17 +375,19 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
 }
 
 /* The jump of the velocities where contacts touch. Moreau's law with friction, or with several
- * contacts, can give energy: then with less of the restitution, in the end none, which never does
- * where nothing moves as it is told. */
+ * contacts, can give energy, beyond what impulses known to tol may: then with less of the
+ * restitution, in the end none, which never does where nothing moves as it is told. */
 static perp_status jump(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     double share, size, energy;
     perp_status status;
 
-    for (int32_t i = 0; i < island->contacts; i++)
-        work->hit[i] = work->gap[i] > 0.0;
-    perp__find_limits(world, island);
+    for (int32_t i = 0; i < island->contacts;
+         i++) /* velocities are known to tol, and so are gaps */
+        work->hit[i] = work->gap[i] > perp__exact_tol(world) * world->step_length *
+                                          perp__normal_terms(world, i, work->now, island->bodies);
+    perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, work->hit);
     perp__time_joints(world, 0.0);
@@ -401,34 +400,14 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
         status = perp__solve_rows(world, island, 1, verdict);
         if (status != PERP_OK)
             return status;
-        energy = work_of(world, island, work->count, &size);
-        if (share == 0.0 || work->carriers > 0 || energy <= ENERGY_ROUNDING * size)
+        energy = perp__work_of_rows(world, island, work->count, &size);
+        if (share == 0.0 || work->carriers > 0 || energy <= perp__exact_tol(world) * size)
             break;
     }
     perp__take_answer(world, island);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
     perp__aim_joints(world, island);
     return PERP_OK;
-}
-
-/* Whether the mean velocity until t keeps the chosen contacts further apart than that at the end of
- * the interval `left`: what was hit leaves and comes back, which the latter knows nothing of. */
-static int32_t mean_is_better(const perp_world *world, const perp__island *island, double t,
-                              double left)
-{
-    const perp__island_work *work = &world->work;
-    double by_mean = 0.0, by_end = 0.0;
-
-    for (int32_t i = 0; i < work->count; i++) {
-        const int32_t k = work->chosen[i];
-        const double gap = work->gap[k] + perp__step_contact(world, island, k)->rounding;
-        const double end = normal_of(world, i, work->v, island->bodies, 1);
-        const double start = normal_of(world, i, work->now, island->bodies, 1);
-
-        by_end = fmin(by_end, gap + t * end);
-        by_mean = fmin(by_mean, gap + t * (start + 0.5 * t / left * (end - start)));
-    }
-    return by_mean > by_end;
 }
 
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
@@ -464,7 +443,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         if (!work->hit[i])
             perp__add_impulse(world, island, i, perp__step_response(world, island, i)->next,
                               t / whole);
-    go(world, island, t, mean || mean_is_better(world, island, t, whole), whole);
+    go(world, island, t, mean, whole);
     for (i = 0; i < 3 * work->count && *done; i++)
         work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */
     if (*done)

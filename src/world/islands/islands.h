@@ -59,6 +59,18 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
 }
 
 /* budget.c */
+/* What a level of accuracy gives: how often all that the motion makes meet joins in, and it is
+ * found anew; how deep it may take bodies into each other then, beside their size, before what
+ * meets there joins in as well; the passes of a sweep, and the residual that counts as an answer of
+ * it; contacts up to which exact methods go on where it came to none; rounds of placing joints. */
+typedef struct perp__level {
+    int32_t looks;
+    double deep;
+    int32_t passes;
+    double tol;
+    int32_t few, rounds;
+} perp__level;
+const perp__level *perp__level_of(const perp_world *world);
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
 void perp__open_velocities(perp_world *world);
@@ -80,10 +92,8 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
-/* An island to which contacts came, or joints, and that writes to nothing but what is its own; or,
- * none having come to any, the end of one that is swept so far: then *open := 1. */
-perp_status perp__solve_one(perp_world *world, const perp__island *island, double h,
-                            int32_t finishes, int32_t *open);
+/* An island to which contacts came, or joints; it writes to nothing but what is its own. */
+perp_status perp__solve_one(perp_world *world, const perp__island *island, double h);
 
 /* problem.c */
 /* Makes the workspace fit the largest island. */
@@ -126,6 +136,10 @@ void perp__write_velocities(perp_world *world, const perp__island *island);
  * is judged by the second. */
 double perp__exact_tol(const perp_world *world);
 double perp__swept_tol(const perp_world *world);
+/* What begins with the motion of what carries it: verdict->stands tells whether it keeps that, and
+ * then its velocities are written. */
+perp_status perp__stand_as_begun(perp_world *world, const perp__island *island,
+                                 perp__verdict *verdict);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
@@ -136,11 +150,20 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);
+/* The sizes of the terms that each body's velocity is made of. */
+void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength);
 /* Whether all of an island is at rest, and nothing that moves as it is told is next to it. */
 int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island);
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);
+/* work.moving: what positions move with over all of an interval, from work.now to work.v: the mean
+ * of both where what presses did so from the start, else what is there at the end. */
+void perp__move_bodies(perp_world *world, const perp__island *island);
+/* The work that the first `units` rows do on the island's bodies from work.now to work.v, but for
+ * what motors do; *size: of its terms, which may cancel altogether. */
+double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
+                          double *size);
 /* work.free := now + share of what forces add. */
 void perp__force_bodies(perp_world *world, const perp__island *island, double share);
 /* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
@@ -151,28 +174,16 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
 double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies);
 int32_t perp__lies_on_something(const perp_world *world, const perp__island *island);
 
-/* near.c: sweeps near the contacts that came to an island whose motion is known. */
-perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);
-
-/* energy.c: takes what impulses and ways have too much. Returns whether there is less of impulses.
- */
-int32_t perp__take_energy(perp_world *world, const perp__island *island, double h);
-
-/* sweep.c: an island within the budget of the world's accuracy: its motion, from the impulses that
- * it has; and once no more contacts come the velocities at its end, and what they are worth. */
+/* sweep.c: an island within the budget of the world's accuracy, from the impulses that it has. Of
+ * one with joints the equations hold to rounding; begin_joints() comes first. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
-perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
-                               perp__verdict *verdict);
-/* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
- * body's size. */
-double perp__mass_ratio(const perp_world *world, const perp__island *island);
-/* Whether sweeps take the overlap out of what rests. */
+/* Whether the sweeps of an island take the overlap out of what rests. */
 int32_t perp__is_deep(const perp__world_contact *contact);
-/* Whether an exact solution costs no more, or nothing less will do. */
+/* Whether an exact solution costs no more than sweeps, or nothing less will do; and whether it is
+ * worth it where sweeps have not come to an answer. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
-/* Whether it costs so little that it may be done whenever a contact comes. */
-int32_t perp__is_small(const perp_world *world, const perp__island *island);
+int32_t perp__is_worth_both(const perp_world *world, const perp__island *island);
 /* Whether the chosen contacts come from rest, but for what forces do in a few steps. */
 int32_t perp__comes_from_rest(const perp_world *world, const perp__island *island);
 

@@ -3,6 +3,7 @@
  * before. So the bits are those of one thread, whichever lane an island goes to. One that dwarfs
  * the others is the caller's thread's, whose sweeps all take part in (contact/coloured). */
 #include "world/islands/lanes.h"
+#include "world/joints/joints.h"
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
  * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */
@@ -21,7 +22,6 @@
 typedef struct job {
     perp_world *world;
     double h;
-    int32_t finishes;
     perp__range work;
 } job;
 
@@ -103,7 +103,6 @@ static void enter(perp__lane *lane, const perp_world *world)
     lane->world.standing = standing;
     lane->status = PERP_OK;
     lane->last = -1;
-    lane->open = 0;
 }
 
 /* The first island of a run: as many contacts and bodies in each. */
@@ -164,13 +163,12 @@ static int32_t stays(const perp_world *world, const perp__island *island)
 }
 
 /* Solves one; returns whether what comes after it is not to be. */
-static int32_t solve_one(perp_world *world, int32_t i, const job *at, int32_t *open,
-                         perp_status *status)
+static int32_t solve_one(perp_world *world, int32_t i, const job *at, perp_status *status)
 {
     perp__island *island = &world->islands[i];
 
     world->budget.spent = 0;
-    *status = perp__solve_one(world, island, at->h, at->finishes, open);
+    *status = perp__solve_one(world, island, at->h);
     island->spent = world->budget.spent;
     return *status != PERP_OK ||
            perp__island_motion(world, island, 0)->verdict.outcome == PERP_OUTCOME_RAY;
@@ -191,21 +189,20 @@ static void solve_lane(int32_t k, void *data)
 
         for (int32_t i = first_of(&lane->world, run, runs); i < end && lane->last < 0; i++)
             if (!stays(at->world, &at->world->islands[i]) &&
-                solve_one(&lane->world, i, at, &lane->open, &lane->status))
+                solve_one(&lane->world, i, at, &lane->status))
                 lane->last = i;
     }
 }
 
 /* Those that lanes left, on the caller's thread. */
-static void solve_rest(perp_world *world, const job *at, int32_t *open, perp_status *status,
-                       int32_t *last)
+static void solve_rest(perp_world *world, const job *at, perp_status *status, int32_t *last)
 {
     const int32_t end = *last < 0 ? world->island_count : *last;
 
     for (int32_t i = 0; i < end; i++) {
         perp_status own;
 
-        if (!stays(world, &world->islands[i]) || !solve_one(world, i, at, open, &own))
+        if (!stays(world, &world->islands[i]) || !solve_one(world, i, at, &own))
             continue;
         *status = own;
         *last = i;
@@ -213,19 +210,17 @@ static void solve_rest(perp_world *world, const job *at, int32_t *open, perp_sta
     }
 }
 
-perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *open, int32_t *last)
+perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
 {
-    job at = {world, h, open != NULL, NULL};
+    job at = {world, h, NULL};
     const int64_t before = world->budget.spent;
     perp_status status = PERP_OK;
-    int32_t any = 0;
 
     *last = -1;
     perp__tasks_run(world->tasks, solve_lane, &at);
     for (int32_t k = 0; k < world->lane_count; k++) {
         const perp__lane *lane = &world->lanes[k];
 
-        any = any || lane->open;
         if (lane->last < 0 || (*last >= 0 && lane->last > *last))
             continue;
         *last = lane->last;
@@ -233,12 +228,10 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *open, int
                      ? PERP_OK
                      : perp__fail(world->context, lane->status, "%s", lane->context.message);
     }
-    solve_rest(world, &at, &any, &status, last);
+    solve_rest(world, &at, &status, last);
     world->budget.spent = before;
     for (int32_t i = 0; i <= (*last < 0 ? world->island_count - 1 : *last); i++)
         perp__spend(world, world->islands[i].spent);
-    if (open)
-        *open = any;
     return status;
 }
 
@@ -258,7 +251,7 @@ perp__share *perp__share_of(const perp_world *world, int32_t lane)
 
 int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h)
 {
-    job at = {world, h, 0, work};
+    job at = {world, h, work};
 
     if (world->lane_count == 0 || count < FEW)
         return 0;

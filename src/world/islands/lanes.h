@@ -28,7 +28,6 @@ typedef struct perp__lane {
     perp__share share;
     perp_status status;
     int32_t last; /* the island that ended its work, a failure or a ray; -1: none */
-    int32_t open; /* an island was finished */
 } perp__lane;
 
 perp_status perp__create_lanes(perp_world *world);
@@ -40,7 +39,7 @@ int32_t perp__shares_islands(const perp_world *world);
 
 /* perp__solve_one for all islands. Where one fails or is a ray it is as if those after it had not
  * been begun: *last is that one, or -1. */
-perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *open, int32_t *last);
+perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last);
 
 /* Calls `work` for the ranges that 0 .. count - 1 is cut into, one a lane, in order; returns how
  * many, or 0 without having done anything where it is not worth it. The shares stay. */

@@ -20,6 +20,8 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, numbers, &work->start, &work->gain, &work->now, &work->drift,
                   &work->moving, &work->free, &work->v, &work->solved, &work->still);
     PERP__INTEGERS(arena, bodies, &work->carrier, &work->members);
+    work->before = perp__arena_take(arena, bodies, sizeof *work->before);
+    work->paths = perp__arena_take(arena, bodies, sizeof *work->paths);
     work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
     PERP__INTEGERS(arena, contacts, &work->chosen, &work->modes);
     PERP__DOUBLES(arena, 3 * contacts, &work->impulse, &work->velocity, &work->warm,
@@ -34,8 +36,6 @@ static void lay_out(perp__arena *arena, void *object)
     work->forces = perp__arena_take(arena, 7 * bodies, sizeof(double));
     work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
-    work->near = perp__arena_take(arena, bodies, sizeof(int8_t));
-    work->part = perp__arena_take(arena, contacts, sizeof *work->part);
 }
 
 /* Room for the largest island. Bodies: twice those of its contacts at most count as carriers. */
@@ -324,4 +324,30 @@ void perp__write_twists(perp_world *world, const perp__island *island)
         perp__twist_of(world, work->moving + n * i, motion->moving);
         perp__twist_of(world, work->now + n * i, motion->after);
     }
+}
+
+/* t1 is the x axis brought into the tangent plane, or the y axis where the normal is close to x;
+ * t2 = n x t1. Planar: t1 is the normal turned by +90 degrees. The normal (0,0,1) has t1 = x and
+ * t2 = y. */
+void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
+{
+    const double *n = contact->axes[0];
+    double *t1 = contact->axes[1];
+    int32_t i, axis = fabs(n[0]) > 0.9 ? 1 : 0;
+    double length;
+
+    memset(contact->axes[1], 0, 2 * sizeof contact->axes[1]);
+    if (world->settings.planar) {
+        t1[0] = -n[1];
+        t1[1] = n[0];
+        return;
+    }
+    t1[axis] = 1.0;
+    if (n[axis] != 0.0) { /* else it lies there */
+        perp__add3(t1, -n[axis], n);
+        length = perp__length3(t1);
+        for (i = 0; i < 3; i++)
+            t1[i] /= length;
+    }
+    perp__cross(contact->axes[2], n, t1);
 }

@@ -1,4 +1,9 @@
-/* The islands of a step: which contacts take part, and the path of each island through the step.
+/* The islands of a step, and the path of each through it:
+ *
+ *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
+ *   2. each is solved, once, by the way that suits it;
+ *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
+ *      often as the level looks; then only for what would go deep.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
@@ -15,14 +20,6 @@
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
-
-/* The share of an island's contacts that is little; that which is not worth another sweep of all;
- * unless bodies come so deep into others, beside their size; and how often an island is swept as a
- * whole. */
-#define LITTLE 0.25
-#define HARDLY_ANY 0.01
-#define DEEP 1e-3
-#define MOST_SWEEPS 3
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
@@ -69,107 +66,60 @@ static int32_t count_fresh(const perp_world *world, const perp__island *island,
     return fresh;
 }
 
-static perp_status sweep_all(perp_world *world, const perp__island *island, double h,
-                             perp__verdict *verdict)
-{
-    verdict->patched = 0;
-    return perp__sweep_island(world, island, h, verdict);
-}
-
-/* Contacts came. Large islands are swept, near what came where that is little; they are finished
- * once nothing comes any more. */
+/* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
+ * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept. */
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
-                                int32_t fresh, perp__verdict *verdict)
+                                perp__verdict *verdict)
 {
-    const int32_t sweeps = verdict->sweeps, patched = verdict->patched;
-    const int32_t known = verdict->jointed && verdict->impacts == 0, asked = verdict->asked;
+    const int32_t exact = perp__is_worth_exact(world, island), asked = verdict->asked;
+    const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
     perp__carrying carrying;
-    int32_t begins;
-
-    memset(verdict, 0, sizeof *verdict);
-    verdict->asked = asked;
-    if (island->joints > 0) {
-        perp__begin_joints(world, island, h, known);
-        verdict->jointed = 1;
-        return perp__follow_island(world, island, h, verdict);
-    }
-    if (perp__lies_still(world, island, verdict))
-        return PERP_OK;
-    begins = perp__begins_standing(world, island, &carrying);
-    if (!begins && !closes(world, island, h)) {
-        leave_alone(world, island);
-        return PERP_OK;
-    }
-    if (perp__is_small(world, island))
-        return perp__follow_island(world, island, h, verdict);
-    verdict->sweeps = sweeps;
-    if (begins || fresh > LITTLE * island->contacts)
-        return sweep_all(world, island, h, verdict);
-    verdict->sweeps += sweeps == 0;
-    verdict->patched = patched + fresh;
-    return perp__sweep_near(world, island, h);
-}
-
-/* Whether what came late is many contacts, or the motion takes bodies deep into others. */
-static int32_t lacks_a_sweep(perp_world *world, const perp__island *island, double h,
-                             const perp__verdict *verdict)
-{
-    if (verdict->patched == 0 || verdict->sweeps >= MOST_SWEEPS)
-        return 0;
-    if (verdict->patched > HARDLY_ANY * island->contacts)
-        return 1;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-        double u[3];
-
-        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (fmax(contact->gap, 0.0) + h * u[0] < -DEEP * contact->size)
-            return 1;
-    }
-    return 0;
-}
-
-/* Nothing came. Where many contacts came late, near which alone it has been swept, it is swept as a
- * whole once more. */
-static perp_status finish_island(perp_world *world, const perp__island *island, double h,
-                                 perp__verdict *verdict)
-{
-    const int32_t asked = verdict->asked;
-
-    if (lacks_a_sweep(world, island, h, verdict))
-        return sweep_all(world, island, h, verdict);
-    memset(verdict, 0, sizeof *verdict);
-    verdict->asked = asked;
-    if (perp__is_worth_exact(world, island))
-        return perp__follow_island(world, island, h, verdict);
-    return perp__finish_swept(world, island, h, verdict);
-}
-
-perp_status perp__solve_one(perp_world *world, const perp__island *island, double h,
-                            int32_t finishes, int32_t *open)
-{
-    perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-    const int32_t fresh = finishes ? 0 : count_fresh(world, island, &verdict);
-    const int32_t ends = finishes && verdict.sweeps > 0;
     perp_status status = PERP_OK;
 
-    if (fresh > 0)
-        status = solve_island(world, island, h, fresh, &verdict);
-    else if (ends) {
-        status = finish_island(world, island, h, &verdict);
-        *open = 1;
+    memset(verdict, 0, sizeof *verdict);
+    verdict->asked = asked;
+    verdict->jointed = island->joints > 0;
+    if (island->joints == 0) {
+        if (perp__lies_still(world, island, verdict))
+            return PERP_OK;
+        if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
+            leave_alone(world, island);
+            return PERP_OK;
+        }
     }
+    if (!exact) {
+        perp__begin_joints(world, island, h, 0);
+        status = perp__sweep_island(world, island, h, verdict);
+        if (status != PERP_OK || !perp__is_worth_both(world, island) ||
+            (perp__is_good(verdict->outcome) && !verdict->settles))
+            return status;
+        memset(verdict, 0, sizeof *verdict);
+        verdict->asked = asked;
+        verdict->jointed = island->joints > 0;
+    }
+    perp__begin_joints(world, island, h, known);
+    return perp__follow_island(world, island, h, verdict);
+}
+
+perp_status perp__solve_one(perp_world *world, const perp__island *island, double h)
+{
+    perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
+    const int32_t fresh = count_fresh(world, island, &verdict);
+    perp_status status;
+
     world->budget.contacts -= island->contacts + island->joints;
-    if (fresh == 0 && !ends)
+    if (fresh == 0)
         return PERP_OK;
-    for (int32_t k = 0; k < island->contacts && !finishes; k++)
-        perp__step_tie(world, island, k)->fresh = 0;
-    for (int32_t k = 0; k < island->contacts && !verdict.stands; k++)
-        memset(perp__step_response(world, island, k)->base, 0, 3 * sizeof(double));
+    status = solve_island(world, island, h, &verdict);
     verdict.endless = 0;
-    for (int32_t k = 0; k < island->contacts && (ends || verdict.sweeps == 0); k++)
-        verdict.endless += !perp__is_finite_contact(
-            &world->contacts, world->contact_order[island->first_contact + k]);
+    for (int32_t k = 0; k < island->contacts; k++) {
+        const int32_t number = world->contact_order[island->first_contact + k];
+
+        world->contacts.ties[number].fresh = 0;
+        if (!verdict.stands)
+            memset(world->contacts.responses[number].base, 0, 3 * sizeof(double));
+        verdict.endless += !perp__is_finite_contact(&world->contacts, number);
+    }
     for (int32_t k = 0; k < island->bodies; k++) {
         perp__island_motion(world, island, k)->verdict = verdict;
         world->roles[world->body_order[island->first_body + k]].swept = (int8_t)verdict.swept;
@@ -178,7 +128,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
 }
 
 /* All of them, on the caller's thread. */
-static perp_status solve_in_turn(perp_world *world, double h, int32_t *open, int32_t *last)
+static perp_status solve_in_turn(perp_world *world, double h, int32_t *last)
 {
     perp_status status = PERP_OK;
     int32_t ended = 0;
@@ -188,7 +138,7 @@ static perp_status solve_in_turn(perp_world *world, double h, int32_t *open, int
     for (int32_t i = 0; i < world->island_count; i++)
         world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
     for (int32_t i = 0; i < world->island_count && !ended; i++) {
-        status = perp__solve_one(world, &world->islands[i], h, open != NULL, open);
+        status = perp__solve_one(world, &world->islands[i], h);
         ended =
             status != PERP_OK ||
             perp__island_motion(world, &world->islands[i], 0)->verdict.outcome == PERP_OUTCOME_RAY;
@@ -197,30 +147,21 @@ static perp_status solve_in_turn(perp_world *world, double h, int32_t *open, int
     return status;
 }
 
-/* Solves the islands to which contacts came; or, none having come, finishes what is swept so far,
- * and tells in *open whether any was. Stops at a ray. */
-static perp_status solve_islands(perp_world *world, double h, int32_t *open,
-                                 perp__solve_summary *summary)
+/* Solves the islands to which contacts came. Stops at a ray. */
+static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
 {
-    int32_t last;
-    const perp_status status = perp__shares_islands(world)
-                                   ? perp__solve_in_lanes(world, h, open, &last)
-                                   : solve_in_turn(world, h, open, &last);
+    int32_t last = -1;
+    perp_status status = perp__build_islands(world, &world->contacts);
 
+    PERP__THEN(status, perp__fit_island_work(world));
+    if (status == PERP_OK)
+        status = perp__shares_islands(world) ? perp__solve_in_lanes(world, h, &last)
+                                             : solve_in_turn(world, h, &last);
     if (status == PERP_OK && last >= 0) {
         summary->outcome = PERP_OUTCOME_RAY;
         summary->residual = perp__island_motion(world, &world->islands[last], 0)->verdict.residual;
     }
     return status;
-}
-
-/* Islands of the contacts included so far. */
-static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
-{
-    perp_status status = perp__build_islands(world, &world->contacts);
-
-    PERP__THEN(status, perp__fit_island_work(world));
-    return status == PERP_OK ? solve_islands(world, h, NULL, summary) : status;
 }
 
 /* The last word on each island. */
@@ -240,24 +181,23 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
-    perp_status status;
-    int32_t came = 0, open = 1;
+    const perp__level *level = perp__level_of(world);
+    perp_status status = PERP_OK;
+    int32_t came;
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    status = world->joint_count > 0 ? solve_changed(world, h, summary) : PERP_OK;
-    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
-        status = perp__join_contacts(world, h, &came);
-    while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && (came > 0 || open)) {
-        open = 0;
-        if (came > 0)
+    came = perp__include_near(world, h);
+    if (came > 0 || world->joint_count > 0)
+        status = solve_changed(world, h, summary);
+    do {
+        came = 0;
+        if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
+            status = perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : level->deep,
+                                         &came);
+        if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
-        else
-            status = solve_islands(world, h, &open, summary);
-        open = open || came > 0;
-        if (status == PERP_OK && open)
-            status = perp__join_contacts(world, h, &came);
-    }
+    } while (status == PERP_OK && came > 0);
     if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
         summarise(world, summary);
     return status;

@@ -48,6 +48,11 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
  * the terms of each body. Then that is its motion. */
 int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
 
+/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
+ * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
+ * of its own. */
+void perp__find_turning(const perp_world *world, int32_t body, const double *now,
+                        const double *carried, double t, double *L);
 /* A length of a body, of its inertia: what turns are taken times. */
 double perp__body_length(const perp_world *world, int32_t body);
 /* work.stand_rows: the rows of work as statics has them. Returns 0 where one makes its bodies move,

@@ -7,15 +7,14 @@
 
 #include "step/impact.h"
 #include "world/islands/standing.h"
+#include "world/joints/joints.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
 
-/* Bodies that are solved exactly whatever the number of their contacts. */
+/* Bodies, and contacts of more of them, that are solved exactly at once. */
 #define FEW_BODIES 2
-
-/* Contacts that are, whenever one comes: more wait until none comes any more. */
-#define SMALL 8
+#define FEW 8
 
 /* Beside a contact's size: an overlap that is left as it is; and the overlap, in these, of what is
  * at rest that is not. */
@@ -26,31 +25,23 @@
 #define CLEAR 2
 
 /* Beside what forces make of it in a step: a speed with which something comes from rest; and one
- * that sweeps leave of what comes to rest. */
+ * at which it is asked whether it stands. */
 #define FROM_REST 0.5
 #define SETTLING 0.1
 
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
 
-typedef struct level {
-    int32_t passes;
-    int32_t few; /* contacts up to which an island is solved exactly all the same */
-    double tol;  /* tested residual that is called solved */
-} level;
+/* Energy that is rounding, beside what impulses move. */
+#define ENERGY_ROUNDING 1e-12
 
 /* Contacts from which on an island is deep: what a pass does goes on to the next body only, so that
  * such a one gets half as many again. */
 #define DEEP_ISLAND 1000
 
-/* From the measured curve, bench/results/world.txt. */
-static const level levels[] = {
-    {16, 8, 1e-2},  /* fast */
-    {32, 40, 1e-3}, /* standard */
-    {96, 64, 1e-6}  /* accurate */
-};
-
-double perp__mass_ratio(const perp_world *world, const perp__island *island)
+/* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
+ * body's size. */
+static double mass_ratio(const perp_world *world, const perp__island *island)
 {
     double least = INFINITY, most = 0.0;
 
@@ -73,34 +64,33 @@ double perp__swept_tol(const perp_world *world)
 
     return settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT
                ? perp__exact_tol(world)
-               : levels[settings->accuracy].tol;
+               : perp__level_of(world)->tol;
 }
 
-static int32_t has_at_most(const perp_world *world, const perp__island *island, int32_t few)
+/* A joint is as many rows as two contacts. */
+static int32_t is_few(const perp_world *world, const perp__island *island, int32_t most)
 {
-    return island->contacts <= few * (world->settings.planar ? 4 : 1) ||
-           island->bodies <= FEW_BODIES;
-}
-
-int32_t perp__is_small(const perp_world *world, const perp__island *island)
-{
-    return has_at_most(world, island, SMALL);
+    return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
 
-    if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar) ||
-        perp__is_small(world, island) || perp__mass_ratio(world, island) >= LARGE_RATIO)
-        return 1;
-    return has_at_most(world, island, levels[settings->accuracy].few);
+    return settings->accuracy == PERP_ACCURACY_EXACT ||
+           (settings->cone != 0 && !settings->planar) || island->bodies <= FEW_BODIES ||
+           island->contacts == 0 || is_few(world, island, FEW) ||
+           (island->joints == 0 && mass_ratio(world, island) >= LARGE_RATIO);
+}
+
+int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
+{
+    return is_few(world, island, perp__level_of(world)->few);
 }
 
 static int32_t count_passes(const perp_world *world, const perp__island *island)
 {
-    const int32_t exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
-    const int32_t passes = levels[exact ? PERP_ACCURACY_ACCURATE : world->settings.accuracy].passes;
+    const int32_t passes = perp__level_of(world)->passes;
 
     if (world->settings.substeps > 0)
         return PASSES_OF_A_SUBSTEP * world->settings.substeps;
@@ -114,6 +104,7 @@ static void plan(perp_world *world, const perp__island *island, perp__passes *st
     memset(step, 0, sizeof *step);
     step->h = h;
     step->passes = count_passes(world, island);
+    step->measures = 1;
     step->clear = CLEAR;
     step->gap = work->gap;
     step->guard = work->guard;
@@ -159,31 +150,14 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
             work->gap[i] = 0.0;
         }
     }
-    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
-}
+    for (int32_t i = work->count; i < work->inequalities; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i - work->count];
 
-static void take_verdict(perp__rigid_answer *answer, perp__verdict *verdict)
-{
-    if (!perp__is_good(answer->outcome))
-        answer->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    verdict->outcome = answer->outcome;
-    verdict->residual = answer->tested;
-}
-
-/* The answer of the impulses work.warm, as they are: all of it where they are one to `tol`. */
-static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rigid_problem *problem,
-                        double tol, perp__verdict *verdict)
-{
-    perp_status status = PERP_OK;
-
-    problem->max_iterations = -1;
-    if (!perp__rigid_refute(answer, problem, tol)) {
-        status = perp__rigid_solve(world->solver, answer, problem);
-        problem->again = status == PERP_OK; /* the same rows from here on */
+        if (unit->slot < PERP__SLOT_MOTOR && /* a limit that is not reached yet */
+            world->joints[unit->joint].gap[unit->slot - PERP__SLOT_LOWER] > 0.0)
+            memset(work->rows[i].rows, 0, sizeof work->rows[i].rows);
     }
-    if (status == PERP_OK)
-        take_verdict(answer, verdict);
-    return status;
+    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
 }
 
 /* Biases of the step: what gaps leave. */
@@ -196,20 +170,6 @@ static void close_gaps(perp_world *world, const perp__island *island, double h)
     }
 }
 
-/* What the sweeps are worth: the contact layer looks at their point, and goes nowhere from it. */
-static perp_status judge(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
-{
-    perp__island_work *work = &world->work;
-    const size_t size = 3 * (size_t)island->contacts * sizeof(double);
-
-    if (verdict->impacts == 0)
-        close_gaps(world, island, h);
-    memcpy(work->warm, work->impulse, size);
-    problem->tol = perp__swept_tol(world);
-    return look(world, answer, problem, problem->tol, verdict);
-}
-
 int32_t perp__comes_from_rest(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < world->work.count; i++) {
@@ -219,22 +179,20 @@ int32_t perp__comes_from_rest(const perp_world *world, const perp__island *islan
         double u[3];
 
         perp__relative_velocity(world, contact, PERP__TWIST_START, u);
-        if (!(fmax(fabs(u[0]), world->work.rows[i].mu > 0.0 ? hypot(u[1], u[2]) : 0.0) <=
+        if (!(fmax(fabs(u[0]), world->work.rows[i].mu > 0.0 ? perp__length2(u[1], u[2]) : 0.0) <=
               FROM_REST * pushed))
             return 0;
     }
     return 1;
 }
 
-/* The problem of the island, and what its motion needs. */
-static void pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem,
-                 perp__rigid_answer *answer)
+/* The rows of the island, joints where its trial motion takes them, and what forces make of it. */
+static void pose_rows(perp_world *world, const perp__island *island, double h)
 {
-    perp__gather_bodies(world, island);
+    perp__place_joints(world, island, h);
     perp__choose_rows(world, island, NULL);
     perp__force_bodies(world, island, 1.0);
-    perp__pose_island(world, island, problem);
-    perp__receive(world, answer);
+    perp__time_joints(world, h);
 }
 
 int32_t perp__is_deep(const perp__world_contact *contact)
@@ -245,162 +203,268 @@ int32_t perp__is_deep(const perp__world_contact *contact)
 static int32_t has_deep(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->contacts; i++)
-        if (perp__is_deep(perp__step_contact(world, island, i)))
+        if (!perp__step_tie(world, island, i)->moved && /* what a motion would take there is not */
+            perp__is_deep(perp__step_contact(world, island, i)))
             return 1;
     return 0;
 }
 
-/* Whether all of it stands with the motion of what carries it; then work has the answer. */
-static perp_status stand(perp_world *world, const perp__island *island, double h,
-                         const perp__carrying *carrying, perp__verdict *verdict)
-{
-    verdict->stands = 0;
-    if (has_deep(world, island))
-        return PERP_OK;
-    close_gaps(world, island, h);
-    return perp__stand(world, island, carrying, verdict, &verdict->stands);
-}
-
-/* Whether the island came to rest, or nearly so: it began slower than forces make in a step, and
- * sweeps took most of that away. Sliding that goes on, and falling, do neither; so the question is
- * put about once each time that a pile settles. */
-static int32_t comes_to_rest(const perp_world *world, const perp__island *island,
-                             const perp__carrying *carrying)
+/* Whether all of its bodies have velocities x next to those of what carries it: as a share of what
+ * forces make of them in a step. */
+static int32_t is_slow(const perp_world *world, const perp__island *island,
+                       const perp__carrying *carrying, const double *x, double share)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = work->members[i];
-        double twist[6], carried[6], before[6], after[6], gain, began, ended;
+        double twist[6], beside[6];
 
         perp__carried_twist(world, carrying, body, twist);
-        perp__coordinates_of(world, twist, carried);
-        for (int32_t k = 0; k < n; k++) {
-            before[k] = work->start[n * i + k] - carried[k];
-            after[k] = work->v[n * i + k] - carried[k];
-        }
-        gain = perp__mass_norm(world, body, work->gain + n * i);
-        began = perp__mass_norm(world, body, before);
-        ended = perp__mass_norm(world, body, after);
-        if (!(began <= gain && ended <= SETTLING * gain))
+        perp__coordinates_of(world, twist, beside);
+        for (int32_t k = 0; k < n; k++)
+            beside[k] = x[n * i + k] - beside[k];
+        if (!(perp__mass_norm(world, body, beside) <=
+              share * perp__mass_norm(world, body, work->gain + n * i)))
             return 0;
     }
     return 1;
 }
 
-/* What the island has come to, for its bodies and contacts. */
-static void keep(perp_world *world, const perp__island *island)
+/* Whether the step moves its bodies by less than the rounding of where their points are. */
+static int32_t goes_nowhere(const perp_world *world, const perp__island *island, double h)
+{
+    const perp__island_work *work = &world->work;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double radius = world->bodies[work->members[i]].radius;
+        double twist[6];
+
+        perp__twist_of(world, work->moving + world->dof * i, twist);
+        if (!(h * (perp__length3(twist) + radius * perp__length3(twist + 3)) <=
+              PERP__EPSILON * radius))
+            return 0;
+    }
+    return 1;
+}
+
+/* ---- energy ----
+ *
+ * Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
+ * With d what impulses make of the velocities, m the mean of these before and after the step, and f
+ * the forces, it grows by
+ *
+ *   d'M m + h f'(m - moving).
+ *
+ * Then there is less of d, and the way is more that of m. */
+
+/* x'My of the island's bodies. */
+static double mass_product(const perp_world *world, const perp__island *island, const double *x,
+                           const double *y)
+{
+    const int32_t n = world->dof;
+    double sum = 0.0, both[6];
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->work.members[i];
+        const double a = perp__mass_norm(world, body, x + n * i);
+        const double b = perp__mass_norm(world, body, y + n * i);
+
+        for (int32_t k = 0; k < n; k++)
+            both[k] = x[n * i + k] + y[n * i + k];
+        both[0] = perp__mass_norm(world, body, both);
+        sum += 0.5 * (both[0] * both[0] - a * a - b * b);
+    }
+    return sum;
+}
+
+/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving. */
+static double work_beside(const perp_world *world, const perp__island *island, double h)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    double sum = 0.0, shift[6];
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__twist_of(world, work->solved + n * i, shift);
+        sum -= h * perp__work_needed(world, work->members[i], shift);
+    }
+    return sum;
+}
+
+static int32_t take_energy(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
+    const int32_t numbers = world->dof * island->bodies;
+    double *d = work->solved, *m = work->drift, size, work_of_d, growth, share;
+    int32_t scaled;
 
+    for (int32_t i = 0; i < numbers; i++) {
+        d[i] = work->v[i] - work->start[i] - work->gain[i];
+        m[i] = 0.5 * (work->start[i] + work->v[i]);
+    }
+    work_of_d = mass_product(world, island, d, m);
+    size = mass_product(world, island, d, d);
+    scaled = work_of_d > ENERGY_ROUNDING * size;
+    if (scaled) {
+        share = fmax(1.0 - 2.0 * work_of_d / size, 0.0);
+        for (int32_t i = 0; i < numbers; i++) {
+            work->v[i] -= (1.0 - share) * d[i];
+            work->moving[i] -= 0.5 * (1.0 - share) * d[i];
+            m[i] -= 0.5 * (1.0 - share) * d[i];
+        }
+        for (int32_t i = 0; i < 3 * island->contacts; i++)
+            work->impulse[i] *= share;
+        work_of_d = 0.0;
+    }
+    for (int32_t i = 0; i < numbers; i++)
+        d[i] = m[i] - work->moving[i];
+    growth = work_beside(world, island, h);
+    share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
+    for (int32_t i = 0; i < numbers && share < 1.0; i++)
+        work->moving[i] = m[i] - share * d[i];
+    return scaled;
+}
+
+/* Whether rows that turn on the way did work beyond what impulses known to tol may: then those of
+ * the beginning serve, of which there is none. */
+static int32_t gives_energy(const perp_world *world, const perp__island *island)
+{
+    double size;
+
+    return world->work.carriers == 0 && perp__work_of_rows(world, island, world->work.units,
+                                                           &size) > perp__exact_tol(world) * size;
+}
+
+/* Rows where the trial motion takes the joints, and passes over all of them; work.moving then. */
+static perp_status sweep_rows(perp_world *world, const perp__island *island, double h,
+                              perp__rigid_problem *problem, perp__rigid_answer *answer,
+                              perp__passes *step)
+{
+    perp__island_work *work = &world->work;
+    double *shift = work->solved;
+    perp_status status;
+
+    plan(world, island, step, h);
+    for (int32_t i = island->contacts; i < work->units; i++)
+        work->gap[i] = work->guard[i] = 0.0;
+    perp__pose_island(world, island, problem);
+    problem->tol = perp__swept_tol(world);
+    status = perp__coloured_step(&world->coloured, answer, shift, problem, step);
+    if (status != PERP_OK)
+        return status;
+    perp__spend(world, answer->iterations);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        shift[i] -= work->v[i];
+    perp__move_bodies(world, island);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] += shift[i];
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(perp__step_response(world, island, i)->warm, work->impulse + 3 * i);
+    return PERP_OK;
+}
+
+/* The residual of the velocities after some of the impulses were taken back. */
+static perp_status measure(perp_world *world, const perp__island *island, double h,
+                           perp__rigid_answer *answer, perp__rigid_problem *problem)
+{
+    perp__passes passes = {.h = 1.0, .measures = 1};
+
+    close_gaps(world, island, h);
+    memcpy(world->work.warm, world->work.impulse, 3 * (size_t)world->work.units * sizeof(double));
+    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
+}
+
+/* What the island has come to, for its bodies, contacts and joints. */
+static void finish(perp_world *world, const perp__island *island, double h, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const size_t numbers = (size_t)(world->dof * island->bodies);
+
+    if (verdict->stands) /* where it is: to lift it would be work */
+        memcpy(work->moving, work->v, numbers * sizeof(double));
+    else if (verdict->impacts == 0)
+        close_gaps(world, island, h);
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__response *response = perp__step_response(world, island, i);
 
         perp__copy3(response->impulse, work->impulse + 3 * i);
         perp__copy3(response->next, work->impulse + 3 * i);
+        response->mode = work->modes[i];
     }
-    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
+    memcpy(work->now, work->v, numbers * sizeof(double));
     perp__write_twists(world, island);
-}
-
-static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
-{
-    keep(world, island);
     perp__write_velocities(world, island);
-    for (int32_t i = 0; i < island->contacts; i++)
-        perp__step_response(world, island, i)->mode = world->work.modes[i];
-    verdict->stages = verdict->swept = 1;
+    perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
+    verdict->stages = 1;
+    verdict->swept = 1;
 }
 
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
+    perp__rounds rounds = {.change = INFINITY, .most = 1};
     perp__carrying carrying;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__passes step;
     perp_status status = PERP_OK;
+    int32_t carried, again = 1;
 
-    pose(world, island, &problem, &answer);
-    if (perp__begins_standing(world, island, &carrying))
-        status = stand(world, island, h, &carrying, verdict);
+    /* 1. the question whether it stands, of what begins so, or came so near in the last step */
+    perp__gather_bodies(world, island);
+    work->gone = 0.0;
+    perp__find_limits(world, island, h);
+    perp__receive(world, &answer);
+    carried = perp__begins_standing(world, island, &carrying) ||
+              (perp__find_carrying(world, island, &carrying) &&
+               is_slow(world, island, &carrying, work->start, SETTLING));
+    if (carried && !has_deep(world, island)) {
+        for (int32_t i = 0; i < island->bodies; i++)
+            perp__carried_twist(world, &carrying, work->members[i],
+                                perp__island_motion(world, island, i)->trial);
+        pose_rows(world, island, h);
+        close_gaps(world, island, h);
+        status = perp__stand(world, island, &carrying, verdict, &verdict->stands);
+        if (!verdict->stands && island->joints > 0)
+            perp__begin_joints(world, island, h, 0);
+    }
+    /* 2. sweeps, with joints where the motion takes them, while that changes it */
+    while (status == PERP_OK && !verdict->stands && again) {
+        pose_rows(world, island, h);
+        status = sweep_rows(world, island, h, &problem, &answer, &step);
+        again =
+            status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
+        if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
+            gives_energy(world, island)) {
+            perp__stop_trial(world, island);
+            again = rounds.coarse = 1;
+        }
+    }
     if (status != PERP_OK)
         return status;
-    if (verdict->stands) {
-        verdict->sweeps = 0;
-        memcpy(work->moving, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
-        finish(world, island, verdict);
-        return PERP_OK;
+    /* 3. impacts, energy, and what they leave */
+    if (!verdict->stands) {
+        verdict->settles = carried;
+        verdict->rough |= island->joints > 0 && perp__is_rough(&rounds);
+        if (has_impacts(world, island)) {
+            verdict->impacts = 1;
+            status = bounce(world, island, &answer, &problem, &step);
+        }
+        if (status == PERP_OK && island->joints == 0 && work->carriers == 0 &&
+            take_energy(world, island, h))
+            status = measure(world, island, h, &answer, &problem);
+        verdict->residual = answer.tested;
+        verdict->outcome =
+            answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_ITERATION_LIMIT;
+        if (status == PERP_OK && carried && goes_nowhere(world, island, h)) {
+            close_gaps(world, island, h); /* overlap that no energy is left for stays */
+            status = perp__stand(world, island, &carrying, verdict, &verdict->stands);
+        }
     }
-    verdict->sweeps++;
-    for (int32_t i = 0; i < island->contacts; i++)
-        perp__copy3(work->warm + 3 * i, perp__step_response(world, island, i)->warm);
-    plan(world, island, &step, h);
-    status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
-    if (status != PERP_OK)
-        return status;
-    perp__spend(world, answer.iterations);
-    keep(world, island);
-    for (int32_t i = 0; i < island->contacts; i++) {
-        perp__response *response = perp__step_response(world, island, i);
-
-        perp__copy3(response->warm, response->next);
-    }
-    return PERP_OK;
-}
-
-/* What keep() kept. */
-static void recall(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
-
-    for (int32_t i = 0; i < island->contacts; i++)
-        perp__copy3(work->impulse + 3 * i, perp__step_response(world, island, i)->impulse);
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const perp__motion *motion = perp__island_motion(world, island, i);
-
-        perp__coordinates_of(world, motion->moving, work->moving + n * i);
-        perp__coordinates_of(world, motion->after, work->v + n * i);
-    }
-}
-
-/* The true residual is told, and where it is not small enough, that it was a budget which ended
- * the sweeps. */
-perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
-                               perp__verdict *verdict)
-{
-    perp__island_work *work = &world->work;
-    perp__rigid_problem problem;
-    perp__rigid_answer answer;
-    perp__passes step;
-    perp__carrying carrying;
-    perp_status status = PERP_OK;
-
-    pose(world, island, &problem, &answer);
-    plan(world, island, &step, h);
-    recall(world, island);
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        work->drift[i] = work->moving[i] - work->v[i];
-    if (has_impacts(world, island)) {
-        verdict->impacts = 1;
-        status = bounce(world, island, &answer, &problem, &step);
-        perp__spend(world, answer.iterations);
-    }
-    if (status == PERP_OK && verdict->impacts == 0 &&
-        perp__find_carrying(world, island, &carrying) && comes_to_rest(world, island, &carrying))
-        status = stand(world, island, h, &carrying, verdict);
-    if (status == PERP_OK && verdict->stands) { /* where it is: to lift it would be work */
-        memcpy(work->moving, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
-        finish(world, island, verdict);
-        return PERP_OK;
-    }
-    PERP__THEN(status, judge(world, island, &answer, &problem, h, verdict));
-    if (status == PERP_OK && work->carriers == 0 && perp__take_energy(world, island, h))
-        status = judge(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK)
-        finish(world, island, verdict);
+        finish(world, island, h, verdict);
     return status;
 }

@@ -13,11 +13,6 @@ PERP__INIT(perp_joint_state)
 PERP__INIT_WITH(perp_joint_settings, .kind = PERP_JOINT_BALL, .axis[2] = 1.0, .lower = -INFINITY,
                 .upper = INFINITY)
 
-static perp_status fail_argument(const perp_world *world, const char *words)
-{
-    return perp__refuse(world->context, "%s", words);
-}
-
 /* ---- ids and lists ---- */
 
 static perp_status find_joint(const perp_world *world, int32_t *slot, perp_joint id)
@@ -34,15 +29,6 @@ static perp_status find_joint(const perp_world *world, int32_t *slot, perp_joint
         return perp__fail(world->context, PERP_ERROR_HANDLE, "joint was removed from this world");
     *slot = (int32_t)(number - 1);
     return PERP_OK;
-}
-
-static void put_on_list(perp_world *world, int32_t slot, int32_t side)
-{
-    perp__joint *joint = &world->joints[slot];
-    perp__body *body = &world->bodies[joint->body[side]];
-
-    joint->next[side] = body->first_joint;
-    body->first_joint = 1 + 2 * slot + side;
 }
 
 static void take_off_list(perp_world *world, int32_t slot, int32_t side)
@@ -79,7 +65,7 @@ static perp_status check_limits(const perp_world *world, int32_t kind, double lo
         return perp__refuse(world->context, "lower is %g and upper is %g, lower <= upper expected",
                             lower, upper);
     if (!perp__joint_has_coordinate(kind) && (lower > -INFINITY || upper < INFINITY))
-        return fail_argument(world, "a joint of this kind has no coordinate to be limited");
+        return perp__refuse(world->context, "a joint of this kind has no coordinate to be limited");
     if (kind == PERP_JOINT_DISTANCE && (upper < 0.0 || (lower == upper && lower == 0.0)))
         return perp__refuse(world->context, "upper is %g, a distance > 0 expected", upper);
     return PERP_OK;
@@ -104,66 +90,49 @@ static perp_status check_motor(const perp_world *world, int32_t kind, double spe
     return status == PERP_OK ? check_most(world, kind, "motor_force", force) : status;
 }
 
-static int32_t is_of_plane(int32_t kind)
-{
-    return kind == PERP_JOINT_BALL || kind == PERP_JOINT_REVOLUTE || kind == PERP_JOINT_PRISMATIC ||
-           kind == PERP_JOINT_FIXED || kind == PERP_JOINT_DISTANCE;
-}
-
-static int32_t has_axis(const perp_world *world, int32_t kind)
-{
-    return kind == PERP_JOINT_PRISMATIC ||
-           (!world->settings.planar &&
-            (kind == PERP_JOINT_REVOLUTE || kind == PERP_JOINT_SCREW ||
-             kind == PERP_JOINT_CYLINDRICAL || kind == PERP_JOINT_PLANAR));
-}
-
 /* Checks the axis, and gives what joints without one of their own are described in. */
 static perp_status read_axis(const perp_world *world, const perp_joint_settings *settings,
                              double *axis)
 {
-    const int32_t is_fixed = settings->kind == PERP_JOINT_FIXED && world->settings.planar;
+    const int32_t kind = settings->kind, planar = world->settings.planar;
     perp_status status;
 
     memset(axis, 0, 3 * sizeof *axis);
-    axis[is_fixed ? 0 : 2] = 1.0;
-    if (!has_axis(world, settings->kind))
+    axis[kind == PERP_JOINT_FIXED && planar ? 0 : 2] = 1.0;
+    if (kind != PERP_JOINT_PRISMATIC &&
+        (planar || (kind != PERP_JOINT_REVOLUTE && kind != PERP_JOINT_SCREW &&
+                    kind != PERP_JOINT_CYLINDRICAL && kind != PERP_JOINT_PLANAR)))
         return PERP_OK;
     perp__copy3(axis, settings->axis);
     status = perp__check_finite(world->context, "settings.axis", axis, 3);
     if (status == PERP_OK && !(perp__normalise3(axis) > 0.0))
-        return fail_argument(world, "settings.axis is 0");
+        return perp__refuse(world->context, "settings.axis is 0");
     return status == PERP_OK ? perp__check_vector3(world, "settings.axis", axis) : status;
-}
-
-static perp_status check_kind(const perp_world *world, const perp_joint_settings *settings)
-{
-    if (settings->kind < PERP_JOINT_BALL || settings->kind > PERP_JOINT_DISTANCE)
-        return perp__refuse(world->context,
-                            "settings.kind is %d, PERP_JOINT_BALL to _DISTANCE expected",
-                            (int)settings->kind);
-    if (world->settings.planar && !is_of_plane(settings->kind))
-        return perp__refuse(world->context,
-                            "settings.kind is %d, which a planar world does not have",
-                            (int)settings->kind);
-    if (settings->collides != 0 && settings->collides != 1)
-        return perp__refuse(world->context, "settings.collides is %d, 0 or 1 expected",
-                            (int)settings->collides);
-    return PERP_OK;
 }
 
 static perp_status check_settings(const perp_world *world, const perp_joint_settings *settings)
 {
-    perp_status status = check_kind(world, settings);
+    const int32_t kind = settings->kind;
+    perp_status status;
 
-    PERP__THEN(status, perp__check_vector3(world, "settings.anchor", settings->anchor));
-    if (status == PERP_OK && settings->kind == PERP_JOINT_DISTANCE)
+    if (kind < PERP_JOINT_BALL || kind > PERP_JOINT_DISTANCE)
+        return perp__refuse(world->context,
+                            "settings.kind is %d, PERP_JOINT_BALL to _DISTANCE expected",
+                            (int)kind);
+    if (world->settings.planar &&
+        (kind == PERP_JOINT_SCREW || kind == PERP_JOINT_CYLINDRICAL || kind == PERP_JOINT_PLANAR))
+        return perp__refuse(world->context,
+                            "settings.kind is %d, which a planar world does not have", (int)kind);
+    if (settings->collides != 0 && settings->collides != 1)
+        return perp__refuse(world->context, "settings.collides is %d, 0 or 1 expected",
+                            (int)settings->collides);
+    status = perp__check_vector3(world, "settings.anchor", settings->anchor);
+    if (status == PERP_OK && kind == PERP_JOINT_DISTANCE)
         status = perp__check_vector3(world, "settings.anchor_b", settings->anchor_b);
     PERP__THEN(status, perp__check_finite(world->context, "settings.pitch", &settings->pitch, 1));
-    PERP__THEN(status, check_limits(world, settings->kind, settings->lower, settings->upper));
-    PERP__THEN(status,
-               check_motor(world, settings->kind, settings->motor_speed, settings->motor_force));
-    PERP__THEN(status, check_most(world, settings->kind, "friction", settings->friction));
+    PERP__THEN(status, check_limits(world, kind, settings->lower, settings->upper));
+    PERP__THEN(status, check_motor(world, kind, settings->motor_speed, settings->motor_force));
+    PERP__THEN(status, check_most(world, kind, "friction", settings->friction));
     return status;
 }
 
@@ -175,9 +144,10 @@ static perp_status check_bodies(const perp_world *world, int32_t slots[2], perp_
     if (status != PERP_OK)
         return status;
     if (slots[0] == slots[1])
-        return fail_argument(world, "a and b are the same body");
+        return perp__refuse(world->context, "a and b are the same body");
     if (!perp__is_dynamic(world, slots[0]) && !perp__is_dynamic(world, slots[1]))
-        return fail_argument(world, "neither a nor b is dynamic: nothing can move the joint");
+        return perp__refuse(world->context,
+                            "neither a nor b is dynamic: nothing can move the joint");
     return PERP_OK;
 }
 
@@ -192,49 +162,39 @@ static void pose_of(const perp_world *world, const perp__state *state, perp__pla
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
                           const perp__state *states, double before, perp__joint_view *view)
 {
-    perp__placement poses[2];
+    perp__path paths[2];
 
-    for (int32_t side = 0; side < 2; side++)
-        pose_of(world, &states[joint->body[side]], &poses[side]);
-    perp__view_joint(world, joint, before, poses, view);
-}
-
-/* (n, t1, t2) as for contacts: t1 is x brought into the plane across n, or y where n is close to
- * x. */
-static void frame_of(const double *n, double axes[3][3])
-{
-    const int32_t i = fabs(n[0]) > 0.9 ? 1 : 0;
-
-    perp__copy3(axes[0], n);
-    memset(axes[1], 0, sizeof axes[1]);
-    axes[1][i] = 1.0;
-    perp__add3(axes[1], -n[i], n);
-    (void)perp__normalise3(axes[1]);
-    perp__cross(axes[2], n, axes[1]);
-}
-
-/* In the plane the axis lies in it, and t2 is z. */
-static void planar_frame_of(const double *n, double axes[3][3])
-{
-    memset(axes, 0, 9 * sizeof(double));
-    perp__copy3(axes[0], n);
-    axes[1][0] = -n[1];
-    axes[1][1] = n[0];
-    axes[2][2] = 1.0;
+    for (int32_t side = 0; side < 2; side++) {
+        pose_of(world, &states[joint->body[side]], &paths[side].to);
+        perp__stay(&paths[side]);
+    }
+    perp__view_joint(world, joint, before, (const perp__path *const[2]){&paths[0], &paths[1]},
+                     view);
 }
 
 /* Anchors and axes as the bodies see them. */
 static void attach(const perp_world *world, perp__joint *joint, const perp_joint_settings *settings,
-                   const double *axis)
+                   const double *n)
 {
-    double axes[3][3], arm[3];
-    int32_t side;
+    const int32_t in_plane = world->settings.planar && n[2] == 0.0;
+    const int32_t i = fabs(n[0]) > 0.9 ? 1 : 0;
+    double axes[3][3] = {{n[0], n[1], n[2]}}, arm[3];
 
-    if (world->settings.planar && axis[2] == 0.0)
-        planar_frame_of(axis, axes);
-    else
-        frame_of(axis, axes);
-    for (side = 0; side < 2; side++) {
+    /* 1. (n, t1, t2) as for contacts: t1 is x brought into the plane across n, or y where n is
+     * close to x; where n lies in the plane of a planar world t1 does too, and t2 is z */
+    if (in_plane) {
+        axes[1][0] = -n[1];
+        axes[1][1] = n[0];
+        axes[2][2] = 1.0;
+    } else {
+        axes[1][i] = 1.0;
+        perp__add3(axes[1], -n[i], n);
+        (void)perp__normalise3(axes[1]);
+        perp__cross(axes[2], n, axes[1]);
+    }
+
+    /* 2. in the frames of both bodies */
+    for (int32_t side = 0; side < 2; side++) {
         const int32_t is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
         perp__placement pose;
 
@@ -244,31 +204,6 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
         for (int32_t k = 0; k < 3; k++)
             perp__apply_transposed3(joint->axes[side][k], pose.rotation, axes[k]);
     }
-}
-
-static perp_status reserve_joint(perp_world *world)
-{
-    const perp__growing arrays[] = {PERP__GROWING(world->joints, world->joint_slots, 1),
-                                    PERP__GROWING(world->joint_states, world->joint_slots, 1)};
-
-    return world->free_joint >= 0
-               ? PERP_OK
-               : perp__grow(world->context, "another joint", &world->joint_capacity,
-                            (int64_t)world->joint_slots + 1, arrays, 2);
-}
-
-static int32_t take_slot(perp_world *world, perp__joint *made)
-{
-    const int32_t slot = world->free_joint >= 0 ? world->free_joint : world->joint_slots++;
-    const int32_t again = slot == world->free_joint;
-
-    made->generation = again ? world->joints[slot].generation : 1;
-    made->alive = 1;
-    if (again)
-        world->free_joint = world->joints[slot].next_free;
-    world->joints[slot] = *made;
-    memset(&world->joint_states[slot], 0, sizeof world->joint_states[slot]);
-    return slot;
 }
 
 int32_t perp__joint_works(const perp_world *world, int32_t i)
@@ -317,7 +252,8 @@ static perp_status check_direction(const perp_world *world, const perp__joint *j
                                    const perp__joint_view *view)
 {
     if (joint->kind == PERP_JOINT_DISTANCE && lower > 0.0 && !(view->coordinate > view->rounding))
-        return fail_argument(world, "the anchors are in the same place: their distance is 0");
+        return perp__refuse(world->context,
+                            "the anchors are in the same place: their distance is 0");
     return PERP_OK;
 }
 
@@ -335,57 +271,74 @@ static perp_status read_length(const perp_world *world, const perp__joint *joint
     return check_direction(world, joint, INFINITY, &view);
 }
 
-static void fill_state(perp__joint_state *state, const perp_joint_settings *settings)
+/* Gives a joint a slot, and puts it on the lists of its bodies; returns the slot. */
+static int32_t place_joint(perp_world *world, perp__joint *made)
 {
-    state->lower = settings->lower;
-    state->upper = settings->upper;
-    state->speed = settings->motor_speed;
-    state->force = settings->motor_force;
-    state->friction = settings->friction;
-}
+    const int32_t again = world->free_joint >= 0;
+    const int32_t slot = again ? world->free_joint : world->joint_slots++;
 
-static perp_status make_joint(perp_world *world, perp_joint *id, perp_body a, perp_body b,
-                              perp_joint_settings *settings)
-{
-    perp__joint made;
-    double axis[3];
-    int32_t slot;
-    perp_status status;
+    made->generation = again ? world->joints[slot].generation : 1;
+    made->alive = 1;
+    if (again)
+        world->free_joint = world->joints[slot].next_free;
+    for (int32_t side = 0; side < 2; side++) {
+        perp__body *body = &world->bodies[made->body[side]];
 
-    memset(&made, 0, sizeof made);
-    made.kind = settings->kind;
-    made.collides = settings->collides;
-    made.pitch = settings->pitch / 6.28318530717958647692;
-    status = check_settings(world, settings);
-    PERP__THEN(status, check_bodies(world, made.body, a, b));
-    PERP__THEN(status, read_axis(world, settings, axis));
-    if (status != PERP_OK)
-        return status;
-    attach(world, &made, settings, axis);
-    status = read_length(world, &made, settings);
-    PERP__THEN(status, reserve_joint(world));
-    if (status != PERP_OK)
-        return status;
-    slot = take_slot(world, &made);
-    fill_state(&world->joint_states[slot], settings);
-    for (int32_t side = 0; side < 2; side++)
-        put_on_list(world, slot, side);
+        made->next[side] = body->first_joint;
+        body->first_joint = 1 + 2 * slot + side;
+    }
+    world->joints[slot] = *made;
     world->joint_count++;
-    change_composition(world, &made);
-    *id = perp__id(slot, made.generation);
-    return PERP_OK;
+    change_composition(world, made);
+    return slot;
 }
 
-static perp_status add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
+static perp_status add_joint(perp_world *world, perp_joint *id, perp_body a, perp_body b,
                              const perp_joint_settings *caller)
 {
+    const perp__growing arrays[] = {PERP__GROWING(world->joints, world->joint_slots, 1),
+                                    PERP__GROWING(world->joint_states, world->joint_slots, 1)};
     perp_joint_settings settings;
-    perp_status status = perp__check_pointer(world->context, "joint", joint);
+    perp__joint made;
+    perp__joint_state *state;
+    double axis[3];
+    int32_t slot;
 
+    /* 1. what the caller asks for */
+    perp_status status = perp__check_pointer(world->context, "joint", id);
     PERP__THEN(status, perp_joint_settings_init(&settings, sizeof settings));
     PERP__THEN(status, perp__struct_read(world->context, "settings", &settings, sizeof settings,
                                          caller, PERP__FIRST(perp_joint_settings)));
-    return status == PERP_OK ? make_joint(world, joint, a, b, &settings) : status;
+    PERP__THEN(status, check_settings(world, &settings));
+    memset(&made, 0, sizeof made);
+    PERP__THEN(status, check_bodies(world, made.body, a, b));
+    PERP__THEN(status, read_axis(world, &settings, axis));
+    if (status != PERP_OK)
+        return status;
+
+    /* 2. the joint, where its bodies are */
+    made.kind = settings.kind;
+    made.collides = settings.collides;
+    made.pitch = settings.pitch / 6.28318530717958647692;
+    attach(world, &made, &settings, axis);
+    status = read_length(world, &made, &settings);
+    if (status == PERP_OK && world->free_joint < 0)
+        status = perp__grow(world->context, "another joint", &world->joint_capacity,
+                            (int64_t)world->joint_slots + 1, arrays, 2);
+    if (status != PERP_OK)
+        return status;
+
+    /* 3. its slot and its state */
+    slot = place_joint(world, &made);
+    state = &world->joint_states[slot];
+    memset(state, 0, sizeof *state); /* padding too: snapshots hold it */
+    state->lower = settings.lower;
+    state->upper = settings.upper;
+    state->speed = settings.motor_speed;
+    state->force = settings.motor_force;
+    state->friction = settings.friction;
+    *id = perp__id(slot, made.generation);
+    return PERP_OK;
 }
 
 perp_status perp_world_add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
@@ -434,19 +387,6 @@ perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
 
 /* ---- reading and changing ---- */
 
-static double rate_of(const perp_world *world, const perp__joint *joint, double row[2][6])
-{
-    double sum = 0.0;
-
-    for (int32_t side = 0; side < 2; side++) {
-        const perp__state *state = &world->states[joint->body[side]];
-
-        sum += perp__dot3(row[side], state->velocity);
-        sum += perp__dot3(row[side] + 3, state->angular_velocity);
-    }
-    return sum;
-}
-
 static perp_status get_joint(const perp_world *world, perp_joint_state *state, perp_joint id)
 {
     perp_joint_state own;
@@ -465,7 +405,14 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
     own.struct_size = sizeof own;
     perp__view_of_states(world, joint, world->states, laws->coordinate, &view);
     own.position = view.coordinate;
-    own.speed = rate_of(world, joint, view.rows[PERP__JOINT_ROWS]);
+    own.speed = 0.0;
+    for (int32_t side = 0; side < 2; side++) {
+        const perp__state *moving = &world->states[joint->body[side]];
+        const double *row = view.rows[PERP__JOINT_ROWS][side];
+
+        own.speed += perp__dot3(row, moving->velocity);
+        own.speed += perp__dot3(row + 3, moving->angular_velocity);
+    }
     own.lower = laws->lower;
     own.upper = laws->upper;
     own.motor_speed = laws->speed;
@@ -482,36 +429,20 @@ perp_status perp_world_get_joint(const perp_world *world, perp_joint_state *stat
     return PERP__CALL(perp__world_enter(world), world->context, get_joint(world, state, joint));
 }
 
-/* Checks what would be in force, and takes it. */
-static perp_status change_laws(perp_world *world, int32_t slot, const perp__joint_state *laws)
-{
-    const perp__joint *joint = &world->joints[slot];
-    const int32_t kind = joint->kind;
-    perp__joint_view view;
-    perp_status status = check_limits(world, kind, laws->lower, laws->upper);
-
-    perp__view_of_states(world, joint, world->states, laws->coordinate, &view);
-    PERP__THEN(status, check_direction(world, joint, laws->lower, &view));
-    PERP__THEN(status, check_motor(world, kind, laws->speed, laws->force));
-    PERP__THEN(status, check_most(world, kind, "friction", laws->friction));
-    if (status != PERP_OK)
-        return status;
-    if (memcmp(&world->joint_states[slot], laws, sizeof *laws) != 0)
-        rouse_both(world, &world->joints[slot]);
-    world->joint_states[slot] = *laws;
-    return PERP_OK;
-}
-
 typedef enum law { LIMITS, MOTOR, FRICTION } law;
 
-static perp_status set_law(perp_world *world, perp_joint joint, law which, double a, double b)
+/* Checks what would be in force, and takes it. */
+static perp_status set_law(perp_world *world, perp_joint id, law which, double a, double b)
 {
+    const perp__joint *joint;
     perp__joint_state laws;
+    perp__joint_view view;
     int32_t slot = 0;
-    perp_status status = find_joint(world, &slot, joint);
+    perp_status status = find_joint(world, &slot, id);
 
     if (status != PERP_OK)
         return status;
+    joint = &world->joints[slot];
     laws = world->joint_states[slot];
     if (which == LIMITS) {
         laws.lower = a;
@@ -522,7 +453,17 @@ static perp_status set_law(perp_world *world, perp_joint joint, law which, doubl
     } else {
         laws.friction = a;
     }
-    return change_laws(world, slot, &laws);
+    perp__view_of_states(world, joint, world->states, laws.coordinate, &view);
+    status = check_limits(world, joint->kind, laws.lower, laws.upper);
+    PERP__THEN(status, check_direction(world, joint, laws.lower, &view));
+    PERP__THEN(status, check_motor(world, joint->kind, laws.speed, laws.force));
+    PERP__THEN(status, check_most(world, joint->kind, "friction", laws.friction));
+    if (status != PERP_OK)
+        return status;
+    if (memcmp(&world->joint_states[slot], &laws, sizeof laws) != 0)
+        rouse_both(world, joint);
+    world->joint_states[slot] = laws;
+    return PERP_OK;
 }
 
 perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,

@@ -1,7 +1,7 @@
 /* What a joint is, inside of the world: included by world.h alone.
  *
  * Its equations C(q) = 0, their rates J v and the rate of its coordinate come from the poses of its
- * bodies (rows.c). A step puts them among the rows of its island's problem (joint_step.c);
+ * bodies (rows.c). A step puts them among the rows of its island's problem (step.c);
  * the slots below number what impulses a joint has. */
 #ifndef PERP_WORLD_JOINT_H
 #define PERP_WORLD_JOINT_H
@@ -29,13 +29,14 @@ typedef struct perp__joint_state {
     perp_joint_state last; /* impulses of the last step */
 } perp__joint_state;
 
-/* A joint as it is in some poses of its bodies. */
+/* A joint as it is in some poses of its bodies, or between two of them (rows.c). */
 typedef struct perp__joint_view {
     int32_t count;                           /* equations */
     double rows[PERP__JOINT_ROWS + 1][2][6]; /* J of A and of B; the last: of the coordinate */
     double error[PERP__JOINT_ROWS];          /* C */
     double coordinate;                       /* with whole turns */
     double arms[2][3];                       /* from the mass centres to the anchors */
+    double mean[9];                          /* B's, of its path */
     double size;                             /* of the arms */
     double rounding;                         /* of lengths */
 } perp__joint_view;
@@ -55,7 +56,7 @@ typedef struct perp__joint {
     int32_t used;         /* rows of the last step */
     int32_t changed;      /* the last step left something else to start from, or to tell */
     /* of the step at hand */
-    perp__joint_view middle;              /* half-way along the trial motion */
+    perp__joint_view middle;              /* between both ends of the trial motion */
     double turning[PERP__JOINT_ROWS + 1]; /* what rows change till its end makes of velocities */
     double gap[2];                        /* lower, upper: at the start of the step */
     int32_t came[2];                      /* it moves towards them then */
@@ -69,6 +70,14 @@ typedef struct perp__placement {
     double position[3];
     double rotation[9];
 } perp__placement;
+
+/* From where to where it goes in an interval, turning about one axis. What it does to a point that
+ * is at R a, with the mean of its turns, is `mean` times what R a does. */
+typedef struct perp__path {
+    perp__placement from, to;
+    double mean[9];
+    double turn[9]; /* R of `to` = turn R of `from` */
+} perp__path;
 
 /* One unit of the problem at hand: `dim` impulses of a joint from `slot` on. */
 typedef struct perp__joint_unit {

@@ -5,6 +5,8 @@
 
 #include "world/step.h"
 
+#include <string.h>
+
 /* joint.c */
 /* Whether a joint keeps two bodies from touching each other. */
 int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
@@ -26,9 +28,18 @@ static inline perp__joint_state *perp__state_of(const perp_world *world, const p
     return &world->joint_states[joint - world->joints];
 }
 
+/* A path that stays where it ends. */
+static inline void perp__stay(perp__path *path)
+{
+    path->from = path->to;
+    memset(path->mean, 0, sizeof path->mean);
+    path->mean[0] = path->mean[4] = path->mean[8] = 1.0;
+    memcpy(path->turn, path->mean, sizeof path->turn);
+}
+
 /* rows.c: before: the coordinate of a moment before, from which turns are counted. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
-                      const perp__placement poses[2], perp__joint_view *view);
+                      const perp__path *const paths[2], perp__joint_view *view);
 int32_t perp__joint_has_coordinate(int32_t kind);
 /* Whether error i is a length, else an angle. */
 int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
@@ -39,23 +50,45 @@ int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32
 void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
 /* From here on the joints' poses are to be those of the velocities now. */
 void perp__aim_joints(perp_world *world, const perp__island *island);
-/* How far limits are at the beginning of an interval, and which are reached. */
-void perp__find_limits(perp_world *world, const perp__island *island);
-/* Joints half-way through an interval of length t, inertia at its end, by the motion found so far;
- * t = 0: where they are. */
+/* How far limits are at the beginning of an interval, and which are reached, or would be with twice
+ * the velocity now after `ahead`. */
+void perp__find_limits(perp_world *world, const perp__island *island, double ahead);
+/* Joints along an interval of length t, inertia at its end, by the motion found so far; t = 0:
+ * where they are. */
 void perp__place_joints(perp_world *world, const perp__island *island, double t);
+/* The paths of that motion alone. */
+void perp__find_paths(perp_world *world, const perp__island *island, double t);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.
  */
 typedef struct perp__rounds {
+    int32_t most;        /* rounds to come to a motion that settles */
     int32_t done, extra; /* with all limits; and until these were reached */
     int32_t coarse;      /* rows are those of the interval's beginning */
     double change, turn; /* of the last one */
+    double swerve;       /* of the change, what is an angle */
 } perp__rounds;
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds);
-/* Whether joints turn too far in the interval: by about a radian, or by less where rounds do not
- * settle, or rows do work. */
-int32_t perp__is_rough(const perp__rounds *rounds, int32_t works);
+/* Joints are to be where the interval begins. */
+void perp__stop_trial(perp_world *world, const perp__island *island);
+/* Whether joints turn too far in the interval: by about a radian, or so that rounds do not settle.
+ */
+int32_t perp__is_rough(const perp__rounds *rounds);
+/* The mean of both ends' velocities, as bodies see it: of `now` and `v`. */
+void perp__mean_of_ends(perp_world *world, const perp__island *island);
+
+/* swing.c */
+/* Whether nothing but joints acts on the rows at hand, and nothing drives them. */
+int32_t perp__swings(const perp_world *world, const perp__island *island);
+/* The velocities to which that leads; once its path is known, as they are at its end. */
+perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
+void perp__end_swing(perp_world *world, const perp__island *island, double t,
+                     perp__verdict *verdict);
+
+/* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
+ * which are equations; work.impulse: their impulses. *residual: what rows lack beside their terms.
+ */
+perp_status perp__solve_equations(perp_world *world, const perp__island *island, double *residual);
 
 /* step.c */
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
@@ -84,6 +117,9 @@ void perp__upset_joints(perp_world *world);
 int32_t perp__has_direction(const perp__joint_view *view);
 
 /* projection.c, of the next states */
+/* Takes what joints lack out of the positions of the step's islands, while these are there, and
+ * lets none gain energy. *changed: next states are others. */
+perp_status perp__end_joints(perp_world *world, int32_t *changed);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */
 double perp__joint_errors(const perp_world *world);
 int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);

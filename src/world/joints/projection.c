@@ -1,5 +1,15 @@
-/* What joints lack in the next positions: rows of the projection (projection.c). Errors of rounding
- * are left alone, to the last bit. */
+/* What joints lack in the next positions. It is taken out of them island by island, by Newton's
+ * method in the metric of M, before the projection (projection.c), which knows the joints' rows as
+ * well. Errors of rounding are left alone, to the last bit.
+ *
+ * Velocities of what only swings are those of its path then (swing.c), and become those nearest to
+ * them that joints have where it ends. That loses energy, of fourth order a step, which they get
+ * back: their size stays, if they obeyed the joints where the step began.
+ *
+ * At last the island has no more energy than before the step and forces gave it: an island that
+ * nothing drives loses velocity, all in the same ratio, where ways that close joints were up a
+ * potential, or a path that had not settled gave energy. Velocities that obey joints, contacts and
+ * friction do so still. What is free to fly keeps its momentum. */
 #include <math.h>
 #include <string.h>
 
@@ -13,36 +23,35 @@ static double tolerance_of(const perp__joint_view *view, int32_t is_length)
     return is_length ? fmax(TOLERANCE * view->size, view->rounding) : TOLERANCE;
 }
 
-static int32_t turns(const perp__joint *joint)
-{
-    return joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
-}
-
-/* Beyond the limits: < 0 below the lower one, > 0 above the upper one. */
-static double excess_of(const perp__joint_state *state, const perp__joint_view *view)
-{
-    return view->coordinate < state->lower   ? view->coordinate - state->lower
-           : view->coordinate > state->upper ? view->coordinate - state->upper
-                                             : 0.0;
-}
-
-static double error_of(const perp_world *world, int32_t i)
+/* What joint i lacks in the next states: of its equations, equal limits being one, and where told
+ * of limits that differ. A sum of lengths, in which what is rounding does not count. */
+static double error_of(const perp_world *world, int32_t i, int32_t limits)
 {
     const perp__joint *joint = &world->joints[i];
     const perp__joint_state *state = &world->joint_states[i];
+    const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
     perp__joint_view view;
     double sum = 0.0, excess;
 
     perp__view_of_states(world, joint, world->next, state->coordinate, &view);
-    excess = excess_of(state, &view);
     for (int32_t k = 0; k < view.count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
         if (fabs(view.error[k]) > tolerance_of(&view, is_length))
             sum += fabs(view.error[k]) * (is_length ? 1.0 : view.size);
     }
-    if (fabs(excess) > tolerance_of(&view, !turns(joint)))
-        sum += fabs(excess) * (turns(joint) ? view.size : 1.0);
+    excess = fmax(fmax(state->lower - view.coordinate, view.coordinate - state->upper), 0.0);
+    if ((limits || state->lower == state->upper) && excess > tolerance_of(&view, !turns))
+        sum += excess * (turns ? view.size : 1.0);
+    return sum;
+}
+
+static double errors_of(const perp_world *world, const perp__island *island, int32_t limits)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < island->joints; i++)
+        sum += error_of(world, world->joint_order[island->first_joint + i], limits);
     return sum;
 }
 
@@ -52,16 +61,13 @@ double perp__joint_errors(const perp_world *world)
 
     for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i))
-            sum += error_of(world, i);
+            sum += error_of(world, i, 1);
     return sum;
 }
 
 int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < island->joints; i++)
-        if (error_of(world, world->joint_order[island->first_joint + i]) > 0.0)
-            return 1;
-    return 0;
+    return errors_of(world, island, 1) > 0.0;
 }
 
 static void add_row(perp_world *world, const perp__joint *joint, double row[2][6], double error,
@@ -84,33 +90,49 @@ static void add_row(perp_world *world, const perp__joint *joint, double row[2][6
     }
 }
 
-static void add_limits(perp_world *world, int32_t i)
+/* What bodies that move as they are told make of a row. */
+static double told_rate(const perp_world *world, const perp__joint *joint, double row[2][6])
 {
-    const perp__joint_state *state = &world->joint_states[i];
-    perp__joint_view view;
+    double rate = 0.0;
 
-    perp__view_of_states(world, &world->joints[i], world->next, state->coordinate, &view);
-    if (state->lower == state->upper || !perp__has_direction(&view))
-        return;
-    if (view.coordinate < state->lower)
-        add_row(world, &world->joints[i], view.rows[PERP__JOINT_ROWS],
-                view.coordinate - state->lower, 1.0);
-    if (view.coordinate > state->upper)
-        add_row(world, &world->joints[i], view.rows[PERP__JOINT_ROWS],
-                view.coordinate - state->upper, -1.0);
+    for (int32_t side = 0; side < 2; side++) {
+        const perp__state *told = &world->next[joint->body[side]];
+
+        if (!perp__is_dynamic(world, joint->body[side]))
+            rate += perp__dot3(row[side], told->velocity) +
+                    perp__dot3(row[side] + 3, told->angular_velocity);
+    }
+    return rate;
 }
 
-static void add_equations(perp_world *world, int32_t i)
-{
-    const perp__joint_state *state = &world->joint_states[i];
-    perp__joint_view view;
+/* Rows of the island's joints in the next states: limits that they are beyond; or equations, equal
+ * limits being one, with their errors or with what bodies that move as they are told make of them.
+ */
+typedef enum row_kind { LIMITS, ERRORS, RATES } row_kind;
 
-    perp__view_of_states(world, &world->joints[i], world->next, state->coordinate, &view);
-    for (int32_t k = 0; k < view.count; k++)
-        add_row(world, &world->joints[i], view.rows[k], view.error[k], 1.0);
-    if (state->lower == state->upper && perp__has_direction(&view))
-        add_row(world, &world->joints[i], view.rows[PERP__JOINT_ROWS],
-                view.coordinate - state->lower, 1.0);
+static void add_rows(perp_world *world, const perp__island *island, row_kind which)
+{
+    for (int32_t i = 0; i < island->joints; i++) {
+        const perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint_state *state = perp__state_of(world, joint);
+        double(*last)[6], lower, upper;
+        perp__joint_view view;
+
+        perp__view_of_states(world, joint, world->next, state->coordinate, &view);
+        last = view.rows[PERP__JOINT_ROWS];
+        lower = view.coordinate - state->lower;
+        upper = view.coordinate - state->upper;
+        for (int32_t k = 0; k < view.count && which != LIMITS; k++)
+            add_row(world, joint, view.rows[k],
+                    which == RATES ? told_rate(world, joint, view.rows[k]) : view.error[k], 1.0);
+        if (!perp__has_direction(&view) || (state->lower == state->upper) != (which != LIMITS))
+            continue;
+        if (which != LIMITS || lower < 0.0)
+            add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : lower,
+                    1.0);
+        if (which == LIMITS && upper > 0.0)
+            add_row(world, joint, last, upper, -1.0);
+    }
 }
 
 void perp__add_joint_errors(perp_world *world, const perp__island *island)
@@ -118,9 +140,266 @@ void perp__add_joint_errors(perp_world *world, const perp__island *island)
     perp__island_work *work = &world->work;
 
     work->units = work->count;
-    for (int32_t i = 0; i < island->joints; i++)
-        add_limits(world, world->joint_order[island->first_joint + i]);
+    add_rows(world, island, LIMITS);
     work->inequalities = work->units;
-    for (int32_t i = 0; i < island->joints; i++)
-        add_equations(world, world->joint_order[island->first_joint + i]);
+    add_rows(world, island, ERRORS);
+}
+
+/* ---- closing ---- */
+
+/* A pass more or less doubles the digits; one that has to be shortened to this takes nothing. */
+#define PASSES 32
+#define SHORTEST 0x1p-6
+
+/* Inertia and rows where the island is; bodies at rest. */
+static void pose(perp_world *world, const perp__island *island, row_kind which)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        double R[9];
+
+        work->members[i] = body;
+        work->before[i] = world->next[body];
+        perp__rotation_of(world, &world->next[body], R);
+        perp__write_factor(world, body, R, work->factors + n * n * i);
+    }
+    memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
+    memset(work->now, 0, (size_t)(n * island->bodies) * sizeof *work->now);
+    work->units = work->carriers = 0;
+    add_rows(world, island, which);
+}
+
+/* Newton's steps, halved until one lessens the errors, as long as any does. */
+static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
+{
+    const perp__island_work *work = &world->work;
+    double error = errors_of(world, island, 0), left = 0.0, residual;
+
+    for (int32_t pass = 0; pass < PASSES && error > 0.0 && left < error; pass++) {
+        double share = 1.0;
+        perp_status status;
+
+        error = pass > 0 ? left : error;
+        if (error == 0.0)
+            break;
+        pose(world, island, ERRORS);
+        status = perp__solve_equations(world, island, &residual);
+        if (status == PERP_ERROR_MEMORY)
+            return status;
+        do {
+            for (int32_t i = 0; i < island->bodies; i++) {
+                perp__state *next = &world->next[work->members[i]];
+                double shift[6];
+
+                *next = work->before[i];
+                perp__twist_of(world, work->v + world->dof * i, shift);
+                for (int32_t k = 3; k < 6; k++)
+                    shift[k] *= share;
+                perp__add3(next->position, share, shift);
+                perp__turn(world, next, shift + 3);
+            }
+            left = errors_of(world, island, 0);
+            share *= 0.5;
+        } while (!(left < error) && share >= SHORTEST);
+        for (int32_t i = 0; i < island->bodies && !(left < error); i++)
+            world->next[work->members[i]] = work->before[i];
+        *changed |= left < error;
+    }
+    return PERP_OK;
+}
+
+/* ---- velocities ---- */
+
+/* Whether a step begins with velocities that joints have: what else there is has no more than tol
+ * of the energy. */
+static int32_t begins_on_joints(const perp_world *world, const perp__island *island)
+{
+    const double most = sqrt(perp__exact_tol(world));
+
+    for (int32_t i = 0; i < island->joints; i++) {
+        const perp__joint *joint = perp__island_joint(world, island, i);
+        perp__joint_view view;
+
+        perp__view_of_states(world, joint, world->states, 0.0, &view);
+        for (int32_t k = 0; k < view.count; k++) {
+            double sum = 0.0, terms = 0.0;
+
+            for (int32_t side = 0; side < 2; side++) {
+                const perp__state *state = &world->states[joint->body[side]];
+
+                const double *row = view.rows[k][side];
+
+                sum +=
+                    perp__dot3(row, state->velocity) + perp__dot3(row + 3, state->angular_velocity);
+                terms += perp__length3(row) * perp__length3(state->velocity) +
+                         perp__length3(row + 3) * perp__length3(state->angular_velocity);
+            }
+            if (fabs(sum) > most * terms)
+                return 0;
+        }
+    }
+    return 1;
+}
+
+/* ---- energy ---- */
+
+/* Whether all that acts on the island is forces and what takes energy. */
+static int32_t is_driven(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->joints; i++) {
+        const perp__joint *joint = perp__island_joint(world, island, i);
+
+        if (joint->impulse[PERP__SLOT_MOTOR] != 0.0 ||
+            world->bodies[joint->body[0]].kind == PERP_BODY_KINEMATIC ||
+            world->bodies[joint->body[1]].kind == PERP_BODY_KINEMATIC)
+            return 1;
+    }
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        if (world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
+            world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC)
+            return 1;
+    }
+    return 0;
+}
+
+/* The velocity of the mass centre of what flies freely; 0 of what is tied to something. */
+static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
+{
+    double mass = 0.0, momentum[3] = {0.0, 0.0, 0.0};
+    int32_t tied = 0;
+
+    for (int32_t i = 0; i < island->joints; i++) {
+        const perp__joint *joint = perp__island_joint(world, island, i);
+
+        tied |=
+            !perp__is_dynamic(world, joint->body[0]) || !perp__is_dynamic(world, joint->body[1]);
+    }
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        tied |=
+            !perp__is_dynamic(world, contact->body_a) || !perp__is_dynamic(world, contact->body_b);
+    }
+    for (int32_t i = 0; i < island->bodies && !tied; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        mass += world->bodies[body].mass;
+        perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
+    }
+    for (int32_t k = 0; k < 3; k++)
+        kept[k] = tied ? 0.0 : momentum[k] / mass;
+}
+
+/* The kinetic energy beside that of the velocity to keep. */
+static double kinetic_beside(const perp_world *world, const perp__island *island,
+                             const double *kept)
+{
+    double kinetic = 0.0;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        perp__state beside = world->next[body];
+
+        perp__add3(beside.velocity, -1.0, kept);
+        kinetic += perp__kinetic_of(world, body, &beside);
+    }
+    return kinetic;
+}
+
+/* Takes so much of it; an energy beyond the range of doubles tells nothing. More than there is came
+ * from the way, as far as velocities were solved: then bodies stay where they were. Returns whether
+ * they do. */
+static int32_t take_energy(perp_world *world, const perp__island *island, double excess)
+{
+    double kept[3], kinetic, share = 1.0;
+    int32_t stays;
+
+    velocity_to_keep(world, island, kept);
+    kinetic = kinetic_beside(world, island, kept);
+    stays = isfinite(excess) && excess >= kinetic;
+    if (isfinite(excess) && isfinite(kinetic) && !stays)
+        share = sqrt(1.0 - excess / kinetic);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        perp__state *state = &world->next[body];
+
+        if (stays) {
+            perp__copy3(state->position, world->states[body].position);
+            memcpy(state->orientation, world->states[body].orientation, sizeof state->orientation);
+            state->angle = world->states[body].angle;
+        }
+        for (int32_t k = 0; k < 3; k++) {
+            state->velocity[k] = kept[k] + share * (state->velocity[k] - kept[k]);
+            state->angular_velocity[k] *= share;
+        }
+    }
+    return stays;
+}
+
+/* The nearest velocities that joints have, of what only swings. */
+static perp_status end_swing(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    double kept[3], twist[6], before, after, residual;
+    perp_status status;
+
+    velocity_to_keep(world, island, kept);
+    before = kinetic_beside(world, island, kept);
+    if (before == 0.0)
+        return PERP_OK;
+    pose(world, island, RATES);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const perp__state *state = &world->next[work->members[i]];
+
+        perp__copy3(twist, state->velocity);
+        perp__copy3(twist + 3, state->angular_velocity);
+        perp__coordinates_of(world, twist, work->free + n * i);
+    }
+    status = perp__solve_equations(world, island, &residual);
+    if (status != PERP_OK)
+        return status;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__state *state = &world->next[work->members[i]];
+
+        perp__twist_of(world, work->v + n * i, twist);
+        perp__copy3(state->velocity, twist);
+        perp__copy3(state->angular_velocity, twist + 3);
+    }
+    after = kinetic_beside(world, island, kept);
+    if (after < before && after > 0.0 && begins_on_joints(world, island))
+        (void)take_energy(world, island, after - before);
+    return PERP_OK;
+}
+
+perp_status perp__end_joints(perp_world *world, int32_t *changed)
+{
+    perp_status status = PERP_OK;
+
+    *changed = 0;
+    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands[i];
+        double lost = 0.0;
+        int32_t closed = 0;
+
+        if (island->joints == 0)
+            continue;
+        status = close_island(world, island, &closed);
+        if (status == PERP_OK && perp__island_motion(world, island, 0)->verdict.swings)
+            status = end_swing(world, island);
+        for (int32_t k = 0; k < island->bodies; k++)
+            lost += perp__energy_lost(world, world->body_order[island->first_body + k]) +
+                    perp__energy_rounding(world, world->body_order[island->first_body + k]);
+        if (lost < 0.0 && !is_driven(world, island))
+            closed |= take_energy(world, island, -lost);
+        for (int32_t k = 0; k < island->bodies && closed; k++)
+            perp__place_body(world, world->next, world->body_order[island->first_body + k], 1);
+        *changed |= closed || lost < 0.0;
+    }
+    return status;
 }

@@ -1,14 +1,22 @@
-/* Where joints are: equations, coordinates and their rates, given two poses.
+/* Where joints are: equations, coordinates and their rates.
  *
  * With p = x + R anchor on either body, d = p_B - p_A and body axes (n, t1, t2), the equations are
  *
- *   e . d = 0, e fixed in space,         rate e . (v_B + w_B x r_B - v_A - w_A x r_A), arms to
- *                                        the middle of p_A and p_B: d is as good as 0
- *   a . d = 0, a an axis of A,           the same, with A's arm to p_B
- *   a . b = 0, axes of A and B,          rate (a x b) . (w_A - w_B)
+ *   e . d = 0, e fixed in space,      a . d = 0, a an axis of A,      a . b = 0, axes of A and B,
  *
- * and one of a screw, n . d = pitch (angle). Impulses act on both bodies in one point, so that they
- * keep angular momentum wherever that is. */
+ * and one of a screw, n . d = pitch (angle). All but that and the angle are products of two numbers
+ * that are linear in x and R, so that between two poses
+ *
+ *   a1 . b1 - a0 . b0 = (b0 + b1)/2 . (a1 - a0) + (a0 + a1)/2 . (b1 - b0)
+ *
+ * without any remainder; and R1 - R0 = E [t w]x R0 on a path, E = perp__path.mean. So there are
+ * rows J with
+ *
+ *   C(q1) - C(q0) = t J v,   v the twist, the same in every frame that turns with the body,
+ *
+ * a discrete gradient (Gonzalez 1999): impulses J'r do no work on a motion that keeps C. They are
+ * written for angular velocities as those of the body are seen from where it ends. Of a path
+ * without length they are the rates of C. */
 #include "world/joints/joints.h"
 
 #include <math.h>
@@ -21,13 +29,13 @@
 /* Roundings of coordinates that an error of position may be made of. */
 #define ROUNDING (32.0 * PERP__EPSILON)
 
-/* Two bodies in place. */
+/* Two bodies in place, or on their ways. */
 typedef struct pair_of_poses {
-    double p[2][3];       /* anchors */
+    const perp__path *path[2];
+    double p[2][3];       /* anchors: means of both ends, as what follows */
     double d[3];          /* p_B - p_A */
-    double long_arm[3];   /* from A's mass centre to p_B */
-    double middle[2][3];  /* arms to the middle of p_A and p_B */
     double axes[2][3][3]; /* in space */
+    double ends[2][3][3]; /* axes at the end */
 } pair_of_poses;
 
 enum row_code {
@@ -72,33 +80,45 @@ int32_t perp__joint_has_coordinate(int32_t kind)
            kind == PERP_JOINT_DISTANCE;
 }
 
-static void push_row(double rows[2][6], const double *e, const double *arm_a, const double *arm_b)
+/* row += sign (x . change of a vector that is `end` at the end of the body's path). */
+static void add_turn(double *row, const pair_of_poses *at, int32_t side, double sign,
+                     const double *end, const double *x)
 {
-    double moment[3];
+    double seen[3], moment[3];
 
-    perp__cross(moment, arm_a, e);
-    for (int32_t i = 0; i < 3; i++) {
-        rows[0][i] = -e[i];
-        rows[0][3 + i] = -moment[i];
-    }
-    perp__cross(rows[1] + 3, arm_b, e);
-    perp__copy3(rows[1], e);
+    perp__apply3(seen, at->path[side]->mean, x);
+    perp__cross(moment, end, seen);
+    perp__add3(row + 3, sign, moment);
 }
 
-static void turn_row(double rows[2][6], const double *axis)
+/* e . (change of p_B - change of p_A) */
+static void push_row(double rows[2][6], const pair_of_poses *at, const double *e,
+                     const perp__joint_view *view)
 {
     memset(rows, 0, 12 * sizeof(double));
-    perp__copy3(rows[1] + 3, axis);
-    perp__add3(rows[0] + 3, -1.0, axis);
+    for (int32_t side = 0; side < 2; side++) {
+        const double sign = side == 0 ? -1.0 : 1.0;
+
+        perp__add3(rows[side], sign, e);
+        add_turn(rows[side], at, side, sign, view->arms[side], e);
+    }
 }
 
-/* The angle nearest to where it was. */
-static double angle_of(const pair_of_poses *at, double before)
+/* a . d, axis k of A */
+static double slide_row(double rows[2][6], const pair_of_poses *at, int32_t k,
+                        const perp__joint_view *view)
 {
-    const double angle = atan2(perp__dot3(at->axes[0][2], at->axes[1][1]),
-                               perp__dot3(at->axes[0][1], at->axes[1][1]));
+    push_row(rows, at, at->axes[0][k], view);
+    add_turn(rows[0], at, 0, 1.0, at->ends[0][k], at->d);
+    return perp__dot3(at->axes[0][k], at->d);
+}
 
-    return before + remainder(angle - before, TURN);
+/* The turn of B about n, less that of A. */
+static void spin_row(double rows[2][6], const pair_of_poses *at)
+{
+    memset(rows, 0, 12 * sizeof(double));
+    perp__add3(rows[0] + 3, -1.0, at->ends[0][0]);
+    perp__copy3(rows[1] + 3, at->ends[1][0]);
 }
 
 static double coordinate_row(const perp__joint *joint, const pair_of_poses *at, double before,
@@ -108,19 +128,20 @@ static double coordinate_row(const perp__joint *joint, const pair_of_poses *at, 
 
     memset(rows, 0, 12 * sizeof(double));
     if (joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW) {
-        turn_row(rows, at->axes[0][0]);
-        return angle_of(at, before);
+        const double angle = atan2(perp__dot3(at->axes[0][2], at->axes[1][1]),
+                                   perp__dot3(at->axes[0][1], at->axes[1][1]));
+
+        spin_row(rows, at);
+        return before + remainder(angle - before, TURN); /* the angle nearest to where it was */
     }
-    if (joint->kind == PERP_JOINT_PRISMATIC || joint->kind == PERP_JOINT_CYLINDRICAL) {
-        push_row(rows, at->axes[0][0], at->long_arm, view->arms[1]);
-        return perp__dot3(at->axes[0][0], at->d);
-    }
+    if (joint->kind == PERP_JOINT_PRISMATIC || joint->kind == PERP_JOINT_CYLINDRICAL)
+        return slide_row(rows, at, 0, view);
     if (joint->kind != PERP_JOINT_DISTANCE)
         return 0.0;
     perp__copy3(e, at->d);
     length = perp__normalise3(e);
     if (length > 0.0)
-        push_row(rows, e, view->arms[0], view->arms[1]);
+        push_row(rows, at, e, view);
     return length;
 }
 
@@ -128,61 +149,64 @@ static double equation(const perp__joint *joint, const pair_of_poses *at, int32_
                        perp__joint_view *view, double rows[2][6])
 {
     static const int8_t pairs[][2] = {{1, 0}, {2, 0}, {1, 2}};
-    double axis[3] = {0.0, 0.0, 0.0}, turn[2][6];
+    double axis[3] = {0.0, 0.0, 0.0}, turn[2][6], error;
 
     if (code <= SPACE_Z) {
         axis[code - SPACE_X] = 1.0;
-        push_row(rows, axis, at->middle[0], at->middle[1]);
+        push_row(rows, at, axis, view);
         return at->d[code - SPACE_X];
     }
-    if (code <= ALONG_2) {
-        const double *a = at->axes[0][code - ALONG_N];
-
-        push_row(rows, a, at->long_arm, view->arms[1]);
-        return perp__dot3(a, at->d);
-    }
+    if (code <= ALONG_2)
+        return slide_row(rows, at, code - ALONG_N, view);
     if (code <= TWIST) {
-        const double *a = at->axes[0][pairs[code - TILT_1][0]];
-        const double *b = at->axes[1][pairs[code - TILT_1][1]];
+        const int32_t i = pairs[code - TILT_1][0], j = pairs[code - TILT_1][1];
 
-        perp__cross(axis, b, a); /* B's part of the rate is - a x b */
-        turn_row(rows, axis);
-        return perp__dot3(a, b);
+        memset(rows, 0, 12 * sizeof(double));
+        add_turn(rows[0], at, 0, 1.0, at->ends[0][i], at->axes[1][j]);
+        add_turn(rows[1], at, 1, 1.0, at->ends[1][j], at->axes[0][i]);
+        return perp__dot3(at->axes[0][i], at->axes[1][j]);
     }
-    push_row(rows, at->axes[0][0], at->long_arm, view->arms[1]);
-    turn_row(turn, at->axes[0][0]);
-    for (int32_t i = 3; i < 6; i++) {
-        rows[0][i] -= joint->pitch * turn[0][i];
-        rows[1][i] -= joint->pitch * turn[1][i];
-    }
-    return perp__dot3(at->axes[0][0], at->d) - joint->pitch * view->coordinate;
+    error = slide_row(rows, at, 0, view) - joint->pitch * view->coordinate;
+    spin_row(turn, at);
+    for (int32_t side = 0; side < 2; side++)
+        perp__add3(rows[side] + 3, -joint->pitch, turn[side] + 3);
+    return error;
 }
 
-static double place_side(const perp__joint *joint, int32_t side, const perp__placement *pose,
+static double place_side(const perp__joint *joint, int32_t side, const perp__path *path,
                          pair_of_poses *at, perp__joint_view *view)
 {
-    perp__apply3(view->arms[side], pose->rotation, joint->anchors[side]);
+    const double *anchor = joint->anchors[side];
+    double arm[3];
+
+    at->path[side] = path;
+    perp__apply3(arm, path->from.rotation, anchor);
+    perp__apply3(view->arms[side], path->to.rotation, anchor);
     for (int32_t k = 0; k < 3; k++) {
-        at->p[side][k] = pose->position[k] + view->arms[side][k];
-        perp__apply3(at->axes[side][k], pose->rotation, joint->axes[side][k]);
+        double from[3];
+
+        at->p[side][k] = 0.5 * ((path->from.position[k] + arm[k]) +
+                                (path->to.position[k] + view->arms[side][k]));
+        perp__apply3(from, path->from.rotation, joint->axes[side][k]);
+        perp__apply3(at->ends[side][k], path->to.rotation, joint->axes[side][k]);
+        for (int32_t i = 0; i < 3; i++)
+            at->axes[side][k][i] = 0.5 * (from[i] + at->ends[side][k][i]);
     }
-    return perp__largest3(pose->position) + perp__length3(view->arms[side]);
+    return perp__largest3(path->to.position) + perp__length3(view->arms[side]);
 }
 
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
-                      const perp__placement poses[2], perp__joint_view *view)
+                      const perp__path *const paths[2], perp__joint_view *view)
 {
     const int8_t *codes = (world->settings.planar ? planar_kinds : kinds)[joint->kind];
     pair_of_poses at;
     int32_t i;
 
-    view->rounding = ROUNDING * (place_side(joint, 0, &poses[0], &at, view) +
-                                 place_side(joint, 1, &poses[1], &at, view));
+    view->rounding = ROUNDING * (place_side(joint, 0, paths[0], &at, view) +
+                                 place_side(joint, 1, paths[1], &at, view));
     view->size = perp__length3(view->arms[0]) + perp__length3(view->arms[1]);
+    memcpy(view->mean, paths[1]->mean, sizeof view->mean);
     perp__subtract3(at.d, at.p[1], at.p[0]);
-    perp__along3(at.long_arm, view->arms[0], 1.0, at.d);
-    perp__along3(at.middle[0], view->arms[0], 0.5, at.d);
-    perp__along3(at.middle[1], view->arms[1], -0.5, at.d);
     view->coordinate = coordinate_row(joint, &at, before, view);
     for (i = 0; codes[i] != END; i++)
         view->error[i] = equation(joint, &at, codes[i], view, view->rows[i]);

@@ -1,5 +1,6 @@
 /* Joints in a step: their rows in the problem of an interval, in the poses of trial.c, and
- * what comes out. Motor and friction are rows with two bounds, as contact has them
+ * what comes out: for the velocities, for who reads it, for the next step, and for who may sleep
+ * (rest.c). Motor and friction are rows with two bounds, as contact has them
  * (contact/bounded.h). */
 #include "world/joints/joints.h"
 
@@ -7,11 +8,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "linalg/spatial.h"
 
 /* Beside the terms of a velocity, what rounding makes of one that is 0; and what counts as none. */
 #define ROUNDING (64.0 * DBL_EPSILON)
 #define STILL 1e-9
+
+/* Places farther off than this may have no difference, and impulses no moment. */
+#define FAR 1e300
 
 /* ---- rows ---- */
 
@@ -69,68 +74,32 @@ int32_t perp__has_direction(const perp__joint_view *view)
     return !(perp__is_zero3(row[1]) && perp__is_zero3(row[1] + 3));
 }
 
-static void add_limit(perp_world *world, const perp__island *island, perp__joint *joint,
-                      int32_t which)
-{
-    perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOWER + which, 1);
-    const double sign = which == 0 ? 1.0 : -1.0;
-
-    fill_row(world, island, joint, PERP__JOINT_ROWS, sign, rows, 0);
-    rows->bias[0] = sign * joint->turning[PERP__JOINT_ROWS];
-}
-
-/* Row k of a unit: what a unit impulse along it moves. */
-static double response(const perp_world *world, const perp__joint *joint)
-{
-    double sum = 0.0;
-
-    for (int32_t side = 0; side < 2; side++) {
-        double row[6], norm;
-
-        if (!perp__is_dynamic(world, joint->body[side]))
-            continue;
-        perp__coordinates_of(world, joint->middle.rows[PERP__JOINT_ROWS][side], row);
-        norm = perp__row_norm(world, joint->body[side], row);
-        sum += norm * norm;
-    }
-    return sum;
-}
-
-/* Dry friction with the bound `most`, beside a speed. */
+/* A row with the bound `most`, of a motor or of dry friction, beside a speed. */
 static void add_bounded(perp_world *world, const perp__island *island, perp__joint *joint,
                         int32_t slot, double speed, double most)
 {
     const int32_t k = most < INFINITY ? 1 : 0;
     perp__rigid_rows *rows = next_unit(world, joint, slot, 1 + k);
     double *warm = world->work.warm + 3 * (world->work.units - 1);
+    double moved = 0.0; /* by a unit impulse along the row */
     int exponent;
 
     fill_row(world, island, joint, PERP__JOINT_ROWS, 1.0, rows, k);
     rows->bias[k] = joint->turning[PERP__JOINT_ROWS] - speed;
     if (k == 0)
         return;
+    for (int32_t side = 0; side < 2; side++)
+        if (perp__is_dynamic(world, joint->body[side])) {
+            const double norm = perp__row_norm(world, joint->body[side], rows->rows[side][k]);
+
+            moved += norm * norm;
+        }
     rows->mu = 1.0;
     rows->bounded = 1;
-    (void)frexp(response(world, joint), &exponent);
+    (void)frexp(moved, &exponent);
     rows->compliance[0] = ldexp(1.0, exponent);
     warm[1] = warm[0];
     warm[0] = most * world->work.length;
-}
-
-/* Units that are contacts to the contact layer, then those that are equations. */
-static void add_inequalities(perp_world *world, const perp__island *island, perp__joint *joint)
-{
-    const perp__joint_state *state = perp__state_of(world, joint);
-
-    if (!perp__has_direction(&joint->middle))
-        return;
-    for (int32_t which = 0; which < 2; which++)
-        if (joint->reached[which])
-            add_limit(world, island, joint, which);
-    if (state->force > 0.0 && state->force < INFINITY)
-        add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, state->force);
-    if (state->friction > 0.0 && state->friction < INFINITY)
-        add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, state->friction);
 }
 
 static int32_t is_locked(const perp__joint_state *state)
@@ -167,10 +136,41 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
         add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
 }
 
-static void count_rows(perp_world *world)
+/* Units that are contacts to the contact layer, then those that are equations. */
+void perp__add_joint_rows(perp_world *world, const perp__island *island)
 {
-    const perp__island_work *work = &world->work;
+    perp__island_work *work = &world->work;
 
+    /* 1. limits that are reached, motors and friction with bounds */
+    work->units = work->count;
+    for (int32_t i = 0; i < island->joints; i++) {
+        perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint_state *state = perp__state_of(world, joint);
+
+        if (is_locked(state) || !perp__has_direction(&joint->middle))
+            continue;
+        for (int32_t which = 0; which < 2; which++) {
+            const double sign = which == 0 ? 1.0 : -1.0;
+            perp__rigid_rows *rows;
+
+            if (!joint->reached[which])
+                continue;
+            rows = next_unit(world, joint, PERP__SLOT_LOWER + which, 1);
+            fill_row(world, island, joint, PERP__JOINT_ROWS, sign, rows, 0);
+            rows->bias[0] = sign * joint->turning[PERP__JOINT_ROWS];
+        }
+        if (state->force > 0.0 && state->force < INFINITY)
+            add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, state->force);
+        if (state->friction > 0.0 && state->friction < INFINITY)
+            add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, state->friction);
+    }
+
+    /* 2. equations */
+    work->inequalities = work->units;
+    for (int32_t i = 0; i < island->joints; i++)
+        add_equations(world, island, perp__island_joint(world, island, i));
+
+    /* 3. how many rows each joint has */
     for (int32_t i = 0; i < work->units - work->count; i++)
         world->joints[work->joint_units[i].joint].used = 0;
     for (int32_t i = 0; i < work->units - work->count; i++) {
@@ -178,20 +178,6 @@ static void count_rows(perp_world *world)
 
         world->joints[unit->joint].used += unit->slot < PERP__SLOT_LOCK ? unit->dim : 1;
     }
-}
-
-void perp__add_joint_rows(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-
-    work->units = work->count;
-    for (int32_t i = 0; i < island->joints; i++)
-        if (!is_locked(perp__state_of(world, perp__island_joint(world, island, i))))
-            add_inequalities(world, island, perp__island_joint(world, island, i));
-    work->inequalities = work->units;
-    for (int32_t i = 0; i < island->joints; i++)
-        add_equations(world, island, perp__island_joint(world, island, i));
-    count_rows(world);
 }
 
 /* The force or moment that bounds a unit of a motor or of dry friction. */
@@ -277,33 +263,14 @@ static double remaining_motion(const perp_world *world, const perp__island *isla
     return largest;
 }
 
-/* The equations once more, for what is left of the velocities: a step of refinement. */
-static perp_status refine(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                          const perp__rigid_problem *problem)
-{
-    perp__island_work *work = &world->work;
-    perp__rigid_problem rest = *problem;
-    perp_status status;
-
-    rest.free = work->solved;
-    rest.warm = NULL;
-    rest.again = 1;
-    rest.method = PERP_CONTACT_METHOD_PROXIMAL;
-    memcpy(work->solved, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->v);
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
-    status = perp__rigid_solve(world->solver, answer, &rest);
-    for (int32_t i = 0; status == PERP_OK && i < 3 * work->units; i++)
-        work->impulse[i] += work->warm[i];
-    return status;
-}
-
 /* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
- * what hangs at rest is pinned by nothing along its way. */
+ * what hangs at rest is pinned by nothing along its way. What is near that is so after a step of
+ * refinement: the equations once more, for what is left of the velocities. */
 perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
-    perp__rigid_answer refined = *answer;
+    const size_t numbers = (size_t)(world->dof * island->bodies);
     double left;
     perp_status status = PERP_OK;
 
@@ -311,10 +278,134 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
         return PERP_OK;
     left = remaining_motion(world, island);
     if (left > ROUNDING && left <= STILL && work->inequalities == 0) {
-        status = refine(world, island, &refined, problem);
+        perp__rigid_answer refined = *answer;
+        perp__rigid_problem rest = *problem;
+
+        rest.free = work->solved;
+        rest.warm = NULL;
+        rest.again = 1;
+        rest.method = PERP_CONTACT_METHOD_PROXIMAL;
+        memcpy(work->solved, work->v, numbers * sizeof *work->v);
+        memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+        status = perp__rigid_solve(world->solver, &refined, &rest);
+        for (int32_t i = 0; status == PERP_OK && i < 3 * work->units; i++)
+            work->impulse[i] += work->warm[i];
         left = remaining_motion(world, island);
     }
     if (status == PERP_OK && left <= ROUNDING)
-        memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+        memset(work->v, 0, numbers * sizeof *work->v);
     return status;
+}
+
+/* ---- what is kept of it ---- */
+
+/* Impulses of the step on B, and where the coordinate is between these states. */
+static void read_state(const perp_world *world, const perp__joint *joint, const perp__state *states,
+                       perp__joint_state *state)
+{
+    const double *r = joint->impulse;
+    perp_joint_state *last = &state->last;
+    perp__joint_view view;
+    double along, seen[3], taken[3];
+
+    perp__view_of_states(world, joint, states, state->coordinate, &view);
+    state->coordinate = view.coordinate;
+    memcpy(state->warm, joint->next_warm, sizeof state->warm);
+    memset(last, 0, sizeof *last);
+    last->motor_impulse = r[PERP__SLOT_MOTOR];
+    last->friction_impulse = r[PERP__SLOT_FRICTION];
+    last->limit_impulse = r[PERP__SLOT_LOCK] + r[PERP__SLOT_LOWER] - r[PERP__SLOT_UPPER];
+    last->at_limit = (r[PERP__SLOT_UPPER] > 0.0) - (r[PERP__SLOT_LOWER] > 0.0);
+    along = last->limit_impulse + last->motor_impulse + last->friction_impulse;
+    for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
+        const double push = row < PERP__JOINT_ROWS ? r[row] : along;
+
+        if (push == 0.0)
+            continue;
+        perp__add3(last->impulse, push, joint->middle.rows[row][1]);
+        perp__add3(last->moment, push, joint->middle.rows[row][1] + 3);
+    }
+    perp__apply3(seen, joint->middle.mean, last->impulse);
+    perp__cross(taken, joint->middle.arms[1], seen);
+    perp__add3(last->moment, -1.0, taken);
+    for (int32_t row = 0; row < 2 && world->settings.planar; row++)
+        last->moment[row] = 0.0;
+}
+
+perp_status perp__check_joints(const perp_world *world)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t i = 0; i < world->joint_slots && status == PERP_OK; i++) {
+        const perp__joint *joint = &world->joints[i];
+        perp__joint_state told;
+        double place = 0.0, impulse = 0.0;
+
+        /* 1. numbers that are none too large need no look */
+        if (!perp__joint_works(world, i))
+            continue;
+        for (int32_t side = 0; side < 2; side++)
+            place = fmax(place, fmax(perp__largest3(world->next[joint->body[side]].position),
+                                     perp__largest3(joint->anchors[side])));
+        for (int32_t row = 0; row < PERP__JOINT_SLOTS; row++)
+            impulse = fmax(impulse, fabs(joint->impulse[row]));
+        if (fmax(place, impulse * (1.0 + perp__largest3(joint->middle.arms[1]))) < FAR)
+            continue;
+
+        /* 2. the state as it would be told */
+        told = world->joint_states[i];
+        read_state(world, joint, world->next, &told);
+        if (!isfinite(told.coordinate) || !perp__is_finite3(told.last.impulse) ||
+            !perp__is_finite3(told.last.moment))
+            status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                                "the step takes joint %d beyond the range of numbers", (int)i);
+    }
+    return status;
+}
+
+void perp__keep_joints(perp_world *world)
+{
+    for (int32_t i = 0; i < world->joint_slots; i++) {
+        const perp__joint_state before = world->joint_states[i];
+
+        if (!perp__joint_works(world, i))
+            continue;
+        read_state(world, &world->joints[i], world->states, &world->joint_states[i]);
+        world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
+    }
+}
+
+int32_t perp__count_joint_rows(const perp_world *world)
+{
+    int32_t i, count = 0;
+
+    for (i = 0; i < world->joint_slots; i++)
+        count += world->joints[i].alive ? world->joints[i].used : 0;
+    return count;
+}
+
+/* ---- rest.c ---- */
+
+void perp__join_calm(perp_world *world)
+{
+    for (int32_t i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        if (perp__joint_works(world, i) && perp__is_dynamic(world, body[0]) &&
+            perp__is_dynamic(world, body[1]))
+            perp__join(world->parent, body[0], body[1]);
+    }
+}
+
+void perp__upset_joints(perp_world *world)
+{
+    for (int32_t i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        for (int32_t side = 0; side < 2 && perp__joint_works(world, i); side++)
+            if (perp__is_dynamic(world, body[side]) &&
+                (world->joints[i].changed ||
+                 (world->bodies[body[1 - side]].awake && !world->roles[body[1 - side]].calm)))
+                world->roles[perp__root_of(world->parent, body[side])].calm = 0;
+    }
 }

@@ -1,20 +1,20 @@
 /* Where joints are in a step, round after round.
  *
- * Over a step of length h from poses q0 to q1, bodies in an island with joints obey
+ * Bodies go from q0 with the mean of both ends' velocities, as they see it: x by t (v0 + v1)/2, R
+ * by exp(t (W0 + W1)/2), W = R'w. On that path
  *
- *   M(q1) v1 - M(q0) v0 = h f + J(q_m)' r,     J(q1) v1 = 0,     q1 = q0 + h (v0 + v1) / 2
+ *   I (W1 - W0) + t Wm x I Wm = t torque + J'r,   Wm = (W0 + W1)/2,   the implicit midpoint rule,
  *
- * with q_m half-way: impulses act where the bodies are in the middle of the step, and velocities
- * obey the joints at its end. That is second order. Momentum is kept to rounding, angular momentum
- * but for what the projection moves bodies by, which is third order a step. The contact layer has
- * one J for both, so that the problem is posed as
+ * with the rows J of the whole path (rows.c). What only swings on its joints asks J (v0 + v1) = 0:
+ * impulses do no work then, whatever path J is that of, and joints stay closed where it is the one
+ * that is gone (swing.c). Where contacts, limits, motors or friction act as well, velocities are to
+ * obey them at the end: J v1 + (J1 - J) v1* = 0 with v1* of the round before.
  *
- *   v1 = M(q1)^-1 (M(q0) v0 + h f + J_m' r),     J_m v1 + (J_1 - J_m) v1* = 0
+ * That gives no energy as far as its path is known. Where it is not, the step is rough and taken in
+ * parts (adaptive.c); where these cannot be J(q0) serves for all, which is of first order.
  *
- * with v1* and the poses of the round before, to begin with those of v1 = v0. Two rounds are second
- * order; what is at rest has nothing to repeat. Where that does not settle (more than a radian) the
- * step is rough, and is taken in parts (adaptive.c); where these cannot be J(q0) serves for all,
- * which is first order and gives no energy. Between impacts the same holds of each interval. */
+ * Paths and Wm are those of the round before, to begin with those of v0. Two rounds are second
+ * order. Numbers of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
 #include "world/joints/joints.h"
 
 #include <float.h>
@@ -23,18 +23,13 @@
 
 #include "linalg/spatial.h"
 
-/* Rounds, by accuracy; and change of the motion, in radians and sizes, that ends them. */
-static const int32_t most_rounds[] = {2, 2, 4, 24};
+/* Change of the motion, in radians and sizes, that ends rounds. */
 #define SETTLED 1e-14
 #define EXTRA_ROUNDS 3 /* for limits that are reached on the way */
 
-/* Beside the motion, in the kinetic metric, by how much the last round may have changed it. */
-#define ROUGH 0.0625
-
-/* Beside the largest rates that a row may have, what it lacks at the end of an interval for turning
- * in half of that, a quarter of a pendulum's angle: too much; and too little to matter. */
+/* Of turn_of, a quarter of a pendulum's angle: too much for geometry that is frozen; and as much of
+ * an angle is too much to be unsure of when rounds end. */
 #define FAR 0.25
-#define LITTLE 0.03125
 
 /* Beside the terms of a rate, what counts as none. */
 #define STILL 1e-9
@@ -61,6 +56,35 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
         perp__rotation_of(world, &state, pose->rotation);
 }
 
+/* For a time t along the trial motion. The mean turn is that of exp(s u) over s in (0,1),
+ *   E = 1 + (1 - cos a) / a^2 [u]x + (a - sin a) / a^3 [u]x^2,   a = |u|;
+ * where a does not show beside 1 its first two terms are all. */
+static void path_along(const perp_world *world, int32_t body, double t, perp__path *path)
+{
+    const double *spin = world->motions[body].trial + 3;
+    const double u[3] = {t * spin[0], t * spin[1], t * spin[2]};
+    const double a = perp__length3(u), s = sin(0.5 * a) / a;
+    const int32_t small = a < 0x1p-27;
+    const double first = small ? 0.5 : 2.0 * s * s;
+    const double second = small ? 0.0 : (a - sin(a)) / a / a / a;
+
+    pose_along(world, body, t, &path->to);
+    perp__stay(path);
+    if (t == 0.0 || (perp__is_zero3(spin) && perp__is_zero3(world->motions[body].trial)))
+        return;
+    pose_along(world, body, 0.0, &path->from);
+    for (int32_t i = 0; i < 3; i++)
+        for (int32_t j = 0; j < 3; j++)
+            path->mean[3 * i + j] = second * (u[i] * u[j] - (i == j ? a * a : 0.0)) + (i == j);
+    for (int32_t i = 0; i < 3; i++) {
+        const int32_t j = (i + 1) % 3, k = (i + 2) % 3;
+
+        path->mean[3 * k + j] += first * u[i];
+        path->mean[3 * j + k] -= first * u[i];
+    }
+    perp__multiply_transposed3(path->turn, path->to.rotation, path->from.rotation);
+}
+
 static void twist_now(const perp_world *world, int32_t body, double *twist)
 {
     const perp__motion *motion = &world->motions[body];
@@ -72,127 +96,137 @@ static void twist_now(const perp_world *world, int32_t body, double *twist)
 }
 
 /* M of the end of an interval of length t, and the velocity that forces alone would give then, as
- * what they add in a step: I1 w = I0 w0 + t torque. */
+ * what they add in a step: I (W1 - W0) = t (mean torque - Wm x I Wm), seen from the end. */
 static void turn_mass(perp_world *world, int32_t body, double t)
 {
     const perp__body *of = &world->bodies[body];
     const int32_t n = world->dof, i = world->roles[body].local;
     perp__island_work *work = &world->work;
-    double now[6], gain[6], w[3], momentum[3], turned[3];
-    perp__placement start, end;
+    const perp__path *path = &work->paths[i];
+    double now[6], gain[6], W[3], torque[3], momentum[3], push[3], seen[3];
 
-    if (of->spherical)
-        return;
-    pose_along(world, body, 0.0, &start);
-    pose_along(world, body, t, &end);
-    perp__write_factor(world, body, end.rotation, work->factors + n * n * i);
-    if (t == 0.0)
+    if (!of->spherical)
+        perp__write_factor(world, body, path->to.rotation, work->factors + n * n * i);
+    if (t == 0.0 || n == 3)
         return;
     twist_now(world, body, now);
     perp__twist_of(world, work->gain + n * i, gain);
-    perp__apply_transposed3(w, start.rotation, now + 3);
-    perp__apply3(turned, of->inertia, w);
-    perp__apply3(momentum, start.rotation, turned);
-    perp__add3(momentum, t, world->states[body].torque);
-    perp__apply_transposed3(turned, end.rotation, momentum);
-    perp__apply3(w, of->inverse_inertia, turned);
-    perp__apply3(turned, end.rotation, w);
+    perp__apply_transposed3(W, path->from.rotation, world->motions[body].trial + 3);
+    perp__apply3(momentum, of->inertia, W);
+    perp__cross(push, momentum, W);
+    perp__apply3(seen, path->mean, world->states[body].torque);
+    perp__apply_transposed3(torque, path->to.rotation, seen);
+    perp__add3(push, 1.0, torque);
+    perp__apply3(W, of->inverse_inertia, push);
+    perp__apply3(push, path->to.rotation, W);
+    perp__apply3(seen, path->turn, now + 3);
     for (int32_t k = 0; k < 3; k++)
-        gain[3 + k] = work->length / t * (turned[k] - now[3 + k]);
+        gain[3 + k] = work->length * (push[k] + (seen[k] - now[3 + k]) / t);
     perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
-/* What the change of J from the middle to the end makes of the trial motion's last velocity. */
-static void find_turning(const perp_world *world, perp__joint *joint, const perp__joint_view *end)
+/* Where both bodies are at a time along the trial motion. */
+static void view_there(const perp_world *world, const perp__joint *joint, double t,
+                       perp__joint_view *view)
 {
-    for (int32_t i = 0; i <= PERP__JOINT_ROWS; i++) {
-        joint->turning[i] = 0.0;
-        for (int32_t side = 0; side < 2 && (i < joint->middle.count || i == PERP__JOINT_ROWS);
-             side++)
-            for (int32_t k = 0; k < 6; k++)
-                joint->turning[i] += (end->rows[i][side][k] - joint->middle.rows[i][side][k]) *
-                                     world->motions[joint->body[side]].last[k];
+    perp__path there[2];
+
+    for (int32_t side = 0; side < 2; side++) {
+        pose_along(world, joint->body[side], t, &there[side].to);
+        perp__stay(&there[side]);
     }
+    perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate,
+                     (const perp__path *const[2]){&there[0], &there[1]}, view);
 }
 
-static void view_on_way(const perp_world *world, const perp__joint *joint, double t,
-                        perp__joint_view *view)
+void perp__find_paths(perp_world *world, const perp__island *island, double t)
 {
-    perp__placement poses[2];
-
-    for (int32_t side = 0; side < 2; side++)
-        pose_along(world, joint->body[side], t, &poses[side]);
-    perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, poses, view);
+    for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
+        path_along(world, world->work.members[i], t, &world->work.paths[i]);
 }
 
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
-    perp__joint_view end;
-
+    perp__find_paths(world, island, t);
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
-        turn_mass(world, world->body_order[island->first_body + i], t);
+        turn_mass(world, world->work.members[i], t);
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__path *paths[2];
+        perp__path told[2];
+        perp__joint_view end;
 
-        view_on_way(world, joint, 0.5 * t, &joint->middle);
-        view_on_way(world, joint, t, &end);
-        find_turning(world, joint, &end);
+        /* 1. rows of the paths of both bodies, of which those of the island are known */
+        for (int32_t side = 0; side < 2; side++) {
+            const int32_t body = joint->body[side];
+
+            paths[side] = &told[side];
+            if (perp__is_dynamic(world, body))
+                paths[side] = &world->work.paths[world->roles[body].local];
+            else
+                path_along(world, body, t, &told[side]);
+        }
+        perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
+                         &joint->middle);
+
+        /* 2. what their change till the end makes of the trial motion's last velocity */
+        view_there(world, joint, t, &end);
+        memset(joint->turning, 0, sizeof joint->turning);
+        for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++)
+            for (int32_t side = 0; side < 2 && (row < end.count || row == PERP__JOINT_ROWS); side++)
+                for (int32_t k = 0; k < 6; k++)
+                    joint->turning[row] +=
+                        (end.rows[row][side][k] - joint->middle.rows[row][side][k]) *
+                        world->motions[joint->body[side]].last[k];
     }
 }
 
-/* What row i may make of the velocities of both bodies, at most. */
-static double most_of_row(const perp_world *world, const perp__joint *joint, int32_t i)
+void perp__mean_of_ends(perp_world *world, const perp__island *island)
 {
-    double sum = 0.0;
+    perp__island_work *work = &world->work;
 
-    for (int32_t side = 0; side < 2; side++) {
-        const double *row = joint->middle.rows[i][side];
-        const double *last = world->motions[joint->body[side]].last;
-        const double spin = perp__length3(last + 3);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        double now[6], v[6], seen[3];
 
-        sum += perp__length3(row) *
-                   (perp__length3(last) + world->bodies[joint->body[side]].radius * spin) +
-               perp__length3(row + 3) * spin;
+        perp__twist_of(world, work->now + world->dof * i, now);
+        perp__twist_of(world, work->v + world->dof * i, v);
+        perp__apply_transposed3(seen, work->paths[i].turn, v + 3);
+        perp__copy3(v + 3, seen);
+        for (int32_t k = 0; k < 6; k++)
+            v[k] = 0.5 * (now[k] + v[k]);
+        perp__coordinates_of(world, v, work->moving + world->dof * i);
     }
-    return sum;
 }
 
-/* The largest that a row lacks at the end of the interval, beside that. */
+/* By how much of the largest velocities of its points a body's anchors go elsewhere on their arcs
+ * than is linear: than half-way, and where contacts are frozen as they were than in the beginning.
+ */
 static double turn_of(const perp_world *world, const perp__island *island)
 {
+    const int32_t swings = perp__swings(world, island);
     double largest = 0.0;
 
-    for (int32_t k = 0; k < island->joints; k++) {
-        const perp__joint *joint = perp__island_joint(world, island, k);
+    for (int32_t k = 0; k < 2 * island->joints; k++) {
+        const perp__joint *joint = perp__island_joint(world, island, k / 2);
+        const int32_t body = joint->body[k % 2];
+        const double *arm = joint->middle.arms[k % 2], *last = world->motions[body].last;
+        const double spin = perp__length3(last + 3);
+        const perp__path *path;
+        double seen[3];
 
-        for (int32_t i = 0; i < joint->middle.count; i++)
-            if (joint->turning[i] != 0.0)
-                perp__raise_to(&largest, fabs(joint->turning[i]) / most_of_row(world, joint, i));
+        if (!perp__is_dynamic(world, body) || spin == 0.0 || perp__is_zero3(arm))
+            continue;
+        path = &world->work.paths[world->roles[body].local];
+        perp__apply3(seen, swings ? path->mean : path->turn, arm);
+        perp__add3(seen, -1.0, arm);
+        perp__raise_to(&largest, perp__length3(seen) * spin /
+                                     (perp__length3(last) +
+                                      (world->bodies[body].radius + perp__length3(arm)) * spin));
     }
     return largest;
 }
 
 /* ---- the rounds of an interval ---- */
-
-/* Whether the coordinate goes towards a limit, but for rounding. */
-static int32_t approaches(const perp_world *world, const perp__joint *joint, double row[2][6],
-                          double sign)
-{
-    double rate = 0.0, terms = 0.0;
-
-    for (int32_t side = 0; side < 2; side++) {
-        double now[6];
-
-        twist_now(world, joint->body[side], now);
-        for (int32_t k = 0; k < 6; k++) {
-            const double term = row[side][k] * now[k];
-
-            rate += sign * term;
-            terms += fabs(term);
-        }
-    }
-    return rate < -STILL * terms;
-}
 
 /* Beyond the lower limit, or below the upper one. */
 static double gap_of(const perp__joint_state *state, const perp__joint_view *view, int32_t which)
@@ -221,24 +255,44 @@ void perp__begin_joints(perp_world *world, const perp__island *island, double h,
     }
 }
 
-void perp__find_limits(perp_world *world, const perp__island *island)
+static int32_t is_limited(const perp_world *world, const perp__joint *joint)
+{
+    const perp__joint_state *state = perp__state_of(world, joint);
+
+    return state->lower > -INFINITY || state->upper < INFINITY;
+}
+
+void perp__find_limits(perp_world *world, const perp__island *island, double ahead)
 {
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
+        const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
+        double rate = 0.0, terms = 0.0, rounding;
         perp__joint_view view;
 
-        view_on_way(world, joint, 0.0, &view);
+        joint->reached[0] = joint->reached[1] = 0;
+        if (!is_limited(world, joint))
+            continue;
+        view_there(world, joint, 0.0, &view);
+        for (int32_t side = 0; side < 2; side++) {
+            double now[6];
+
+            twist_now(world, joint->body[side], now);
+            for (int32_t k = 0; k < 6; k++) {
+                const double term = view.rows[PERP__JOINT_ROWS][side][k] * now[k];
+
+                rate += term;
+                terms += fabs(term);
+            }
+        }
+        rounding = turns ? 64.0 * DBL_EPSILON : view.rounding;
         for (int32_t which = 0; which < 2; which++) {
             const double gap = gap_of(perp__state_of(world, joint), &view, which);
-            const double rounding =
-                joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW
-                    ? 64.0 * DBL_EPSILON
-                    : view.rounding;
 
             joint->gap[which] = gap > rounding ? gap : 0.0;
-            joint->came[which] =
-                approaches(world, joint, view.rows[PERP__JOINT_ROWS], which == 0 ? 1.0 : -1.0);
-            joint->reached[which] = gap <= rounding;
+            joint->came[which] = (which == 0 ? rate : -rate) < -STILL * terms;
+            joint->reached[which] =
+                gap <= rounding || gap < (which == 0 ? -2.0 : 2.0) * ahead * rate;
         }
     }
 }
@@ -246,14 +300,16 @@ void perp__find_limits(perp_world *world, const perp__island *island)
 /* Limits that the motion goes beyond take part from now on. */
 static int32_t reach_limits(perp_world *world, const perp__island *island, double t)
 {
-    perp__joint_view end;
-    int32_t i, which, came = 0;
+    int32_t came = 0;
 
-    for (i = 0; i < island->joints; i++) {
+    for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
+        perp__joint_view end;
 
-        view_on_way(world, joint, t, &end);
-        for (which = 0; which < 2; which++)
+        if (!is_limited(world, joint))
+            continue;
+        view_there(world, joint, t, &end);
+        for (int32_t which = 0; which < 2; which++)
             if (gap_of(perp__state_of(world, joint), &end, which) < 0.0 && !joint->reached[which]) {
                 joint->reached[which] = 1;
                 came++;
@@ -262,40 +318,8 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
     return came;
 }
 
-/* Takes the motion that was found for the next trial; returns by how much it differs, and *beside:
- * in the kinetic metric, beside itself and what the interval began with. */
-static double update_trial(perp_world *world, const perp__island *island, double t, double *beside)
-{
-    const perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
-    double largest = 0.0, moves = 0.0, differs = 0.0;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-        const double size = world->bodies[work->members[i]].radius;
-        double moving[6], change[6], numbers[6];
-
-        perp__twist_of(world, work->moving + n * i, moving);
-        for (int32_t k = 0; k < 6; k++) {
-            const double displacement = t * fabs(moving[k] - motion->trial[k]);
-
-            change[k] = moving[k] - motion->trial[k];
-            perp__raise_to(&largest, k >= 3       ? displacement
-                                     : size > 0.0 ? displacement / size
-                                                  : displacement);
-        }
-        perp__coordinates_of(world, change, numbers);
-        differs = hypot(differs, perp__mass_norm(world, work->members[i], numbers));
-        moves = hypot(moves, fmax(perp__mass_norm(world, work->members[i], work->now + n * i),
-                                  perp__mass_norm(world, work->members[i], work->moving + n * i)));
-        memcpy(motion->trial, moving, sizeof moving);
-        perp__twist_of(world, work->v + n * i, motion->last);
-    }
-    *beside = differs / moves;
-    return largest;
-}
-
-static void stop_trial(perp_world *world, const perp__island *island)
+/* Joints where they are, for all of the interval. */
+void perp__stop_trial(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
@@ -307,29 +331,51 @@ static void stop_trial(perp_world *world, const perp__island *island)
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds)
 {
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
     const double before = rounds->change;
-    double beside;
-    int32_t ends;
 
     if (rounds->coarse)
         return 0;
-    rounds->turn = turn_of(world, island);
-    rounds->change = update_trial(world, island, t, &beside);
+    rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
+
+    /* 1. the motion that was found is the next trial; by how much it differs */
+    rounds->change = rounds->swerve = 0.0;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+        const double size = world->bodies[work->members[i]].radius;
+        double moving[6];
+
+        perp__twist_of(world, work->moving + n * i, moving);
+        for (int32_t k = 0; k < 6; k++) {
+            const double displacement = t * fabs(moving[k] - motion->trial[k]);
+            const int32_t scaled = k < 3 && size > 0.0;
+
+            perp__raise_to(&rounds->change, scaled ? displacement / size : displacement);
+            if (k >= 3)
+                perp__raise_to(&rounds->swerve, displacement);
+        }
+        memcpy(motion->trial, moving, sizeof moving);
+        perp__twist_of(world, work->v + n * i, motion->last);
+    }
+
+    /* 2. again for limits that it reached, and until it is settled; what turns too far to settle
+     * has the rows of the interval's beginning at last */
     if (reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
         rounds->done = 0;
         rounds->change = INFINITY;
         return 1;
     }
-    ends = ++rounds->done >= most_rounds[world->settings.accuracy];
-    if (rounds->change > sqrt(SETTLED))
-        rounds->coarse = ends ? rounds->turn > LITTLE && !(beside <= ROUGH)
-                              : rounds->done > 2 && !(rounds->change < before);
+    if (++rounds->done < rounds->most && rounds->change > SETTLED &&
+        (rounds->done < 3 || rounds->change < before))
+        return 1;
+    rounds->coarse = !(rounds->swerve <= FAR) && !perp__swings(world, island);
     if (rounds->coarse)
-        stop_trial(world, island);
-    return rounds->coarse || (!ends && rounds->change > SETTLED);
+        perp__stop_trial(world, island);
+    return rounds->coarse;
 }
 
-int32_t perp__is_rough(const perp__rounds *rounds, int32_t works)
+int32_t perp__is_rough(const perp__rounds *rounds)
 {
-    return rounds->turn > FAR || (rounds->turn > LITTLE && (rounds->coarse || works));
+    return !(rounds->turn <= FAR && rounds->swerve <= FAR);
 }

@@ -1,0 +1,106 @@
+"""Scenes in motion: what a step costs, perp at two levels and Bullet beside it.
+
+    python bench/motion.py DIRECTORY [SECONDS [SCENE...]]
+
+Writes motion.txt to DIRECTORY. All have h = 0.01 s, one thread (OPENBLAS_NUM_THREADS=1) and nothing
+asleep; Bullet takes its 10 iterations. A run ends with its scene or after SECONDS of processor
+time, 30 by default; '<' marks those that ended early, whose numbers are of the steps that they did.
+Each is run three times, with medians of 'mean', 'median', 'p99' and 'max', milliseconds of
+processor time a step. 'overlap' is the largest of all contacts, as each engine measures its own, in
+metres; that of the scene's beginning is a part of it (some boxes of the bin begin in each other).
+'energy' is in joules, at the beginning and in the end, 'residual' the median of those above 0. Then
+steps by their outcome.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, Optional
+
+import motion_scenes
+import report
+
+BENCH = Path(os.environ.get("BUILD", "build")) / "bench"
+PEER = BENCH / "peers" / "motion_bullet"
+LEVELS = ("fast", "standard")
+RUNS = 3
+TIMES = ("mean", "median", "p99", "max")
+
+
+def read(line: str) -> dict[str, list[str]]:
+    """'NAME SETTING key value...'; energy has two values, and what follows residual is outcomes."""
+    words = line.split()[2:]
+    numbers: dict[str, list[str]] = {}
+    while words:
+        count = 3 if words[0] == "energy" else 2
+        numbers[words[0]] = words[1:count]
+        words = words[count:]
+    return numbers
+
+
+def run(*command: Any) -> Optional[dict[str, list[str]]]:
+    """The numbers of one line, times as medians of all runs; None without an answer."""
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    found = []
+    for _ in range(RUNS):
+        try:
+            text = subprocess.run([str(word) for word in command], env=environment, text=True,
+                                  capture_output=True, timeout=300, check=True).stdout
+        except (OSError, subprocess.SubprocessError) as error:
+            print(f"  {command[0]}: {error}", file=sys.stderr)
+            return None
+        if text.startswith("skipped"):
+            return None
+        found.append(read(text))
+    for name in TIMES:
+        found[0][name] = [str(statistics.median(float(numbers[name][0]) for numbers in found))]
+    return found[0]
+
+
+def row(engine: str, setting: str, numbers: dict[str, list[str]], steps: int) -> str:
+    done = int(numbers.pop("steps")[0])
+    text = f"{engine:7}{setting:9}"
+    for name in TIMES:
+        text += f"{float(numbers.pop(name)[0]):10.4g}"
+    text += f"{done:6}{' ' if done >= steps else '<'}{numbers.pop('overlap')[0]:>9}"
+    text += "".join(f"{float(number):11.5g}" for number in numbers.pop("energy"))
+    text += f"{numbers.pop('residual', ['-'])[0]:>10}"
+    return text + "".join(f"  {count[0]} {name}" for name, count in numbers.items())
+
+
+def write_scene(path: Path, seconds: float, file: Any) -> None:
+    steps = int(path.read_text().split(None, 4)[3])
+    print(f"\n{path.stem}\n\n{'':16}" + "".join(f"{name:>10}" for name in TIMES)
+          + f"{'steps':>6} {'overlap':>9}{'energy':>11}{'':11}{'residual':>10}", file=file)
+    runs = [("perp", level, (BENCH / "motion", path, level, seconds)) for level in LEVELS]
+    if os.access(PEER, os.X_OK):
+        runs.append(("bullet", "x1", (PEER, path, seconds)))
+    for engine, setting, command in runs:
+        numbers = run(*command)
+        if numbers:
+            print(row(engine, setting, numbers, steps), file=file, flush=True)
+
+
+def main() -> int:
+    seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 30.0
+    subprocess.run([Path(__file__).parent / "peers_world" / "build", PEER.parent, sys.executable,
+                    "motion"])
+    with tempfile.TemporaryDirectory() as folder, \
+            open(Path(sys.argv[1]) / "motion.txt", "w") as table:
+        names = motion_scenes.write_all(Path(folder))
+        report.heading(__doc__, table)
+        if not os.access(PEER, os.X_OK):
+            print("bullet: not installed, skipped", file=table)
+        for name in sys.argv[3:] or names:
+            print(f"motion: {name}", file=sys.stderr)
+            write_scene(Path(folder) / f"{name}.scene", seconds, table)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,51 @@
+/* The equations of joints among sweeps: all of them at once, exactly.
+ *
+ * Sweeps carry an impulse one body further a pass, so that a chain of joints would need as many
+ * passes as it has links. With P = J C of the equations and K = P P', which is as sparse as the
+ * joints' graph (a chain or a tree has factors without fill),
+ *
+ *   e = P y + w,     y := y - P' K^-1 e,     r := r - K^-1 e
+ *
+ * is their exact answer to what contacts do at the moment: one more block in Gauss-Seidel's order.
+ * Whatever the passes leave of the contacts, the joints' velocities are met to rounding. Rows that
+ * say the same leave K singular; it gets RIDGE on its unit diagonal, and what that leaves of e the
+ * next pass takes away. */
+#ifndef PERP_CONTACT_JOINT_BLOCK_H
+#define PERP_CONTACT_JOINT_BLOCK_H
+
+#include "base/arena.h"
+#include "contact/contact.h"
+#include "linalg/sparse_cholesky.h"
+
+typedef struct perp__joint_block {
+    perp__arena arena, entry_arena;
+    int32_t rows;                                 /* 0: no joints */
+    int32_t factored;                             /* 0: K is outside the range of doubles */
+    int32_t most_rows, most_bodies, most_entries; /* room */
+    perp__matrix K;
+    perp__sparse_cholesky cholesky;
+    int32_t *starts, *indices, *all; /* K by columns; 0, 1, 2, ... */
+    double *values, *scale;
+    int32_t *body;                /* 2 a row; -1: of none that impulses move */
+    double *P;                    /* 16 a row: 8 of A, 8 of B, as the bodies' numbers y */
+    double *w, *r, *last, *error; /* rows */
+    int32_t *first, *touching;    /* rows of a body: twice the row's number + side */
+    int32_t *mark, *place;        /* rows */
+} perp__joint_block;
+
+/* Reads the joints of the problem, whose contacts come first, and factors K. PERP_OK or _MEMORY. */
+perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
+                                     const perp__rigid_problem *problem);
+void perp__joint_block_release(perp__joint_block *block);
+
+/* y += P' r. */
+void perp__joint_block_add(const perp__joint_block *block, double *y);
+
+/* r goes on by a share of its last change, as y did already, and then meets the equations. Returns
+ * the largest that a row of a unit diagonal lacked: infinity where K has no factors. */
+double perp__joint_block_solve(perp__joint_block *block, double momentum, double *y);
+
+/* The same of a pass over positions: y meets P y = 0, r stays. */
+void perp__joint_block_project(perp__joint_block *block, double *y);
+
+#endif

@@ -1,0 +1,131 @@
+/* What passes have come to: u of all rows, and the residual that contact.h calls tested, from the
+ * rows as they were packed. No set-up, no second witness: this is for what a budget ended. */
+#include <math.h>
+#include <string.h>
+
+#include "base/outcome.h"
+#include "contact/coloured/coloured.h"
+#include "contact/law.h"
+#include "linalg/spatial.h"
+
+/* What rows of a point are, all of its lanes side by side: u, the free q, the sizes of q's terms,
+ * and the trace of P P'. */
+typedef struct lane_rows {
+    double u[3][PERP__GROUP], q[3][PERP__GROUP], sizes[3][PERP__GROUP], trace[PERP__GROUP];
+} lane_rows;
+
+static void find_rows(const perp__coloured *c, const perp__lane_group *group,
+                      const perp__lane_point *p, lane_rows *rows)
+{
+    double y[12][PERP__GROUP], free[12][PERP__GROUP];
+
+    for (int32_t l = 0; l < PERP__GROUP; l++)
+        for (int32_t k = 0; k < 6; k++) {
+            y[k][l] = c->y[8 * group->a[l] + k];
+            y[6 + k][l] = c->y[8 * group->b[l] + k];
+            free[k][l] = c->free[8 * group->a[l] + k];
+            free[6 + k][l] = c->free[8 * group->b[l] + k];
+        }
+    memset(rows->trace, 0, sizeof rows->trace);
+    for (int32_t i = 0; i < 3; i++) {
+        const double *w = i == 0 ? p->bias : p->w[i];
+
+        for (int32_t l = 0; l < PERP__GROUP; l++) {
+            rows->u[i][l] = rows->q[i][l] = w[l];
+            rows->sizes[i][l] = fabs(w[l]);
+        }
+        for (int32_t k = 0; k < 12; k++)
+            for (int32_t l = 0; l < PERP__GROUP; l++) {
+                const double P = p->P[12 * i + k][l], term = P * free[k][l];
+
+                rows->u[i][l] += P * y[k][l];
+                rows->q[i][l] += term;
+                rows->sizes[i][l] += fabs(term);
+                rows->trace[l] += P * P;
+            }
+    }
+}
+
+/* u and modes of the contact in a lane; raises *drive to its |q| / sqrt(t), of whose terms `share`
+ * is granted for their roundings (evaluation.c), and *residual to sqrt(t) times its natural one. */
+static void measure_lane(const perp__lane_point *p, const lane_rows *lanes, int32_t l,
+                         const perp__rigid_rows *rows, perp__rigid_answer *answer, double share,
+                         double *drive, double *residual)
+{
+    const int32_t k = p->contact[l];
+    const double t = lanes->trace[l];
+    double *r = answer->impulse + 3 * k, *u = answer->velocity + 3 * k;
+    double driven = 0.0, natural;
+
+    for (int32_t i = 0; i < 3; i++)
+        u[i] = lanes->u[i][l];
+    for (int32_t i = rows->bounded; i < rows->dim; i++)
+        driven = perp__length2(driven, fmax(fabs(lanes->q[i][l]), share * lanes->sizes[i][l]));
+    if (rows->bounded) {
+        /* between two bounds: its distance from the impulse that its velocity asks for */
+        const double most = rows->mu * r[0], aim = fmin(fmax(r[1] - u[1] / t, -most), most);
+
+        answer->modes[k] = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
+        natural = fabs(r[1] - aim);
+        u[0] = 0.0;
+    } else {
+        natural = perp__contact_natural_of(rows->mu, rows->dim - 1, t, r, u, &answer->modes[k]);
+        if (r[0] == 0.0)
+            answer->modes[k] = PERP_CONTACT_SEPARATE;
+        else if (answer->modes[k] == PERP_CONTACT_SEPARATE)
+            answer->modes[k] = PERP_CONTACT_SLIP;
+    }
+    if (t > 0.0) {
+        perp__raise_to(drive, driven / sqrt(t));
+        perp__raise_to(residual, sqrt(t) * natural);
+    }
+}
+
+void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
+                            const perp__rigid_problem *problem)
+{
+    const double share = fmin(1.0, PERP__ROUNDING_LIMIT / problem->tol);
+    const perp__joint_block *b = &c->joints;
+    double drive = 0.0, residual = 0.0;
+    int32_t n = 0;
+
+    for (int32_t g = 0; g < c->groups; g++)
+        for (int32_t k = 0; k < c->group[g].points; k++) {
+            const perp__lane_point *p = &c->point[c->group[g].first + k];
+            lane_rows rows;
+
+            find_rows(c, &c->group[g], p, &rows);
+            for (int32_t l = 0; l < PERP__GROUP; l++)
+                if (p->contact[l] >= 0)
+                    measure_lane(p, &rows, l, &problem->rows[p->contact[l]], answer, share, &drive,
+                                 &residual);
+        }
+    /* the same of the joints' equations: their velocities, which are rounding, and what they bear
+     */
+    answer->joints = b->rows > 0 && !b->factored ? INFINITY : 0.0;
+    for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < problem->rows[k].dim; i++, n++) {
+            double u = b->w[n], q = b->w[n], size = fabs(q);
+
+            for (int32_t side = 0; side < 2; side++)
+                for (int32_t j = 0; j < 6 && b->body[2 * n + side] >= 0; j++) {
+                    const double P = b->P[16 * n + 8 * side + j];
+                    const int32_t at = 8 * b->body[2 * n + side] + j;
+
+                    u += P * c->y[at];
+                    q += P * c->free[at];
+                    size += fabs(P * c->free[at]);
+                }
+            answer->velocity[3 * k + i] = u;
+            perp__raise_to(&drive, fmax(fabs(q), share * size) * b->scale[n]);
+            perp__raise_to(&answer->joints, fabs(u) * b->scale[n]);
+        }
+    perp__raise_to(&residual, answer->joints);
+    answer->tested = residual > 0.0 ? residual / drive : 0.0;
+    answer->joints = answer->joints > 0.0 ? answer->joints / drive : 0.0;
+    answer->own = answer->tested;
+    answer->backward = 1.0;
+    answer->held = 0;
+    answer->method = PERP_CONTACT_METHOD_SWEEP;
+    answer->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+}

@@ -1,0 +1,170 @@
+/* One constraint of a sweep; sweeps in the space of bodies, u_k = P_k y + q_k, y += P_k' dr, and
+ * over the rows of W, which is used as given; and the tested residual. */
+#include <math.h>
+
+#include "contact/law.h"
+#include "contact/sweep/local_step.h"
+#include "contact/sweep/sweep.h"
+
+/* Contacts that roll or spin go round their parts until they agree to so much of a first step. */
+#define ROUNDS_MOST 30
+#define ROUNDS_ACCURACY 1e-3
+
+/* One part's step: r[from ..] was `old` before, and u follows W within the contact. Returns the
+ * largest change. */
+static double follow(const double *W, int32_t rows, int32_t from, int32_t count, const double *old,
+                     const double *r, double *u)
+{
+    double d[3], most = 0.0;
+
+    for (int32_t i = 0; i < count; i++) {
+        d[i] = r[from + i] - old[i];
+        most = fmax(most, fabs(d[i]));
+    }
+    for (int32_t i = 0; i < rows; i++)
+        for (int32_t j = 0; j < count; j++)
+            u[i] += W[i * rows + from + j] * d[j];
+    return most;
+}
+
+static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, double *r)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    perp__sweep_discs *discs = &work->discs[k];
+    const int32_t rows = work->rows[k + 1] - work->rows[k], dim = problem->dims[k];
+    const double rolling = problem->rolling ? problem->rolling[k] : 0.0;
+    const double spinning = problem->spinning ? problem->spinning[k] : 0.0;
+    double first = 0.0, old[3];
+    int32_t mode = PERP_CONTACT_SEPARATE;
+
+    for (int32_t round = 0; round < ROUNDS_MOST; round++) {
+        double change;
+        int32_t row = dim;
+
+        for (int32_t i = 0; i < dim; i++)
+            old[i] = r[i];
+        mode = perp__local_step(&work->local[k], u, r);
+        change = follow(discs->W, rows, 0, dim, old, r, u);
+        if (rolling > 0.0) {
+            for (int32_t i = 0; i < dim - 1; i++)
+                old[i] = r[row + i];
+            perp__local_step_disc(&discs->rolling, rolling * r[0], u + row, r + row);
+            change = fmax(change, follow(discs->W, rows, row, dim - 1, old, r, u));
+            row += dim - 1;
+        }
+        if (spinning > 0.0) {
+            old[0] = r[row];
+            perp__local_step_disc(&discs->spinning, spinning * r[0], u + row, r + row);
+            change = fmax(change, follow(discs->W, rows, row, 1, old, r, u));
+        }
+        if (round == 0)
+            first = change;
+        if (!(change > ROUNDS_ACCURACY * first))
+            break;
+    }
+    return mode;
+}
+
+/* u_k given, with the current r: the constraint's next r, and dr. Returns the mode. */
+static int32_t visit(perp__sweep_work *work, int32_t constraint, double *u, double *dr)
+{
+    const int32_t first = work->rows[constraint], rows = work->rows[constraint + 1] - first;
+    double *r = work->r + first;
+    int32_t mode;
+
+    for (int32_t i = 0; i < rows; i++)
+        dr[i] = r[i];
+    if (constraint >= work->common.problem->contacts) {
+        r[0] -= u[0] * work->local[constraint].inverse_normal;
+        mode = PERP_CONTACT_STICK;
+    } else if (perp__contact_two_sided(work->common.problem, constraint) > 0) {
+        mode = perp__two_sided_step(&work->two_sided[constraint], u, r);
+    } else if (rows > work->local[constraint].dim) {
+        mode = step_with_discs(work, constraint, u, r);
+    } else {
+        mode = perp__local_step(&work->local[constraint], u, r);
+    }
+    for (int32_t i = 0; i < rows; i++)
+        dr[i] = r[i] - dr[i];
+    return mode;
+}
+
+/* (W r + q)_i by the rows of W. */
+static double row_times(const perp__sweep_work *work, int32_t i, const double *r)
+{
+    const double *W = work->entries;
+    const int64_t start = work->entry_starts[i], end = work->entry_starts[i + 1];
+    double sum[4] = {work->common.problem->q[i], 0.0, 0.0, 0.0};
+
+    if (work->columns)
+        for (int64_t k = start; k < end; k++)
+            sum[k % 4] += W[k] * r[work->columns[k]];
+    else
+        for (int64_t k = start; k < end; k++)
+            sum[(k - start) % 4] += W[k] * r[k - start];
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+double perp__sweep_pass(perp__sweep_work *work)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
+    double most = 0.0; /* the square */
+
+    for (int32_t k = 0, end; k < work->constraints; k = end) {
+        const int32_t first = work->rows[k], rows = work->rows[k + 1] - first;
+        const int64_t begin = b ? b->piece_starts[k] : 0, last = b ? b->piece_starts[k + 1] : 0;
+        double u[PERP__ROWS_MOST], dr[PERP__ROWS_MOST], sum = 0.0;
+        int32_t mode;
+
+        /* 1. Packed contacts that follow each other. */
+        for (end = k; b && end < problem->contacts && work->packs[end];)
+            end++;
+        if (end > k) {
+            perp__sweep_packed(work, k, end, &most);
+            continue;
+        }
+        end = k + 1;
+        /* 2. u. */
+        for (int32_t i = 0; i < rows; i++)
+            u[i] = b ? problem->q[first + i] + b->compliance[first + i] * work->r[first + i]
+                     : row_times(work, first + i, work->r);
+        for (int64_t piece = begin; piece < last; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            const double *y = work->y + b->piece_blocks[piece] * (int64_t)work->stride;
+
+            for (int32_t i = 0; i < rows; i++, p += b->width)
+                for (int32_t j = 0; j < b->width; j++)
+                    u[i] += p[j] * y[j];
+        }
+        /* 3. r, and what its change does. */
+        mode = visit(work, k, u, dr);
+        if (k < problem->contacts)
+            work->modes[k] = (int8_t)mode;
+        for (int32_t i = 0; i < rows; i++)
+            sum += dr[i] * dr[i];
+        for (int64_t piece = begin; piece < last && sum != 0.0; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            double *y = work->y + b->piece_blocks[piece] * (int64_t)work->stride;
+
+            for (int32_t i = 0; i < rows; i++, p += b->width)
+                for (int32_t j = 0; j < b->width; j++)
+                    y[j] += p[j] * dr[i];
+        }
+        sum *= work->weights[k] * work->weights[k];
+        if (!(sum <= most) && !isnan(most))
+            most = sum;
+    }
+    return sqrt(most);
+}
+
+double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u)
+{
+    const perp__contact_problem *problem = work->common.problem;
+
+    if (problem->bodies)
+        perp__bodies_multiply(problem->bodies, x, problem->q, u);
+    for (int32_t i = 0; i < work->size && !problem->bodies; i++)
+        u[i] = row_times(work, i, x);
+    return perp__contact_tested(problem, x, u);
+}

@@ -1,0 +1,292 @@
+/* What carries an island, and whether it lies with that motion still: whether the impulses of the
+ * last step, as they are, balance what forces do in this one. */
+#include "world/islands/standing.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/outcome.h"
+#include "linalg/spatial.h"
+#include "world/islands/contact_rows.h"
+#include "world/joints/joints.h"
+
+/* What the impulses of the last step may leave of each body's terms, and what rounding does. */
+#define BALANCED 1e-12
+
+/* Contacts between one that is asked of memory and that at hand. */
+#define AHEAD 64
+
+/* ---- what carries an island ---- */
+
+static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32_t *any,
+                        int32_t body)
+{
+    const double *twist = world->motions[body].start, *other;
+    const int32_t moves = world->bodies[body].kind == PERP_BODY_KINEMATIC &&
+                          !(perp__is_zero3(twist) && perp__is_zero3(twist + 3));
+
+    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+        return 1;
+    if (!*any) {
+        *any = 1;
+        carrying->motion = moves ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
+        carrying->body = body;
+        return 1;
+    }
+    if (!moves || carrying->motion == PERP__CARRIED_AT_REST)
+        return !moves && carrying->motion == PERP__CARRIED_AT_REST;
+    other = world->motions[carrying->body].start;
+    return carrying->body == body || (perp__is_zero3(twist + 3) && perp__is_zero3(other + 3) &&
+                                      memcmp(twist, other, 3 * sizeof *twist) == 0);
+}
+
+int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
+                            perp__carrying *carrying)
+{
+    int32_t any = 0, one = 1;
+
+    carrying->motion = PERP__CARRIED_AT_REST;
+    carrying->body = -1;
+    for (int32_t i = 0; i < island->contacts && one; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        one = takes_in(world, carrying, &any, contact->body_a) &&
+              takes_in(world, carrying, &any, contact->body_b);
+    }
+    for (int32_t i = 0; i < island->joints && one; i++)
+        for (int32_t side = 0; side < 2 && one; side++)
+            one = takes_in(world, carrying, &any, perp__island_joint(world, island, i)->body[side]);
+    return one;
+}
+
+void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
+                         double *twist)
+{
+    const double *of;
+    double arm[3], turned[3];
+
+    if (carrying->motion == PERP__CARRIED_AT_REST) {
+        memset(twist, 0, 6 * sizeof *twist);
+        return;
+    }
+    of = world->motions[carrying->motion == PERP__CARRIED_ON ? body : carrying->body].start;
+    memcpy(twist, of, 6 * sizeof *twist);
+    if (perp__is_zero3(of + 3) || carrying->motion == PERP__CARRIED_ON)
+        return;
+    perp__subtract3(arm, world->states[body].position, world->states[carrying->body].position);
+    perp__cross(turned, of + 3, arm);
+    perp__add3(twist, 1.0, turned);
+}
+
+/* Whether it stood in the last step: then a contact has what was decided then. */
+static int32_t stood(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->contacts; i++)
+        if (perp__step_response(world, island, i)->base[0] > 0.0)
+            return 1;
+    return 0;
+}
+
+static int32_t begins_with(const perp_world *world, const perp__island *island,
+                           const perp__carrying *carrying)
+{
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const double *start = world->motions[body].start;
+        double twist[6];
+
+        perp__carried_twist(world, carrying, body, twist);
+        for (int32_t k = 0; k < 6; k++)
+            if (start[k] != twist[k])
+                return 0;
+    }
+    return 1;
+}
+
+/* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as rounding
+ * of a sliding velocity is no rest. */
+static int32_t goes_on(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        double u[3];
+
+        perp__relative_velocity(world, contact, PERP__TWIST_START, u);
+        if (u[0] != 0.0 || (contact->friction > 0.0 && (u[1] != 0.0 || u[2] != 0.0)))
+            return 0;
+    }
+    return island->joints == 0;
+}
+
+int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
+                              perp__carrying *carrying)
+{
+    if (perp__find_carrying(world, island, carrying)) {
+        if (begins_with(world, island, carrying))
+            return 1;
+        if (carrying->motion == PERP__CARRIED_ALONG && stood(world, island))
+            return 1;
+    }
+    carrying->motion = PERP__CARRIED_ON;
+    return goes_on(world, island);
+}
+
+/* ---- the impulses of the last step ---- */
+
+/* Forces on a body: their sum, in the frame of the world, and the size of its terms, in the metric
+ * of its mass. */
+enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
+
+/* Whether the contact may press as it did while nothing moves. Sweeps take out what is deep. */
+static int32_t obeys(const perp__world_contact *contact, const double *r, int32_t swept)
+{
+    const double most = contact->friction * r[0];
+
+    return r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most &&
+           (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) &&
+           !(swept && perp__is_deep(contact));
+}
+
+/* Asks memory for a contact that comes soon, of this island or a later one. */
+PERP__KERNEL static void fetch_ahead(const perp_world *world, const perp__island *island, int32_t i)
+{
+    const int32_t at = island->first_contact + i + AHEAD;
+
+    if (at < world->contacts.included) {
+        const int32_t number = world->contact_order[at];
+
+        perp__fetch_far(&world->contacts.contacts[number], sizeof *world->contacts.contacts);
+        perp__fetch_far(&world->contacts.responses[number], sizeof *world->contacts.responses);
+    }
+}
+
+static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
+                  double *sums)
+{
+    double force[3], moment[3], size;
+
+    if (r[0] == 0.0)
+        return;
+    for (int32_t k = 0; k < 3; k++)
+        force[k] =
+            r[0] * contact->axes[0][k] + r[1] * contact->axes[1][k] + r[2] * contact->axes[2][k];
+    size = perp__length3(force);
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
+        double *sum = sums + NUMBERS * world->roles[body].local;
+
+        if (world->bodies[body].kind != PERP_BODY_DYNAMIC)
+            continue;
+        perp__cross(moment, contact->arms[side], force);
+        for (int32_t k = 0; k < 3; k++) {
+            sum[FORCE + k] += side == 0 ? -force[k] : force[k];
+            sum[MOMENT + k] += side == 0 ? -moment[k] : moment[k];
+        }
+        sum[TERMS] += size;
+    }
+}
+
+/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
+ * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
+ * of its own. */
+void perp__find_turning(const perp_world *world, int32_t body, const double *now,
+                        const double *carried, double t, double *L)
+{
+    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
+    double own[3], turned[3], change[3], momentum[3], gyroscopic[3];
+
+    perp__subtract3(change, now, carried);
+    perp__apply_transposed3(own, R, change);
+    perp__apply3(turned, I, own);
+    perp__apply3(L, R, turned);
+    perp__apply_transposed3(own, R, carried);
+    perp__apply3(turned, I, own);
+    perp__apply3(momentum, R, turned);
+    perp__cross(gyroscopic, carried, momentum);
+    perp__add3(L, t, world->states[body].torque);
+    perp__add3(L, -t, gyroscopic);
+}
+
+/* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
+ * on its mass centre at least. */
+static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t i,
+                        const double *sum)
+{
+    const perp__body *body = &world->bodies[i];
+    const perp__motion *motion = &world->motions[i];
+    const double root = sqrt(body->mass);
+    double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
+
+    perp__carried_twist(world, carrying, i, gain);
+    perp__find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
+    for (int32_t k = 0; k < 3; k++)
+        gain[k] = motion->free[k] - gain[k];
+    perp__apply_transposed3(own, motion->rotation, L);
+    perp__apply_transposed3(gained, body->factor, own);
+    perp__apply_transposed3(own, motion->rotation, sum + MOMENT);
+    perp__apply_transposed3(turned, body->factor, own);
+    for (int32_t k = 0; k < 3; k++) {
+        left[k] = root * gain[k] + sum[FORCE + k] / root;
+        left[3 + k] = gained[k] + turned[k];
+    }
+    terms = root * perp__length3(gain) + perp__length3(gained) + sum[TERMS] / root;
+    own[0] = perp__length2(perp__length3(left), perp__length3(left + 3));
+    return own[0] > 0.0 ? own[0] / terms : 0.0;
+}
+
+static void lie(perp_world *world, const perp__island *island, const perp__carrying *carrying)
+{
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        perp__motion *motion = &world->motions[body];
+
+        perp__carried_twist(world, carrying, body, motion->after);
+        memcpy(motion->moving, motion->after, sizeof motion->moving);
+    }
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
+
+        perp__copy3(response->impulse, response->remembered);
+        perp__copy3(response->next, response->remembered);
+        memset(response->velocity, 0, sizeof response->velocity);
+        if (contact->friction == 0.0) /* what slides freely stands along the normal alone */
+            perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
+        response->velocity[0] = 0.0;
+        response->mode = response->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+    }
+}
+
+int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    double *sums = world->work.forces, left = 0.0;
+    perp__carrying carrying;
+    int32_t swept;
+
+    if ((world->settings.cone != 0 && !world->settings.planar) ||
+        !perp__begins_standing(world, island, &carrying))
+        return 0;
+    swept = !perp__is_worth_exact(world, island);
+    for (int32_t i = 0; i < island->contacts; i++) {
+        fetch_ahead(world, island, i);
+        if (!obeys(perp__step_contact(world, island, i),
+                   perp__step_response(world, island, i)->remembered, swept))
+            return 0;
+    }
+    memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
+    for (int32_t i = 0; i < island->contacts; i++)
+        press(world, perp__step_contact(world, island, i),
+              perp__step_response(world, island, i)->remembered, sums);
+    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
+        perp__raise_to(&left, unbalance(world, &carrying, world->body_order[island->first_body + i],
+                                        sums + NUMBERS * i));
+    if (!(left <= BALANCED))
+        return 0;
+    lie(world, island, &carrying);
+    verdict->outcome = PERP_OUTCOME_SOLVED;
+    verdict->residual = left;
+    verdict->stages = 1;
+    verdict->swept = swept;
+    verdict->stands = 1;
+    return 1;
+}

@@ -1,0 +1,132 @@
+/* What only swings on its joints: nothing touches it, no limit is reached, nothing drives it. Then
+ *
+ *   J (v0 + v1) = 0,   impulses J'r,
+ *
+ * J that of the path gone by (trial.c). Whatever J is, these do no work, r'J (v0 + v1) / 2 = 0, and
+ * neither does the implicit midpoint rule: energy is kept, and joints stay closed where J is that
+ * of the path itself. What is left to do at its end is in projection.c. */
+#include "world/joints/joints.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "linalg/spatial.h"
+
+/* Beside the terms of a velocity, what rounding makes of one that is 0. */
+#define ROUNDING (64.0 * DBL_EPSILON)
+
+int32_t perp__swings(const perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+
+    if (island->joints == 0 || island->contacts > 0 || work->inequalities > 0)
+        return 0;
+    for (int32_t i = 0; i < work->units; i++)
+        if (work->joint_units[i].slot >= PERP__SLOT_MOTOR)
+            return 0;
+    return 1;
+}
+
+/* Passes over equations, at most: the first is their answer, the others take what its rounding left
+ * as long as that is halved. */
+#define PASSES 64
+
+perp_status perp__solve_equations(perp_world *world, const perp__island *island, double *residual)
+{
+    perp__passes passes = {.h = 1.0, .passes = PASSES, .measures = 1};
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    perp_status status;
+
+    world->work.count = world->work.inequalities = 0;
+    perp__pose_island(world, island, &problem);
+    perp__receive(world, &answer);
+    problem.warm = NULL;
+    status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &passes);
+    *residual = status == PERP_OK ? answer.tested : INFINITY;
+    return status;
+}
+
+perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp__evidence evidence = {.sound = 1};
+    const int32_t n = world->dof;
+    int32_t still;
+    perp_status status;
+
+    /* 1. biases J v0, of what turns with bodies along their paths */
+    for (int32_t u = 0; u < work->units; u++) {
+        perp__rigid_rows *rows = &work->rows[u];
+
+        memset(rows->bias, 0, sizeof rows->bias);
+        for (int32_t side = 0; side < 2; side++) {
+            const int32_t body = rows->body[side];
+            double twist[6], seen[3], now[6];
+
+            if (body < 0)
+                continue;
+            perp__twist_of(world, work->now + n * body, twist);
+            if (body < island->bodies) {
+                perp__apply3(seen, work->paths[body].turn, twist + 3);
+                perp__copy3(twist + 3, seen);
+            }
+            perp__coordinates_of(world, twist, now);
+            for (int32_t k = 0; k < rows->dim; k++)
+                rows->bias[k] += perp__dot(rows->rows[side][k], now, n);
+        }
+    }
+
+    /* 2. the velocities, and what they are worth */
+    status = perp__solve_equations(world, island, &evidence.tested);
+    evidence.own = evidence.tested;
+    evidence.backward = evidence.tested;
+    verdict->stands = 0;
+    verdict->outcome = perp__worse_outcome(
+        verdict->outcome, perp__gate(&evidence, perp__exact_tol(world), PERP_OUTCOME_SOLVED));
+    perp__raise_to(&verdict->residual, evidence.tested);
+    perp__spend(world, 1);
+
+    /* 3. what hangs still is pinned by nothing along its way: velocities are 0 where all are no
+     * more than the rounding of what they are made of */
+    still = status == PERP_OK && work->carriers == 0;
+    if (still)
+        perp__find_strengths(world, island, work->strength);
+    for (int32_t i = 0; i < island->bodies && still; i++)
+        still = perp__mass_norm(world, work->members[i], work->v + n * i) <=
+                ROUNDING * work->strength[i];
+    if (still)
+        memset(work->v, 0, (size_t)(n * island->bodies) * sizeof *work->v);
+    return status;
+}
+
+/* x := y with angular velocities as bodies see them that turn along their paths, or back. */
+static void turn_numbers(perp_world *world, const perp__island *island, double *x, const double *y,
+                         int32_t back)
+{
+    const int32_t n = world->dof;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        double twist[6], seen[3];
+
+        perp__twist_of(world, y + n * i, twist);
+        if (back)
+            perp__apply_transposed3(seen, world->work.paths[i].turn, twist + 3);
+        else
+            perp__apply3(seen, world->work.paths[i].turn, twist + 3);
+        perp__copy3(twist + 3, seen);
+        perp__coordinates_of(world, twist, x + n * i);
+    }
+}
+
+void perp__end_swing(perp_world *world, const perp__island *island, double t,
+                     perp__verdict *verdict)
+{
+    double *v = world->work.v;
+
+    verdict->swings = 1;
+    turn_numbers(world, island, v, v, 1);
+    perp__find_paths(world, island, t);
+    turn_numbers(world, island, v, v, 0);
+}
