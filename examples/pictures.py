@@ -20,6 +20,7 @@ from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 
 INK, QUIET, GROUND = "#22303c", "#8795a1", "#dfe5ea"
 BLUE, RED, SAND = "#1f6f9f", "#c8452f", "#f3e6cf"
+CHAOS = "chaos"  # the gid of a panel in which rounding decides where things are
 TIME = LinearSegmentedColormap.from_list("time", ["#bcd8e8", "#1f6f9f", "#12283a"])
 
 STYLE = {
@@ -88,6 +89,8 @@ def drawn(figure):
             "x": [axes.get_xscale(), *numbers(axes.get_xlim()), axes.get_xlabel()],
             "y": [axes.get_yscale(), *numbers(axes.get_ylim()), axes.get_ylabel()],
         })
+        if axes.get_gid() == CHAOS:
+            lines[-1]["chaos"] = True
         lines += [curve("line", line.get_label(), *line.get_data()) for line in axes.lines]
         to_data = axes.transData.inverted()
         for patch in axes.patches:

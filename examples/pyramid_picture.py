@@ -2,13 +2,14 @@
 
 import numpy as np
 from matplotlib.patches import Polygon, Rectangle
-from pictures import GROUND, INK, SAND, paint, subtitle
+from pictures import CHAOS, GROUND, INK, SAND, paint, subtitle
 
 CORNERS = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
 def draw_level(axes, accuracy, moved, places, angles, residual):
     axes.set_title(f"“{accuracy}”")
+    axes.set_gid(CHAOS)  # 1e-12 m of rounding before the hit are decimetres after it
     told = "below 1e-8" if residual < 1e-8 else f"{residual:.0e}"
     subtitle(axes, f"stood for a second: moved by {moved:.1f} m; hit: residual {told}")
     axes.add_patch(Rectangle((-10, -0.4), 40, 0.4, color=GROUND, lw=0))
