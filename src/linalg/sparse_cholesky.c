@@ -192,11 +192,16 @@ void perp__sparse_cholesky_solve(perp__sparse_cholesky *cholesky, double *x)
         for (size_t p = starts[k]; p < starts[k + 1]; p++)
             y[cholesky->rows[p]] -= cholesky->values[p] * y[k];
     for (int32_t k = count - 1; k >= 0; k--) {
-        double sum = y[k] / cholesky->pivots[k];
+        double sum = y[k] / cholesky->pivots[k], odd = 0.0; /* two, as each waits for its last */
+        size_t p = starts[k];
 
-        for (size_t p = starts[k]; p < starts[k + 1]; p++)
+        for (; p + 1 < starts[k + 1]; p += 2) {
             sum -= cholesky->values[p] * y[cholesky->rows[p]];
-        y[k] = sum;
+            odd += cholesky->values[p + 1] * y[cholesky->rows[p + 1]];
+        }
+        if (p < starts[k + 1])
+            sum -= cholesky->values[p] * y[cholesky->rows[p]];
+        y[k] = sum - odd;
     }
     for (int32_t k = 0; k < count; k++)
         x[cholesky->node[k]] = y[k];

@@ -24,11 +24,6 @@
 #define ITERATIONS 50
 #define MANY 16
 
-/* Passes for joints, while one leaves more than this of what there was: in bodies that turn far in
- * a step a pass alone is a rough one. */
-#define PASSES 4
-#define ROUGH 0x1p-14
-
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
@@ -318,24 +313,6 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     return status;
 }
 
-/* Passes until joints lack next to nothing of what overlaps made them lack. */
-static perp_status close_joints(perp_world *world, double lack)
-{
-    perp_status status = PERP_OK;
-    double found = perp__joint_errors(world);
-    int32_t left = 0;
-
-    for (int32_t pass = 1; pass < PASSES && status == PERP_OK && found > ROUGH * lack; pass++) {
-        const double before = found;
-
-        status = project(world, LONGEST_WAY * before, 0, &left);
-        found = perp__joint_errors(world);
-        if (left > 0 || found >= before)
-            break;
-    }
-    return status;
-}
-
 /* Works on the next states; the links and islands of the step are gone afterwards. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
@@ -353,6 +330,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     perp__stop_all_coasting(world);
     status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
-        return project(world, longest, 1, &left);
-    return status == PERP_OK && world->joint_count > 0 ? close_joints(world, depth) : status;
+        status = project(world, longest, 1, &left);
+    PERP__THEN(status, perp__close_joints(world)); /* which the ways left by their turns */
+    return status;
 }

@@ -19,14 +19,14 @@
 
 typedef struct perp__joint_block {
     perp__arena arena, entry_arena;
-    int32_t rows;                                 /* 0: no joints */
+    int32_t rows, bodies;                         /* 0 rows: no joints */
     int32_t factored;                             /* 0: K is outside the range of doubles */
     int32_t most_rows, most_bodies, most_entries; /* room */
     perp__matrix K;
     perp__sparse_cholesky cholesky;
     int32_t *starts, *indices, *all; /* K by columns; 0, 1, 2, ... */
     double *values, *scale;
-    int32_t *body;                /* 2 a row; -1: of none that impulses move */
+    int32_t *body;                /* 2 a row; `bodies`: of none that impulses move */
     double *P;                    /* 16 a row: 8 of A, 8 of B, as the bodies' numbers y */
     double *w, *r, *last, *error; /* rows */
     int32_t *first, *touching;    /* rows of a body: twice the row's number + side */

@@ -23,9 +23,9 @@ static double tolerance_of(const perp__joint_view *view, int32_t is_length)
     return is_length ? fmax(TOLERANCE * view->size, view->rounding) : TOLERANCE;
 }
 
-/* What joint i lacks in the next states: of its equations, equal limits being one, and where told
- * of limits that differ. A sum of lengths, in which what is rounding does not count. */
-static double error_of(const perp_world *world, int32_t i, int32_t limits)
+/* What joint i lacks in the next states, of equations and limits. A sum of lengths, in which what
+ * is rounding does not count. */
+static double error_of(const perp_world *world, int32_t i)
 {
     const perp__joint *joint = &world->joints[i];
     const perp__joint_state *state = &world->joint_states[i];
@@ -41,17 +41,17 @@ static double error_of(const perp_world *world, int32_t i, int32_t limits)
             sum += fabs(view.error[k]) * (is_length ? 1.0 : view.size);
     }
     excess = fmax(fmax(state->lower - view.coordinate, view.coordinate - state->upper), 0.0);
-    if ((limits || state->lower == state->upper) && excess > tolerance_of(&view, !turns))
+    if (excess > tolerance_of(&view, !turns))
         sum += excess * (turns ? view.size : 1.0);
     return sum;
 }
 
-static double errors_of(const perp_world *world, const perp__island *island, int32_t limits)
+static double errors_of(const perp_world *world, const perp__island *island)
 {
     double sum = 0.0;
 
     for (int32_t i = 0; i < island->joints; i++)
-        sum += error_of(world, world->joint_order[island->first_joint + i], limits);
+        sum += error_of(world, world->joint_order[island->first_joint + i]);
     return sum;
 }
 
@@ -61,13 +61,13 @@ double perp__joint_errors(const perp_world *world)
 
     for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i))
-            sum += error_of(world, i, 1);
+            sum += error_of(world, i);
     return sum;
 }
 
 int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
 {
-    return errors_of(world, island, 1) > 0.0;
+    return errors_of(world, island) > 0.0;
 }
 
 static void add_row(perp_world *world, const perp__joint *joint, double row[2][6], double error,
@@ -106,32 +106,36 @@ static double told_rate(const perp_world *world, const perp__joint *joint, doubl
 }
 
 /* Rows of the island's joints in the next states: limits that they are beyond; or equations, equal
- * limits being one, with their errors or with what bodies that move as they are told make of them.
- */
-typedef enum row_kind { LIMITS, ERRORS, RATES } row_kind;
+ * limits being one, with their errors, alone or with all limits that they were beyond since these
+ * were opened, or with what bodies that move as they are told make of them. */
+typedef enum row_kind { LIMITS, ERRORS, CLOSING, RATES } row_kind;
 
 static void add_rows(perp_world *world, const perp__island *island, row_kind which)
 {
     for (int32_t i = 0; i < island->joints; i++) {
-        const perp__joint *joint = perp__island_joint(world, island, i);
+        perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
-        double(*last)[6], lower, upper;
+        const int32_t equal = state->lower == state->upper;
+        double(*last)[6], beyond[2];
         perp__joint_view view;
 
         perp__view_of_states(world, joint, world->next, state->coordinate, &view);
         last = view.rows[PERP__JOINT_ROWS];
-        lower = view.coordinate - state->lower;
-        upper = view.coordinate - state->upper;
+        beyond[0] = state->lower - view.coordinate;
+        beyond[1] = view.coordinate - state->upper;
         for (int32_t k = 0; k < view.count && which != LIMITS; k++)
             add_row(world, joint, view.rows[k],
                     which == RATES ? told_rate(world, joint, view.rows[k]) : view.error[k], 1.0);
-        if (!perp__has_direction(&view) || (state->lower == state->upper) != (which != LIMITS))
+        if (!perp__has_direction(&view) || (equal && which == LIMITS))
             continue;
-        if (which != LIMITS || lower < 0.0)
-            add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : lower,
+        if (equal)
+            add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : -beyond[0],
                     1.0);
-        if (which == LIMITS && upper > 0.0)
-            add_row(world, joint, last, upper, -1.0);
+        for (int32_t k = 0; k < 2 && !equal; k++) {
+            joint->closing[k] |= beyond[k] > 0.0;
+            if (which == LIMITS ? beyond[k] > 0.0 : which == CLOSING && joint->closing[k])
+                add_row(world, joint, last, k == 0 ? -beyond[0] : beyond[1], k == 0 ? 1.0 : -1.0);
+        }
     }
 }
 
@@ -176,8 +180,10 @@ static void pose(perp_world *world, const perp__island *island, row_kind which)
 static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
 {
     const perp__island_work *work = &world->work;
-    double error = errors_of(world, island, 0), left = 0.0, residual;
+    double error = errors_of(world, island), left = 0.0, residual;
 
+    for (int32_t i = 0; i < island->joints; i++)
+        memset(perp__island_joint(world, island, i)->closing, 0, 2 * sizeof(int32_t));
     for (int32_t pass = 0; pass < PASSES && error > 0.0 && left < error; pass++) {
         double share = 1.0;
         perp_status status;
@@ -185,7 +191,7 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         error = pass > 0 ? left : error;
         if (error == 0.0)
             break;
-        pose(world, island, ERRORS);
+        pose(world, island, CLOSING);
         status = perp__solve_equations(world, island, &residual);
         if (status == PERP_ERROR_MEMORY)
             return status;
@@ -201,7 +207,7 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
                 perp__add3(next->position, share, shift);
                 perp__turn(world, next, shift + 3);
             }
-            left = errors_of(world, island, 0);
+            left = errors_of(world, island);
             share *= 0.5;
         } while (!(left < error) && share >= SHORTEST);
         for (int32_t i = 0; i < island->bodies && !(left < error); i++)
@@ -209,6 +215,17 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         *changed |= left < error;
     }
     return PERP_OK;
+}
+
+perp_status perp__close_joints(perp_world *world)
+{
+    perp_status status = PERP_OK;
+    int32_t changed = 0;
+
+    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++)
+        if (world->islands[i].joints > 0)
+            status = close_island(world, &world->islands[i], &changed);
+    return status;
 }
 
 /* ---- velocities ---- */
