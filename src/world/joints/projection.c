@@ -113,7 +113,7 @@ typedef enum row_kind { LIMITS, ERRORS, CLOSING, RATES } row_kind;
 static void add_rows(perp_world *world, const perp__island *island, row_kind which)
 {
     for (int32_t i = 0; i < island->joints; i++) {
-        perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
         const int32_t equal = state->lower == state->upper;
         double(*last)[6], beyond[2];
@@ -132,7 +132,6 @@ static void add_rows(perp_world *world, const perp__island *island, row_kind whi
             add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : -beyond[0],
                     1.0);
         for (int32_t k = 0; k < 2 && !equal; k++) {
-            joint->closing[k] |= beyond[k] > 0.0;
             if (which == LIMITS ? beyond[k] > 0.0 : which == CLOSING && joint->closing[k])
                 add_row(world, joint, last, k == 0 ? -beyond[0] : beyond[1], k == 0 ? 1.0 : -1.0);
         }
@@ -176,43 +175,85 @@ static void pose(perp_world *world, const perp__island *island, row_kind which)
     add_rows(world, island, which);
 }
 
-/* Newton's steps, halved until one lessens the errors, as long as any does. */
-static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
+/* Limits that are passed take part from now on; returns how many came. */
+static int32_t shut_limits(perp_world *world, const perp__island *island)
+{
+    int32_t came = 0;
+
+    for (int32_t i = 0; i < island->joints; i++) {
+        perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint_state *state = perp__state_of(world, joint);
+        perp__joint_view view;
+
+        if (state->lower == -INFINITY && state->upper == INFINITY)
+            continue;
+        perp__view_of_states(world, joint, world->next, state->coordinate, &view);
+        for (int32_t k = 0; k < 2; k++)
+            if (!joint->closing[k] &&
+                (k == 0 ? view.coordinate < state->lower : view.coordinate > state->upper)) {
+                joint->closing[k] = 1;
+                came++;
+            }
+    }
+    return came;
+}
+
+/* So much of the shift that was solved for, from where the island was. */
+static void go_there(perp_world *world, const perp__island *island, double share)
 {
     const perp__island_work *work = &world->work;
-    double error = errors_of(world, island), left = 0.0, residual;
 
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__state *next = &world->next[work->members[i]];
+        double shift[6];
+
+        *next = work->before[i];
+        if (share == 0.0)
+            continue;
+        perp__twist_of(world, work->v + world->dof * i, shift);
+        for (int32_t k = 3; k < 6; k++)
+            shift[k] *= share;
+        perp__add3(next->position, share, shift);
+        perp__turn(world, next, shift + 3);
+    }
+}
+
+/* Newton's steps: one that does not lessen the errors is taken again with the limits that it
+ * passes, or halved where there are none; as long as any does. */
+static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
+{
+    double error = errors_of(world, island), left, residual;
+    int32_t came;
+
+    if (error == 0.0)
+        return PERP_OK;
     for (int32_t i = 0; i < island->joints; i++)
         memset(perp__island_joint(world, island, i)->closing, 0, 2 * sizeof(int32_t));
-    for (int32_t pass = 0; pass < PASSES && error > 0.0 && left < error; pass++) {
+    (void)shut_limits(world, island);
+    for (int32_t pass = 0; pass < PASSES && error > 0.0; pass++) {
         double share = 1.0;
         perp_status status;
 
-        error = pass > 0 ? left : error;
-        if (error == 0.0)
-            break;
         pose(world, island, CLOSING);
         status = perp__solve_equations(world, island, &residual);
         if (status == PERP_ERROR_MEMORY)
             return status;
-        do {
-            for (int32_t i = 0; i < island->bodies; i++) {
-                perp__state *next = &world->next[work->members[i]];
-                double shift[6];
-
-                *next = work->before[i];
-                perp__twist_of(world, work->v + world->dof * i, shift);
-                for (int32_t k = 3; k < 6; k++)
-                    shift[k] *= share;
-                perp__add3(next->position, share, shift);
-                perp__turn(world, next, shift + 3);
-            }
-            left = errors_of(world, island);
+        go_there(world, island, 1.0);
+        left = errors_of(world, island);
+        came = shut_limits(world, island);
+        while (!(left < error) && came == 0 && share > SHORTEST) {
             share *= 0.5;
-        } while (!(left < error) && share >= SHORTEST);
-        for (int32_t i = 0; i < island->bodies && !(left < error); i++)
-            world->next[work->members[i]] = work->before[i];
-        *changed |= left < error;
+            go_there(world, island, share);
+            left = errors_of(world, island);
+        }
+        if (left < error) {
+            error = left;
+            *changed = 1;
+            continue;
+        }
+        go_there(world, island, 0.0);
+        if (came == 0)
+            break;
     }
     return PERP_OK;
 }
