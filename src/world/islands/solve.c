@@ -22,8 +22,8 @@
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
 
-/* Beside a body's size, an overlap that is never left to the next step: from there on the other side
- * is as near. */
+/* Beside a body's size, an overlap that is never left to the next step: from there on the other
+ * side is as near. */
 #define HALF_WAY 0.5
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
