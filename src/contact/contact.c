@@ -164,11 +164,12 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
 static perp_status check_method(perp_contact_solver *solver, perp__contact_slot *slot,
                                 int32_t is_chosen, int32_t *suits)
 {
+    const int32_t limit = solver->settings.max_iterations;
     int32_t made = 1;
     perp_status status = PERP_OK;
 
-    *suits =
-        is_chosen || slot->method->id != PERP_CONTACT_METHOD_LEMKE || solver->rows <= LEMKE_MOST;
+    *suits = is_chosen || slot->method->id != PERP_CONTACT_METHOD_LEMKE ||
+             (solver->rows <= LEMKE_MOST && !(limit > 0 && limit < solver->rows)); /* its pivots */
     if (*suits && slot->method->needs_delassus)
         status = perp__contact_delassus(solver, &made);
     if (status == PERP_OK && !made && is_chosen)

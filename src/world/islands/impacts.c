@@ -300,14 +300,19 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
                                   perp__verdict *verdict)
 {
     const perp__verdict before = *verdict;
+    perp__island_work *work = &world->work;
     perp__rounds rounds = {.change = INFINITY, .most = perp__level_of(world)->rounds};
     perp_status status = PERP_OK;
+    int32_t units = -1;
 
     perp__find_limits(world, island, 0.0);
     do {
         *verdict = before;
         perp__place_joints(world, island, t);
         perp__choose_rows(world, island, leaves_out);
+        if (work->units == units) /* from the round before */
+            memcpy(work->warm, work->impulse, 3 * (size_t)units * sizeof *work->warm);
+        units = work->units;
         perp__force_bodies(world, island, t / h);
         close_gaps(world, t);
         status = solve_round(world, island, verdict);

@@ -23,9 +23,11 @@
 
 #include "linalg/spatial.h"
 
-/* Change of the motion, in radians and sizes, that ends rounds. */
+/* Change of the motion, in radians and sizes, that ends rounds of what swings, to keep its energy;
+ * of other motions, known to the exact tol, that is enough. */
 #define SETTLED 1e-14
 #define EXTRA_ROUNDS 3 /* for limits that are reached on the way */
+#define ENOUGH 0.5     /* what a round may leave of the last one's change; two are second order */
 
 /* Of turn_of, a quarter of a pendulum's angle: too much for geometry that is frozen; and as much of
  * an angle is too much to be unsure of when rounds end. */
@@ -334,6 +336,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     const double before = rounds->change;
+    const double settled = perp__swings(world, island) ? SETTLED : perp__exact_tol(world);
 
     if (rounds->coarse)
         return 0;
@@ -366,8 +369,8 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
         rounds->change = INFINITY;
         return 1;
     }
-    if (++rounds->done < rounds->most && rounds->change > SETTLED &&
-        (rounds->done < 3 || rounds->change < before))
+    if (++rounds->done < rounds->most && rounds->change > settled &&
+        (rounds->done < 3 || rounds->change <= ENOUGH * before))
         return 1;
     rounds->coarse = !(rounds->swerve <= FAR) && !perp__swings(world, island);
     if (rounds->coarse)
