@@ -68,10 +68,10 @@ int32_t perp__measure_overlap(const perp_mechanism *m, perp_mechanism_step *step
 
     step->penetration = step->drift = 0.0;
     for (j = 0; j < m->contacts; j++) {
-        if (m->apart[j])
-            continue;
+        const double rounding = perp__gap_rounding(m, &m->end, m->starts[j], q);
+
         step->penetration = fmax(step->penetration, -m->end.gap[j]);
-        more = more || -m->end.gap[j] > perp__gap_rounding(m, &m->end, m->starts[j], q);
+        more = more || (!m->apart[j] && -m->end.gap[j] > rounding);
     }
     for (j = 0; j < m->constraints; j++) {
         step->drift = fmax(step->drift, fabs(m->end.c[j]));

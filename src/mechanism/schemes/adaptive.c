@@ -38,7 +38,7 @@ static void layout(perp__arena *arena, void *object)
         *places[k] = perp__arena_take(arena, (size_t)(a->m->contacts + a->m->dry), 1);
     PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
     PERP__DOUBLES(arena, (size_t)a->m->contacts, &a->inertia[0], &a->inertia[1], &a->inertia[2],
-                  &a->gap[0], &a->gap[1], &a->gap[2]);
+                  &a->gap[0], &a->gap[1], &a->gap[2], &a->open);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */

@@ -50,7 +50,7 @@ struct perp__adaptive {
     int32_t plans;         /* 1: the next step ends where something lets go */
     int32_t cut;           /* 1: it ends at an impact, or a little behind another event */
     int64_t searched;      /* iterations of trials */
-    double *gap[3];        /* contacts: where the step ends, its first half, its second */
+    double *gap[3], *open; /* contacts: where the step ends, its first half, its second; at first */
     /* jams */
     double *inertia[3]; /* contacts: p in the step, in its halves; NAN: not sliding */
     int32_t jam;        /* the contact that jams where the step at hand ends; -1: none */

@@ -21,23 +21,23 @@ static double uncertainty(const perp_mechanism *m, const perp__adaptive *a, int3
 void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double h)
 {
     const double weight = a->order == 2 ? 1.0 / 3.0 : 1.0; /* as the answer is extrapolated */
+    const double length = 0.5 * h;
 
     for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t row = m->starts[j];
-        const double *const gap[] = {a->gap[0] + j, a->gap[1] + j, a->gap[2] + j};
-        const double size = perp__gap_size(m, &m->begin, row, a->scale);
-        const double middle = m->half.u[row], end = m->next.u[row];
-        const double pull = 2.0 * (middle - end) / h;
-        const int32_t first = *gap[1] < -uncertainty(m, a, j) && middle < 0.0;
-        const double deep = first ? -*gap[1] : -*gap[2] - weight * (*gap[2] - *gap[0]);
-        const double speed = first ? -middle : -end;
-        double late;
+        const int32_t row = m->starts[j], first = a->gap[1][j] < -uncertainty(m, a, j);
+        const double end = a->gap[2][j] + weight * (a->gap[2][j] - a->gap[0][j]);
+        const double deep = first ? -a->gap[1][j] : -end;
+        const double open = fmax(first ? a->open[j] : a->gap[1][j], 0.0);
+        const double u = first ? m->half.u[row] : m->next.u[row];
+        double bend, late;
 
-        if (!m->apart[j] || !(deep > uncertainty(m, a, j)) || !(speed > 0.0))
+        if (!m->apart[j] || !(deep > uncertainty(m, a, j)))
             continue;
-        late = 2.0 * deep / (speed + sqrt(fmax(speed * speed - 2.0 * pull * deep, 0.0)));
-        late = fmin(late, first ? 0.5 * h : h);
-        perp__adaptive_keep(m, a, late, deep / size, (first ? 0.5 * h : h) - late);
+        /* the parabola of the half step's gaps and its last speed */
+        bend = 4.0 * deep * (open + deep + u * length) / (length * length);
+        late = 2.0 * deep / (sqrt(fmax(u * u + bend, 0.0)) - u);
+        perp__adaptive_keep(m, a, late, deep / perp__gap_size(m, &m->begin, row, a->scale),
+                            fmax((first ? length : h) - late, 0.0));
         if (a->event.late == late)
             a->event.closes = j + 1;
     }
@@ -98,8 +98,9 @@ perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, double h)
         status = perp__adaptive_look_at_start(m, a, run->t);
     }
     /* 2. what steps leave open; what overlaps they take apart themselves */
+    memcpy(a->open, m->begin.gap, (size_t)m->contacts * sizeof *a->open);
     for (int32_t j = 0; j < m->contacts; j++)
         m->apart[j] = m->two_sided[j] == 0 && a->does[0][j] == PERP__FREE &&
-                      m->begin.gap[j] >= -uncertainty(m, a, j);
+                      a->open[j] >= -uncertainty(m, a, j);
     return status;
 }
