@@ -62,9 +62,11 @@ static perp_status strike(perp_mechanism *m, perp__adaptive *a, perp_mechanism_s
     }
     memcpy(m->half.q, m->now.q, (size_t)m->coordinates * sizeof *m->now.q);
     memcpy(m->half.v, m->now.v, (size_t)m->n * sizeof *m->now.v);
+    perp__clear_motion(m, &m->half);
     perp_mechanism_step_init(step, sizeof *step);
     step->error = 0.0;
-    status = perp__impact(m, &m->half, step, t);
+    status = perp__project(m, step, &m->half, t); /* first: rows turn with q */
+    PERP__THEN(status, perp__impact(m, &m->half, step, t));
     memcpy(m->restitution, restitution, (size_t)m->contacts * sizeof *restitution);
     return status;
 }
