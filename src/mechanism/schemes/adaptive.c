@@ -219,7 +219,7 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
         a->started = 0;
         status = perp__adaptive_look_at_start(m, a, t);
     }
-    return status == PERP_OK && !run->ended ? perp__adaptive_meet(run, a, h) : status;
+    return status == PERP_OK && !run->ended ? perp__adaptive_meet(run, a, a->jam >= 0) : status;
 }
 
 /* The step is to be tried again; solved: it has estimates. */
@@ -247,7 +247,7 @@ static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t s
         a->plans = 0;
         if (!solved)
             a->h = 0.25 * h;
-        else if (a->event.error >= error) {
+        else if (a->event.error >= error && a->event.after < h) {
             a->cut = 1;
             a->proper = fmax(a->proper, h);
             a->h = a->event.after;
@@ -343,9 +343,10 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     a->started = a->refused = a->plans = a->cut = 0;
     a->searched = 0;
     run->result.error = 0.0;
+    memset(m->apart, 1, (size_t)m->contacts * sizeof *m->apart);
     status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
     PERP__THEN(status, perp__adaptive_look_at_start(m, a, run->t));
-    PERP__THEN(status, perp__adaptive_meet(run, a, 0.0));
+    PERP__THEN(status, perp__adaptive_meet(run, a, 1));
     while (status == PERP_OK && !run->ended && run->t < t1)
         status = step(run, a, t1);
     perp__adaptive_let_go(m, NULL, NULL);

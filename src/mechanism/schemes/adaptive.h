@@ -74,9 +74,9 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
 /* ---- adaptive_impact.c ---- */
 /* a->event, of a step with all three, where a gap closes in it. */
 void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double h);
-/* With m->now at run->t, after a step of that length (0: none): the impact there, if there is one,
- * and m->apart of the next step. */
-perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, double h);
+/* At m->now: the impact there, if there is one, and m->apart of the next step. looked:
+ * perp__adaptive_look_at_start() just did. */
+perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looked);
 
 /* ---- adaptive_release.c ---- */
 /* a->does[0]: what holds at the start of a run. */

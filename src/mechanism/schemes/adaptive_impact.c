@@ -2,8 +2,9 @@
  * closes. There velocities jump, in a step of no length. So whole and half steps are smooth up to
  * the impact, with the error that they tell, and its law is given the speeds of that instant.
  *
- * A gap counts as closed where it is no more than what may be wrong with q. What would rebound no
- * higher than that comes to rest: infinitely many bounces take a finite number of steps. */
+ * A gap counts as closed where it is no more than what may be wrong with q. What leaves to come back
+ * from no higher than that is left to the steps, which close it where they end: infinitely many
+ * bounces take a finite number of them. */
 #include "mechanism/schemes/adaptive.h"
 
 #include <math.h>
@@ -43,66 +44,63 @@ void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double
     }
 }
 
-/* m->half := m->now behind the impact of the contacts that are not apart; the last step to it had
- * that length, 0: none. */
-static perp_status strike(perp_mechanism *m, perp__adaptive *a, perp_mechanism_step *step, double t,
-                          double h)
+/* Whether contact j, whose gap changes at this speed, counts as closed in m->now. */
+static int32_t touches(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
 {
-    double *restitution = a->gap[0];
-    perp_status status;
-
-    memcpy(restitution, m->restitution, (size_t)m->contacts * sizeof *restitution);
-    for (int32_t j = 0; j < m->contacts && h > 0.0; j++) {
-        const int32_t row = m->starts[j];
-        const double pull = 2.0 * (m->half.u[row] - m->next.u[row]) / h;
-        const double rebound = m->restitution[j] * m->start_velocity[row];
-
-        if (rebound * rebound <= 2.0 * pull * uncertainty(m, a, j))
-            m->restitution[j] = 0.0;
-    }
-    memcpy(m->half.q, m->now.q, (size_t)m->coordinates * sizeof *m->now.q);
-    memcpy(m->half.v, m->now.v, (size_t)m->n * sizeof *m->now.v);
-    perp__clear_motion(m, &m->half);
-    perp_mechanism_step_init(step, sizeof *step);
-    step->error = 0.0;
-    status = perp__project(m, step, &m->half, t); /* first: rows turn with q */
-    PERP__THEN(status, perp__impact(m, &m->half, step, t));
-    memcpy(m->restitution, restitution, (size_t)m->contacts * sizeof *restitution);
-    return status;
+    return m->begin.gap[j] <= fmax(uncertainty(m, a, j), -speed * a->shortest);
 }
 
-perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, double h)
+/* Takes the impact of what touches. */
+static perp_status strike(perp__run *run, perp__adaptive *a)
 {
     perp_mechanism *m = run->m;
-    int32_t hits = 0;
     perp_mechanism_step step;
+    perp_status status;
+
+    for (int32_t j = 0; j < m->contacts; j++)
+        m->apart[j] = m->two_sided[j] == 0 && !touches(m, a, j, m->start_velocity[m->starts[j]]);
+    perp__stay(m, &m->half, m->now.q, m->now.v);
+    perp_mechanism_step_init(&step, sizeof step);
+    step.error = 0.0;
+    status = perp__project(m, &step, &m->half, run->t); /* first: rows turn with q */
+    PERP__THEN(status, perp__impact(m, &m->half, &step, run->t));
+    PERP__THEN(status, perp__run_take(run, &m->half, run->t, 0.0, &step));
+    a->started = 0;
+    memset(a->expected, 0, (size_t)m->n * sizeof *a->expected);
+    return status == PERP_OK && !run->ended ? perp__adaptive_look_at_start(m, a, run->t) : status;
+}
+
+perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looked)
+{
+    perp_mechanism *m = run->m;
+    double *u = m->start_velocity;
+    int32_t hits = 0;
     perp_status status = perp__evaluate_rows(m, &m->begin, run->t, m->now.q, m->now.v);
 
     if (status != PERP_OK)
         return status;
-    /* 1. what touches, and comes closer */
-    perp__row_velocities(m, &m->begin, m->start_velocity, m->now.v);
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const double u = m->start_velocity[m->starts[j]];
-        const double closed = fmax(uncertainty(m, a, j), -u * a->shortest);
-
-        m->apart[j] = m->two_sided[j] == 0 && m->begin.gap[j] > closed;
-        hits |= m->two_sided[j] == 0 && !m->apart[j] && a->does[0][j] == PERP__FREE &&
-                u < -MOVES * perp__row_size(m, &m->begin, m->starts[j], m->now.v);
-    }
-    if (hits) {
-        status = strike(m, a, &step, run->t, h);
-        PERP__THEN(status, perp__run_take(run, &m->half, run->t, 0.0, &step));
-        if (status != PERP_OK || run->ended)
-            return status;
-        a->started = 0;
-        memset(a->expected, 0, (size_t)m->n * sizeof *a->expected);
-        status = perp__adaptive_look_at_start(m, a, run->t);
-    }
-    /* 2. what steps leave open; what overlaps they take apart themselves */
-    memcpy(a->open, m->begin.gap, (size_t)m->contacts * sizeof *a->open);
+    /* 1. an impact where something touches that comes closer */
+    perp__row_velocities(m, &m->begin, u, m->now.v);
     for (int32_t j = 0; j < m->contacts; j++)
-        m->apart[j] = m->two_sided[j] == 0 && a->does[0][j] == PERP__FREE &&
-                      a->open[j] >= -uncertainty(m, a, j);
+        hits |= m->apart[j] && touches(m, a, j, u[m->starts[j]]) &&
+                u[m->starts[j]] < -MOVES * perp__row_size(m, &m->begin, m->starts[j], m->now.v);
+    if (hits) {
+        status = strike(run, a);
+        perp__row_velocities(m, &m->begin, u, m->now.v);
+    }
+    if (status != PERP_OK || run->ended)
+        return status;
+    /* 2. what is open in the next step: not what overlaps, nor what has left and not got away, or
+     * will not by its acceleration */
+    looked = (looked || hits) && a->known;
+    memcpy(a->open, m->begin.gap, (size_t)m->contacts * sizeof *a->open);
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const double gap = a->open[j], wrong = uncertainty(m, a, j), speed = u[m->starts[j]];
+        const double reach = -2.0 * m->answer.u[m->starts[j]] * wrong;
+        const int32_t stays = looked ? speed * speed <= reach : !m->apart[j];
+
+        m->apart[j] = m->two_sided[j] == 0 && a->does[0][j] == PERP__FREE && gap >= -wrong &&
+                      !(gap <= wrong && stays);
+    }
     return status;
 }
