@@ -247,7 +247,7 @@ static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t s
         a->plans = 0;
         if (!solved)
             a->h = 0.25 * h;
-        else if (a->event.error >= error && a->event.after < h) {
+        else if (a->event.error >= error && a->event.late > a->shortest) {
             a->cut = 1;
             a->proper = fmax(a->proper, h);
             a->h = a->event.after;

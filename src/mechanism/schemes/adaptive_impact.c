@@ -2,9 +2,9 @@
  * closes. There velocities jump, in a step of no length. So whole and half steps are smooth up to
  * the impact, with the error that they tell, and its law is given the speeds of that instant.
  *
- * A gap counts as closed where it is no more than what may be wrong with q. What leaves to come back
- * from no higher than that is left to the steps, which close it where they end: infinitely many
- * bounces take a finite number of them. */
+ * A gap counts as closed where it is no more than what may be wrong with q. What would bounce no
+ * higher than that does not, and what is thrown off no higher is left to the steps, which close it
+ * where they end: infinitely many bounces take a finite number of them. */
 #include "mechanism/schemes/adaptive.h"
 
 #include <math.h>
@@ -50,20 +50,36 @@ static int32_t touches(const perp_mechanism *m, const perp__adaptive *a, int32_t
     return m->begin.gap[j] <= fmax(uncertainty(m, a, j), -speed * a->shortest);
 }
 
+/* Whether contact j, leaving at this speed, comes back from no higher than what may be wrong with q,
+ * by the accelerations of perp__adaptive_look_at_start(). */
+static int32_t stays(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
+{
+    return a->known && speed * speed <= -2.0 * m->answer.u[m->starts[j]] * uncertainty(m, a, j);
+}
+
 /* Takes the impact of what touches. */
 static perp_status strike(perp__run *run, perp__adaptive *a)
 {
     perp_mechanism *m = run->m;
+    double *restitution = a->gap[0];
     perp_mechanism_step step;
-    perp_status status;
+    perp_status status = perp__adaptive_look_at_start(m, a, run->t);
 
-    for (int32_t j = 0; j < m->contacts; j++)
-        m->apart[j] = m->two_sided[j] == 0 && !touches(m, a, j, m->start_velocity[m->starts[j]]);
+    perp__row_velocities(m, &m->begin, m->start_velocity, m->now.v);
+    memcpy(restitution, m->restitution, (size_t)m->contacts * sizeof *restitution);
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const double speed = m->start_velocity[m->starts[j]];
+
+        m->apart[j] = m->two_sided[j] == 0 && !touches(m, a, j, speed);
+        if (stays(m, a, j, m->restitution[j] * speed))
+            m->restitution[j] = 0.0;
+    }
     perp__stay(m, &m->half, m->now.q, m->now.v);
     perp_mechanism_step_init(&step, sizeof step);
     step.error = 0.0;
-    status = perp__project(m, &step, &m->half, run->t); /* first: rows turn with q */
+    PERP__THEN(status, perp__project(m, &step, &m->half, run->t)); /* first: rows turn with q */
     PERP__THEN(status, perp__impact(m, &m->half, &step, run->t));
+    memcpy(m->restitution, restitution, (size_t)m->contacts * sizeof *restitution);
     PERP__THEN(status, perp__run_take(run, &m->half, run->t, 0.0, &step));
     a->started = 0;
     memset(a->expected, 0, (size_t)m->n * sizeof *a->expected);
@@ -92,15 +108,14 @@ perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looke
         return status;
     /* 2. what is open in the next step: not what overlaps, nor what has left and not got away, or
      * will not by its acceleration */
-    looked = (looked || hits) && a->known;
+    looked |= hits;
     memcpy(a->open, m->begin.gap, (size_t)m->contacts * sizeof *a->open);
     for (int32_t j = 0; j < m->contacts; j++) {
         const double gap = a->open[j], wrong = uncertainty(m, a, j), speed = u[m->starts[j]];
-        const double reach = -2.0 * m->answer.u[m->starts[j]] * wrong;
-        const int32_t stays = looked ? speed * speed <= reach : !m->apart[j];
+        const int32_t remains = looked ? stays(m, a, j, speed) : !m->apart[j];
 
         m->apart[j] = m->two_sided[j] == 0 && a->does[0][j] == PERP__FREE && gap >= -wrong &&
-                      !(gap <= wrong && stays);
+                      !(gap <= wrong && remains);
     }
     return status;
 }
