@@ -131,8 +131,8 @@ struct perp_mechanism {
                             that hold both ways */
     double *moved;       /* coordinates */
     int8_t *included;
-    int8_t *apart;  /* contacts: 1: open in a step, whatever its gap does: a run in chosen steps ends
-                       one where it closes; else 0 */
+    int8_t *apart; /* contacts: 1: open in a step, whatever its gap does: a run in chosen steps ends
+                      one where it closes; else 0 */
     int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
                        it; 0: as its speed says */
     double *acceleration; /* n: that a step may expect; of runs in chosen steps, else 0 */

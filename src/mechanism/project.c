@@ -155,7 +155,8 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const per
         for (int32_t j = 0; j < m->contacts && *found; j++) {
             const double gap = perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], d);
 
-            if (m->included[j] || m->apart[j] || m->two_sided[j] > 0 || (to && presses(m, to, j)) || !(gap < 0.0))
+            if (m->included[j] || m->apart[j] || m->two_sided[j] > 0 || (to && presses(m, to, j)) ||
+                !(gap < 0.0))
                 continue;
             m->included[j] = more = 1;
             several = only >= 0;

@@ -50,8 +50,8 @@ static int32_t touches(const perp_mechanism *m, const perp__adaptive *a, int32_t
     return m->begin.gap[j] <= fmax(uncertainty(m, a, j), -speed * a->shortest);
 }
 
-/* Whether contact j, leaving at this speed, comes back from no higher than what may be wrong with q,
- * by the accelerations of perp__adaptive_look_at_start(). */
+/* Whether contact j, leaving at this speed, comes back from no higher than what may be wrong with
+ * q, by the accelerations of perp__adaptive_look_at_start(). */
 static int32_t stays(const perp_mechanism *m, const perp__adaptive *a, int32_t j, double speed)
 {
     return a->known && speed * speed <= -2.0 * m->answer.u[m->starts[j]] * uncertainty(m, a, j);
