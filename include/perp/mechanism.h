@@ -203,7 +203,8 @@ typedef struct perp_mechanism_step {
 /* What an observer sees. The arrays are the library's, valid during the call. */
 typedef struct perp_mechanism_view {
     size_t struct_size;
-    double t, h;            /* the end of the step, and its length; h = 0 at the start of a run */
+    double t, h;            /* the end of the step, and its length; h = 0 at the start of a run, and
+                               behind an impact of a run in chosen steps, which ends a step at it */
     const double *q;        /* coordinates */
     const double *v;        /* n */
     const double *impulse;  /* rows of H, of G, of B */

@@ -206,6 +206,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, 4 * n, &m->work);
     m->included = perp__arena_take(arena, contacts, 1);
     m->let_go = perp__arena_take(arena, contacts, 1);
+    m->apart = perp__arena_take(arena, contacts, 1);
 }
 
 /* Each work begins with this. */
@@ -326,6 +327,7 @@ static perp_status make(perp_mechanism *m, const perp_mechanism_settings *settin
     if (status != PERP_OK)
         return status;
     memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);
+    memset(m->apart, 0, (size_t)m->contacts * sizeof *m->apart);
     memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
     m->starts[0] = 0;
     memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);

@@ -131,6 +131,8 @@ struct perp_mechanism {
                             that hold both ways */
     double *moved;       /* coordinates */
     int8_t *included;
+    int8_t *apart; /* contacts: 1: open in a step, whatever its gap does: a run in chosen steps ends
+                      one where it closes; else 0 */
     int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
                        it; 0: as its speed says */
     double *acceleration; /* n: that a step may expect; of runs in chosen steps, else 0 */
@@ -274,6 +276,8 @@ void perp__prepare_impulses(perp_mechanism *m, const perp__terms *terms, const p
 void perp__prepare_step(perp_mechanism *m, const perp__start *from);
 /* m->free: the velocities that m->momentum has without impulses; includes what they reach. */
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
+/* The impact of the contacts that are not apart, at (t, to): a frozen step of no length. */
+perp_status perp__impact(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t);
 /* The problem of what was prepared, with these rows and this M. */
 perp__velocity_problem perp__pose(const perp_mechanism *m, const perp__terms *terms);
 /* m->answer := its solution, with all contacts kept. */

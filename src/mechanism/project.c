@@ -68,8 +68,10 @@ int32_t perp__measure_overlap(const perp_mechanism *m, perp_mechanism_step *step
 
     step->penetration = step->drift = 0.0;
     for (j = 0; j < m->contacts; j++) {
+        const double rounding = perp__gap_rounding(m, &m->end, m->starts[j], q);
+
         step->penetration = fmax(step->penetration, -m->end.gap[j]);
-        more = more || -m->end.gap[j] > perp__gap_rounding(m, &m->end, m->starts[j], q);
+        more = more || (!m->apart[j] && -m->end.gap[j] > rounding);
     }
     for (j = 0; j < m->constraints; j++) {
         step->drift = fmax(step->drift, fabs(m->end.c[j]));
@@ -153,7 +155,8 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const per
         for (int32_t j = 0; j < m->contacts && *found; j++) {
             const double gap = perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], d);
 
-            if (m->included[j] || m->two_sided[j] > 0 || (to && presses(m, to, j)) || !(gap < 0.0))
+            if (m->included[j] || m->apart[j] || m->two_sided[j] > 0 || (to && presses(m, to, j)) ||
+                !(gap < 0.0))
                 continue;
             m->included[j] = more = 1;
             several = only >= 0;

@@ -120,10 +120,8 @@ def inelastic_answers(M, mu, v):
 
 @pytest.mark.parametrize("scheme", ["frozen", "implicit", "theta"])
 def test_an_inelastic_impact_may_end_or_turn_a_slip(scheme):
-    """Random masses; what the run ends with is one of the answers of the impact's law, but for the
-    few in which a step ends a little behind the impact and meets it in part: two impacts with
-    friction are not always one."""
-    rng, parts = np.random.default_rng(4), 0
+    """Random masses; what the run ends with is one of the answers of the impact's law."""
+    rng = np.random.default_rng(4)
     for _ in range(60):
         A = rng.standard_normal((2, 2))
         M, mu = A @ A.T + 0.2 * np.eye(2), rng.uniform(0.05, 1.5)
@@ -134,6 +132,193 @@ def test_an_inelastic_impact_may_end_or_turn_a_slip(scheme):
         run = m.simulate([0, 1.0], v, 2.5, 1e-2, scheme=scheme, error=1e-6)
         assert run.outcome == "solved"
         off = [np.abs(run.v[-1] - after).max() for after in inelastic_answers(M, mu, v)]
-        parts += not min(off) <= 1e-5 * np.abs(v).max()  # some of the error that was asked for
-        assert min(off) <= 1e-2 * np.abs(v).max()
-    assert parts <= 2
+        assert min(off) <= 1e-12 * np.abs(v).max()
+
+
+# ---- runs with restitution, from impact to impact: flights in closed form --------------------------
+
+
+class Member:
+    """q0, v0, T; flight(q, v, s); gaps and rows(t, q) of what may be hit; the mechanism."""
+
+    mu, law = 0.0, "moreau"
+
+    def rows(self, t, q):
+        return np.array([[0.0] * (len(q) - 1) + [1.0]]), np.zeros(1)
+
+    def gaps(self, t, q):
+        return np.array([q[-1]])
+
+    def impact(self, t, q, v, j):
+        """Row j alone is hit; mu > 0: M is 1, the other velocities are tangential."""
+        H, drift = self.rows(t, q)
+        step = np.linalg.solve(self.mass, H[j])
+        u = H[j] @ v + drift[j]
+        v = v - (1 + self.e) * u / (H[j] @ step) * step
+        slip = np.linalg.norm(v[:-1])
+        if self.mu > 0:
+            v[:-1] *= max(slip + (1 + self.e) * u * self.mu, 0) / slip
+        return v
+
+    def reference(self):
+        """q, v at T; how many impacts, and the least time between two of them or T."""
+        optimize = pytest.importorskip("scipy.optimize")
+        t, q, v, count, least = 0.0, self.q0, self.v0, 0, np.inf
+        while True:
+            times = np.linspace(0, self.T - t, 1001)
+
+            def gap(s, j, t=t, q=q, v=v):
+                return self.gaps(t + s, self.flight(q, v, s)[0])[j]
+
+            first = (np.inf, 0)
+            for j in range(len(self.gaps(t, q))):
+                values = [gap(s, j) for s in times]
+                low = [k for k in range(1, 1000) if values[k] >= 0 > values[k + 1]]
+                if low:
+                    at = optimize.brentq(gap, times[low[0]], times[low[0] + 1], (j,), 1e-15)
+                    first = min(first, (at, j))
+            if first[0] == np.inf:
+                return *self.flight(q, v, self.T - t), count, least
+            q, v = self.flight(q, v, first[0])
+            t, count, least = t + first[0], count + 1, min(least, first[0], self.T - t - first[0])
+            v = self.impact(t, q, v, first[1])
+
+    def mechanism(self):
+        def contacts(t, q):
+            H, drift = self.rows(t, q)
+            if self.mu == 0:
+                return {"gap": self.gaps(t, q), "normal": H, "drift": drift}
+            tangent = np.eye(len(q))[:-1]
+            tangent = tangent if len(q) == 2 else tangent[None]
+            drift = np.r_[drift, np.zeros(len(q) - 1)]
+            return {"gap": self.gaps(t, q), "normal": H, "tangent": tangent, "drift": drift}
+
+        return perp.Mechanism(
+            len(self.q0), mass=self.mass, force=lambda t, q, v: self.force(q, v), mu=self.mu,
+            contacts=contacts, restitution=self.e, law=self.law,
+        )
+
+
+class Drop(Member):
+    """A ball falls, in half of the cases through a medium that drags, v' = -g - c v."""
+
+    def __init__(self, rng):
+        g, c, h = rng.uniform(1, 20), rng.choice([1e-9, rng.uniform(0.1, 1)]), rng.uniform(0.2, 2)
+        self.e, self.mass, self.g, self.c = rng.uniform(0.3, 0.95), np.eye(1), g, c
+        self.q0, self.v0 = np.array([h]), np.zeros(1)
+        self.T = np.sqrt(2 * h / g) * rng.uniform(1.3, 1 + 2 * self.e + 1.5 * self.e**2)
+
+    def force(self, q, v):
+        return -self.g - self.c * v
+
+    def flight(self, q, v, s):
+        x = -np.expm1(-self.c * s)
+        end = v + x * (-self.g / self.c - v)
+        return q + (v - end - self.g * s) / self.c if self.c > 1e-3 else (
+            q + v * s - self.g * s * s / 2), end
+
+
+class Slope(Member):
+    """A ball on a slope, with friction, in two or three dimensions."""
+
+    def __init__(self, rng):
+        n, a = rng.integers(2, 4), rng.uniform(0.05, 0.6)
+        self.mu, self.e, self.mass = rng.uniform(0.01, 0.4), rng.uniform(0.3, 0.9), np.eye(n)
+        self.law = rng.choice(["moreau", "newton", "poisson"])
+        self.G = np.zeros(n)
+        self.G[0], self.G[-1] = 9.81 * np.sin(a), -9.81 * np.cos(a)
+        self.q0, self.v0 = np.zeros(n), np.r_[rng.uniform(-2, 4, n - 1), 0]
+        self.q0[-1] = rng.uniform(0.2, 1)
+        self.T = np.sqrt(-2 * self.q0[-1] / self.G[-1])
+        self.T *= rng.uniform(1.3, 1 + 2 * self.e + 1.5 * self.e**2)
+
+    def force(self, q, v):
+        return self.G
+
+    def flight(self, q, v, s):
+        return q + v * s + self.G * s * s / 2, v + self.G * s
+
+
+class Table(Slope):
+    """The same above a table that moves up and down."""
+
+    def __init__(self, rng):
+        super().__init__(rng)
+        self.w, self.A = rng.uniform(1, 6), rng.uniform(0.01, 0.1)
+
+    def gaps(self, t, q):
+        return super().gaps(t, q) - self.A * np.sin(self.w * t)
+
+    def rows(self, t, q):
+        return super().rows(t, q)[0], np.array([-self.A * self.w * np.cos(self.w * t)])
+
+
+class Stop(Member):
+    """A spring beside a stop."""
+
+    def __init__(self, rng):
+        self.w, self.at, self.e = rng.uniform(3, 8), rng.uniform(0.1, 0.6), rng.uniform(0.3, 0.9)
+        self.mass, self.q0, self.v0 = np.eye(1), np.ones(1), np.zeros(1)
+        self.T = rng.uniform(0.6, 2) * 2 * np.pi / self.w
+
+    def gaps(self, t, q):
+        return q + self.at
+
+    def force(self, q, v):
+        return -self.w**2 * q
+
+    def flight(self, q, v, s):
+        c, d = np.cos(self.w * s), np.sin(self.w * s)
+        return q * c + v * d / self.w, v * c - q * self.w * d
+
+
+class Rod(Member):
+    """A rod turns as it falls, on either end."""
+
+    def __init__(self, rng):
+        self.L, self.e = rng.uniform(0.2, 0.5), rng.uniform(0.3, 0.9)
+        self.mass = np.diag([1, 1, self.L**2 * rng.uniform(0.2, 1)])
+        self.q0 = np.array([0, rng.uniform(0.8, 1.5), rng.uniform(0, 3)])
+        self.v0, self.T = np.array([0.3, 0, rng.uniform(-3, 3)]), rng.uniform(0.6, 1.1)
+
+    def gaps(self, t, q):
+        return q[1] + self.L * np.array([-1, 1]) * np.sin(q[2])
+
+    def rows(self, t, q):
+        c = self.L * np.cos(q[2])
+        return np.array([[0, 1, -c], [0, 1, c]]), np.zeros(2)
+
+    def force(self, q, v):
+        return np.array([0, -9.81, 0])
+
+    def flight(self, q, v, s):
+        a = self.force(q, v)
+        return q + v * s + a * s * s / 2, v + a * s
+
+
+@pytest.mark.parametrize("kind", [Drop, Slope, Table, Stop, Rod])
+@pytest.mark.parametrize(
+    "scheme, errors",
+    [("theta", (1e-3, 1e-5, 1e-7)), ("frozen", (1e-3, 1e-4)), ("implicit", (1e-3, 1e-4))],
+)
+def test_velocities_after_impacts_have_the_error_that_was_asked_for(kind, scheme, errors):
+    """Each step may be wrong by `error`, in q and in v, and an impact multiplies it: 12 times at the
+    most. What is hit again at once is left out. Of rods that turn far in steps that are exact an end
+    may dip in and out between their ends: `longest`."""
+    rng, members = np.random.default_rng(11), 0
+    while members < 4:
+        member = kind(rng)
+        q, v, count, least = member.reference()
+        if count == 0 or count > 4 or least < 0.03:
+            continue
+        members += 1
+        for error in errors:
+            run = member.mechanism().simulate(
+                member.q0, member.v0, member.T, 1e-2, scheme=scheme, error=error, longest=0.05
+            )
+            wrong = max(
+                np.abs(run.q[-1] - q).max() / max(1, np.abs(q).max()),
+                np.abs(run.v[-1] - v).max() / max(1, np.abs(run.v).max()),
+            )
+            assert run.outcome == "solved"
+            assert wrong <= 20 * error

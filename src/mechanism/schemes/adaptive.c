@@ -5,8 +5,8 @@
  * which is of order p + 1 and keeps zeros; q is projected again.
  *
  * The length of the next step: h (0.9 tolerance/estimate)^(1/(p + 1)), as for smooth motions; once
- * a step was refused twice, in proportion. A step that is refused because it comes late to an
- * impact is cut to end a little behind it, and the length it had is tried again afterwards. */
+ * a step was refused twice, in proportion. A step that is refused because it comes late to an event
+ * is cut to end there, and the length it had is tried again afterwards. */
 #include "mechanism/schemes/adaptive.h"
 
 #include <math.h>
@@ -37,7 +37,8 @@ static void layout(perp__arena *arena, void *object)
     for (size_t k = 0; k < sizeof places / sizeof *places; k++)
         *places[k] = perp__arena_take(arena, (size_t)(a->m->contacts + a->m->dry), 1);
     PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
-    PERP__DOUBLES(arena, (size_t)a->m->contacts, &a->inertia[0], &a->inertia[1], &a->inertia[2]);
+    PERP__DOUBLES(arena, (size_t)a->m->contacts, &a->inertia[0], &a->inertia[1], &a->inertia[2],
+                  &a->gap[0], &a->gap[1], &a->gap[2], &a->open);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */
@@ -94,6 +95,7 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
             perp__adaptive_let_go(m, NULL, NULL);
         if (status != PERP_OK || !moves(a))
             return status;
+        memcpy(a->gap[part], m->end.gap, (size_t)m->contacts * sizeof *a->gap[part]);
         for (int32_t j = 0; j < m->contacts; j++) { /* p of what slides with friction */
             const double speed = perp__length(m->start_velocity + m->tangent[j], m->tangents[j]);
             const int32_t slides = m->two_sided[j] == 0 &&
@@ -104,8 +106,8 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
         }
         if (part == 1)
             status = perp__adaptive_scale(m, a, t);
-        if (part > 0)
-            PERP__THEN(status, perp__adaptive_events(m, a, from, to[part], start, length));
+        if (part > 0 && status == PERP_OK)
+            perp__adaptive_events(m, a, from, to[part], start, length);
         if (part == 1)
             expect(m, from, &m->half, length,
                    a->started && a->first.impacts == 0 && a->event.late == 0.0 &&
@@ -113,6 +115,7 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
         if (status != PERP_OK)
             return status;
     }
+    perp__adaptive_look_for_impact(m, a, h);
     status = perp__adaptive_estimate(m, a, t, h);
     PERP__THEN(status, perp__adaptive_look_for_jam(m, a, h));
     if (status == PERP_OK && is_solved(a) && !a->plans && a->jam < 0)
@@ -212,10 +215,11 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     a->started = 1;
     a->refused = 0;
     status = perp__run_take(run, answer, t, h, &step);
-    if (status != PERP_OK || a->jam < 0 || run->ended)
-        return status;
-    a->started = 0;
-    return perp__adaptive_look_at_start(m, a, t);
+    if (status == PERP_OK && a->jam >= 0 && !run->ended) {
+        a->started = 0;
+        status = perp__adaptive_look_at_start(m, a, t);
+    }
+    return status == PERP_OK && !run->ended ? perp__adaptive_meet(run, a, a->jam >= 0) : status;
 }
 
 /* The step is to be tried again; solved: it has estimates. */
@@ -243,10 +247,16 @@ static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t s
         a->plans = 0;
         if (!solved)
             a->h = 0.25 * h;
-        else if (a->event.error >= error) {
+        else if (a->event.error >= error && a->event.late > a->shortest) {
             a->cut = 1;
             a->proper = fmax(a->proper, h);
-            a->h = a->event.after + BEHIND * a->event.late * tolerance / a->event.error;
+            a->h = a->event.after;
+            if (!a->event.closes)
+                a->h += BEHIND * a->event.late * tolerance / a->event.error;
+            else if (a->h < a->shortest) { /* what is back at once did not leave */
+                m->apart[a->event.closes - 1] = 0;
+                a->h = h;
+            }
         } else
             a->h = h * fmin(fmax(SAFETY * pow(tolerance / error, power), SHRINKING), SAFETY);
         if (a->refused++ == 0)
@@ -295,7 +305,7 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
     if (error > 0.0)
         factor = fmin(GROWTH, SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
     a->h = h * fmax(factor, SHRINKING);
-    if (a->event.late > 0.0 || a->plans)
+    if (a->event.late > 0.0 || a->cut || a->plans)
         a->h = fmax(a->h, a->proper);
     a->proper = 0.0;
     a->h = fmin(a->h, a->longest);
@@ -333,12 +343,15 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     a->started = a->refused = a->plans = a->cut = 0;
     a->searched = 0;
     run->result.error = 0.0;
+    memset(m->apart, 1, (size_t)m->contacts * sizeof *m->apart);
     status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
     PERP__THEN(status, perp__adaptive_look_at_start(m, a, run->t));
+    PERP__THEN(status, perp__adaptive_meet(run, a, 1));
     while (status == PERP_OK && !run->ended && run->t < t1)
         status = step(run, a, t1);
     perp__adaptive_let_go(m, NULL, NULL);
     memset(m->acceleration, 0, (size_t)m->n * sizeof *m->acceleration);
+    memset(m->apart, 0, (size_t)m->contacts * sizeof *m->apart);
     if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */
         run->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
         run->ended = 1;

@@ -4,12 +4,13 @@
 
 #include "mechanism/mechanism.h"
 
-/* An impact in a step, or a slip that turns round. */
+/* A gap that closes in a step, or a slip that turns round. */
 typedef struct perp__event {
     double late;    /* by how much the step comes after it, a time; 0: none */
     double error;   /* what that makes of q, or of v, estimated */
     double after;   /* its time, from the step's start */
-    int32_t impact; /* velocities jump */
+    int32_t impact; /* velocities jump: a jam */
+    int32_t closes; /* 1 + the contact whose gap closes; 0: none */
 } perp__event;
 
 /* What a contact or dry group does: the more, the more it holds. And that a contact which holds
@@ -47,8 +48,9 @@ struct perp__adaptive {
     int32_t known;         /* 1: it has a solution */
     int32_t release;       /* in which half of the step at hand something lets go; 0: none */
     int32_t plans;         /* 1: the next step ends where something lets go */
-    int32_t cut;           /* 1: it ends a little behind an impact */
+    int32_t cut;           /* 1: it ends at an impact, or a little behind another event */
     int64_t searched;      /* iterations of trials */
+    double *gap[3], *open; /* contacts: where the step ends, its first half, its second; at first */
     /* jams */
     double *inertia[3]; /* contacts: p in the step, in its halves; NAN: not sliding */
     int32_t jam;        /* the contact that jams where the step at hand ends; -1: none */
@@ -57,14 +59,24 @@ struct perp__adaptive {
 /* ---- adaptive_error.c ---- */
 /* Largest |x_i| beside the scale. */
 double perp__adaptive_beside(const perp_mechanism *m, const double *x, const double *scale);
+/* a->event := this one, if it is the first of those that matter, or matters most. */
+void perp__adaptive_keep(const perp_mechanism *m, perp__adaptive *a, double late, double error,
+                         double after);
 /* After the half step `to` of `length` from `from`, begun `start` after the step's start: a->event
  * where one in it matters most. */
-perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                                  const perp__motion *to, double start, double length);
+void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                           const perp__motion *to, double start, double length);
 /* a->scale and a->speed_scale, for a step from t whose answers are in m->trial and m->half. */
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t);
 /* a->error, a->speed and a->hidden of it. */
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
+
+/* ---- adaptive_impact.c ---- */
+/* a->event, of a step with all three, where a gap closes in it. */
+void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double h);
+/* At m->now: the impact there, if there is one, and m->apart of the next step. looked:
+ * perp__adaptive_look_at_start() just did. */
+perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looked);
 
 /* ---- adaptive_release.c ---- */
 /* a->does[0]: what holds at the start of a run. */

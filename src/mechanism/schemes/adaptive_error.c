@@ -164,47 +164,24 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
     return status;
 }
 
-/* ---- events within a step ----------------------------------------------------------------------
+/* ---- turns --------------------------------------------------------------------------------------
  *
- * What makes full and half steps agree, or disagree, for no good reason.
- *
- * Impacts: a step ends on the contact that it reaches, whenever within the step that was, so that
- * full and half steps agree however late they are. With u the speed without the contact's own
- * impulse, a half step of length l passes the contact by gap + l u < 0; it is late by (gap + l
- * u)/u, for which the jump of velocities carries q the wrong way.
- *
- * Turns: friction acts through the velocity at the end of a step. Where a slip turns round,
+ * Friction acts through the velocity at the end of a step. Where a slip turns round,
  * friction has the wrong sign until then, or holds on to the end what would slip back; both change
  * velocities by the bound times a share of the step. Where it ends, the mean velocity of
  * a step of order 2 goes on behind the end: as wrong as the slip was fast. */
 
-static void keep(perp__adaptive *a, double late, double error, double after, int32_t impact)
+void perp__adaptive_keep(const perp_mechanism *m, perp__adaptive *a, double late, double error,
+                         double after)
 {
-    if (!(late > 0.0) || !(error > a->event.error))
+    const int32_t both = fmin(error, a->event.error) > m->settings.error;
+
+    if (!(late > 0.0) || !(both ? after < a->event.after : error > a->event.error))
         return;
+    memset(&a->event, 0, sizeof a->event);
     a->event.late = late;
     a->event.error = error;
     a->event.after = after;
-    a->event.impact = impact;
-}
-
-/* Whether contact j was hit, approached faster than the forces of the step make it; its speed
- * without its own impulses, whose jump is in a->difference. */
-static int32_t is_hit(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                      const perp__motion *to, int32_t j, double *free)
-{
-    const int32_t row = m->starts[j];
-    double before;
-
-    if (to->r[row] == 0.0 || m->two_sided[j] > 0)
-        return 0;
-    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-    for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++)
-        perp__add_row(m, &m->begin, i, to->r[i], a->difference);
-    perp__solve_mass(m, &m->begin, a->difference, a->difference);
-    before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
-    *free = to->u[row] - perp__row_times(m, &m->begin, row, 0.0, a->difference);
-    return before < -fabs(*free - before); /* else it rests */
 }
 
 /* ends: a slip may end in contact or dry group j smoothly, so that it is located. */
@@ -252,37 +229,14 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
                          (length - when) / length
                    : 2.0 * bound * when / length;
     if (wrong > 0.0)
-        keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
+        perp__adaptive_keep(m, a, length - when, wrong * sqrt(response) / a->speed_scale,
+                            start + when);
 }
 
-perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                                  const perp__motion *to, double start, double length)
+void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                           const perp__motion *to, double start, double length)
 {
-    int32_t hits = 0;
-    double free;
-    perp_status status = PERP_OK;
-
-    for (int32_t j = 0; j < m->contacts; j++)
-        hits |= is_hit(m, a, from, to, j, &free);
-    for (int32_t j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
-        if (j < m->contacts && is_hit(m, a, from, to, j, &free)) {
-            const double gap = fmax(m->begin.gap[j], 0.0);
-            double late;
-
-            if (gap <= perp__gap_rounding(m, &m->begin, m->starts[j], from->q))
-                late = m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
-            else
-                late = fmin(fmax(length + gap / free, 0.0), length);
-            status = perp__evaluate_rate(m, a->rate, to->q, a->difference);
-            if (status == PERP_OK)
-                keep(a, late, late * perp__adaptive_beside(m, a->rate, a->scale),
-                     start + length - late, 1);
-        }
-        /* impulses turn a slip at any length: those of a hit; those of what jams both ways end it
-         */
-        if (!hits)
-            look_for_turn(m, a, from, to, start, length, j,
-                          a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0));
-    }
-    return status;
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+        look_for_turn(m, a, from, to, start, length, j,
+                      a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0));
 }

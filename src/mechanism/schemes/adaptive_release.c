@@ -434,9 +434,12 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
             const int32_t row = m->starts[j];
             const double speed = NOTHING * perp__row_size(m, &m->begin, row, now->v);
 
-            touches = m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, row, now->q) &&
+            touches = (is_near(m, a, row, m->begin.gap[j]) ||
+                       m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, row, now->q)) &&
                       fabs(now->u[row]) <= speed;
         }
+        if (touches)
+            now->modes[j] = rests ? PERP_MECHANISM_STICK : PERP_MECHANISM_SLIP;
         a->does[0][j] = touches ? held(m, j, rests, now->r) : (int8_t)PERP__FREE;
     }
     a->span = SHARE_OF_UNIT * a->unit;

@@ -8,6 +8,7 @@
 #include "mechanism/mechanism.h"
 
 #include <math.h>
+#include <string.h>
 
 void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
 {
@@ -19,7 +20,7 @@ void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
             m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, from->v,
                                                     PERP__SPEED_ROUNDING);
         m->shift[j] = fmax(m->begin.gap[j], 0.0) / from->h;
-        m->included[j] = m->begin.gap[j] <= 0.0;
+        m->included[j] = !m->apart[j] && m->begin.gap[j] <= 0.0;
     }
 }
 
@@ -45,7 +46,7 @@ void perp__include_reached(perp_mechanism *m, const perp__terms *terms)
     perp__solve_mass(m, terms, m->free, m->momentum);
     perp__row_velocities(m, &m->begin, m->free_velocity, m->free);
     for (int32_t j = 0; j < m->contacts; j++)
-        if (m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
+        if (!m->apart[j] && m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
             m->included[j] = 1;
 }
 
@@ -76,7 +77,8 @@ perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *
         status = perp__solve_velocities(m, &m->answer, problem);
         if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
             for (int32_t j = 0; j < m->contacts; j++)
-                if (!m->included[j] && m->shift[j] + m->answer.u[m->starts[j]] < 0.0)
+                if (!m->included[j] && !m->apart[j] &&
+                    m->shift[j] + m->answer.u[m->starts[j]] < 0.0)
                     m->included[j] = more = 1;
     } while (more);
     for (int32_t i = 0; i < m->contact_rows; i++)
@@ -114,21 +116,43 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
     return perp__outcome_moves(step->outcome) ? perp__project(m, step, to, t) : status;
 }
 
+/* m->answer := the frozen problem's solution, or the answer that is selected. */
+static perp_status find_answer(perp_mechanism *m, perp_mechanism_step *step,
+                               perp__velocity_problem *problem, const perp__start *from)
+{
+    perp_status status;
+
+    step->scheme = PERP_MECHANISM_FROZEN;
+    perp__prepare_step(m, from);
+    *problem = perp__pose(m, &m->begin);
+    status = perp__solve_frozen(m, problem);
+    return status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY
+               ? perp__select_answer(m, step, problem, from)
+               : status;
+}
+
 perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                                  const perp__start *from)
 {
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, from->t, from->q, from->v);
 
-    step->scheme = PERP_MECHANISM_FROZEN;
-    if (status != PERP_OK)
-        return status;
-    perp__prepare_step(m, from);
-    problem = perp__pose(m, &m->begin);
-    status = perp__solve_frozen(m, &problem);
-    if (status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY)
-        status = perp__select_answer(m, step, &problem, from);
+    PERP__THEN(status, find_answer(m, step, &problem, from));
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
         status = perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v);
     return status == PERP_OK ? perp__finish_step(m, to, step, from->t + from->h, &problem) : status;
+}
+
+perp_status perp__impact(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t)
+{
+    const perp__start from = {t, 1.0, to->q, to->v}; /* a length that forces and gaps of 0 ignore */
+    perp__velocity_problem problem;
+    perp_status status = perp__evaluate_all(m, &m->begin, t, to->q, to->v);
+
+    memset(m->begin.k, 0, (size_t)m->n * sizeof *m->begin.k);
+    memset(m->begin.bound, 0, (size_t)m->dry * sizeof *m->begin.bound);
+    for (int32_t j = 0; j < m->contacts; j++)
+        m->begin.gap[j] = m->apart[j] ? m->begin.gap[j] : 0.0;
+    PERP__THEN(status, find_answer(m, step, &problem, &from));
+    return status == PERP_OK ? perp__finish_step(m, to, step, t, &problem) : status;
 }

@@ -412,7 +412,7 @@ perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mec
             more = 0;
             status = solve(m, m->implicit, step, &found);
             for (int32_t j = 0; j < m->contacts && status == PERP_OK && found; j++)
-                if (!m->included[j] && m->end.gap[j] < fmin(m->begin.gap[j], 0.0))
+                if (!m->included[j] && !m->apart[j] && m->end.gap[j] < fmin(m->begin.gap[j], 0.0))
                     m->included[j] = more = 1;
         } while (more);
     if (status == PERP_OK && !found) {
