@@ -341,7 +341,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
     double depth = 0.0, longest;
     int32_t left;
-    perp_status status = perp__end_joints(world, changed);
+    perp_status status = perp__end_islands(world, changed);
 
     PERP__THEN(status, perp__enclose_places(world, 0.0));
     if (status == PERP_OK)
