@@ -127,6 +127,48 @@ static void test_collisions(void **state)
     }
 }
 
+/* Two balls that meet off their centres without friction: each is hit along the line of centres in
+ * the pose in which they meet, whatever share of the step they go till then, and neither begins to
+ * turn. Velocities of the closed form, and the angular momentum of the start. */
+static void test_balls_off_centre(void **state)
+{
+    static const double normal[2] = {0.7453559924999299, 2.0 / 3.0}, steps[] = {0.05, 0.02, 0.01};
+
+    (void)state;
+    for (int run = 0; run < 6; run++) {
+        const double h = steps[run / 2];
+        perp_body_settings settings = scene_settings();
+        double p[3], L[3];
+        perp_body balls[2];
+        scene s;
+
+        scene_open(&s, run % 2, 0.0, 0.0, 0.0);
+        settings.mass = 1.0;
+        for (int i = 0; i < 2; i++) {
+            const double side = i == 0 ? -1.0 : 1.0;
+
+            settings.position[0] = 0.5 * side;
+            settings.position[1] = 0.2 * side;
+            settings.velocity[0] = -5.0 * side;
+            balls[i] = scene_add(&s, &settings);
+            scene_sphere(&s, balls[i], 0.3, 0.0, 1.0);
+        }
+        for (double t = 0.0; t < 0.1; t += h)
+            scene_step(&s, h);
+        for (int i = 0; i < 2; i++) {
+            const double side = i == 0 ? -1.0 : 1.0, approach = 10.0 * normal[0];
+            const perp_body_state ball = scene_state(&s, balls[i]);
+
+            scene_near(ball.velocity[0], side * (approach * normal[0] - 5.0), 1e-9, "along");
+            scene_near(ball.velocity[1], side * approach * normal[1], 1e-9, "across");
+            scene_near(ball.angular_velocity[2], 0.0, 1e-9, "spin");
+        }
+        SCENE_OK(&s, perp_world_momentum(s.world, p, L));
+        scene_near(L[2], 2.0, 1e-9, "angular momentum");
+        scene_close(&s);
+    }
+}
+
 /* Sliding friction takes mu m g times the path, to first order in h; the resting end takes nothing.
  */
 static void test_friction_takes_energy(void **state)
@@ -525,6 +567,7 @@ int main(void)
         cmocka_unit_test(test_bounces_end_in_a_pile),
         cmocka_unit_test(test_slow_bounces_in_free_fall),
         cmocka_unit_test(test_impact_while_landing),
+        cmocka_unit_test(test_balls_off_centre),
         cmocka_unit_test(test_rod_that_bounces),
         cmocka_unit_test(test_towers_that_bounce),
     };
