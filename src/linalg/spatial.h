@@ -212,4 +212,28 @@ static inline void perp__quaternion_exponential(double *q, const double *turn)
     q[3] = ratio * turn[2];
 }
 
+/* turn := that of the rotation by `turn` and then by `next`; of its angles, 2 pi apart, the one
+ * nearest to that of their sum. */
+static inline void perp__add_turn(double *turn, const double *next)
+{
+    const double sum[3] = {turn[0] + next[0], turn[1] + next[1], turn[2] + next[2]};
+    const double round = 6.283185307179586;
+    double first[4], then[4], q[4], size, angle;
+
+    if (perp__is_zero3(next))
+        return;
+    perp__quaternion_exponential(first, turn);
+    perp__quaternion_exponential(then, next);
+    perp__quaternion_product(q, then, first);
+    size = perp__length3(q + 1);
+    if (perp__is_zero3(turn) || size == 0.0) {
+        perp__copy3(turn, sum);
+        return;
+    }
+    angle = 2.0 * atan2(size, q[0]);
+    angle += round * nearbyint((perp__dot3(sum, q + 1) / size - angle) / round);
+    for (int32_t i = 0; i < 3; i++)
+        turn[i] = angle / size * q[1 + i];
+}
+
 #endif

@@ -302,6 +302,8 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     perp__place(world, world->next);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, LONGEST_WAY);
+    if (world->awake_changed) /* these may be of what is not on the list: the step begins anew */
+        return status;
     PERP__THEN(status, perp__build_islands(world, &world->overlaps));
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {
@@ -318,10 +320,10 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
     double depth = 0.0, longest;
     int32_t left;
-    perp_status status = perp__end_joints(world, changed);
+    perp_status status = perp__end_islands(world, changed);
 
     PERP__THEN(status, perp__enclose_places(world, 0.0));
-    if (status == PERP_OK)
+    if (status == PERP_OK && !world->awake_changed)
         depth = deepest(world);
     if (status != PERP_OK || depth == 0.0)
         return status;

@@ -127,6 +127,48 @@ static void test_collisions(void **state)
     }
 }
 
+/* Two balls that meet off their centres without friction: each is hit along the line of centres in
+ * the pose in which they meet, whatever share of the step they go till then, and neither begins to
+ * turn. Velocities of the closed form, and the angular momentum of the start. */
+static void test_balls_off_centre(void **state)
+{
+    static const double normal[2] = {0.7453559924999299, 2.0 / 3.0}, steps[] = {0.05, 0.02, 0.01};
+
+    (void)state;
+    for (int run = 0; run < 6; run++) {
+        const double h = steps[run / 2];
+        perp_body_settings settings = scene_settings();
+        double p[3], L[3];
+        perp_body balls[2];
+        scene s;
+
+        scene_open(&s, run % 2, 0.0, 0.0, 0.0);
+        settings.mass = 1.0;
+        for (int i = 0; i < 2; i++) {
+            const double side = i == 0 ? -1.0 : 1.0;
+
+            settings.position[0] = 0.5 * side;
+            settings.position[1] = 0.2 * side;
+            settings.velocity[0] = -5.0 * side;
+            balls[i] = scene_add(&s, &settings);
+            scene_sphere(&s, balls[i], 0.3, 0.0, 1.0);
+        }
+        for (double t = 0.0; t < 0.1; t += h)
+            scene_step(&s, h);
+        for (int i = 0; i < 2; i++) {
+            const double side = i == 0 ? -1.0 : 1.0, approach = 10.0 * normal[0];
+            const perp_body_state ball = scene_state(&s, balls[i]);
+
+            scene_near(ball.velocity[0], side * (approach * normal[0] - 5.0), 1e-9, "along");
+            scene_near(ball.velocity[1], side * approach * normal[1], 1e-9, "across");
+            scene_near(ball.angular_velocity[2], 0.0, 1e-9, "spin");
+        }
+        SCENE_OK(&s, perp_world_momentum(s.world, p, L));
+        scene_near(L[2], 2.0, 1e-9, "angular momentum");
+        scene_close(&s);
+    }
+}
+
 /* Sliding friction takes mu m g times the path, to first order in h; the resting end takes nothing.
  */
 static void test_friction_takes_energy(void **state)
@@ -397,6 +439,38 @@ static double energy_of(scene *s)
     return kinetic + potential;
 }
 
+/* A thin rod that spins and bounces on a floor: 1700 times as hard to turn across as about its
+ * axis, so that whatever turns it beside its angular velocity makes energy. It is turned by each of
+ * its intervals after the other: the sum of their turns is another place. */
+static void test_rod_that_bounces(void **state)
+{
+    static const double steps[] = {1.0 / 60.0, 0.005};
+
+    (void)state;
+    for (int run = 0; run < 8; run++) {
+        perp_body_settings settings = scene_defaults();
+        const double h = steps[run % 2], restitution = run / 2 % 2 ? 1.0 : 0.7;
+        double last, energy;
+        scene s;
+
+        scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, run / 4 ? 0.1 : 0.0, 0.0);
+        settings.position[2] = 1.1;
+        settings.angular_velocity[0] = -8.0;
+        settings.angular_velocity[1] = 5.0;
+        settings.angular_velocity[2] = 8.0;
+        scene_box(&s, scene_add(&s, &settings), 0.5, 0.01, 0.01, run / 4 ? 0.1 : 0.0, restitution);
+        last = energy_of(&s);
+        for (double t = 0.0; t < 3.0; t += h) {
+            scene_step(&s, h);
+            energy = energy_of(&s);
+            assert_true(energy <= last * (1.0 + 1e-12));
+            last = energy;
+        }
+        scene_close(&s);
+    }
+}
+
 /* Boxes dropped on one another bounce, from corner to corner and several times a step. None sinks
  * into the next, and no step gains energy: what overlaps is lifted out, and that is work. */
 static void test_towers_that_bounce(void **state)
@@ -493,6 +567,8 @@ int main(void)
         cmocka_unit_test(test_bounces_end_in_a_pile),
         cmocka_unit_test(test_slow_bounces_in_free_fall),
         cmocka_unit_test(test_impact_while_landing),
+        cmocka_unit_test(test_balls_off_centre),
+        cmocka_unit_test(test_rod_that_bounces),
         cmocka_unit_test(test_towers_that_bounce),
     };
 

@@ -394,13 +394,58 @@ static void test_door(void **state)
                 }
 }
 
+/* Three thin rods on hinges with brakes, motors of the speed 0, fall on a floor: brakes give no
+ * energy, and so no step does. */
+static void test_brakes(void **state)
+{
+    static const double steps[] = {1.0 / 60.0, 0.005};
+
+    (void)state;
+    for (int run = 0; run < 16; run++) {
+        const double h = steps[run % 2], restitution = run / 2 % 2 ? 0.5 : 0.0;
+        perp_body_settings settings = scene_defaults();
+        perp_body before = 0;
+        double start, last;
+        scene s;
+
+        joint_open(&s, 0, run / 4);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+        settings.mass = 1.0;
+        settings.position[2] = 1.5;
+        for (int i = 0; i < 3; i++) {
+            perp_joint_settings hinge = joint_along(PERP_JOINT_REVOLUTE, 0.0, 1.0, 0.5 * i);
+            perp_body rod;
+
+            settings.position[0] = 1.2 * i;
+            settings.angular_velocity[0] = i == 0 ? 8.0 : 0.0;
+            settings.angular_velocity[1] = i == 0 ? 5.0 : 0.0;
+            settings.angular_velocity[2] = i == 0 ? -3.0 : 0.0;
+            rod = scene_add(&s, &settings);
+            scene_box(&s, rod, 0.5, 0.01, 0.01, 0.5, restitution);
+            hinge.anchor[0] = 1.2 * i - 0.6;
+            hinge.anchor[2] = 1.5;
+            hinge.motor_force = 0.5;
+            if (i > 0)
+                joint_add(&s, before, rod, &hinge);
+            before = rod;
+        }
+        start = last = joint_energy(&s);
+        for (double t = 0.0; t < 3.0; t += h) {
+            SCENE_OK(&s, perp_world_step(s.world, NULL, h));
+            assert_true(joint_energy(&s) <= last + 1e-6 * start);
+            last = joint_energy(&s);
+        }
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_plate),  cmocka_unit_test(test_whip),
         cmocka_unit_test(test_parts),  cmocka_unit_test(test_swing_back),
         cmocka_unit_test(test_height), cmocka_unit_test(test_bounces),
-        cmocka_unit_test(test_door),
+        cmocka_unit_test(test_brakes), cmocka_unit_test(test_door),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

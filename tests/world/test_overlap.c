@@ -136,8 +136,9 @@ static double deepest(int32_t accuracy, double h, int run)
 /* Bricks that touch in a corner or an edge turn onto the next one within a step, by up to a tenth
  * of a radian. Sweeps leave 1e-3 of the bodies' size, and what they have not come to an answer for
  * may be as much again, and so may what turns between two looks at its points; at `fast` there are
- * two of these, and an angle of a tenth takes corners by a hundredth of the size. Two runs of three
- * are bound by that: a heap is chaotic, and a pair may meet with more corners than are looked for.
+ * two of these, and an angle of a tenth takes corners by a hundredth of the size. Most of nine runs
+ * are bound by that (of 24 at `fast` and 5 ms 16 to 18): a heap is chaotic, and a pair may meet
+ * with more corners than are looked for.
  */
 static void test_bricks_that_tumble(void **state)
 {
@@ -148,9 +149,9 @@ static void test_bricks_that_tumble(void **state)
             const double most = accuracy == PERP_ACCURACY_FAST && k == 0 ? 2e-2 : 5e-3;
             int stay = 0;
 
-            for (int run = 0; run < 3; run++)
+            for (int run = 0; run < 9; run++)
                 stay += deepest(accuracy, h, run) < most * SIZE;
-            assert_true(stay >= 2);
+            assert_true(stay >= 5);
         }
 }
 

@@ -23,14 +23,15 @@ static void set_back(perp__world_contact *contact, double t, const perp__moving 
                      const perp__moving *b)
 {
     const double *normal = contact->axes[0];
-    double closed = 0.0;
+    double met[3], closed = 0.0;
 
+    perp__copy3(met, contact->position);
     for (int32_t side = 0; side < 2; side++) {
         const perp__moving *moving = side == 0 ? a : b;
         double *arm = contact->arms[side], turned[3], at[3], along;
 
         for (int32_t k = 0; k < 3; k++)
-            arm[k] = contact->position[k] - (moving->centre[k] + t * moving->displacement[k]);
+            arm[k] = met[k] - (moving->centre[k] + t * moving->displacement[k]);
         if (t * perp__length3(moving->displacement) > moving->reach) {
             along = perp__dot3(normal, arm);
             for (int32_t k = 0; k < 3; k++)

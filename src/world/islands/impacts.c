@@ -152,6 +152,21 @@ static void close_gaps(perp_world *world, double t)
     perp__time_joints(world, t);
 }
 
+/* Turns follow each other: where their axes differ the turn of both is not their sum. */
+static void add_way(perp_world *world, int32_t i, double t)
+{
+    const int32_t n = world->dof, turning = n == 6 ? 3 : n;
+    double *drift = world->work.drift + n * i, turn[3];
+    const double *moving = world->work.moving + n * i;
+
+    for (int32_t k = 0; k < turning; k++)
+        drift[k] += t * moving[k];
+    for (int32_t k = 0; k < n - turning; k++)
+        turn[k] = t * moving[3 + k];
+    if (n == 6)
+        perp__add_turn(drift + 3, turn);
+}
+
 /* Goes on for a time t of the interval `left` that leads from now to v, by the mean velocity, or by
  * that at the interval's end. Velocities have their share of what forces and impulses make of them,
  * also where positions move as if they had all: the rest is that of the time which is left. */
@@ -165,9 +180,10 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
 
         if (t < left || island->contacts > 0) /* else what joints were placed by */
             work->moving[i] = mean ? 0.5 * (work->now[i] + v) : work->v[i];
-        work->drift[i] += t * work->moving[i];
         work->now[i] = v;
     }
+    for (int32_t i = 0; i < island->bodies; i++)
+        add_way(world, i, t);
     work->gone += t;
 }
 

@@ -201,6 +201,8 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
             status =
                 perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : deep, &came);
+        if (world->awake_changed) /* something came to what slept: the step begins anew */
+            return status;
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
         if (world->rounds > level->looks)

@@ -118,8 +118,8 @@ int32_t perp__has_direction(const perp__joint_view *view);
 
 /* projection.c, of the next states */
 /* Takes what joints lack out of the positions of the step's islands, while these are there, and
- * lets none gain energy. *changed: next states are others. */
-perp_status perp__end_joints(perp_world *world, int32_t *changed);
+ * lets no island gain energy, also one of contacts alone. *changed: next states are others. */
+perp_status perp__end_islands(perp_world *world, int32_t *changed);
 /* The same without energy, of the islands at hand. */
 perp_status perp__close_joints(perp_world *world);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */

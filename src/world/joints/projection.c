@@ -6,9 +6,10 @@
  * them that joints have where it ends. That loses energy, of fourth order a step, which they get
  * back: their size stays, if they obeyed the joints where the step began.
  *
- * At last the island has no more energy than before the step and forces gave it: an island that
- * nothing drives loses velocity, all in the same ratio, where ways that close joints were up a
- * potential, or a path that had not settled gave energy. Velocities that obey joints, contacts and
+ * At last the island, with joints or without, has no more energy than before the step and forces
+ * gave it: one that nothing drives loses velocity, all in the same ratio, where ways that close
+ * joints were up a potential, a path that had not settled gave energy, or inertia turned beside the
+ * angular velocity that contacts ask for. Velocities that obey joints, contacts and
  * friction do so still. What is free to fly keeps its momentum. */
 #include <math.h>
 #include <string.h>
@@ -304,13 +305,15 @@ static int32_t begins_on_joints(const perp_world *world, const perp__island *isl
 
 /* ---- energy ---- */
 
-/* Whether all that acts on the island is forces and what takes energy. */
+/* Whether not all that acts on the island is forces and what takes energy, as motors of the speed 0
+ * do. */
 static int32_t is_driven(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
 
-        if (joint->impulse[PERP__SLOT_MOTOR] != 0.0 ||
+        if ((joint->impulse[PERP__SLOT_MOTOR] != 0.0 &&
+             perp__state_of(world, joint)->speed != 0.0) ||
             world->bodies[joint->body[0]].kind == PERP_BODY_KINEMATIC ||
             world->bodies[joint->body[1]].kind == PERP_BODY_KINEMATIC)
             return 1;
@@ -435,7 +438,17 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     return PERP_OK;
 }
 
-perp_status perp__end_joints(perp_world *world, int32_t *changed)
+/* Closes the joints of an island; *closed: whether its bodies are elsewhere then. */
+static perp_status end_joints(perp_world *world, const perp__island *island, int32_t *closed)
+{
+    perp_status status = close_island(world, island, closed);
+
+    if (status == PERP_OK && perp__island_motion(world, island, 0)->verdict.swings)
+        status = end_swing(world, island);
+    return status;
+}
+
+perp_status perp__end_islands(perp_world *world, int32_t *changed)
 {
     perp_status status = PERP_OK;
 
@@ -445,11 +458,8 @@ perp_status perp__end_joints(perp_world *world, int32_t *changed)
         double lost = 0.0;
         int32_t closed = 0;
 
-        if (island->joints == 0)
-            continue;
-        status = close_island(world, island, &closed);
-        if (status == PERP_OK && perp__island_motion(world, island, 0)->verdict.swings)
-            status = end_swing(world, island);
+        if (island->joints > 0)
+            status = end_joints(world, island, &closed);
         for (int32_t k = 0; k < island->bodies; k++)
             lost += perp__energy_lost(world, world->body_order[island->first_body + k]) +
                     perp__energy_rounding(world, world->body_order[island->first_body + k]);

@@ -42,17 +42,20 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
     const perp__motion *motion = &world->motions[body];
     const int32_t moves = perp__is_dynamic(world, body);
     perp__state state = world->states[body];
-    double displacement[6] = {0.0};
+    double drift[6] = {0.0}, turn[3];
 
     if (moves)
-        perp__twist_of(world, world->work.drift + world->dof * world->roles[body].local,
-                       displacement);
-    for (int32_t k = 0; k < 6; k++)
-        displacement[k] += (moves ? t : world->work.gone + t) * motion->trial[k];
-    perp__add3(state.position, 1.0, displacement);
-    perp__turn(world, &state, displacement + 3);
+        perp__twist_of(world, world->work.drift + world->dof * world->roles[body].local, drift);
+    else
+        t += world->work.gone;
+    perp__add3(state.position, 1.0, drift);
+    perp__add3(state.position, t, motion->trial);
+    for (int32_t k = 0; k < 3; k++)
+        turn[k] = t * motion->trial[3 + k];
+    perp__turn(world, &state, drift + 3);
+    perp__turn(world, &state, turn);
     perp__copy3(pose->position, state.position);
-    if (perp__is_zero3(displacement + 3))
+    if (perp__is_zero3(drift + 3) && perp__is_zero3(turn))
         memcpy(pose->rotation, motion->rotation, sizeof pose->rotation);
     else
         perp__rotation_of(world, &state, pose->rotation);
