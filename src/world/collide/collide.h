@@ -47,19 +47,13 @@ void perp__turn_points(int32_t count, perp__point *points);
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points);
 
-/* The pairs; each may assume the kinds in its name, in that order; boxes against boxes are those of
- * space, rectangles are convex shapes. */
+/* The pairs; each may assume the kinds in its name, in that order. */
 int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
                                 double margin, perp__point *points);
 int32_t perp__collide_plane_convex(const perp__placed *plane, const perp__placed *convex,
                                    int32_t planar, double margin, perp__point *points);
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points);
-int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, double margin,
-                              perp__point *points);
-/* The points with gap <= margin along an axis of perp__box_axes. */
-int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
-                                    double margin, perp__point *points);
 
 static inline int32_t perp__are_boxes(const perp__placed *a, const perp__placed *b, int32_t planar)
 {
