@@ -89,17 +89,6 @@ void perp__disturb(perp_world *world, int32_t body)
 
 /* ---- the list of those awake ---- */
 
-/* Those that are, from all slots. */
-static void find_awake(perp_world *world)
-{
-    world->awake_count = 0;
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;
-        if (world->bodies[i].awake)
-            world->awake[world->awake_count++] = i;
-    }
-}
-
 /* Sorts the roused, and merges them from the end. */
 static void merge_roused(perp_world *world)
 {
@@ -143,10 +132,16 @@ static void finish_list(perp_world *world)
 
 void perp__list_awake(perp_world *world)
 {
-    if (world->roused_count > MANY_ROUSED)
-        find_awake(world);
-    else
+    if (world->roused_count <= MANY_ROUSED) {
         merge_roused(world);
+    } else { /* from all slots */
+        world->awake_count = 0;
+        for (int32_t i = 0; i < world->body_slots; i++) {
+            world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;
+            if (world->bodies[i].awake)
+                world->awake[world->awake_count++] = i;
+        }
+    }
     world->roused_count = 0;
     finish_list(world);
 }
