@@ -5,7 +5,6 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 /* Where no more bodies than these are awake, one step of so many is timed for all of them: looking
  * at the clock is a tenth of what a step of one box takes. */

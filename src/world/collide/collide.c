@@ -18,7 +18,8 @@ void perp__emit_point(const perp__placed *frame, const double *position, const d
     point->feature = feature;
 }
 
-void perp__turn_points(int32_t count, perp__point *points)
+/* Turns the normals: from B to A. */
+static void turn_points(int32_t count, perp__point *points)
 {
     for (int32_t q = 0; q < count; q++)
         for (int k = 0; k < 3; k++)
@@ -114,7 +115,7 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
         count = perp__collide_convex(first, second, planar, margin, points);
 
     if (swapped) /* positions and features belong to the pair, only the normal knows which is A */
-        perp__turn_points(count, points);
+        turn_points(count, points);
     return count;
 }
 
@@ -131,7 +132,7 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
     perp__convex_pair_set(&pair, swapped ? b : a, swapped ? a : b, planar);
     const int32_t count = perp__convex_points(&pair, axis, INFINITY, points);
     if (swapped)
-        perp__turn_points(count, points);
+        turn_points(count, points);
     return count;
 }
 

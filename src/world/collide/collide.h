@@ -38,9 +38,6 @@ typedef struct perp__point {
 void perp__emit_point(const perp__placed *frame, const double *position, const double *normal,
                       double gap, int32_t feature, perp__point *point);
 
-/* Turns the normals: from B to A. */
-void perp__turn_points(int32_t count, perp__point *points);
-
 /* Writes the contact points with gap <= margin between A and B, returns how many. planar: the
  * shapes live in the x-y plane (discs, rectangles, half-planes) and so do all points and normals.
  * Two planes make none. Same input, same points in the same order. */

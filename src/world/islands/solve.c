@@ -16,7 +16,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
