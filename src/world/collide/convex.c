@@ -79,9 +79,10 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
     double u[3], v[3], left[2], right[2], between[3], out = 0.0;
     edge_vector(a, i, u);
     edge_vector(b, j, v);
-    if (!parts_faces(b, j, u, &left[1], &right[1]) || !parts_faces(a, i, v, &left[0], &right[0]))
+    if (!pair->boxes && /* whose edges are those farthest along their axis */
+        (!parts_faces(b, j, u, &left[1], &right[1]) || !parts_faces(a, i, v, &left[0], &right[0])))
         return -INFINITY;
-    if (a->faces > 0 && b->faces > 0 && !(left[1] * right[0] < 0.0))
+    if (!pair->boxes && a->faces > 0 && b->faces > 0 && !(left[1] * right[0] < 0.0))
         return -INFINITY; /* the arcs lie on opposite sides of the map */
     perp__normalise3(u);
     perp__normalise3(v);

@@ -271,7 +271,7 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     int32_t side = number >= faces_a, face = side ? number - faces_a : number;
     const int32_t of_face = number >= 0 && number < faces;
     int32_t count = 0, over_face = of_face;
-    double separation, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
+    double separation = -INFINITY, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
     perp__axis axis;
 
     /* 1. the normal: of a face, of a product of edges, or the line between the closest points */
@@ -280,7 +280,8 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
         separation = axis.separation + pair->radius;
     } else if (crossing) {
         separation = perp__convex_product(pair, i, j, axis.normal);
-    } else {
+    }
+    if (separation == -INFINITY) {
         perp__closest closest;
         perp__convex_closest(pair, &closest);
         perp__copy3(axis.normal, closest.direction);
