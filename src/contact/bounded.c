@@ -1,6 +1,5 @@
 #include "contact/bounded.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

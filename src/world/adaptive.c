@@ -62,16 +62,6 @@ static double distance(const perp_world *world, int32_t i, const perp__state *a,
            h * (perp__length3(speed) + reach * perp__length3(spin));
 }
 
-static double largest_distance(const perp_world *world, const perp__state *whole, double h)
-{
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < world->body_slots; i++)
-        if (world->bodies[i].alive && perp__is_dynamic(world, i))
-            largest = fmax(largest, distance(world, i, &whole[i], &world->states[i], h));
-    return largest;
-}
-
 /* One step more; the result is the worst of those so far. */
 static perp_status take(perp_world *world, attempt *trial, double h)
 {
@@ -98,6 +88,7 @@ static void begin(attempt *trial)
 static perp_status try_halves(perp_world *world, attempt *trial, double h)
 {
     const size_t size = (size_t)world->body_slots * sizeof *world->states;
+    const perp__state *whole;
     perp_status status = keep(world, &world->tried);
 
     PERP__THEN(status, fit(world, &world->whole, size));
@@ -107,13 +98,15 @@ static perp_status try_halves(perp_world *world, attempt *trial, double h)
     if (status != PERP_OK || !trial->advances)
         return status;
     memcpy(world->whole.bytes, world->states, size);
+    whole = (const perp__state *)world->whole.bytes;
     status = perp__snapshot_read(world, world->tried.bytes);
     begin(trial);
     for (int32_t half = 0; half < 2 && status == PERP_OK && trial->advances; half++)
         status = take(world, trial, 0.5 * h);
-    trial->error = trial->advances
-                       ? largest_distance(world, (const perp__state *)world->whole.bytes, h)
-                       : INFINITY;
+    trial->error = trial->advances ? 0.0 : INFINITY;
+    for (int32_t i = 0; i < world->body_slots && trial->advances; i++)
+        if (world->bodies[i].alive && perp__is_dynamic(world, i))
+            trial->error = fmax(trial->error, distance(world, i, &whole[i], &world->states[i], h));
     return status;
 }
 

@@ -133,17 +133,6 @@ static void move_freely(perp_world *world, int32_t i, double h)
         rotate_freely(world, i, h);
 }
 
-static void move_in_contact(const perp_world *world, int32_t i, double h)
-{
-    const perp__motion *motion = &world->motions[i];
-    perp__state *next = &world->next[i];
-
-    perp__add3(next->position, h, motion->moving);
-    scaled_turn(world, next, h, motion->moving + 3);
-    perp__copy3(next->velocity, motion->after);
-    perp__copy3(next->angular_velocity, motion->after + 3);
-}
-
 static int32_t is_finite(const perp__state *state)
 {
     return perp__is_finite3(state->position) && perp__is_finite3(state->orientation) &&
@@ -264,19 +253,24 @@ static void integrate(perp_world *world, perp__share *share, double h)
     for (int32_t i = share->first; i < share->end && share->found < 0; i++) {
         const int32_t body = world->lively[i];
         const int32_t kind = world->bodies[body].kind;
+        perp__state *next = &world->next[body];
         perp__motion *motion = &world->motions[body];
 
         fetch_ahead(world, i);
-        world->next[body] = world->states[body];
+        *next = world->states[body];
         if (kind == PERP_BODY_STATIC) {
             motion->placed += motion->placed == world->coasting;
             continue;
         }
         if (kind == PERP_BODY_DYNAMIC && world->roles[body].island < 0)
             move_freely(world, body, h);
-        else
-            move_in_contact(world, body, h);
-        if (!is_finite(&world->next[body]))
+        else {
+            perp__add3(next->position, h, motion->moving);
+            scaled_turn(world, next, h, motion->moving + 3);
+            perp__copy3(next->velocity, motion->after);
+            perp__copy3(next->angular_velocity, motion->after + 3);
+        }
+        if (!is_finite(next))
             share->found = body;
         else if (!motion->enclosed || perp__has_pairs(world, body)) {
             const int32_t anew = motion->placed != world->coasting;

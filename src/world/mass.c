@@ -92,15 +92,6 @@ static perp_status check_inertia(perp_context *context, const double *I)
     return PERP_OK;
 }
 
-static void planar_inertia(perp__body *body, double I)
-{
-    body->inertia[8] = I;
-    body->inverse_inertia[8] = 1.0 / I;
-    body->inverse_factor[8] = sqrt(I);
-    body->factor[8] = 1.0 / body->inverse_factor[8];
-    body->spherical = 1; /* no gyroscopic term in the plane */
-}
-
 /* I = L L', so I^-1 = C C' with C = L^-T; exact reciprocals where I is diagonal. */
 static void spatial_inertia(perp__body *body, const double *I)
 {
@@ -171,7 +162,6 @@ static double shape_volume(const perp_world *world, const perp__geometry *geomet
 /* Inverse and roots, of the given mass and inertia or the shapes'. */
 static void weigh(const perp_world *world, perp__body *body)
 {
-    const int32_t planar = world->settings.planar;
     double inertia[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
     body->mass = body->given_mass > 0.0   ? body->given_mass
@@ -183,10 +173,15 @@ static void weigh(const perp_world *world, perp__body *body)
     else if (body->shape_mass > 0.0)
         for (int32_t k = 0; k < 9; k++)
             inertia[k] = body->shape_inertia[k] * (body->mass / body->shape_mass);
-    if (planar)
-        planar_inertia(body, inertia[8]);
-    else
+    if (!world->settings.planar) {
         spatial_inertia(body, inertia);
+        return;
+    }
+    body->inertia[8] = inertia[8];
+    body->inverse_inertia[8] = 1.0 / inertia[8];
+    body->inverse_factor[8] = sqrt(inertia[8]);
+    body->factor[8] = 1.0 / body->inverse_factor[8];
+    body->spherical = 1; /* no gyroscopic term in the plane */
 }
 
 /* The parallel axis theorem: I about the origin = R I R' + m (|o|^2 E - o o'). */
@@ -242,11 +237,6 @@ perp_status perp__check_centres(perp_world *world)
     return PERP_OK;
 }
 
-static int32_t is_zero9(const double *x)
-{
-    return perp__is_zero3(x) && perp__is_zero3(x + 3) && perp__is_zero3(x + 6);
-}
-
 perp_status perp__body_mass(const perp_world *world, perp__body *body, double mass,
                             const double *inertia)
 {
@@ -264,7 +254,8 @@ perp_status perp__body_mass(const perp_world *world, perp__body *body, double ma
         if (status == PERP_OK && inertia[8] < 0.0)
             status = perp__refuse(
                 context, "settings.inertia[8] is %g, > 0 expected, or 0: the shapes'", inertia[8]);
-    } else if (!is_zero9(inertia)) {
+    } else if (!perp__is_zero3(inertia) || !perp__is_zero3(inertia + 3) ||
+               !perp__is_zero3(inertia + 6)) {
         status = check_inertia(context, inertia);
     }
     if (status != PERP_OK)

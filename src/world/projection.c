@@ -234,23 +234,12 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
     perp__add_joint_errors(world, island);
 }
 
-/* Ways that passes come to: what they leave of an overlap comes again. */
-static perp_status sweep_shifts(perp_world *world, const perp__rigid_problem *problem,
-                                perp__rigid_answer *answer)
-{
-    perp__passes step = {0};
-
-    step.h = 1.0;
-    step.passes = problem->contacts > 0 ? MANY : 1;
-    answer->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    return perp__coloured_step(&world->coloured, answer, NULL, problem, &step);
-}
-
 /* Shifts of the island's bodies; *found: whether they are any good. */
 static perp_status solve_shifts(perp_world *world, const perp__island *island, int32_t *found)
 {
     perp__rigid_problem problem;
     perp__rigid_answer answer;
+    perp__passes step = {.h = 1.0};
     perp_status status;
 
     world->work.set_up = 0;
@@ -262,8 +251,13 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     if (problem.max_iterations == 0 || problem.max_iterations > ITERATIONS)
         problem.max_iterations = ITERATIONS;
     problem.holds = 1;
-    status = island->joints > 0 ? sweep_shifts(world, &problem, &answer)
-                                : perp__rigid_solve(world->solver, &answer, &problem);
+    step.passes = problem.contacts > 0 ? MANY : 1;
+    if (island->joints == 0) {
+        status = perp__rigid_solve(world->solver, &answer, &problem);
+    } else { /* ways that passes come to: what they leave of an overlap comes again */
+        answer.outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
+    }
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer.iterations);

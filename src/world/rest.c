@@ -89,17 +89,6 @@ void perp__disturb(perp_world *world, int32_t body)
 
 /* ---- the list of those awake ---- */
 
-/* Those that are, from all slots. */
-static void find_awake(perp_world *world)
-{
-    world->awake_count = 0;
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;
-        if (world->bodies[i].awake)
-            world->awake[world->awake_count++] = i;
-    }
-}
-
 /* Sorts the roused, and merges them from the end. */
 static void merge_roused(perp_world *world)
 {
@@ -143,31 +132,21 @@ static void finish_list(perp_world *world)
 
 void perp__list_awake(perp_world *world)
 {
-    if (world->roused_count > MANY_ROUSED)
-        find_awake(world);
-    else
+    if (world->roused_count <= MANY_ROUSED) {
         merge_roused(world);
+    } else { /* from all slots */
+        world->awake_count = 0;
+        for (int32_t i = 0; i < world->body_slots; i++) {
+            world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;
+            if (world->bodies[i].awake)
+                world->awake[world->awake_count++] = i;
+        }
+    }
     world->roused_count = 0;
     finish_list(world);
 }
 
 /* ---- what contacts are kept as ---- */
-
-static perp_status reserve_kept(perp_world *world, int32_t more)
-{
-    const perp__growing array = PERP__GROWING(world->kept, world->kept_slots, 1);
-
-    return perp__grow(world->context, NULL, &world->kept_capacity,
-                      (int64_t)world->kept_count + more, &array, 1);
-}
-
-static perp_status reserve_naps(perp_world *world, int32_t more)
-{
-    const perp__growing array = PERP__GROWING(world->naps, world->nap_slots, 1);
-
-    return perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + more,
-                      &array, 1);
-}
 
 void perp__drop_kept(perp_world *world, int32_t first)
 {
@@ -329,18 +308,6 @@ static int32_t put_to_sleep(perp_world *world)
     return slept;
 }
 
-static void keep_contacts(perp_world *world)
-{
-    for (int32_t i = 0; i < world->last.count; i++) {
-        const int32_t *body = world->last.ties[i].body;
-        const int32_t a = world->bodies[body[0]].nap;
-        const int32_t nap = a != NONE ? a : world->bodies[body[1]].nap;
-
-        if (nap != NONE)
-            keep_contact(world, i, &world->naps[nap]);
-    }
-}
-
 static void count_naps(perp_world *world)
 {
     perp__nap *all = &world->asleep;
@@ -362,17 +329,29 @@ static void count_naps(perp_world *world)
 
 void perp__fall_asleep(perp_world *world)
 {
+    const perp__growing naps = PERP__GROWING(world->naps, world->nap_slots, 1);
+    const perp__growing kept = PERP__GROWING(world->kept, world->kept_slots, 1);
     int32_t i, calm = 0;
 
     for (i = 0; i < world->lively_count; i++)
         calm += is_calm(world, world->lively[i]);
     if (calm == 0 || world->settings.max_iterations > 0 || world->settings.wakeful ||
-        reserve_naps(world, calm) != PERP_OK || reserve_kept(world, world->last.count) != PERP_OK)
+        perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + calm,
+                   &naps, 1) != PERP_OK ||
+        perp__grow(world->context, NULL, &world->kept_capacity,
+                   (int64_t)world->kept_count + world->last.count, &kept, 1) != PERP_OK)
         return; /* without room all stay awake */
     find_calm(world);
     if (put_to_sleep(world) == 0)
         return;
-    keep_contacts(world);
+    for (i = 0; i < world->last.count; i++) {
+        const int32_t *body = world->last.ties[i].body;
+        const int32_t a = world->bodies[body[0]].nap;
+        const int32_t nap = a != NONE ? a : world->bodies[body[1]].nap;
+
+        if (nap != NONE)
+            keep_contact(world, i, &world->naps[nap]);
+    }
     count_naps(world);
     perp__list_awake(world);
 }

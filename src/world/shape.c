@@ -35,16 +35,6 @@ static perp_status check_material(perp_context *context, const perp_shape_settin
     return PERP_OK;
 }
 
-static perp_status check_rotation(const perp_world *world, double *rotation)
-{
-    perp_status status = perp__check_quaternion(world->context, "settings.rotation", rotation);
-
-    if (status == PERP_OK && world->settings.planar && (rotation[1] != 0.0 || rotation[2] != 0.0))
-        status =
-            perp__refuse(world->context, "settings.rotation must be about z in a planar world");
-    return status;
-}
-
 /* Reads the caller's settings into everything of `shape` but its geometry, radius and slot. */
 static perp_status read_settings(const perp_world *world, perp__shape *shape,
                                  const perp_shape_settings *caller)
@@ -57,7 +47,10 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
                                          PERP__FIRST(perp_shape_settings)));
     PERP__THEN(status, check_material(context, &settings));
     PERP__THEN(status, perp__check_vector3(world, "settings.offset", settings.offset));
-    PERP__THEN(status, check_rotation(world, settings.rotation));
+    PERP__THEN(status, perp__check_quaternion(context, "settings.rotation", settings.rotation));
+    if (status == PERP_OK && world->settings.planar &&
+        (settings.rotation[1] != 0.0 || settings.rotation[2] != 0.0))
+        status = perp__refuse(context, "settings.rotation must be about z in a planar world");
     if (status != PERP_OK)
         return status;
     shape->friction =
@@ -78,14 +71,6 @@ static perp_status reserve_shape(perp_world *world)
                ? PERP_OK
                : perp__grow(world->context, "another shape", &world->shape_capacity,
                             (int64_t)world->shape_slots + 1, arrays, 2);
-}
-
-static void include_shape(perp__body *body, perp__shape *shape)
-{
-    shape->reach = perp__length3(shape->offset) + shape->radius;
-    body->shapes++;
-    if (shape->geometry.kind != PERP__PLANE && shape->reach > body->radius)
-        body->radius = shape->reach;
 }
 
 void perp__remove_shapes(perp_world *world, int32_t body)
@@ -132,6 +117,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
 {
     uint32_t generation = 1;
     int32_t slot, body;
+    perp__shape *own;
     perp_status status = perp__find_body(world, &body, body_id);
 
     if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
@@ -149,12 +135,16 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     } else {
         slot = world->shape_slots++;
     }
-    world->shapes[slot] = *shape;
-    world->shapes[slot].alive = 1;
-    world->shapes[slot].body = body;
-    world->shapes[slot].generation = generation;
+    own = &world->shapes[slot];
+    *own = *shape;
+    own->alive = 1;
+    own->body = body;
+    own->generation = generation;
+    own->reach = perp__length3(own->offset) + own->radius;
     enlist(world, slot);
-    include_shape(&world->bodies[body], &world->shapes[slot]);
+    world->bodies[body].shapes++;
+    if (own->geometry.kind != PERP__PLANE && own->reach > world->bodies[body].radius)
+        world->bodies[body].radius = own->reach;
     world->stats.shapes++;
     if (id)
         *id = perp__id(slot, generation);

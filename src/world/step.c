@@ -5,7 +5,6 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "linalg/spatial.h"
 
 /* Where no more bodies than these are awake, one step of so many is timed for all of them: looking
  * at the clock is a tenth of what a step of one box takes. */
@@ -143,13 +142,6 @@ static perp_status check_contacts(const perp_world *world)
     return PERP_OK;
 }
 
-static int32_t may_advance(const perp_world *world, perp_outcome outcome)
-{
-    if (outcome == PERP_OUTCOME_RAY)
-        return 0;
-    return !world->settings.strict || perp__is_good(outcome);
-}
-
 /* Returns how many bodies end the step as they began it. */
 static int32_t commit(perp_world *world, int32_t included)
 {
@@ -213,7 +205,8 @@ static void report(perp_world *world, const perp__solve_summary *summary, perp_w
     result->residual = stats->residual;
     result->contacts = stats->contacts;
     result->islands = world->asleep.solved + summary->solved;
-    result->advanced = may_advance(world, result->outcome);
+    result->advanced = result->outcome != PERP_OUTCOME_RAY &&
+                       (!world->settings.strict || perp__is_good(result->outcome));
     stats->impacts = summary->impacts;
 }
 
@@ -256,25 +249,6 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
     return status;
 }
 
-static int32_t is_all_asleep(const perp_world *world, double h)
-{
-    return world->awake_count == 0 && !world->awake_changed && h == world->step_length &&
-           world->weighed && !world->planes_changed;
-}
-
-/* All that a step would do is to say so. */
-static void sleep_on(perp_world *world, perp_step_result *result)
-{
-    const perp__solve_summary summary = {0};
-
-    world->stats.islands = world->asleep.islands;
-    world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
-    world->stats.rows_friction = world->asleep.tangents;
-    world->stats.iterations = 0;
-    world->stats.steps++;
-    report(world, &summary, &world->stats, result);
-}
-
 static perp_status step_awake(perp_world *world, perp_step_result *result, double h)
 {
     perp_world_stats stats = world->stats;
@@ -303,9 +277,19 @@ static perp_status step_awake(perp_world *world, perp_step_result *result, doubl
 
 perp_status perp__step(perp_world *world, perp_step_result *result, double h)
 {
+    const perp__solve_summary summary = {0};
+
     world->rough = 0;
-    if (!is_all_asleep(world, h))
+    if (world->awake_count > 0 || world->awake_changed || h != world->step_length ||
+        !world->weighed || world->planes_changed)
         return step_awake(world, result, h);
-    sleep_on(world, result);
+
+    /* while all sleeps, all that a step would do is to say so */
+    world->stats.islands = world->asleep.islands;
+    world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
+    world->stats.rows_friction = world->asleep.tangents;
+    world->stats.iterations = 0;
+    world->stats.steps++;
+    report(world, &summary, &world->stats, result);
     return PERP_OK;
 }

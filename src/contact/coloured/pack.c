@@ -1,5 +1,4 @@
 /* Contacts into coloured groups of eight pairs, and their rows P = J C. */
-#include <math.h>
 #include <string.h>
 
 #include "contact/coloured/coloured.h"

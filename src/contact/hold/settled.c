@@ -6,7 +6,6 @@
  *   y = (E - B B') (C^-1 v_free + C'J_l'r_l)
  *
  * with B the rows that stop it (hold.h). */
-#include <math.h>
 #include <string.h>
 
 #include "contact/hold/hold.h"

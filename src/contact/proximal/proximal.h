@@ -103,11 +103,9 @@ void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, d
  * and the right side, in `rhs`. */
 void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           int32_t first);
-/* out := J'x, and u := J v + q; q may be NULL. */
+/* out := J'x */
 void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                          double *out);
-void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                         const double *q, double *u);
 /* out := J' K J v + v. */
 void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *part, const double *v,
                           double *out);

@@ -18,7 +18,8 @@ void perp__emit_point(const perp__placed *frame, const double *position, const d
     point->feature = feature;
 }
 
-void perp__turn_points(int32_t count, perp__point *points)
+/* Turns the normals: from B to A. */
+static void turn_points(int32_t count, perp__point *points)
 {
     for (int32_t q = 0; q < count; q++)
         for (int k = 0; k < 3; k++)
@@ -106,8 +107,6 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
         count = perp__collide_plane_box(first, second, planar, margin, points);
     else if (kind == PERP__PLANE)
         count = perp__collide_plane_convex(first, second, planar, margin, points);
-    else if (perp__are_boxes(first, second, planar))
-        count = perp__collide_box_box(first, second, margin, points);
     else if (kind == PERP__BOX && other == PERP__SPHERE)
         count = collide_box_ball(first, second, planar, margin, points);
     else if (kind == PERP__SPHERE && other == PERP__SPHERE)
@@ -116,21 +115,25 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
         count = perp__collide_convex(first, second, planar, margin, points);
 
     if (swapped) /* positions and features belong to the pair, only the normal knows which is A */
-        perp__turn_points(count, points);
+        turn_points(count, points);
     return count;
 }
 
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points)
 {
+    const int32_t swapped = perp__are_boxes(a, b, planar) && perp__box_is_smaller(a, b);
     perp__convex_pair pair;
     if (a->geometry->kind == PERP__PLANE || b->geometry->kind == PERP__PLANE ||
         perp__is_ball_pair(a, b))
         return perp__collide(a, b, planar, INFINITY, points);
-    if (perp__are_boxes(a, b, planar))
-        return perp__collide_box_box_along(a, b, axis, INFINITY, points);
-    perp__convex_pair_set(&pair, a, b, planar);
-    return perp__convex_points(&pair, axis, INFINITY, points);
+    if (swapped)
+        axis = axis < 6 ? (axis + 3) % 6 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
+    perp__convex_pair_set(&pair, swapped ? b : a, swapped ? a : b, planar);
+    const int32_t count = perp__convex_points(&pair, axis, INFINITY, points);
+    if (swapped)
+        turn_points(count, points);
+    return count;
 }
 
 /* A few roundings wider, so that shapes that exactly touch are found. */

@@ -38,28 +38,19 @@ typedef struct perp__point {
 void perp__emit_point(const perp__placed *frame, const double *position, const double *normal,
                       double gap, int32_t feature, perp__point *point);
 
-/* Turns the normals: from B to A. */
-void perp__turn_points(int32_t count, perp__point *points);
-
 /* Writes the contact points with gap <= margin between A and B, returns how many. planar: the
  * shapes live in the x-y plane (discs, rectangles, half-planes) and so do all points and normals.
  * Two planes make none. Same input, same points in the same order. */
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
                       perp__point *points);
 
-/* The pairs; each may assume the kinds in its name, in that order; boxes against boxes are those of
- * space, rectangles are convex shapes. */
+/* The pairs; each may assume the kinds in its name, in that order. */
 int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
                                 double margin, perp__point *points);
 int32_t perp__collide_plane_convex(const perp__placed *plane, const perp__placed *convex,
                                    int32_t planar, double margin, perp__point *points);
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points);
-int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, double margin,
-                              perp__point *points);
-/* The points with gap <= margin along an axis of perp__box_axes. */
-int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
-                                    double margin, perp__point *points);
 
 static inline int32_t perp__are_boxes(const perp__placed *a, const perp__placed *b, int32_t planar)
 {

@@ -30,6 +30,7 @@ void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const
     perp__polytope_move(&pair->side[1], R, between, &pair->room[1]);
     pair->frame = a;
     pair->planar = planar;
+    pair->boxes = perp__are_boxes(a, b, planar);
     pair->radius = a->geometry->radius + b->geometry->radius;
     pair->size = fmin(perp__size_of(a), perp__size_of(b));
 }
@@ -78,13 +79,15 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
     double u[3], v[3], left[2], right[2], between[3], out = 0.0;
     edge_vector(a, i, u);
     edge_vector(b, j, v);
-    if (!parts_faces(b, j, u, &left[1], &right[1]) || !parts_faces(a, i, v, &left[0], &right[0]))
+    if (!pair->boxes && /* whose edges are those farthest along their axis */
+        (!parts_faces(b, j, u, &left[1], &right[1]) || !parts_faces(a, i, v, &left[0], &right[0])))
         return -INFINITY;
-    if (a->faces > 0 && b->faces > 0 && !(left[1] * right[0] < 0.0))
+    if (!pair->boxes && a->faces > 0 && b->faces > 0 && !(left[1] * right[0] < 0.0))
         return -INFINITY; /* the arcs lie on opposite sides of the map */
+    perp__normalise3(u);
+    perp__normalise3(v);
     perp__cross(normal, u, v);
-    double sine = perp__dot3(normal, normal);
-    if (!(sine > PERP__PARALLEL * PERP__PARALLEL * perp__dot3(u, u) * perp__dot3(v, v)))
+    if (!(perp__normalise3(normal) > PERP__PARALLEL))
         return -INFINITY;
     if (a->faces > 0)
         for (int f = 2; f < 4; f++)
@@ -92,9 +95,8 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
     else
         for (int f = 2; f < 4; f++)
             out -= perp__dot3(normal, b->normal + 3 * b->edge[4 * j + f]);
-    double scale = (out < 0.0 ? -1.0 : 1.0) / sqrt(sine);
-    for (int k = 0; k < 3; k++)
-        normal[k] *= scale;
+    for (int k = 0; k < 3 && out < 0.0; k++)
+        normal[k] = -normal[k];
     perp__subtract3(between, b->corner + 3 * b->edge[4 * j], a->corner + 3 * a->edge[4 * i]);
     return perp__dot3(normal, between);
 }
@@ -237,10 +239,11 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             perp__copy3(closest->direction, upright);
     }
     closest->count = 1;
-    if (pair->planar && !(pair->radius > 0.0))
+    if (pair->radius == 0.0)
         return;
 
-    /* both ends of the stretch over which nearly parallel segments lie beside each other */
+    /* of round edges, both ends of the stretch over which nearly parallel ones lie beside each
+     * other */
     double between[3], cosine = perp__dot3(best[0].direction, best[1].direction);
     perp__subtract3(between, best[1].centre, best[0].centre);
     double along = perp__dot3(best[0].direction, between), reach = fabs(cosine) * best[1].half;

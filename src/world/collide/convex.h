@@ -13,6 +13,7 @@ typedef struct perp__convex_pair {
     perp__polytope side[2]; /* A and B */
     const perp__placed *frame;
     int32_t planar;
+    int32_t boxes; /* both, in space: axes have the numbers of perp__box_axes */
     double radius; /* of both */
     double size;   /* of the smaller shape */
     perp__polytope_room room[2];
@@ -51,8 +52,8 @@ int perp__segment_closest(const perp__segment *a, const perp__segment *b, double
 
 void perp__segment_of_edge(const perp__polytope *polytope, int32_t edge, perp__segment *segment);
 
-/* The closest points of the edges of both cores, or the stretch in which two that are parallel come
- * closest. */
+/* The closest points of the edges of both cores, or, of rounded shapes, the stretch in which two
+ * that are parallel come closest. */
 typedef struct perp__closest {
     double on[2][2][3]; /* point; of A, of B */
     int32_t count;      /* of points */

@@ -231,16 +231,47 @@ static int32_t closest_points(const perp__convex_pair *pair, const double *norma
     return count;
 }
 
-int32_t perp__convex_points(const perp__convex_pair *pair, int32_t number, double margin,
+/* ---- along an axis ---- */
+
+/* The edge of a box along axis j that lies farthest in a direction, which has these components on
+ * the axes that follow j. */
+static int32_t edge_towards(int32_t j, double first, double second)
+{
+    return 4 * j + (first > 0.0) + 2 * (second > 0.0);
+}
+
+/* The number of an axis of perp__box_axes among faces and products of edges. */
+static int32_t number_of(const perp__convex_pair *pair, int32_t axis)
+{
+    const double *up_a = pair->side[0].normal + 3, *up_b = pair->side[1].normal + 3;
+    const double *low = pair->side[1].corner, *high = low + 3 * 7;
+    const double to_b[3] = {low[0] + high[0], low[1] + high[1], low[2] + high[2]};
+    const int32_t i = axis / 3 - 2, j = axis % 3;
+    double normal[3];
+    if (axis < 3)
+        return 2 * axis + !(perp__dot3(up_a + 6 * j, to_b) < 0.0);
+    if (axis < 6)
+        return 2 * axis + !(-perp__dot3(up_b + 6 * j, to_b) < 0.0);
+    perp__cross(normal, up_a + 6 * i, up_b + 6 * j);
+    const double sign = perp__dot3(normal, to_b) < 0.0 ? -1.0 : 1.0;
+    const double *next = up_b + 6 * ((j + 1) % 3), *last = up_b + 6 * ((j + 2) % 3);
+    const int32_t edge_a = edge_towards(i, sign * normal[(i + 1) % 3], sign * normal[(i + 2) % 3]);
+    const int32_t edge_b =
+        edge_towards(j, -sign * perp__dot3(normal, next), -sign * perp__dot3(normal, last));
+    return 12 + 12 * edge_a + edge_b;
+}
+
+int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, double margin,
                             perp__point *points)
 {
+    const int32_t number = pair->boxes ? number_of(pair, axis_number) : axis_number;
     const int32_t faces_a = pair->side[0].faces, faces = faces_a + pair->side[1].faces;
     const int32_t edges = pair->side[1].edges, i = (number - faces) / edges;
     const int32_t j = (number - faces) % edges, crossing = number >= faces;
     int32_t side = number >= faces_a, face = side ? number - faces_a : number;
     const int32_t of_face = number >= 0 && number < faces;
     int32_t count = 0, over_face = of_face;
-    double separation, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
+    double separation = -INFINITY, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
     perp__axis axis;
 
     /* 1. the normal: of a face, of a product of edges, or the line between the closest points */
@@ -249,7 +280,8 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t number, doubl
         separation = axis.separation + pair->radius;
     } else if (crossing) {
         separation = perp__convex_product(pair, i, j, axis.normal);
-    } else {
+    }
+    if (separation == -INFINITY) {
         perp__closest closest;
         perp__convex_closest(pair, &closest);
         perp__copy3(axis.normal, closest.direction);
@@ -281,13 +313,20 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t number, doubl
 int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
                              double margin, perp__point *points)
 {
+    const int32_t boxes = perp__are_boxes(a, b, planar);
     perp__convex_pair pair;
     perp__axes axes;
-    perp__convex_pair_set(&pair, a, b, planar);
-    if (!perp__convex_axes(&pair, margin, &axes))
-        return 0;
+    if (boxes) {
+        perp__box_axes(a, b, &axes);
+    } else {
+        perp__convex_pair_set(&pair, a, b, planar);
+        if (!perp__convex_axes(&pair, margin, &axes))
+            return 0;
+    }
     const perp__axis *best = &axes.axis[perp__last_to_close(a, b, &axes, NULL)];
     if (!(best->separation <= margin))
         return 0;
+    if (boxes)
+        perp__convex_pair_set(&pair, a, b, planar);
     return perp__convex_points(&pair, best->number, margin, points);
 }

@@ -92,13 +92,6 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     return status;
 }
 
-static int32_t is_worth_more(const perp_world *world, const perp__island *island,
-                             const perp__rigid_answer *answer)
-{
-    return !perp__is_good(answer->outcome) && world->settings.accuracy == PERP_ACCURACY_EXACT &&
-           (!is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING);
-}
-
 /* From where that has come to, with all that the methods have: last resorts too for what rests, or
  * is little. */
 static perp_status solve_thoroughly(perp_world *world, const perp__island *island,
@@ -135,7 +128,9 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
         say_outcome(answer, tol = perp__swept_tol(world));
-    if (status == PERP_OK && is_worth_more(world, island, answer))
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT &&
+        (!is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING))
         status = solve_thoroughly(world, island, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);

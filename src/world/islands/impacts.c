@@ -55,13 +55,6 @@ static double normal_of(const perp_world *world, int32_t i, const double *x, int
     return sum;
 }
 
-static int32_t most_impacts(const perp__island *island)
-{
-    const int32_t most = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-
-    return most < 1 ? 1 : most > MOST_IMPACTS ? MOST_IMPACTS : most;
-}
-
 /* Time until gap + t u + t^2 a / 2 is 0, going down; INFINITY if it is not reached. */
 static double time_to(double gap, double u, double a)
 {
@@ -140,16 +133,6 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
     work->share = share;
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->free[i] = work->now[i] + share * work->gain[i];
-}
-
-/* Biases of an interval of length t: what gaps leave. */
-static void close_gaps(perp_world *world, double t)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < work->count; i++)
-        work->rows[i].bias[0] = work->gap[work->chosen[i]] / t;
-    perp__time_joints(world, t);
 }
 
 /* Turns follow each other: where their axes differ the turn of both is not their sum. */
@@ -330,7 +313,9 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
             memcpy(work->warm, work->impulse, 3 * (size_t)units * sizeof *work->warm);
         units = work->units;
         perp__force_bodies(world, island, t / h);
-        close_gaps(world, t);
+        for (int32_t i = 0; i < work->count; i++) /* what gaps leave to an interval so long */
+            work->rows[i].bias[0] = work->gap[work->chosen[i]] / t;
+        perp__time_joints(world, t);
         status = solve_round(world, island, verdict);
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || island->joints == 0)
             return status;
@@ -544,7 +529,8 @@ static void finish(perp_world *world, const perp__island *island, double left, d
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const int32_t most = most_impacts(island);
+    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
+    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
     double left = h;
     int32_t done = 0, hits;
     perp_status status;

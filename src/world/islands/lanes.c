@@ -27,15 +27,6 @@ typedef struct job {
 
 /* ---- life ---- */
 
-static perp_status create_lane(perp_world *world, perp__lane *lane)
-{
-    perp__tasks_context(world->tasks, &lane->context);
-    lane->share.context = lane->world.context = &lane->context;
-    perp__coloured_init(&lane->world.coloured, &lane->context);
-    lane->world.standing = &lane->standing;
-    return perp__rigid_create(&lane->context, &lane->world.solver);
-}
-
 perp_status perp__create_lanes(perp_world *world)
 {
     const perp_world_settings *settings = &world->settings;
@@ -54,8 +45,15 @@ perp_status perp__create_lanes(perp_world *world)
         perp__allocate_zeros(world->context, (size_t)count, sizeof *world->lanes, "the threads");
     if (!world->lanes)
         return PERP_ERROR_MEMORY;
-    for (; world->lane_count < count && status == PERP_OK; world->lane_count++)
-        status = create_lane(world, &world->lanes[world->lane_count]);
+    for (; world->lane_count < count && status == PERP_OK; world->lane_count++) {
+        perp__lane *lane = &world->lanes[world->lane_count];
+
+        perp__tasks_context(world->tasks, &lane->context);
+        lane->share.context = lane->world.context = &lane->context;
+        perp__coloured_init(&lane->world.coloured, &lane->context);
+        lane->world.standing = &lane->standing;
+        status = perp__rigid_create(&lane->context, &lane->world.solver);
+    }
     return status == PERP_OK ? status : perp__fail_memory(world->context, "the threads");
 }
 

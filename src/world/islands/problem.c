@@ -188,16 +188,6 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     }
 }
 
-static void write_row(const perp_world *world, const perp__world_contact *contact, int32_t side,
-                      int32_t k, double *row)
-{
-    double twist[6];
-
-    perp__contact_row(contact, side, k, world->dof == 6 ? row : twist);
-    if (world->dof == 3)
-        perp__coordinates_of(world, twist, row);
-}
-
 /* Rows of the chosen contacts; bias is written for each problem. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
 {
@@ -219,8 +209,13 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         memset(rows->compliance, 0, sizeof rows->compliance);
         rows->mu = contact->friction;
         for (int32_t side = 0; side < 2; side++)
-            for (int32_t k = 0; k < rows->dim && rows->body[side] >= 0; k++)
-                write_row(world, contact, side, k, rows->rows[side][k]);
+            for (int32_t k = 0; k < rows->dim && rows->body[side] >= 0; k++) {
+                double twist[6], *row = rows->rows[side][k];
+
+                perp__contact_row(contact, side, k, world->dof == 6 ? row : twist);
+                if (world->dof == 3)
+                    perp__coordinates_of(world, twist, row);
+            }
         perp__copy3(work->warm + 3 * work->count, perp__step_response(world, island, i)->warm);
         work->chosen[work->count++] = i;
     }

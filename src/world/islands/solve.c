@@ -17,7 +17,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
@@ -60,17 +59,6 @@ static void leave_alone(perp_world *world, const perp__island *island)
     }
 }
 
-/* How many contacts, or joints, came to the island since it was solved. */
-static int32_t count_fresh(const perp_world *world, const perp__island *island,
-                           const perp__verdict *verdict)
-{
-    int32_t i, fresh = island->joints > 0 && !verdict->jointed;
-
-    for (i = 0; i < island->contacts; i++)
-        fresh += perp__step_tie(world, island, i)->fresh;
-    return fresh;
-}
-
 /* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
  * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept. */
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
@@ -109,9 +97,11 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 perp_status perp__solve_one(perp_world *world, const perp__island *island, double h)
 {
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-    const int32_t fresh = count_fresh(world, island, &verdict);
+    int32_t fresh = island->joints > 0 && !verdict.jointed; /* that came since it was solved */
     perp_status status;
 
+    for (int32_t i = 0; i < island->contacts; i++)
+        fresh += perp__step_tie(world, island, i)->fresh;
     world->budget.contacts -= island->contacts + island->joints;
     if (fresh == 0)
         return PERP_OK;

@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "base/outcome.h"
 #include "linalg/spatial.h"
 #include "world/islands/contact_rows.h"

@@ -88,22 +88,16 @@ int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
     return is_few(world, island, perp__level_of(world)->few);
 }
 
-static int32_t count_passes(const perp_world *world, const perp__island *island)
-{
-    const int32_t passes = perp__level_of(world)->passes;
-
-    if (world->settings.substeps > 0)
-        return PASSES_OF_A_SUBSTEP * world->settings.substeps;
-    return island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
-}
-
 static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
 {
     perp__island_work *work = &world->work;
+    const int32_t passes = perp__level_of(world)->passes;
 
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->passes = count_passes(world, island);
+    step->passes = island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
+    if (world->settings.substeps > 0)
+        step->passes = PASSES_OF_A_SUBSTEP * world->settings.substeps;
     step->measures = 1;
     step->clear = CLEAR;
     step->gap = work->gap;
