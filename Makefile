@@ -336,6 +336,7 @@ zoo: library $(VENV)/ready
 	@$(ENVIRONMENT) PERP_LIBRARY=$(abspath $(B))/lib/libperp.so PYTHONPATH=bindings/python \
 	    sh -c '$(VENV)/bin/python tests/zoo/assemblies.py --count $(COUNT) --seed $(SEED); first=$$?; \
 	    $(VENV)/bin/python tests/zoo/articulated.py --count $$(($(COUNT) / 10)) --seed $(SEED) && \
+	    $(VENV)/bin/python tests/zoo/lives.py --count $(COUNT) --seed $(SEED) && \
 	    exit $$first'
 
 #: make bench             speed against accuracy; tables and pictures in bench/results. Peers:

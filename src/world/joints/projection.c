@@ -383,7 +383,7 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     velocity_to_keep(world, island, kept);
     kinetic = kinetic_beside(world, island, kept);
     stays = isfinite(excess) && excess >= kinetic;
-    if (isfinite(excess) && isfinite(kinetic) && !stays)
+    if (!stays && isfinite(excess / kinetic)) /* nothing has none to get back */
         share = sqrt(1.0 - excess / kinetic);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
