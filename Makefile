@@ -328,7 +328,8 @@ pictures: library $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/pictures' scripts/draw-pictures
 
 #: make zoo               1000 random assemblies at rest, each judged by another solver, and a tenth as
-#:                        many articulated systems in motion, judged by their energy (COUNT=, SEED=)
+#:                        many articulated systems in motion, judged by their energy, and as many
+#:                        lives of worlds (COUNT=, SEED=)
 .PHONY: zoo
 COUNT ?= 1000
 SEED ?= 0

@@ -159,10 +159,11 @@ def repeated(v):
 
 
 def stance_of(answer):
-    """Steps in the midst of a stance: neither that of landing nor that of take-off."""
+    """Steps in the midst of a stance: neither the impact, nor the one that closes what it left of the
+    gap, nor that of take-off."""
     stands = answer.impulse[:, 0] > 0
     inner = stands.copy()
-    inner[1:-1] &= stands[:-2] & stands[2:]
+    inner[2:-1] &= stands[:-3] & stands[1:-2] & stands[3:]
     return inner
 
 

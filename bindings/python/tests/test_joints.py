@@ -179,3 +179,41 @@ def test_limits_hold_whatever_hits_the_ground(accuracy):
                 lower, upper = joint.limits
                 beyond = max(lower - joint.position, joint.position - upper)
                 assert beyond <= 1e-11, f"seed {seed}, step {step}, {joint}: {beyond}"
+
+
+@pytest.mark.parametrize("accuracy", ("fast", "standard", "accurate", "exact"))
+def test_a_motor_in_a_weld_gives_no_energy(accuracy):
+    """Two bodies in free flight, fixed to each other, with a distance joint that says the same and a
+    hinge whose motor pushes in vain: their kinetic energy is what it was (1e-6: ten thousand steps'
+    rounding of rows that say the same)."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        world = perp.World(gravity=(0, 0, 0), accuracy=accuracy)
+        a = world.add_body(2.0, 0.2, velocity=rng.normal(size=3),
+                           angular_velocity=rng.normal(size=3))
+        b = world.add_body(1.0, 0.1, position=rng.normal(size=3), velocity=rng.normal(size=3))
+        world.add_joint("fixed", a, b)
+        world.add_joint("distance", a, b)
+        world.add_joint("revolute", a, b, axis=rng.normal(size=3), motor_speed=-2, motor_force=3)
+        world.step(0.01)  # the velocities that they begin with are not those of one body
+        energy = world.energy().kinetic
+        for _ in range(100):
+            world.step(0.01)
+            assert world.energy().kinetic <= (1 + 1e-6) * energy
+
+
+def test_joined_bodies_fall_without_a_spin():
+    """Two bodies on a ball joint, let go together: velocities are those of free fall, whatever the
+    steps and the rounding of their turns are (1e-10: that of a hundred steps and of lever arms)."""
+    for seed in range(190, 210):
+        rng = np.random.default_rng(seed)
+        world = perp.World(planar=True, gravity=(0, -G), accuracy="accurate")
+        bodies = [
+            world.add_body(rng.uniform(0.2, 5), rng.uniform(0.01, 0.1), position=rng.normal(size=2))
+            for _ in range(2)
+        ]
+        world.add_joint("ball", *bodies, anchor=rng.normal(size=2))
+        for _ in range(60):
+            world.step(float(10 ** rng.uniform(-3, -1.7)))
+            fall = [[0, -G * world.time]] * 2
+            np.testing.assert_allclose(world.velocities, fall, rtol=0, atol=1e-10)

@@ -305,16 +305,50 @@ static int32_t begins_on_joints(const perp_world *world, const perp__island *isl
 
 /* ---- energy ---- */
 
-/* Whether not all that acts on the island is forces and what takes energy, as motors of the speed 0
- * do. */
+/* The rate of a joint's coordinate in some states. */
+static double rate_of(const perp_world *world, const perp__joint *joint, const perp__state *states)
+{
+    double rate = 0.0;
+    perp__joint_view view;
+
+    perp__view_of_states(world, joint, states, 0.0, &view);
+    for (int32_t side = 0; side < 2; side++) {
+        const double *row = view.rows[PERP__JOINT_ROWS][side];
+        const perp__state *state = &states[joint->body[side]];
+
+        rate += perp__dot3(row, state->velocity) + perp__dot3(row + 3, state->angular_velocity);
+    }
+    return rate;
+}
+
+/* The most that motors can do in a step; infinite of those whose force is. One of the speed 0 takes
+ * energy, as friction does. */
+static double work_of_motors(const perp_world *world, const perp__island *island)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < island->joints; i++) {
+        const perp__joint *joint = perp__island_joint(world, island, i);
+        const perp__joint_state *state = perp__state_of(world, joint);
+
+        if (joint->impulse[PERP__SLOT_MOTOR] == 0.0 || state->speed == 0.0)
+            continue;
+        if (state->force == INFINITY)
+            return INFINITY;
+        sum += world->step_length * state->force *
+               fmax(fabs(rate_of(world, joint, world->states)),
+                    fabs(rate_of(world, joint, world->next)));
+    }
+    return sum;
+}
+
+/* Whether something that moves as it is told acts on the island. */
 static int32_t is_driven(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
 
-        if ((joint->impulse[PERP__SLOT_MOTOR] != 0.0 &&
-             perp__state_of(world, joint)->speed != 0.0) ||
-            world->bodies[joint->body[0]].kind == PERP_BODY_KINEMATIC ||
+        if (world->bodies[joint->body[0]].kind == PERP_BODY_KINEMATIC ||
             world->bodies[joint->body[1]].kind == PERP_BODY_KINEMATIC)
             return 1;
     }
@@ -463,6 +497,8 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         for (int32_t k = 0; k < island->bodies; k++)
             lost += perp__energy_lost(world, world->body_order[island->first_body + k]) +
                     perp__energy_rounding(world, world->body_order[island->first_body + k]);
+        if (lost < 0.0)
+            lost = fmin(lost + work_of_motors(world, island), 0.0);
         if (lost < 0.0 && !is_driven(world, island))
             closed |= take_energy(world, island, -lost);
         for (int32_t k = 0; k < island->bodies && closed; k++)
