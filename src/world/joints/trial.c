@@ -340,6 +340,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     const int32_t n = world->dof;
     const double before = rounds->change;
     const double settled = perp__swings(world, island) ? SETTLED : perp__exact_tol(world);
+    int32_t lost;
 
     if (rounds->coarse)
         return 0;
@@ -365,14 +366,15 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
         perp__twist_of(world, work->v + n * i, motion->last);
     }
 
-    /* 2. again for limits that it reached, and until it is settled; what turns too far to settle
-     * has the rows of the interval's beginning at last */
-    if (reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
+    /* 2. again for limits that it reached, and until it is settled; what turns too far to settle,
+     * or farther from round to round, has the rows of the interval's beginning at last */
+    lost = !(rounds->swerve <= FAR) && !(rounds->change <= before);
+    if (!lost && reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
         rounds->done = 0;
         rounds->change = INFINITY;
         return 1;
     }
-    if (++rounds->done < rounds->most && rounds->change > settled &&
+    if (!lost && ++rounds->done < rounds->most && rounds->change > settled &&
         (rounds->done < 3 || rounds->change <= ENOUGH * before))
         return 1;
     rounds->coarse = !(rounds->swerve <= FAR) && !perp__swings(world, island);
