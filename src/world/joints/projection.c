@@ -1,6 +1,6 @@
 /* What joints lack in the next positions. It is taken out of them island by island, by Newton's
  * method in the metric of M, before the projection (projection.c), which knows the joints' rows as
- * well. Errors of rounding are left alone, to the last bit.
+ * well, and of what its ways leave after it. Errors of rounding are left alone, to the last bit.
  *
  * Velocities of what only swings are those of its path then (swing.c), and become those nearest to
  * them that joints have where it ends. That loses energy, of fourth order a step, which they get
