@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any, Callable
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ import perp
 
 LEVELS = ("fast", "standard", "accurate", "exact")
 WORLDS: tuple[dict[str, Any], ...] = ({}, {"wakeful": True}, {"threads": 2})
+CHANGES, SHARES = ("", "remove", "add", "join", "part", "push"), (0.74, 0.05, 0.07, 0.08, 0.02, 0.04)
 STEPS = 80
 
 
@@ -66,33 +67,20 @@ def add_joint(world: perp.World, rng: np.random.Generator, a: perp.Body, b: perp
         world.add_joint(kind, a, b, **settings)  # type: ignore[arg-type]
 
 
-def choose(rng: np.random.Generator, bodies: int) -> tuple[str, Callable[[perp.World], None]]:
-    """What happens before a step, as a name and as what it does to each of the worlds."""
-    what, seed = rng.uniform(), int(rng.integers(2**31))
-    i, j = rng.choice(bodies, 2, replace=False)
-
-    def own() -> np.random.Generator:
-        return np.random.default_rng(seed)
-
-    if what < 0.05 and bodies > 4:
-        return "remove", lambda world: world.bodies[i].remove()
-    if what < 0.12 and bodies < 14:
-        return "add", lambda world: (add_body(world, own(), 3.0), None)[1]
-    if what < 0.2:
-        def join(world: perp.World) -> None:
-            add_joint(world, own(), world.bodies[i], world.bodies[j])
-
-        return "join", join
-    if what < 0.22:
-        return "part", lambda world: [joint.remove() for joint in world.joints[:1]].clear()
-    if what < 0.26:
-        velocity = own().normal(size=3)
-
-        def push(world: perp.World) -> None:
-            world.bodies[i].velocity = velocity[: 2 if world.planar else 3]
-
-        return "push", push
-    return "", lambda world: None
+def change(world: perp.World, what: str, i: int, j: int, rng: np.random.Generator) -> None:
+    """What a caller does between steps, to bodies i and j."""
+    bodies = world.bodies
+    if what == "remove" and len(bodies) > 4:
+        bodies[i].remove()
+    elif what == "add" and len(bodies) < 14:
+        add_body(world, rng, 3.0)
+    elif what == "join":
+        add_joint(world, rng, bodies[i], bodies[j])
+    elif what == "part":
+        for joint in world.joints[:1]:
+            joint.remove()
+    elif what == "push":
+        bodies[i].velocity = rng.normal(size=2 if world.planar else 3)
 
 
 def states(world: perp.World) -> list[np.ndarray]:
@@ -100,35 +88,41 @@ def states(world: perp.World) -> list[np.ndarray]:
         world.positions, world.orientations, world.velocities, world.angular_velocities)]
 
 
-def live(seed: int, steps: int = STEPS) -> str:
-    """What is wrong with that life; empty if nothing is."""
-    rng = np.random.default_rng(seed)
-    planar, level = bool(rng.integers(2)), str(rng.choice(LEVELS))
-    down = float(rng.choice((0.0, 9.81)))
-    mu, bodies, h = float(rng.choice((0.0, 0.5))), int(rng.integers(3, 10)), 0.01
-    name = f"seed {seed}, {'planar' if planar else 'space'}, {level}"
+def begin(rng: np.random.Generator, planar: bool, level: str) -> list[perp.World]:
+    """Some bodies above each other, in one world for each of the settings."""
+    down, mu = float(rng.choice((0.0, 9.81))), float(rng.choice((0.0, 0.5)))
+    bodies, made = int(rng.integers(3, 10)), int(rng.integers(2**31))
     worlds = [
         perp.World(gravity=(0, -down) if planar else (0, 0, -down), planar=planar, friction=mu,
                    accuracy=level, **settings)  # type: ignore[arg-type]
         for settings in WORLDS
     ]
-    begun = int(rng.integers(2**31))
     for world in worlds:
-        own = np.random.default_rng(begun)
+        own = np.random.default_rng(made)
         world.ground.add_plane((0, 1) if planar else (0, 0, 1))
         for k in range(bodies):
             add_body(world, own, 0.5 + 0.6 * k)
+    return worlds
+
+
+def live(seed: int, steps: int = STEPS) -> str:
+    """What is wrong with that life; empty if nothing is."""
+    rng = np.random.default_rng(seed)
+    planar, level, h = bool(rng.integers(2)), str(rng.choice(LEVELS)), 0.01
+    name = f"seed {seed}, {'planar' if planar else 'space'}, {level}"
+    worlds = begin(rng, planar, level)
     kept = None
     for step in range(steps):
         if rng.uniform() < 0.2:
             h = float(10 ** rng.uniform(-3, -1.7))
-        done, act = choose(rng, len(worlds[0].bodies))
-        kept = None if done else kept
-        if kept is None and not done:
+        what, made = str(rng.choice(CHANGES, p=SHARES)), int(rng.integers(2**31))
+        i, j = rng.choice(len(worlds[0].bodies), 2, replace=False)
+        kept = None if what else kept
+        if kept is None and not what:
             kept = [world.snapshot() for world in worlds], []
         try:
             for world in worlds:
-                act(world)
+                change(world, what, i, j, np.random.default_rng(made))
                 world.step(h)
         except perp.Error as error:
             return f"{name}, step {step}: {error}"
