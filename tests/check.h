@@ -45,8 +45,9 @@ void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *nor
 void check_measure(check_measures *measures, const check_lcp *problem, const double *z,
                    const double *w);
 
-/* The largest residual of a row beside its own terms and those of its neighbours, w = Mz + q given:
- * the second witness for `solved` at this tolerance. NaN where a row is so small beside the others
+/* The largest residual of a row beside its own terms and those of its neighbours, w = Mz + q given,
+ * or tol times that beside what it may be off by at an ordinary size of z: the second witness for
+ * `solved` at this tolerance. NaN where a row is so small beside the others
  * that doubles in one unit can't hold both: no verdict is wrong there. */
 double check_own(const check_lcp *problem, const double *z, const double *w, double tol);
 

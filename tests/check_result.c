@@ -142,7 +142,8 @@ static const char *check_ray(const check_lcp *problem, const double *y, const do
     return NULL;
 }
 
-/* y >= 0, M'y <= 0, y'(q + M l) < 0: then no z >= l has Mz + q >= 0. `product` is M'y. */
+/* y >= 0, M'y <= 0, y'(q + M l) < 0: then no z >= l has Mz + q >= 0; of a free z_j, l_j = 0 and y_j
+ * has any sign, (M'y)_j none. `product` is M'y. */
 static const char *check_certificate(const check_lcp *problem, const double *y,
                                      const double *product, const double *size)
 {
@@ -153,7 +154,7 @@ static const char *check_certificate(const check_lcp *problem, const double *y,
     for (i = 0; i < problem->M->rows; i++) {
         double l = check_lower(problem, i);
 
-        if (y[i] < 0)
+        if (y[i] < 0 && isfinite(l)) /* the row of a free z_i is an equation */
             return COMPLAIN("certificate with ray[%d] = %g", i, y[i]);
         /* 64 eps: the sign of a sum whose terms cancel is known to its roundings only */
         if (product[i] > 64 * EPS * size[i] || (!isfinite(l) && product[i] < -64 * EPS * size[i]))

@@ -141,6 +141,12 @@ static void find_neighbours(rows *r, const check_lcp *problem, const double *z, 
         r->around[r->list[p].row] += size_of(r, p) * r->carried[r->list[p].column];
 }
 
+/* Whether the library may have met the end of doubles in these units, or nearly so. */
+static int is_extreme(const rows *r, int32_t i, long double largest)
+{
+    return abs(r->units[i]) >= 400 || abs(r->units[i]) + fabsl(log2l(largest)) >= 1300;
+}
+
 static long double violation(const check_lcp *problem, int32_t i, double w, int near)
 {
     if (check_lower(problem, i) == check_upper(problem, i) || near == 3)
@@ -152,10 +158,128 @@ static long double violation(const check_lcp *problem, int32_t i, double w, int 
     return fabs(w);
 }
 
-/* Whether the library may have met the end of doubles in these units, or nearly so. */
-static int is_extreme(const rows *r, int32_t i, long double largest)
+/* ---- rows that are off by what they carry at an ordinary size of z ---- */
+
+/* size[k] := the largest |q_i| 2^units_i of what row i, or column k - n, hangs together with; units
+ * NULL: the caller's. */
+static void find_sides(const check_lcp *problem, const int32_t *units, long double *size)
 {
-    return abs(r->units[i]) >= 400 || abs(r->units[i]) + fabsl(log2l(largest)) >= 1300;
+    const int32_t n = problem->M->rows;
+    int32_t *part = check_allocate(2 * (size_t)n, sizeof *part);
+    long double *of_part = check_allocate(2 * (size_t)n, sizeof *of_part);
+    int32_t i, k;
+
+    check_parts(problem->M, part);
+    for (i = 0; i < n; i++) {
+        const long double q = ldexpl(fabsl((long double)problem->q[i]), units ? units[i] : 0);
+
+        of_part[part[i]] = fmaxl(of_part[part[i]], q);
+    }
+    for (k = 0; k < 2 * n; k++)
+        size[k] = of_part[part[k]];
+    free(of_part);
+    free(part);
+}
+
+/* The power of two at or below x; 1 for 0. */
+static long double power_below(long double x)
+{
+    int exponent;
+
+    if (x == 0.0L)
+        return 1.0L;
+    frexpl(x, &exponent);
+    return ldexpl(1.0L, exponent - 1);
+}
+
+static void find_allowed(const rows *r, const check_lcp *problem, long double *allowed)
+{
+    const int32_t n = problem->M->rows;
+    long double *raw = check_allocate(2 * (size_t)n, sizeof *raw);
+    long double *scaled = check_allocate(2 * (size_t)n, sizeof *scaled);
+    long double *diagonal = check_allocate((size_t)n, sizeof *diagonal);
+    int32_t i;
+    size_t p;
+
+    find_sides(problem, NULL, raw);
+    find_sides(problem, r->units, scaled);
+    for (i = 0; i < n; i++)
+        allowed[i] = ldexpl(fabsl((long double)problem->q[i]), r->units[i]);
+    for (p = 0; p < r->count; p++) {
+        const int32_t j = r->list[p].column;
+        long double z = r->carried[j];
+
+        if (problem->q[r->list[p].row] != 0.0)
+            z = fminl(z,
+                      fminl(ldexpl(raw[n + j], -r->units[j]), 2.0L * power_below(scaled[n + j])));
+        allowed[r->list[p].row] += size_of(r, p) * z;
+        if (r->list[p].row == j)
+            diagonal[j] = size_of(r, p);
+    }
+    for (i = 0; i < n; i++) {
+        const long double omega = power_below(scaled[i]);
+
+        if (diagonal[i] >= r->least)
+            allowed[i] = fmaxl(allowed[i], omega);
+        allowed[i] =
+            fmaxl(r->least * allowed[i], 0x1p-52L * fminl(omega, ldexpl(raw[i], r->units[i])));
+    }
+    free(diagonal);
+    free(scaled);
+    free(raw);
+}
+
+/* Rows with q_i = 0 of which all variables may be 0 as far as the other rows can tell. */
+static void find_homogeneous(const rows *r, const check_lcp *problem, const long double *allowed,
+                             int32_t *met)
+{
+    const int32_t n = problem->M->rows;
+    int32_t *missed = check_allocate((size_t)n, sizeof *missed);
+    int32_t i;
+    size_t p;
+    int changed = 1;
+
+    for (i = 0; i < n; i++) {
+        met[i] = problem->q[i] == 0.0;
+        missed[i] = check_lower(problem, i) > 0 || check_upper(problem, i) < 0;
+    }
+    while (changed) {
+        changed = 0;
+        for (p = 0; p < r->count; p++) {
+            const int32_t k = r->list[p].row, j = r->list[p].column;
+
+            missed[j] |= !met[k] && size_of(r, p) * r->carried[j] > allowed[k];
+            if (met[k] && missed[j]) {
+                met[k] = 0;
+                changed = 1;
+            }
+        }
+    }
+    free(missed);
+}
+
+/* The largest violation of such a row beside what is allowed. */
+static double unmet(const rows *r, const check_lcp *problem, const double *z, const double *w,
+                    double tol)
+{
+    const int32_t n = problem->M->rows;
+    long double *allowed = check_allocate((size_t)n, sizeof *allowed);
+    int32_t *met = check_allocate((size_t)n, sizeof *met);
+    double most = 0.0;
+    int32_t i;
+
+    find_allowed(r, problem, allowed);
+    find_homogeneous(r, problem, allowed, met);
+    for (i = 0; i < n; i++) {
+        const long double v =
+            ldexpl(violation(problem, i, w[i], bounds_near(problem, r, i, z[i], tol)), r->units[i]);
+
+        if (!met[i] && v > 0)
+            check_raise(&most, (double)(v / allowed[i]));
+    }
+    free(met);
+    free(allowed);
+    return most;
 }
 
 static double own_residual(rows *r, const check_lcp *problem, const double *z, const double *w,
@@ -164,10 +288,11 @@ static double own_residual(rows *r, const check_lcp *problem, const double *z, c
     const long double floor = fmax(1e-5, 16 * 0x1p-52 / tol);
     const int32_t n = problem->M->rows;
     long double largest = 0.0L;
-    double own = 0.0;
+    double own;
     int32_t i, k;
 
     find_terms(r, problem, z, w);
+    own = tol * unmet(r, problem, z, w, tol);
     find_neighbours(r, problem, z, tol);
     for (i = 0; i < n; i++)
         largest = r->terms[i] > largest ? r->terms[i] : largest;

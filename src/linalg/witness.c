@@ -16,6 +16,17 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
+ * Multipliers that cancel each other excuse nothing: equations that contradict each other are met
+ * to tol of what 1e10 of them carry. So each row must hold to sqrt(tol) of what it carries itself,
+ *
+ *     v_i <= sqrt(tol) (|q_i| + sum_j |M_ij| min(|z_j|, max |q|)),
+ *
+ * the maximum being that of its part, in these units and in the caller's. Two kinds of rows may
+ * miss more. A row with a diagonal has that for a unit, in which sqrt(tol) of the right sides is
+ * little; one without has any unit, and is off by its right side in all of them. And rows without
+ * a right side hold at z = 0: where setting what they consist of to 0 leaves all other rows as good
+ * as they must be, their terms were rounding alone. Contradictions need a right side (Farkas).
+ *
  * Units are not unique. Those of the equilibration come from diagonals and from couplings to them:
  * where one of these may be noise, as in [[1e-13, 4], [-4, 0]], the caller's units are balanced
  * instead. */
@@ -125,8 +136,8 @@ static void find_units(perp__witness *t, const perp__witness_point *p)
     cut_and_tie(t, p->M, sqrt(p->tol), t->is_free);
 }
 
-/* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix. What
- * overflows proves nothing. */
+/* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix; and
+ * none so large beside q_i that terms which cancel may hide it. What overflows proves nothing. */
 static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p)
 {
     int32_t known = 0, i;
@@ -136,6 +147,8 @@ static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p)
 
         if (v <= p->tol * fabs(p->q[i]))
             continue;
+        if (p->q[i] != 0.0 && !(v <= sqrt(p->tol) * fabs(p->q[i])))
+            return 0;
         if (!known++)
             perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
         if (!(v <= p->tol * t->terms[i]) || !isfinite(t->terms[i]))
@@ -210,6 +223,86 @@ static void find_violations(perp__witness *t, const perp__witness_point *p, doub
     start_sizes(t, p);
 }
 
+/* A rounding of the right sides of a part is none itself, if it is as little in the caller's units:
+ * contact laws have such in place of zeros. */
+#define NOISE_OF_SIDES DBL_EPSILON
+
+/* omega is a power of two near the largest right side: that is at most twice as large. */
+#define LARGEST_SIDE 2.0
+
+/* allowed := by how much a row may be off. At an ordinary size of z no z_j is larger than the right
+ * sides of its part, unless the caller says that these are of no account; a row without a right
+ * side says nothing of the size of z. */
+static void find_allowed(perp__witness *t, const perp__witness_point *p, double least)
+{
+    const int32_t n = p->M->rows;
+    double *side = t->most; /* a part's largest |q_i|, caller's units */
+
+    for (int32_t i = 0; i < n; i++)
+        side[p->part[i]] = side[p->part[n + i]] = 0.0;
+    for (int32_t i = 0; i < n; i++)
+        perp__raise_to(&side[p->part[i]], fabs(p->q[i]));
+    for (int32_t i = 0; i < n; i++) {
+        const double most = perp__shift(side[p->part[n + i]], -t->exponents[i] - t->omegas[n + i]);
+
+        t->ordinary[i] = p->least ? t->carried[i] : fmin(t->carried[i], fmin(most, LARGEST_SIDE));
+        t->allowed[i] = perp__shift(fabs(p->q[i]), t->exponents[i] - t->omegas[i]);
+    }
+    for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
+        t->allowed[c.i] += entry(t, &c) * (p->q[c.i] != 0.0 ? t->ordinary[c.j] : t->carried[c.j]);
+    for (int32_t i = 0; i < n; i++) {
+        const int32_t shift = t->exponents[i] - t->omegas[i];
+        const double noise = NOISE_OF_SIDES * fmin(1.0, perp__shift(side[p->part[i]], shift));
+        const double d = perp__shift(perp__diagonal_entry(p->M, i), 2 * t->exponents[i]);
+        const double size = fabs(d) >= least ? fmax(t->allowed[i], 1.0) : t->allowed[i];
+
+        t->allowed[i] = fmax(least * size, noise);
+    }
+}
+
+/* The rows without a right side, met[i] != 0, that hold where variables are 0 which no other row
+ * misses: the largest set of such rows. */
+static const double *find_homogeneous(perp__witness *t, const perp__witness_point *p)
+{
+    const int32_t n = p->M->rows;
+    double *met = t->most, *missed = t->most + n;
+    int32_t changed = 1;
+
+    for (int32_t i = 0; i < n; i++) {
+        met[i] = p->q[i] == 0.0;
+        missed[i] = !(p->lower[i] <= 0.0 && p->upper[i] >= 0.0);
+    }
+    while (changed) {
+        changed = 0;
+        for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
+            if (met[c.i] == 0.0 && missed[c.j] == 0.0 &&
+                !(entry(t, &c) * t->carried[c.j] <= t->allowed[c.i]))
+                missed[c.j] = 1.0;
+        for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
+            if (met[c.i] != 0.0 && missed[c.j] != 0.0 && c.value != 0.0) {
+                met[c.i] = 0.0;
+                changed = 1;
+            }
+    }
+    return met;
+}
+
+/* Whether a row is off by more than it may be at an ordinary size of z. */
+static int32_t is_unmet(perp__witness *t, const perp__witness_point *p, double least)
+{
+    const double *met = NULL;
+
+    find_allowed(t, p, least);
+    for (int32_t i = 0; i < p->M->rows; i++) {
+        if (!(t->wrong[i] > t->allowed[i]))
+            continue;
+        met = met ? met : find_homogeneous(t, p);
+        if (met[i] == 0.0)
+            return 1;
+    }
+    return 0;
+}
+
 /* around := t + |M| s, most := the largest t of a row of a cut part that cancels. */
 static void find_neighbours(perp__witness *t, const perp__matrix *M, double least)
 {
@@ -244,6 +337,8 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     perp__find_omegas(&parts, p->q, t->exponents, t->omega_of_part, t->omegas, 0);
     perp__find_terms(p->M, p->q, p->z, t->exponents, t->omegas, t->terms);
     find_violations(t, p, least);
+    if (is_unmet(t, p, least))
+        return INFINITY;
     find_neighbours(t, p->M, least);
     for (int32_t i = 0; i < p->M->rows; i++) {
         const double size = t->around[i] + perp__floor_of(p->tol) * t->most[t->cut[i]];
@@ -275,6 +370,6 @@ void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
     PERP__INTEGERS(arena, n, &witness->exponents, &witness->is_free);
     PERP__INTEGERS(arena, 2 * n, &witness->cut, &witness->omegas, &witness->omega_of_part);
     PERP__DOUBLES(arena, n, &witness->terms, &witness->carried, &witness->rounding, &witness->wrong,
-                  &witness->around, &witness->scales);
+                  &witness->around, &witness->ordinary, &witness->allowed, &witness->scales);
     witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
 }

@@ -30,14 +30,15 @@ typedef struct perp__witness {
      * parts of M that hang together by couplings that are significant in them */
     int32_t *exponents, *cut;
     int32_t *omegas, *omega_of_part, *is_free;
-    double *terms, *carried, *rounding, *wrong, *around, *most; /* see witness.c */
-    double *scales;                                             /* work */
+    double *terms, *carried, *rounding, *wrong, *around, *ordinary, *allowed; /* see witness.c */
+    double *most, *scales;                                                    /* the same; work */
 } perp__witness;
 
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n);
 
-/* The largest own residual of a row; or 0 where a look at the violations shows that it is at most
- * tol. The owner sets witness->known to 0 when M has changed. */
+/* The largest own residual of a row, INFINITY where one is off by its own right side; or 0 where a
+ * look at the violations shows that it is at most tol. The owner sets witness->known to 0 when M
+ * has changed. */
 double perp__witness_own_residual(perp__witness *witness, const perp__witness_point *point);
 
 /* terms[i] := sum_j |M_ij z_j| + |q_i|, scaled by 2^units, divided by 2^omegas; NULL: as it is. */

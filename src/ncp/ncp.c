@@ -102,6 +102,9 @@ static void hold_others(perp_ncp_solver *solver, int32_t p)
 #define FIRST_ITERATIONS 100 /* of the first method under auto */
 #define LARGE 1000           /* from this n on the Jacobian says which method that is, */
 #define FRUITLESS 20         /* and that many iterations have to gain a digit */
+/* What all restarts of a call may take by default: as much as three runs of each method that find
+ * nothing. Those that find something take few; of a problem without a solution all take all. */
+#define RESTART_ITERATIONS (6 * ITERATIONS)
 
 static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_worth *worth)
 {
@@ -264,6 +267,7 @@ static perp_status restart(perp_ncp_solver *solver)
     static const int32_t sizes[] = {0, 2, 4, 6, 8, 10, -2, -4};
     const int32_t most = solver->settings.method == PERP_NCP_AUTO ? solver->settings.restarts : 0;
     perp__ncp_model *m = &solver->model;
+    const int64_t before = solver->iterations;
     double *of_part = m->most, largest = 0.0;
     perp_status status = PERP_OK;
 
@@ -286,6 +290,9 @@ static perp_status restart(perp_ncp_solver *solver)
     for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
         const double factor = ldexp(1.0, sizes[k % 8]);
 
+        if (solver->settings.max_iterations == 0 &&
+            solver->iterations - before >= RESTART_ITERATIONS)
+            break;
         /* 2. The start, perturbed: into the box, not onto its boundary. */
         for (int32_t i = 0; i < m->n; i++) {
             const double size = fmin(factor * solver->unit[i], m->upper[i] - m->lower[i]);

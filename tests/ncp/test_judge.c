@@ -107,16 +107,19 @@ static void test_each_row_beside_its_own(void **state)
     release(&r);
 }
 
-/* z_0 + z_1 = 1 + 2^-20 and 2^-10 z_0 = 2^-30 + 2^-43 at (2^-20, 1): what rounding leaves of z_0
- * beside z_1 is 2^-10 of tol 2 in row 1, more than that misses, however small row 1 is itself. */
+/* z_0 + z_1 = 1 + 2^-20 and 2^-10 z_0 = 2^-30 + 2^-48 at (2^-20, 1): what rounding leaves of z_0
+ * beside z_1 is 2^-10 of tol 2 in row 1, more than that misses, however small row 1 is itself. But
+ * 2^-43 is more than sqrt(tol) of the right side of row 1. */
 static void test_roundings_travel(void **state)
 {
     static const double start[2] = {0.0, 0.0};
-    rig r = {.M = {1, 0x1p-10, 1, 0}, .q = {-1 - 0x1p-20, -0x1p-30 - 0x1p-43}, .lower = -INFINITY};
+    rig r = {.M = {1, 0x1p-10, 1, 0}, .q = {-1 - 0x1p-20, -0x1p-30 - 0x1p-48}, .lower = -INFINITY};
 
     (void)state;
     pose(&r, start);
-    assert_true(judged(&r, 0x1p-20, 1.0).own <= 4 * 0x1p-43 / 0x1p-9);
+    assert_true(judged(&r, 0x1p-20, 1.0).own <= 4 * 0x1p-48 / 0x1p-9);
+    r.q[1] = -0x1p-30 - 0x1p-43;
+    assert_true(judged(&r, 0x1p-20, 1.0).own == INFINITY);
     release(&r);
 }
 
