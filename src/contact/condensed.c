@@ -74,10 +74,8 @@ static perp_status factor_joints(perp_contact_solver *solver, perp__contact_cond
                                 .values = own->values};
     status =
         perp__sparse_cholesky_analyse(&own->cholesky, solver->context, &own->block, own->scale);
-    *made =
-        status == PERP_OK && perp__sparse_cholesky_factor(&own->cholesky, own->all, joints, 0.0);
-    for (int32_t i = 0; i < joints && *made; i++)
-        *made = own->cholesky.pivots[i] > REDUNDANT;
+    *made = status == PERP_OK &&
+            perp__sparse_cholesky_factor(&own->cholesky, own->all, joints, 0.0, -1.0);
     return status;
 }
 

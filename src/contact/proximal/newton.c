@@ -41,14 +41,13 @@ static double evaluate(perp__proximal *s, const perp__proximal_part *part, doubl
     return length_of(s->rhs, begin, end);
 }
 
-/* step := (I + J'KJ)^-1 rhs by the last factors. */
-static void find_step(perp__proximal *s, const perp__proximal_part *part, double rho)
+void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
 
     memcpy(s->step + begin, s->rhs + begin, (size_t)(end - begin) * sizeof *s->step);
     perp__fronts_solve(&s->fronts, part->block, part->last_block, s->step);
-    if (rho <= REFINED)
+    if (!refines)
         return;
     perp__proximal_apply(s, part, s->step, s->rest);
     for (int32_t i = begin; i < end; i++)
@@ -78,7 +77,7 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
         s->factorisations++;
         if (!perp__proximal_factor(s, part))
             return -step;
-        find_step(s, part, rho);
+        perp__proximal_find_step(s, part, rho > REFINED);
 
         /* 2. The best of a few lengths; none where |F| grows much. */
         for (int32_t round = 0; round < HALVINGS; round++) {

@@ -110,19 +110,12 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
     perp__proximal_project(s, part, s->x);
 }
 
-/* From no impulses: these lead to the inside of the cones, sweeps to their edges. */
+/* From no impulses: along the central path to where it tells the active set. */
 static void run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
-    for (int32_t i = part->row; i < part->last_row; i++)
-        s->x[i] = 0.0;
-    perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
-    if (perp__proximal_goes_on(s, s->tol))
-        perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    if (perp__fronts_cost(&s->fronts) >= DEAR && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_split_run(s, part, FIRST_RHO, LONG_SWEEPS);
+    perp__proximal_interior_run(s, part);
     if (perp__proximal_goes_on(s, s->aim))
-        perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
-                                  STEPS);
+        perp__proximal_newton_run(s, part, WARM_RHO, STEPS);
 }
 
 /* Solves a part from iterate->r, where its best point is left. */

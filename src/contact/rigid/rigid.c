@@ -38,6 +38,7 @@ void perp__rigid_destroy(perp__rigid_solver *solver)
         return;
     context = solver->solver->context;
     perp__arena_release(&solver->arena);
+    perp__joint_block_release(&solver->joints);
     perp__contact_destroy(solver->solver);
     perp__release(context, solver);
 }
@@ -50,13 +51,34 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
                           : 0.0;
 }
 
-static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
+/* What yields so much answers to nothing. */
+#define YIELDS 1e9
+
+/* Rows of joints that repeat others but for rounding of poses give way as good as freely: asked for
+ * all, what they differ by would take impulses without measure. */
+static perp_status let_repeats_yield(perp_contact_solver *s, perp__joint_block *joints,
+                                     const perp__rigid_problem *problem)
 {
+    const int32_t first = s->bodies.rows[problem->contacts];
+    perp_status status = PERP_OK;
+
+    if (problem->joints > 1)
+        status = perp__joint_block_set_up(joints, s->context, problem);
+    for (int32_t n = 0; status == PERP_OK && problem->joints > 1 && n < joints->rows; n++)
+        if (perp__joint_block_repeats(joints, n))
+            s->bodies.compliance[first + n] += YIELDS / (joints->scale[n] * joints->scale[n]);
+    return status;
+}
+
+static perp_status set_up(perp__rigid_solver *solver, const perp__rigid_problem *problem)
+{
+    perp_contact_solver *s = solver->solver;
     perp_status status;
 
     s->entrance = PERP__NO_PROBLEM;
     s->rigid = problem;
     status = perp__bodies_setup_rigid(&s->bodies, problem);
+    PERP__THEN(status, let_repeats_yield(s, &solver->joints, problem));
     if (status != PERP_OK)
         return status;
     s->has_bodies = 1;
@@ -131,7 +153,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
 
     if (!problem->again || !solver->is_set_up) {
         solver->is_set_up = 0;
-        status = set_up(s, problem);
+        status = set_up(solver, problem);
     }
     if (status == PERP_OK && problem->warm && s->size > solver->room) {
         solver->room = s->size;

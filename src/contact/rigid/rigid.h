@@ -3,7 +3,7 @@
 #ifndef PERP_CONTACT_RIGID_H
 #define PERP_CONTACT_RIGID_H
 
-#include "contact/contact.h"
+#include "contact/coloured/joint_block.h"
 #include "contact/solver.h"
 
 struct perp__rigid_solver {
@@ -12,6 +12,7 @@ struct perp__rigid_solver {
     double *warm; /* rows */
     int32_t room;
     int32_t is_set_up;
+    perp__joint_block joints; /* which rows repeat others */
 };
 
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */
