@@ -6,11 +6,11 @@
 #include "base/context.h"
 #include "linalg/lanes/multiversion.h"
 
-/* Beside a unit diagonal, the pivot of a row that is a combination of others but for its root as an
- * angle: joints are less than that out of place (1e-6 of their size), so that rows that repeat
- * others, as those of hinges in a loop do, come this near to them in any pose. What they ask for
- * beyond that would take speeds of its inverse. */
-#define REPEATS 1e-9
+/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
+ * hinges in a loop do, come near to them by that times the number of rows, over which it adds up:
+ * the square of it is their pivot beside a unit diagonal. What they ask for beyond others would
+ * take speeds of its inverse. */
+#define PLACED 1e-6
 
 static void lay_out_rows(perp__arena *arena, void *object)
 {
@@ -175,7 +175,8 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                           .values = b->values};
     status = perp__sparse_cholesky_analyse(&b->cholesky, context, &b->K, b->scale);
     b->factored = status == PERP_OK &&
-                  perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, 0.0, REPEATS);
+                  perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, 0.0,
+                                               (PLACED * rows) * (PLACED * rows));
     return status;
 }
 
