@@ -5,8 +5,8 @@
  *
  * by semismooth Newton steps (Qi & Sun 1993) with I + J' (rho P') J, then the next centre is
  * P(r - rho (u + J v)), and rho grows where few steps were needed: near a solution u is small, and
- * so is what rho makes of its rounding. Where the steps fail, as F is no gradient, alternating
- * directions bring another centre: of three stiffnesses in turn, as none does for all piles. */
+ * so is what rho makes of its rounding. Where the steps fail, as F is no gradient, rho is less: a
+ * softer centre is nearer. */
 #include <math.h>
 #include <string.h>
 
@@ -18,7 +18,7 @@
 #define SLOW 0.7
 #define WORSE 3.0
 
-enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 200, PATIENCE = 200, SWEEPS = 100 };
+enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 200, PATIENCE = 200 };
 
 static double length_of(const double *x, int32_t begin, int32_t end)
 {
@@ -116,7 +116,6 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
                                int32_t most)
 {
-    static const double stiffness[] = {1.0, 10.0, 100.0};
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
     int32_t failures = 0, stale = 0;
@@ -151,8 +150,6 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
             continue;
         }
         failures++;
-        perp__proximal_split_run(s, part, stiffness[failures % 3], SWEEPS);
-        s->residual = perp__proximal_judge(s, part, s->x, s->speed);
         rho = fmax(1.0, rho / 4.0);
     }
 }

@@ -1,5 +1,6 @@
-/* Methods `admm` and `proximal`: alternating directions for a middle accuracy, and, from there, the
- * proximal Newton method; part after part.
+/* Methods `admm` and `proximal`, part after part: alternating directions for a middle accuracy; and
+ * the proximal Newton method, from where an interior point has come to (interior.c), or, where some
+ * contact's cone is not one of Lorentz', from there.
  *
  * Alternating directions (Boyd et al., Foundations and Trends in ML 3 (2011) 1) on
  *
@@ -7,7 +8,7 @@
  *
  * with the law of each contact as it stands in the place of a projection: r = P(-z), y = (z + r) /
  * rho, v = (I + rho J'J)^-1 J'(r - rho (q - y)), z = rho (J v + q) - r, the speeds over-relaxed.
- * One factorisation for all sweeps; the method for a middle accuracy, and to begin with. */
+ * One factorisation for all sweeps. */
 #include "contact/proximal/proximal.h"
 
 #include <math.h>
@@ -25,9 +26,6 @@
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
-/* Where a factorisation is worth so many solves, more sweeps come before Newton's method. */
-#define DEAR 15.0
-
 /* Who asks for less than the former, or for this method, has what a few more steps give, down to
  * the latter. */
 #define SHARP 1e-9
@@ -38,7 +36,6 @@ enum {
     FEW_FACTORS = 8, /* of a solve that goes well */
     LONG_SWEEPS = 120,
     MOST_SWEEPS = 1200, /* of admm */
-    WARM_SWEEPS = 20,
     WARM_STEPS = 12,
     STEPS = 100,
     MORE_STEPS = 1000, /* of the second attempt; */
@@ -110,10 +107,18 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
     perp__proximal_project(s, part, s->x);
 }
 
-/* From no impulses: along the central path to where it tells the active set. */
+/* From no impulses: to where the active set is that of a solution, or near to it. */
 static void run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
-    perp__proximal_interior_run(s, part);
+    if (!s->discs) {
+        perp__proximal_interior_run(s, part);
+    } else {
+        for (int32_t i = part->row; i < part->last_row; i++)
+            s->x[i] = 0.0;
+        perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+        if (perp__proximal_goes_on(s, s->tol))
+            perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
+    }
     if (perp__proximal_goes_on(s, s->aim))
         perp__proximal_newton_run(s, part, WARM_RHO, STEPS);
 }
@@ -145,11 +150,8 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
         perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
     if (newton && iterate->attempt > 0 && perp__proximal_goes_on(s, s->tol))
         perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS);
-    if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol)) {
-        perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
-        if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
-    }
+    if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol))
+        perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_cold(s, part);
 
