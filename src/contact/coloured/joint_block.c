@@ -174,10 +174,20 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                           .row_indices = b->indices,
                           .values = b->values};
     status = perp__sparse_cholesky_analyse(&b->cholesky, context, &b->K, b->scale);
-    b->factored = status == PERP_OK &&
-                  perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, 0.0,
-                                               (PLACED * rows) * (PLACED * rows));
+    b->factored =
+        status == PERP_OK && perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, 0.0,
+                                                          (PLACED * rows) * (PLACED * rows));
     return status;
+}
+
+void perp__joint_block_invert(perp__joint_block *b, double *x)
+{
+    for (int32_t n = 0; n < b->rows; n++)
+        x[n] *= b->scale[n];
+    if (b->factored)
+        perp__sparse_cholesky_solve(&b->cholesky, x);
+    for (int32_t n = 0; n < b->rows; n++)
+        x[n] *= b->scale[n];
 }
 
 int32_t perp__joint_block_repeats(const perp__joint_block *b, int32_t n)

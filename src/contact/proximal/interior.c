@@ -195,8 +195,9 @@ static void find_step(perp__proximal *s, const perp__proximal_part *part, double
             for (int32_t i = 0; i < 2; i++) {
                 const double dz = i == 0 ? dx[0] : -dx[0];
 
-                cone->du[i] = (target - corrects * cone->dz[i] * cone->du[i] - cone->u[i] * dz) /
-                                  cone->z[i] - cone->u[i];
+                cone->du[i] =
+                    (target - corrects * cone->dz[i] * cone->du[i] - cone->u[i] * dz) / cone->z[i] -
+                    cone->u[i];
                 cone->dz[i] = dz;
             }
         } else if (kind_of(s, k) == CONE) {

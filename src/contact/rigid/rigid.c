@@ -38,7 +38,6 @@ void perp__rigid_destroy(perp__rigid_solver *solver)
         return;
     context = solver->solver->context;
     perp__arena_release(&solver->arena);
-    perp__joint_block_release(&solver->joints);
     perp__contact_destroy(solver->solver);
     perp__release(context, solver);
 }
@@ -54,31 +53,34 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
 /* What yields so much answers to nothing. */
 #define YIELDS 1e9
 
+/* Solves of equations with factors that are those of a unit diagonal: the second one corrects the
+ * first. */
+enum { REFINEMENTS = 3 };
+
 /* Rows of joints that repeat others but for rounding of poses give way as good as freely: asked for
  * all, what they differ by would take impulses without measure. */
-static perp_status let_repeats_yield(perp_contact_solver *s, perp__joint_block *joints,
-                                     const perp__rigid_problem *problem)
+static perp_status let_repeats_yield(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
+    perp__joint_block *joints = &s->joints;
     const int32_t first = s->bodies.rows[problem->contacts];
     perp_status status = PERP_OK;
 
-    if (problem->joints > 1)
+    if (problem->joints > 0)
         status = perp__joint_block_set_up(joints, s->context, problem);
-    for (int32_t n = 0; status == PERP_OK && problem->joints > 1 && n < joints->rows; n++)
+    for (int32_t n = 0; status == PERP_OK && problem->joints > 0 && n < joints->rows; n++)
         if (perp__joint_block_repeats(joints, n))
             s->bodies.compliance[first + n] += YIELDS / (joints->scale[n] * joints->scale[n]);
     return status;
 }
 
-static perp_status set_up(perp__rigid_solver *solver, const perp__rigid_problem *problem)
+static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
-    perp_contact_solver *s = solver->solver;
     perp_status status;
 
     s->entrance = PERP__NO_PROBLEM;
     s->rigid = problem;
     status = perp__bodies_setup_rigid(&s->bodies, problem);
-    PERP__THEN(status, let_repeats_yield(s, &solver->joints, problem));
+    PERP__THEN(status, let_repeats_yield(s, problem));
     if (status != PERP_OK)
         return status;
     s->has_bodies = 1;
@@ -118,6 +120,24 @@ static perp_status set_up(perp__rigid_solver *solver, const perp__rigid_problem 
     return status;
 }
 
+perp_status perp__rigid_meet_joints(perp_contact_solver *s)
+{
+    perp__contact_worth worth;
+    perp_status status = PERP_OK;
+
+    for (int32_t round = 0; round < REFINEMENTS && status == PERP_OK; round++) {
+        perp__copy(s->high, s->u, s->size);
+        perp__joint_block_invert(&s->joints, s->high);
+        for (int32_t i = 0; i < s->size; i++)
+            s->r[i] -=
+                perp__joint_block_repeats(&s->joints, i) ? s->u[i] / s->compliance[i] : s->high[i];
+        status = perp__contact_consider(s, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
+        if (perp__is_good(s->best.outcome))
+            break;
+    }
+    return status;
+}
+
 /* 3 a contact or joint to the rows that there are, or back; what is missing is 0. */
 static void pack(const perp__rigid_problem *problem, const double *from, double *rows)
 {
@@ -153,7 +173,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
 
     if (!problem->again || !solver->is_set_up) {
         solver->is_set_up = 0;
-        status = set_up(solver, problem);
+        status = set_up(s, problem);
     }
     if (status == PERP_OK && problem->warm && s->size > solver->room) {
         solver->room = s->size;

@@ -3,7 +3,6 @@
 #ifndef PERP_CONTACT_RIGID_H
 #define PERP_CONTACT_RIGID_H
 
-#include "contact/coloured/joint_block.h"
 #include "contact/solver.h"
 
 struct perp__rigid_solver {
@@ -12,11 +11,14 @@ struct perp__rigid_solver {
     double *warm; /* rows */
     int32_t room;
     int32_t is_set_up;
-    perp__joint_block joints; /* which rows repeat others */
 };
 
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */
 void perp__rigid_load(perp_contact_solver *solver);
+
+/* Joints without contacts: r from the factors of their equations, a candidate. PERP_OK or
+ * _MEMORY. */
+perp_status perp__rigid_meet_joints(perp_contact_solver *solver);
 
 /* v and u of solver->r. */
 void perp__rigid_velocities(perp_contact_solver *solver);
