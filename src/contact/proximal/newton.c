@@ -18,7 +18,7 @@
 #define SLOW 0.7
 #define WORSE 3.0
 
-enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 200, PATIENCE = 200 };
+enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, PATIENCE = 200 };
 
 static double length_of(const double *x, int32_t begin, int32_t end)
 {
@@ -114,15 +114,14 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 }
 
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most)
+                               int32_t most, int32_t failures_most)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
     int32_t failures = 0, stale = 0;
 
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
-    while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) && failures < FAILURES &&
-           stale < PATIENCE) {
+    while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) && stale < PATIENCE) {
         const double best = s->best_residual;
         int32_t steps;
         double found;
@@ -149,7 +148,8 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
             rho = fmin(MOST_RHO, rho);
             continue;
         }
-        failures++;
+        if (++failures >= failures_most)
+            break;
         rho = fmax(1.0, rho / 4.0);
     }
 }

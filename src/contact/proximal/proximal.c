@@ -1,6 +1,6 @@
 /* Methods `admm` and `proximal`, part after part: alternating directions for a middle accuracy; and
- * the proximal Newton method, from where an interior point has come to (interior.c), or, where some
- * contact's cone is not one of Lorentz', from there.
+ * the proximal Newton method, from there, and from where an interior point has come to
+ * (interior.c).
  *
  * Alternating directions (Boyd et al., Foundations and Trends in ML 3 (2011) 1) on
  *
@@ -36,7 +36,6 @@ enum {
     FEW_FACTORS = 8, /* of a solve that goes well */
     LONG_SWEEPS = 120,
     MOST_SWEEPS = 1200, /* of admm */
-    WARM_STEPS = 12,
     STEPS = 100,
     MORE_STEPS = 1000, /* of the second attempt; */
     MANY = 2000,       /* of a part with more rows than this, */
@@ -107,20 +106,23 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
     perp__proximal_project(s, part, s->x);
 }
 
-/* From no impulses: to where the active set is that of a solution, or near to it. */
+/* From no impulses, which lead to the inside of the cones, sweeps to their edges. What is easy has
+ * an answer from there before an interior point had; what is not begins again in one. */
 static void run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
-    if (!s->discs) {
-        perp__proximal_interior_run(s, part);
-    } else {
-        for (int32_t i = part->row; i < part->last_row; i++)
-            s->x[i] = 0.0;
-        perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
-        if (perp__proximal_goes_on(s, s->tol))
-            perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    }
+    for (int32_t i = part->row; i < part->last_row; i++)
+        s->x[i] = 0.0;
+    perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+    if (perp__proximal_goes_on(s, s->tol))
+        perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
     if (perp__proximal_goes_on(s, s->aim))
-        perp__proximal_newton_run(s, part, WARM_RHO, STEPS);
+        perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
+                                  STEPS, s->discs ? STEPS : 1);
+    if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
+        perp__proximal_interior_run(s, part);
+        if (perp__proximal_goes_on(s, s->aim))
+            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, STEPS);
+    }
 }
 
 /* Solves a part from iterate->r, where its best point is left. */
@@ -149,9 +151,10 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     for (int32_t k = 0; s->splits && perp__proximal_goes_on(s, s->tol); k++)
         perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
     if (newton && iterate->attempt > 0 && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS);
+        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS,
+                                  MORE_STEPS);
     if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
+        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, 1);
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_cold(s, part);
 

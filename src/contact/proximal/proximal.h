@@ -139,6 +139,6 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
 
 /* The proximal Newton method from s->x: newton.c. As before. */
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most);
+                               int32_t most, int32_t failures_most);
 
 #endif
