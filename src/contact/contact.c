@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "contact/law.h"
+#include "contact/rigid/rigid.h"
 #include "contact/solver.h"
 
 /* A tested residual from which the active set may be the solution's. */
@@ -272,7 +273,7 @@ static void read_start(perp_contact_solver *solver)
 static int32_t tries_sets(const perp_contact_solver *solver)
 {
     return solver->settings.method == PERP_CONTACT_METHOD_AUTO &&
-           (solver->settings.max_iterations == 0 || solver->is_condensed);
+           solver->settings.max_iterations == 0;
 }
 
 /* The start. Small problems go straight to the active set that it, or a few sweeps from it, show.
@@ -324,12 +325,12 @@ static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations;
     plan_step steps[PLAN_MOST];
-    int32_t count = limit < 0 ? 0 : plan(solver, steps), condensed = 0, ray_after, made;
+    int32_t count = limit < 0 ? 0 : plan(solver, steps), ray_after, made;
     perp_status status;
 
     if (solver->brief && count > BRIEF)
         count = BRIEF;
-    /* 1. The start, and the contacts alone where joints can be taken out. */
+    /* 1. The start; joints alone are equations. */
     solver->best.method = -1;
     solver->best.outcome = solver->said = PERP_OUTCOME_ITERATION_LIMIT;
     solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
@@ -340,10 +341,9 @@ static perp_status search(perp_contact_solver *solver)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
     PERP__THEN(status, try_start(solver));
-    if (status == PERP_OK && !ends_the_search(solver) && perp__contact_condenses(solver))
-        status = perp__contact_solve_condensed(solver, &condensed);
-    if (condensed && solver->brief) /* what is missing is not much, and joints hold */
-        count = 0;
+    if (status == PERP_OK && !ends_the_search(solver) && solver->contacts == 0 &&
+        solver->entrance == PERP__ENTRANCE_RIGID)
+        status = perp__rigid_meet_joints(solver);
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;

@@ -15,9 +15,7 @@ static void release(void *object)
     perp__lcp_destroy(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
-    perp__contact_destroy(solver->condensed.solver);
-    perp__sparse_cholesky_release(&solver->condensed.cholesky);
-    perp__arena_release(&solver->condensed.arena);
+    perp__joint_block_release(&solver->joints);
     perp__contact_destroy(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
     perp__hold_release(&solver->hold);

@@ -9,6 +9,7 @@
 #include "base/outcome.h"
 #include "contact/bodies/bodies.h"
 #include "contact/bounded.h"
+#include "contact/coloured/joint_block.h"
 #include "contact/dynamics/delassus.h"
 #include "contact/dynamics/dynamics.h"
 #include "contact/hold/hold.h"
@@ -65,20 +66,6 @@ typedef struct perp__contact_ray {
     double *K, *step;           /* n by n; n */
 } perp__contact_ray;
 
-/* What is left where joints are taken out: condensed.c. */
-typedef struct perp__contact_condensed {
-    perp_contact_solver *solver; /* of the contacts; NULL until it is first needed */
-    perp__arena arena;
-    size_t sizes[3], fitted[3]; /* rows of contacts, of joints, entries of W */
-    perp__sparse_cholesky cholesky;
-    perp__matrix block;              /* W_bb */
-    int32_t *rows, *all, *position;  /* joints; of the whole */
-    int32_t *starts, *indices;       /* of the block */
-    double *values, *scale, *driven; /* of it; joints; W_bb^-1 q_b */
-    double *response;                /* W_bb^-1 W_bc, column by column */
-    double *W, *q;                   /* of the contacts */
-} perp__contact_condensed;
-
 /* What takes overlaps away: open.c. */
 typedef struct perp__contact_opening {
     perp_contact_solver *solver; /* NULL until it is first needed */
@@ -101,7 +88,6 @@ struct perp_contact_solver {
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t brief;                           /* no last resorts */
-    int32_t is_condensed;                    /* the contacts of another, joints taken out */
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
     int64_t setups;
@@ -162,7 +148,7 @@ struct perp_contact_solver {
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
     perp__contact_opening opening;
-    perp__contact_condensed condensed;
+    perp__joint_block joints; /* of rigid bodies: which rows repeat others; all, without contacts */
     perp__contact_polish polish;
     perp__hold hold;
 };
@@ -216,11 +202,6 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth);
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
-
-/* Whether joints are taken out first; and that: *found where it comes to a candidate. condensed.c.
- * PERP_OK or a negative status. */
-int32_t perp__contact_condenses(const perp_contact_solver *solver);
-perp_status perp__contact_solve_condensed(perp_contact_solver *solver, int32_t *found);
 
 /* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);

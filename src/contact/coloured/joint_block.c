@@ -6,9 +6,11 @@
 #include "base/context.h"
 #include "linalg/lanes/multiversion.h"
 
-/* On a unit diagonal, between rounding, which a factor of 1 / RIDGE makes larger, and what the next
- * pass has to make up for: eps^(5/6). */
-#define RIDGE 0x1p-43
+/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
+ * hinges in a loop do, come near to them by that times the number of rows, over which it adds up:
+ * the square of it is their pivot beside a unit diagonal. What they ask for beyond others would
+ * take speeds of its inverse. */
+#define PLACED 1e-6
 
 static void lay_out_rows(perp__arena *arena, void *object)
 {
@@ -127,13 +129,11 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, int32_t bodies), (b, bodies
     b->starts[b->rows] = entries;
 }
 
-/* 1. P of the equations; as they were they have their factors, 2. K, 3. its factors: with a larger
- * ridge where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K
- * left the range of doubles. */
+/* 1. P of the equations; as they were they have their factors, 2. K, 3. its factors: there are some
+ * unless K left the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
                                      const perp__rigid_problem *problem)
 {
-    double ridge = RIDGE;
     int32_t rows = 0, same = b->factored;
     int64_t entries;
     perp_status status;
@@ -174,9 +174,25 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                           .row_indices = b->indices,
                           .values = b->values};
     status = perp__sparse_cholesky_analyse(&b->cholesky, context, &b->K, b->scale);
-    for (; status == PERP_OK && !b->factored && ridge < 1e6 * rows; ridge *= 100.0)
-        b->factored = perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, ridge);
+    b->factored =
+        status == PERP_OK && perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, 0.0,
+                                                          (PLACED * rows) * (PLACED * rows));
     return status;
+}
+
+void perp__joint_block_invert(perp__joint_block *b, double *x)
+{
+    for (int32_t n = 0; n < b->rows; n++)
+        x[n] *= b->scale[n];
+    if (b->factored)
+        perp__sparse_cholesky_solve(&b->cholesky, x);
+    for (int32_t n = 0; n < b->rows; n++)
+        x[n] *= b->scale[n];
+}
+
+int32_t perp__joint_block_repeats(const perp__joint_block *b, int32_t n)
+{
+    return b->factored && perp__sparse_cholesky_depends(&b->cholesky, n);
 }
 
 void perp__joint_block_release(perp__joint_block *b)

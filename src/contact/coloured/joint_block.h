@@ -8,8 +8,7 @@
  *
  * is their exact answer to what contacts do at the moment: one more block in Gauss-Seidel's order.
  * Whatever the passes leave of the contacts, the joints' velocities are met to rounding. Rows that
- * say the same leave K singular; it gets RIDGE on its unit diagonal, and what that leaves of e the
- * next pass takes away. */
+ * say what others do leave K singular: they are left out, r stays 0 there. */
 #ifndef PERP_CONTACT_JOINT_BLOCK_H
 #define PERP_CONTACT_JOINT_BLOCK_H
 
@@ -36,6 +35,12 @@ typedef struct perp__joint_block {
 /* Reads the joints of the problem, whose contacts come first, and factors K. PERP_OK or _MEMORY. */
 perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
                                      const perp__rigid_problem *problem);
+/* x := K^-1 x, 0 in rows that repeat others. */
+void perp__joint_block_invert(perp__joint_block *block, double *x);
+
+/* Whether row n says what others do, but for an angle that joints need not keep to. */
+int32_t perp__joint_block_repeats(const perp__joint_block *block, int32_t n);
+
 void perp__joint_block_release(perp__joint_block *block);
 
 /* y += P' r. */

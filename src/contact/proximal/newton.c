@@ -5,8 +5,8 @@
  *
  * by semismooth Newton steps (Qi & Sun 1993) with I + J' (rho P') J, then the next centre is
  * P(r - rho (u + J v)), and rho grows where few steps were needed: near a solution u is small, and
- * so is what rho makes of its rounding. Where the steps fail, as F is no gradient, alternating
- * directions bring another centre: of three stiffnesses in turn, as none does for all piles. */
+ * so is what rho makes of its rounding. Where the steps fail, as F is no gradient, rho is less: a
+ * softer centre is nearer. */
 #include <math.h>
 #include <string.h>
 
@@ -18,7 +18,7 @@
 #define SLOW 0.7
 #define WORSE 3.0
 
-enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 200, PATIENCE = 200, SWEEPS = 100 };
+enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, PATIENCE = 200 };
 
 static double length_of(const double *x, int32_t begin, int32_t end)
 {
@@ -41,14 +41,13 @@ static double evaluate(perp__proximal *s, const perp__proximal_part *part, doubl
     return length_of(s->rhs, begin, end);
 }
 
-/* step := (I + J'KJ)^-1 rhs by the last factors. */
-static void find_step(perp__proximal *s, const perp__proximal_part *part, double rho)
+void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
 
     memcpy(s->step + begin, s->rhs + begin, (size_t)(end - begin) * sizeof *s->step);
     perp__fronts_solve(&s->fronts, part->block, part->last_block, s->step);
-    if (rho <= REFINED)
+    if (!refines)
         return;
     perp__proximal_apply(s, part, s->step, s->rest);
     for (int32_t i = begin; i < end; i++)
@@ -78,7 +77,7 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
         s->factorisations++;
         if (!perp__proximal_factor(s, part))
             return -step;
-        find_step(s, part, rho);
+        perp__proximal_find_step(s, part, rho > REFINED);
 
         /* 2. The best of a few lengths; none where |F| grows much. */
         for (int32_t round = 0; round < HALVINGS; round++) {
@@ -115,16 +114,14 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 }
 
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most)
+                               int32_t most, int32_t failures_most)
 {
-    static const double stiffness[] = {1.0, 10.0, 100.0};
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
     int32_t failures = 0, stale = 0;
 
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
-    while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) && failures < FAILURES &&
-           stale < PATIENCE) {
+    while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) && stale < PATIENCE) {
         const double best = s->best_residual;
         int32_t steps;
         double found;
@@ -151,9 +148,8 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
             rho = fmin(MOST_RHO, rho);
             continue;
         }
-        failures++;
-        perp__proximal_split_run(s, part, stiffness[failures % 3], SWEEPS);
-        s->residual = perp__proximal_judge(s, part, s->x, s->speed);
+        if (++failures >= failures_most)
+            break;
         rho = fmax(1.0, rho / 4.0);
     }
 }

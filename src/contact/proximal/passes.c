@@ -206,14 +206,13 @@ PERP__MULTIVERSION_SHARED(perp__proximal_push,
         WITH_KIND(push_one, s, k, s, k, x + s->starts[k], out);
 }
 
-/* u := J v + q */
-PERP__MULTIVERSION(move,
-                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                    double *u),
-                   (s, part, v, u))
+PERP__MULTIVERSION_SHARED(perp__proximal_move,
+                          (const perp__proximal *s, const perp__proximal_part *part,
+                           const double *v, const double *q, double *u),
+                          (s, part, v, q, u))
 {
     for (int32_t k = part->constraint; k < part->last_constraint; k++)
-        WITH_KIND(move_one, s, k, s, k, v, s->q + s->starts[k], u + s->starts[k]);
+        WITH_KIND(move_one, s, k, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k]);
 }
 
 PERP__KERNEL static void apply_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
@@ -401,7 +400,7 @@ double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, 
 
     perp__proximal_project(s, part, x);
     perp__proximal_push(s, part, x, s->rest);
-    move(s, part, s->rest, speed);
+    perp__proximal_move(s, part, s->rest, s->q, speed);
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const double one = find_tested(s, k, x + s->starts[k], speed + s->starts[k]);
 

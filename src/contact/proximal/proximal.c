@@ -1,5 +1,6 @@
-/* Methods `admm` and `proximal`: alternating directions for a middle accuracy, and, from there, the
- * proximal Newton method; part after part.
+/* Methods `admm` and `proximal`, part after part: alternating directions for a middle accuracy; and
+ * the proximal Newton method, from there, and from where an interior point has come to
+ * (interior.c).
  *
  * Alternating directions (Boyd et al., Foundations and Trends in ML 3 (2011) 1) on
  *
@@ -7,7 +8,7 @@
  *
  * with the law of each contact as it stands in the place of a projection: r = P(-z), y = (z + r) /
  * rho, v = (I + rho J'J)^-1 J'(r - rho (q - y)), z = rho (J v + q) - r, the speeds over-relaxed.
- * One factorisation for all sweeps; the method for a middle accuracy, and to begin with. */
+ * One factorisation for all sweeps. */
 #include "contact/proximal/proximal.h"
 
 #include <math.h>
@@ -25,9 +26,6 @@
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
-/* Where a factorisation is worth so many solves, more sweeps come before Newton's method. */
-#define DEAR 15.0
-
 /* Who asks for less than the former, or for this method, has what a few more steps give, down to
  * the latter. */
 #define SHARP 1e-9
@@ -38,8 +36,6 @@ enum {
     FEW_FACTORS = 8, /* of a solve that goes well */
     LONG_SWEEPS = 120,
     MOST_SWEEPS = 1200, /* of admm */
-    WARM_SWEEPS = 20,
-    WARM_STEPS = 12,
     STEPS = 100,
     MORE_STEPS = 1000, /* of the second attempt; */
     MANY = 2000,       /* of a part with more rows than this, */
@@ -110,7 +106,8 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
     perp__proximal_project(s, part, s->x);
 }
 
-/* From no impulses: these lead to the inside of the cones, sweeps to their edges. */
+/* From no impulses, which lead to the inside of the cones, sweeps to their edges. What is easy has
+ * an answer from there before an interior point had; what is not begins again in one. */
 static void run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
     for (int32_t i = part->row; i < part->last_row; i++)
@@ -118,11 +115,14 @@ static void run_cold(perp__proximal *s, const perp__proximal_part *part)
     perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
     if (perp__proximal_goes_on(s, s->tol))
         perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    if (perp__fronts_cost(&s->fronts) >= DEAR && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_split_run(s, part, FIRST_RHO, LONG_SWEEPS);
     if (perp__proximal_goes_on(s, s->aim))
         perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
-                                  STEPS);
+                                  STEPS, s->discs ? STEPS : 1);
+    if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
+        perp__proximal_interior_run(s, part);
+        if (perp__proximal_goes_on(s, s->aim))
+            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, STEPS);
+    }
 }
 
 /* Solves a part from iterate->r, where its best point is left. */
@@ -151,12 +151,10 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     for (int32_t k = 0; s->splits && perp__proximal_goes_on(s, s->tol); k++)
         perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
     if (newton && iterate->attempt > 0 && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS);
-    if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol)) {
-        perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
-        if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
-    }
+        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS,
+                                  MORE_STEPS);
+    if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol))
+        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, 1);
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_cold(s, part);
 

@@ -18,6 +18,7 @@
 #define PERP_CONTACT_PROXIMAL_H
 
 #include "contact/bodies/bodies.h"
+#include "contact/cones.h"
 #include "contact/method.h"
 #include "linalg/fronts/fronts.h"
 
@@ -72,6 +73,7 @@ typedef struct perp__proximal {
     int32_t side;                          /* of K: 3, or 6 where there are discs */
     double *K;                             /* constraints: side by side, by columns */
     double *v, *step, *image, *rhs, *rest; /* blocks by width */
+    perp__cone *cones;                     /* constraints: of the interior point */
     int32_t splits;                        /* nothing but alternating directions */
     int64_t limit;                         /* of sweeps then, else of factorisations */
     int64_t factorisations, sweeps;
@@ -103,6 +105,9 @@ void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, d
  * and the right side, in `rhs`. */
 void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           int32_t first);
+/* u := J v + q; q: NULL, or of rows. */
+void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                         const double *q, double *u);
 /* out := J'x */
 void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                          double *out);
@@ -116,6 +121,9 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
                             double *speed);
 
+/* s->step := (I + J'KJ)^-1 s->rhs by the last factors, refined once where asked for: newton.c. */
+void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines);
+
 /* -1 to go on, or what to stop with. And whether there is a reason to go on at all. */
 int32_t perp__proximal_asks_to_stop(const perp__proximal *s);
 int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
@@ -125,8 +133,12 @@ int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
 void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
                               int32_t sweeps);
 
+/* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
+ * point, with s->best_residual. */
+void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
+
 /* The proximal Newton method from s->x: newton.c. As before. */
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most);
+                               int32_t most, int32_t failures_most);
 
 #endif

@@ -175,6 +175,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->slot_starts = perp__arena_take(arena, constraints, sizeof(int64_t));
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
+    s->cones = perp__arena_take(arena, constraints, sizeof *s->cones);
     s->K = perp__arena_take(arena, square * constraints, sizeof(double));
     PERP__DOUBLES(arena, size, &s->scale, &s->q, &s->r, &s->u, &s->x, &s->z, &s->y, &s->best,
                   &s->start, &s->speed, &s->spare);

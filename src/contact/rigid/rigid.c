@@ -50,6 +50,29 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
                           : 0.0;
 }
 
+/* What yields so much answers to nothing. */
+#define YIELDS 1e9
+
+/* Solves of equations with factors that are those of a unit diagonal: the second one corrects the
+ * first. */
+enum { REFINEMENTS = 3 };
+
+/* Rows of joints that repeat others but for rounding of poses give way as good as freely: asked for
+ * all, what they differ by would take impulses without measure. */
+static perp_status let_repeats_yield(perp_contact_solver *s, const perp__rigid_problem *problem)
+{
+    perp__joint_block *joints = &s->joints;
+    const int32_t first = s->bodies.rows[problem->contacts];
+    perp_status status = PERP_OK;
+
+    if (problem->joints > 0)
+        status = perp__joint_block_set_up(joints, s->context, problem);
+    for (int32_t n = 0; status == PERP_OK && problem->joints > 0 && n < joints->rows; n++)
+        if (perp__joint_block_repeats(joints, n))
+            s->bodies.compliance[first + n] += YIELDS / (joints->scale[n] * joints->scale[n]);
+    return status;
+}
+
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
     perp_status status;
@@ -57,6 +80,7 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->entrance = PERP__NO_PROBLEM;
     s->rigid = problem;
     status = perp__bodies_setup_rigid(&s->bodies, problem);
+    PERP__THEN(status, let_repeats_yield(s, problem));
     if (status != PERP_OK)
         return status;
     s->has_bodies = 1;
@@ -93,6 +117,24 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     status = perp__contact_finish_setup(s);
     if (status == PERP_OK)
         s->entrance = PERP__ENTRANCE_RIGID;
+    return status;
+}
+
+perp_status perp__rigid_meet_joints(perp_contact_solver *s)
+{
+    perp__contact_worth worth;
+    perp_status status = PERP_OK;
+
+    for (int32_t round = 0; round < REFINEMENTS && status == PERP_OK; round++) {
+        perp__copy(s->high, s->u, s->size);
+        perp__joint_block_invert(&s->joints, s->high);
+        for (int32_t i = 0; i < s->size; i++)
+            s->r[i] -=
+                perp__joint_block_repeats(&s->joints, i) ? s->u[i] / s->compliance[i] : s->high[i];
+        status = perp__contact_consider(s, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
+        if (perp__is_good(s->best.outcome))
+            break;
+    }
     return status;
 }
 

@@ -3,7 +3,6 @@
 #ifndef PERP_CONTACT_RIGID_H
 #define PERP_CONTACT_RIGID_H
 
-#include "contact/contact.h"
 #include "contact/solver.h"
 
 struct perp__rigid_solver {
@@ -16,6 +15,10 @@ struct perp__rigid_solver {
 
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */
 void perp__rigid_load(perp_contact_solver *solver);
+
+/* Joints without contacts: r from the factors of their equations, a candidate. PERP_OK or
+ * _MEMORY. */
+perp_status perp__rigid_meet_joints(perp_contact_solver *solver);
 
 /* v and u of solver->r. */
 void perp__rigid_velocities(perp_contact_solver *solver);

@@ -397,14 +397,14 @@ static double iterate(perp__statics *s, double mean)
 
     /* 2. The predictor, towards complementarity, and the corrector. */
     for (int32_t c = 0; c < s->cone_count; c++)
-        perp__cone_aim(&s->cones[c], 0.0, 0);
+        perp__cone_aim(&s->cones[c], 0.0, 0.0);
     find_step(s, rs, rt, &d);
     step = fmin(longest_step(s, &d), 1.0);
     if (!(step >= 0.0))
         return 0.0;
     sigma = (1.0 - step) * (1.0 - step) * (1.0 - step);
     for (int32_t c = 0; c < s->cone_count; c++)
-        perp__cone_aim(&s->cones[c], sigma * mean, 1);
+        perp__cone_aim(&s->cones[c], sigma * mean, 1.0);
     rt[0] += d.s * d.tau + sigma * mean;
     rt[1] += sigma * mean - d.t_R * d.tau_R;
     find_step(s, rs, rt, &d);

@@ -2,21 +2,12 @@
 #ifndef PERP_CONTACT_STATICS_INTERIOR_H
 #define PERP_CONTACT_STATICS_INTERIOR_H
 
+#include "contact/cones.h"
 #include "contact/statics/statics.h"
 
 /* What bodies' terms may lack in the end, and at best. */
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
-
-/* A second-order cone of 1, 2 or 3 coordinates, of one unit: z = B x + h - s e in K, with its dual
- * u. B takes the unit's normal times `sign` and the tangents from `first` on times `scale`. */
-typedef struct perp__cone {
-    int32_t unit, first, dim;
-    double sign, scale, h, e;
-    double z[3], u[3], dz[3], du[3];
-    double V[9], inverse[9]; /* Nesterov and Todd's scaling: V z = V^-1 u = lambda; G = V V */
-    double lambda[3], rc[3];
-} perp__cone;
 
 /* What is maximised: the margin s; nothing, but least squares are minimised; the load's factor. */
 enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
@@ -100,18 +91,9 @@ double perp__statics_room(perp__statics *s);
 /* Whether y proves that nothing stands; then the certificate is written. */
 int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y);
 
-/* cones.c */
-void perp__cone_scale(perp__cone *cone);
-/* z := B x + shift e_0 of a cone. */
+/* z := B x + shift e_0 of a cone: point.c. */
 void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
                       double *z);
-/* z_0 - |z_t|: how far inside; and z_0^2 - |z_t|^2, without cancellation. */
-double perp__cone_room(const double *z);
-double perp__cone_det(const double *z);
-double perp__cone_longest(const double *z, const double *dz);
-/* rc := what complementarity asks for: lambda o lambda -> target, with the second-order part of the
- * step that z and u were going to make. */
-void perp__cone_aim(perp__cone *cone, double target, int32_t corrects);
 
 /* equations.c */
 perp_status perp__statics_order(perp__statics *s);

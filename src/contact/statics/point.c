@@ -11,6 +11,16 @@
 #include "linalg/matrix.h"
 #include "linalg/spatial.h"
 
+void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
+                      double *z)
+{
+    const double *own = x + s->rows->unit[cone->unit].row;
+
+    z[0] = cone->sign * own[0] + shift;
+    z[1] = cone->dim > 1 ? cone->scale * own[cone->first] : 0.0;
+    z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
+}
+
 /* Of the smallest load beside the largest: what counts as none. */
 #define LEAST_LOAD 1e-15
 #define LIGHTEST 1e-8

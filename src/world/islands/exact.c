@@ -15,14 +15,10 @@
 #define SHARPER 1e-2
 
 /* Iterations of each method within which it comes to an answer or hardly ever does: all that is
- * spent, but at accuracy `exact`. Piles in motion get fewer at first, with joints or without. At
- * `exact` few contacts get all, last resorts as well; more of them only if they have come as near
- * as this: others that are hit hard have an answer out of reach. */
+ * spent, but at accuracy `exact`. There few contacts get all, last resorts as well. */
 #define QUICK 100
-#define HURRIED 25
 #define FEW 64
 #define FEW_PLANAR 200
-#define PROMISING 1e-4
 
 /* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
 #define SMALL 8
@@ -72,15 +68,14 @@ static int32_t is_hurried(const perp_world *world, const perp__island *island)
            !perp__comes_from_rest(world, island);
 }
 
-static perp_status solve_by(perp_world *world, const perp__island *island,
-                            perp__rigid_answer *answer, perp__rigid_problem *problem)
+static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
+                            perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
-    const int32_t most = is_hurried(world, island) ? HURRIED : QUICK;
     perp_status status;
 
     problem->tol = SHARPER * perp__exact_tol(world);
-    problem->max_iterations = limit == 0 || limit > most ? most : limit;
+    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
     status = perp__rigid_solve(world->solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = perp__exact_tol(world);
@@ -123,14 +118,13 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
 
     problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL &&
                      (island->joints == 0 || is_hurried(world, island));
-    status = solve_by(world, island, answer, problem);
+    status = solve_by(world, answer, problem);
 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
         say_outcome(answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT &&
-        (!is_hurried(world, island) || fmax(answer->tested, answer->own) <= PROMISING))
+        world->settings.accuracy == PERP_ACCURACY_EXACT)
         status = solve_thoroughly(world, island, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);

@@ -1,10 +1,10 @@
 /* Second-order cones K = {z_0 >= |(z_1, z_2)|} with the algebra that belongs to them: Nesterov and
  * Todd's scaling (SIAM J. Optim. 8 (1998) 324), in the form of Andersen, Roos & Terlaky (Math.
  * Program. 95 (2003) 249). Half-lines are cones whose tangents are 0. */
-#include <math.h>
-#include <string.h>
+#include "contact/cones.h"
 
-#include "contact/statics/interior.h"
+#include <math.h>
+
 #include "linalg/spatial.h"
 
 double perp__cone_room(const double *z)
@@ -77,8 +77,8 @@ double perp__cone_longest(const double *z, const double *dz)
     return most;
 }
 
-/* rc = V lambda^-1 o (target e - lambda o lambda - (V^-1 du) o (V dz)) */
-void perp__cone_aim(perp__cone *cone, double target, int32_t corrects)
+/* rc = V lambda^-1 o (target e - lambda o lambda - corrects (V^-1 du) o (V dz)) */
+void perp__cone_aim(perp__cone *cone, double target, double corrects)
 {
     const double *l = cone->lambda;
     double right[3] = {target, 0.0, 0.0}, a[3], b[3], det = perp__cone_det(l), out[3];
@@ -86,25 +86,15 @@ void perp__cone_aim(perp__cone *cone, double target, int32_t corrects)
     right[0] -= l[0] * l[0] + l[1] * l[1] + l[2] * l[2];
     right[1] -= 2.0 * l[0] * l[1];
     right[2] -= 2.0 * l[0] * l[2];
-    if (corrects) {
+    if (corrects > 0.0) {
         apply(cone->inverse, cone->du, a);
         apply(cone->V, cone->dz, b);
-        right[0] -= a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        right[1] -= a[0] * b[1] + b[0] * a[1];
-        right[2] -= a[0] * b[2] + b[0] * a[2];
+        right[0] -= corrects * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+        right[1] -= corrects * (a[0] * b[1] + b[0] * a[1]);
+        right[2] -= corrects * (a[0] * b[2] + b[0] * a[2]);
     }
     out[0] = (l[0] * right[0] - l[1] * right[1] - l[2] * right[2]) / det;
     out[1] = (right[1] - out[0] * l[1]) / l[0];
     out[2] = (right[2] - out[0] * l[2]) / l[0];
     apply(cone->V, out, cone->rc);
-}
-
-void perp__cone_place(const perp__statics *s, const perp__cone *cone, const double *x, double shift,
-                      double *z)
-{
-    const double *own = x + s->rows->unit[cone->unit].row;
-
-    z[0] = cone->sign * own[0] + shift;
-    z[1] = cone->dim > 1 ? cone->scale * own[cone->first] : 0.0;
-    z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
 }

@@ -1,5 +1,5 @@
-/* Joints taken out of a problem of rigid bodies: what is found in what is left obeys the laws of
- * the whole. */
+/* Joints among the contacts of rigid bodies: chains on the ground and in the air, joints that repeat
+ * others. */
 #include "memory.h"
 #include "rigid_fixture.h"
 
@@ -37,9 +37,8 @@ static int32_t make_chain(rigid_scene *s, uint64_t seed, int32_t links, int32_t 
     return contacts;
 }
 
-/* Joints taken out: no method but those of what is left may run (brief), and all laws hold on the
- * whole. */
-static void test_condensed(void **state)
+/* A search without last resorts (brief) meets the laws of contacts and joints. */
+static void test_chains(void **state)
 {
     int32_t seed, contacts;
 
@@ -97,7 +96,7 @@ static void test_joints_alone(void **state)
     close_fixture(&f);
 }
 
-/* Joints that say the same have no factors: other methods solve them. */
+/* Of joints that say the same one is left out; the laws hold on all. */
 static void test_redundant_joints(void **state)
 {
     fixture f;
@@ -160,7 +159,7 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_condensed),
+        cmocka_unit_test(test_chains),
         cmocka_unit_test(test_joints_alone),
         cmocka_unit_test(test_redundant_joints),
         cmocka_unit_test(test_memory),

@@ -1,0 +1,284 @@
+/* An interior point method for a part, from no impulses. With the duals
+ *
+ *   w = (u_n + |u_t|, u_t),   x in K,   w in K,   x'w = 0
+ *
+ * of De Saxce & Feng's law, the method of Acary, Armand, Nguyen & Shpakovych (Optim. Methods Softw.
+ * 39 (2024)), which takes |u_t| for one unknown more: here |w_t|^2 / w_n in its place, which is the
+ * same where a contact slips and 0 where it sticks, and, unlike |w_t|, smooth inside of the cone.
+ * With it
+ *
+ *   u_n = det w / w_n,   x o w = (mean) e,   v = J'x,   u = J v + q
+ *
+ * are solved by Newton's steps, in the scaling of Nesterov and Todd, with the mean going to 0. With
+ * G that takes w to x and dw = T (du + ...), a step is one solve with I + J' G T J. A row with two
+ * bounds has two duals, one for each; a bilateral one is proximal. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/proximal/proximal.h"
+
+/* The way to the boundary that a step goes, and the share of the mean that is aimed at where the
+ * predictor comes all the way. */
+#define REACH 0.99
+#define LEAST_CENTRE 1e-2
+
+/* Bilateral rows: x -= this times u. */
+#define STIFF 1e8
+
+/* Steps, and those in a row that go less than this far: then the path has come to a fold. */
+#define SHORT 0.1
+enum { MOST_STEPS = 60, FOLD = 3 };
+
+enum kind { CONE, INTERVAL, FREE };
+
+static enum kind kind_of(const perp__proximal *s, int32_t k)
+{
+    return s->radius[k] > 0.0 ? CONE : s->radius[k] > -INFINITY ? INTERVAL : FREE;
+}
+
+/* What x, w, dx or dw of constraint k are in the scale where the disc has radius 1; x: 1 / r for
+ * tangents, w: r. */
+static double stretch(const perp__proximal *s, int32_t k, int32_t i)
+{
+    return i > 0 ? s->radius[k] : 1.0;
+}
+
+/* Cones at their middle; of an interval z and u are what is left to its ends and their duals. */
+static void begin(perp__proximal *s, const perp__proximal_part *part)
+{
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        perp__cone *cone = &s->cones[k];
+
+        memset(cone, 0, sizeof *cone);
+        cone->dim = s->starts[k + 1] - s->starts[k];
+        cone->z[0] = cone->u[0] = 1.0;
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            s->x[i] = 0.0;
+        if (kind_of(s, k) == CONE)
+            s->x[s->starts[k]] = 1.0;
+        if (kind_of(s, k) == INTERVAL) {
+            cone->z[0] = cone->z[1] = -s->radius[k];
+            cone->u[1] = 1.0;
+        }
+    }
+}
+
+/* The mean of x w over cones and ends of intervals; 0 where there are none. */
+static double find_mean(const perp__proximal *s, const perp__proximal_part *part, double step)
+{
+    double sum = 0.0;
+    int32_t count = 0;
+
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const perp__cone *cone = &s->cones[k];
+
+        for (int32_t i = 0; kind_of(s, k) != FREE && i < 3; i++)
+            sum += (cone->z[i] + step * cone->dz[i]) * (cone->u[i] + step * cone->du[i]);
+        count += kind_of(s, k) == CONE ? 1 : kind_of(s, k) == INTERVAL ? 2 : 0;
+    }
+    return count > 0 ? sum / count : 0.0;
+}
+
+/* What w lacks of T(u): its own rows, and det w / w_n of the normal; and T's first row, by the
+ * derivative 1 + |w_t|^2 / w_n^2 of that. */
+static void find_lack(const perp__proximal *s, int32_t k, double lack[3], double tilt[3])
+{
+    const perp__cone *cone = &s->cones[k];
+    const double *u = s->speed + s->starts[k], *w = cone->u;
+    const double share[2] = {w[1] / w[0], w[2] / w[0]};
+    const double slope = 1.0 + share[0] * share[0] + share[1] * share[1];
+
+    tilt[0] = 1.0 / slope;
+    lack[0] = tilt[0] * (u[0] - perp__cone_det(w) / w[0]);
+    for (int32_t i = 1; i < 3; i++) {
+        lack[i] = i < cone->dim ? stretch(s, k, i) * u[i] - w[i] : 0.0;
+        tilt[i] = 2.0 * share[i - 1] / slope;
+        lack[0] += tilt[i] * lack[i];
+    }
+}
+
+/* G = V^-2, of a cone. */
+static void find_slope(const perp__cone *cone, double G[9])
+{
+    for (int32_t i = 0; i < 3; i++)
+        for (int32_t j = 0; j < 3; j++) {
+            G[3 * i + j] = 0.0;
+            for (int32_t m = 0; m < 3; m++)
+                G[3 * i + j] += cone->inverse[3 * i + m] * cone->inverse[3 * m + j];
+        }
+}
+
+/* K = -dx / du of all constraints. */
+static void find_slopes(perp__proximal *s, const perp__proximal_part *part)
+{
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        perp__cone *cone = &s->cones[k];
+        double *K = perp__proximal_slope(s, k), G[9], lack[3], tilt[3];
+
+        memset(K, 0, (size_t)(s->side * s->side) * sizeof *K);
+        if (kind_of(s, k) == FREE) {
+            K[0] = STIFF;
+            continue;
+        }
+        if (kind_of(s, k) == INTERVAL) {
+            K[0] = 1.0 / (cone->u[0] / cone->z[0] + cone->u[1] / cone->z[1]);
+            continue;
+        }
+        perp__cone_scale(cone);
+        find_slope(cone, G);
+        find_lack(s, k, lack, tilt);
+        for (int32_t i = 0; i < cone->dim; i++)
+            for (int32_t j = 0; j < cone->dim; j++)
+                K[s->side * j + i] = (G[3 * i] * tilt[j] + (j > 0 ? G[3 * i + j] : 0.0)) *
+                                     stretch(s, k, i) * stretch(s, k, j);
+    }
+}
+
+/* What complementarity asks of x at the ends of an interval, over its K: towards `target`. */
+static double aim_interval(const perp__cone *cone, double target, double corrects)
+{
+    double ends[2];
+
+    for (int32_t i = 0; i < 2; i++)
+        ends[i] = (target - corrects * cone->dz[i] * cone->du[i]) / cone->z[i] - cone->u[i];
+    return ends[0] - ends[1];
+}
+
+/* The step of s->cones (dz, du), s->start (x) and s->step (v) towards complementarity of `target`,
+ * with `corrects` times the second-order part of the last one. */
+static void find_step(perp__proximal *s, const perp__proximal_part *part, double target,
+                      double corrects)
+{
+    double *c = s->spare, *change = s->start;
+
+    /* 1. dx = c - K J dv, and the right side J'c of (I + J'KJ) dv. */
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        perp__cone *cone = &s->cones[k];
+        const double *K = perp__proximal_slope(s, k);
+        const int32_t at = s->starts[k];
+        double G[9], lack[3], tilt[3];
+
+        if (kind_of(s, k) == FREE) {
+            c[at] = -STIFF * s->speed[at];
+        } else if (kind_of(s, k) == INTERVAL) {
+            c[at] = K[0] * (aim_interval(cone, target, corrects) -
+                            (s->speed[at] - (cone->u[0] - cone->u[1])));
+        } else {
+            perp__cone_aim(cone, target, corrects);
+            find_slope(cone, G);
+            find_lack(s, k, lack, tilt);
+            for (int32_t i = 0; i < cone->dim; i++) {
+                c[at + i] = 0.0;
+                for (int32_t j = 0; j < 3; j++)
+                    c[at + i] += stretch(s, k, i) * G[3 * i + j] * (cone->rc[j] - lack[j]);
+            }
+        }
+    }
+    perp__proximal_push(s, part, c, s->rhs);
+    perp__proximal_find_step(s, part, 1);
+
+    /* 2. dx, and the cones' own. */
+    perp__proximal_move(s, part, s->step, NULL, change);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        perp__cone *cone = &s->cones[k];
+        const double *K = perp__proximal_slope(s, k);
+        const int32_t at = s->starts[k], d = cone->dim;
+        double du[3] = {0.0}, dx[3] = {0.0}, lack[3], tilt[3];
+
+        for (int32_t i = 0; i < d; i++) {
+            du[i] = change[at + i];
+            dx[i] = c[at + i];
+            for (int32_t j = 0; j < d; j++)
+                dx[i] -= K[s->side * j + i] * change[at + j];
+        }
+        if (kind_of(s, k) == INTERVAL) {
+            for (int32_t i = 0; i < 2; i++) {
+                const double dz = i == 0 ? dx[0] : -dx[0];
+
+                cone->du[i] =
+                    (target - corrects * cone->dz[i] * cone->du[i] - cone->u[i] * dz) / cone->z[i] -
+                    cone->u[i];
+                cone->dz[i] = dz;
+            }
+        } else if (kind_of(s, k) == CONE) {
+            find_lack(s, k, lack, tilt);
+            cone->du[0] = lack[0] + tilt[0] * du[0];
+            cone->dz[0] = dx[0];
+            for (int32_t i = 1; i < d; i++) {
+                cone->du[i] = lack[i] + stretch(s, k, i) * du[i];
+                cone->du[0] += tilt[i] * stretch(s, k, i) * du[i];
+                cone->dz[i] = dx[i] / stretch(s, k, i);
+            }
+        }
+        memcpy(change + at, dx, (size_t)d * sizeof *dx);
+    }
+}
+
+static double longest_step(const perp__proximal *s, const perp__proximal_part *part)
+{
+    double most = INFINITY;
+
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const perp__cone *cone = &s->cones[k];
+
+        if (kind_of(s, k) == CONE)
+            most = fmin(most, fmin(perp__cone_longest(cone->z, cone->dz),
+                                   perp__cone_longest(cone->u, cone->du)));
+        for (int32_t i = 0; i < 2 && kind_of(s, k) == INTERVAL; i++) {
+            most = cone->dz[i] < 0.0 ? fmin(most, -cone->z[i] / cone->dz[i]) : most;
+            most = cone->du[i] < 0.0 ? fmin(most, -cone->u[i] / cone->du[i]) : most;
+        }
+    }
+    return most;
+}
+
+static void go(perp__proximal *s, const perp__proximal_part *part, double step)
+{
+    for (int32_t i = part->row; i < part->last_row; i++)
+        s->x[i] += step * s->start[i];
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        for (int32_t i = 0; i < 3; i++) {
+            s->cones[k].z[i] += step * s->cones[k].dz[i];
+            s->cones[k].u[i] += step * s->cones[k].du[i];
+        }
+}
+
+void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
+{
+    const size_t rows = (size_t)(part->last_row - part->row);
+    int32_t slow = 0;
+
+    begin(s, part);
+    for (int32_t k = 0; k < MOST_STEPS && slow < FOLD; k++) {
+        const double mean = find_mean(s, part, 0.0);
+        double step;
+
+        /* 1. What the point is worth; u of it, as it is. */
+        memcpy(s->start + part->row, s->x + part->row, rows * sizeof *s->x);
+        s->residual = perp__proximal_judge(s, part, s->start, s->speed);
+        s->outcome = perp__proximal_asks_to_stop(s);
+        if (!perp__proximal_goes_on(s, s->tol) || !(mean > 0.0))
+            break;
+        perp__proximal_push(s, part, s->x, s->v);
+        perp__proximal_move(s, part, s->v, s->q, s->speed);
+
+        /* 2. The predictor, and the corrector: the more of it the farther that comes. */
+        find_slopes(s, part);
+        s->factorisations++;
+        if (!perp__proximal_factor(s, part))
+            break;
+        for (int32_t c = part->constraint; c < part->last_constraint; c++) {
+            memset(s->cones[c].dz, 0, sizeof s->cones[c].dz);
+            memset(s->cones[c].du, 0, sizeof s->cones[c].du);
+        }
+        find_step(s, part, 0.0, 0.0);
+        step = fmin(1.0, longest_step(s, part));
+        find_step(s, part, mean * fmax(LEAST_CENTRE, 1.0 - step), step * step * step);
+        step = fmin(1.0, REACH * longest_step(s, part));
+        if (!(step > 0.0))
+            break;
+        go(s, part, step);
+        slow = step < SHORT ? slow + 1 : 0;
+    }
+    memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
+}
