@@ -162,12 +162,14 @@ static void eliminate_row(perp__sparse_cholesky *c, int32_t k, double rho)
 int32_t perp__sparse_cholesky_factor(perp__sparse_cholesky *cholesky, const int32_t *active,
                                      int32_t count, double rho)
 {
-    for (int32_t i = 0; i < cholesky->M->columns; i++)
-        cholesky->local[i] = -1;
-    for (int32_t k = 0; k < count; k++)
-        cholesky->local[active[k]] = 0;
-    number_block(cholesky);
-    count_columns(cholesky);
+    if (count < cholesky->M->columns || cholesky->count < count) { /* else it is all once more */
+        for (int32_t i = 0; i < cholesky->M->columns; i++)
+            cholesky->local[i] = -1;
+        for (int32_t k = 0; k < count; k++)
+            cholesky->local[active[k]] = 0;
+        number_block(cholesky);
+        count_columns(cholesky);
+    }
     for (int32_t k = 0; k < count; k++) {
         cholesky->work[k] = 0.0;
         cholesky->mark[k] = -1;
