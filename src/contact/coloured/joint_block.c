@@ -162,12 +162,16 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
     const perp__joint_factor *f = &b->factor;
 
     for (int32_t node = 0; node < f->nodes; node++)
-        for (int32_t l = 0; l < PERP__NODE; l += 4) {
+        for (int32_t l = 0; l < f->rows[node]; l += PERP__NODE / 2) {
             perp__lanes sum = PERP__SAME_LANES(0.0);
 
-            for (int32_t j = 0; j < 16; j++)
-                sum += PERP__CONST_LANES_AT(f->P[node][j] + l) *
-                       PERP__SAME_LANES(y[8 * f->body[2 * node + j / 8] + j % 8]);
+            for (int32_t side = 0; side < 2; side++) {
+                const double *own = y + 8 * f->body[2 * node + side];
+
+                for (int32_t j = 0; j < 6; j++)
+                    sum += PERP__CONST_LANES_AT(f->P[node][8 * side + j] + l) *
+                           PERP__SAME_LANES(own[j]);
+            }
             PERP__LANES_AT(b->x + PERP__NODE * node + l) = sum;
         }
 }
