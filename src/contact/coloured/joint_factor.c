@@ -254,11 +254,11 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k)
         perp__joint_tile L;
 
         memset(L, 0, sizeof L);
-        for (int32_t c = 0; c < rows; c++) {
+        for (int32_t c = 0; c < rows; c++)
             add_product(L[c], others, 1.0, f->tile[t], D[c], rows);
+        for (int32_t c = 0; c < PERP__NODE; c++)
             for (int32_t l = 0; l < PERP__NODE; l++)
                 f->back[t][l][c] = L[c][l];
-        }
         find_places(f, f->row[t], f->mark);
         for (int32_t s = t; s < end; s++) {
             double(*to)[PERP__NODE] = f->tile[f->mark[f->row[s]]];
