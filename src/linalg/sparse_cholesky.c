@@ -160,7 +160,7 @@ static void eliminate_row(perp__sparse_cholesky *c, int32_t k, double rho)
 }
 
 int32_t perp__sparse_cholesky_factor(perp__sparse_cholesky *cholesky, const int32_t *active,
-                                     int32_t count, double rho, double least)
+                                     int32_t count, double rho)
 {
     for (int32_t i = 0; i < cholesky->M->columns; i++)
         cholesky->local[i] = -1;
@@ -174,17 +174,10 @@ int32_t perp__sparse_cholesky_factor(perp__sparse_cholesky *cholesky, const int3
     }
     for (int32_t k = 0; k < count; k++) {
         eliminate_row(cholesky, k, rho);
-        if (cholesky->pivots[k] <= least)
-            cholesky->pivots[k] = INFINITY;
-        else if (!(cholesky->pivots[k] > 0.0) || !isfinite(cholesky->pivots[k]))
+        if (!(cholesky->pivots[k] > 0.0) || !isfinite(cholesky->pivots[k]))
             return 0;
     }
     return 1;
-}
-
-int32_t perp__sparse_cholesky_depends(const perp__sparse_cholesky *cholesky, int32_t i)
-{
-    return cholesky->local[i] >= 0 && isinf(cholesky->pivots[cholesky->local[i]]);
 }
 
 void perp__sparse_cholesky_solve(perp__sparse_cholesky *cholesky, double *x)

@@ -31,13 +31,9 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
                                           const perp__matrix *M, const double *scale);
 
 /* Factors the block of the rows and columns active[0], active[1], ..., plus rho I. Returns 0 if a
- * pivot is not positive and finite. A row whose pivot is not above `least` depends on others: it
- * is left out, its pivot is INFINITY and x is 0 there. least < 0: none is. */
+ * pivot is not positive and finite. */
 int32_t perp__sparse_cholesky_factor(perp__sparse_cholesky *cholesky, const int32_t *active,
-                                     int32_t count, double rho, double least);
-
-/* Whether row i of M was left out. */
-int32_t perp__sparse_cholesky_depends(const perp__sparse_cholesky *cholesky, int32_t i);
+                                     int32_t count, double rho);
 
 /* x := block^-1 x; x is indexed by the rows of M, entries outside of it are not looked at. */
 void perp__sparse_cholesky_solve(perp__sparse_cholesky *cholesky, double *x);

@@ -40,8 +40,9 @@ typedef struct perp__lane_point {
 
 typedef struct perp__lane_group {
     int32_t a[PERP__GROUP], b[PERP__GROUP]; /* bodies; from `bodies` on what nothing moves */
-    int32_t pair[PERP__GROUP];              /* -1: none */
-    int32_t first, points;                  /* in `point` */
+    int32_t pair[PERP__GROUP];              /* -1: none, as all that come after it */
+    int32_t pairs;
+    int32_t first, points; /* in `point` */
 } perp__lane_group;
 
 typedef struct perp__coloured {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
 /* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
@@ -17,24 +18,15 @@ static void lay_out_rows(perp__arena *arena, void *object)
     perp__joint_block *b = object;
     const size_t rows = (size_t)b->most_rows;
 
-    PERP__INTEGERS(arena, rows, &b->all, &b->mark, &b->place);
-    PERP__INTEGERS(arena, 2 * rows, &b->body, &b->touching);
+    PERP__INTEGERS(arena, 2 * rows, &b->body);
     if (b->body)
         memset(b->body, 0, 2 * rows * sizeof *b->body);
-    b->starts = perp__arena_take(arena, rows + 1, sizeof *b->starts);
-    b->first = perp__arena_take(arena, (size_t)b->most_bodies + 2, sizeof *b->first);
+    b->lane = perp__arena_take(arena, rows, sizeof *b->lane);
     PERP__DOUBLES(arena, rows, &b->scale, &b->w, &b->r, &b->last, &b->error);
+    b->x = perp__arena_take(arena, PERP__NODE * rows, sizeof *b->x);
     b->P = perp__arena_take(arena, 16 * rows, sizeof *b->P);
     if (b->P)
         memset(b->P, 0, 16 * rows * sizeof *b->P);
-}
-
-static void lay_out_entries(perp__arena *arena, void *object)
-{
-    perp__joint_block *b = object;
-
-    b->indices = perp__arena_take(arena, (size_t)b->most_entries, sizeof *b->indices);
-    b->values = perp__arena_take(arena, (size_t)b->most_entries, sizeof *b->values);
 }
 
 /* Row i of the unit g as row n of the block; returns whether it had the same P before. What moves
@@ -66,140 +58,97 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
     return same;
 }
 
-/* The rows of each body, in order; returns the most entries that K can have. */
-static int64_t list_rows(perp__joint_block *b, int32_t bodies)
+/* Rows of one pair of bodies are a node: where its lanes are; of unit length, but for those of
+ * which impulses move nothing. */
+static void form_nodes(perp__joint_block *b)
 {
-    int64_t most = 0;
+    perp__joint_factor *f = &b->factor;
 
-    memset(b->first, 0, (size_t)(bodies + 2) * sizeof *b->first);
-    for (int32_t k = 0; k < 2 * b->rows; k++)
-        if (b->body[k] < bodies)
-            b->first[b->body[k] + 2]++;
-    for (int32_t i = 0; i < bodies; i++) {
-        most += (int64_t)b->first[i + 2] * b->first[i + 2];
-        b->first[i + 2] += b->first[i + 1];
+    for (int32_t n = 0; n < b->rows; n++) {
+        const int32_t node = b->lane[n] / PERP__NODE, l = b->lane[n] % PERP__NODE;
+        const double *P = b->P + 16 * n;
+        double square = 0.0;
+
+        for (int32_t j = 0; j < 16; j++)
+            square += P[j] * P[j];
+        b->scale[n] = !(square < INFINITY) ? NAN : square > 0.0 ? 1.0 / sqrt(square) : 0.0;
+        if (l == 0)
+            memset(f->P[node], 0, sizeof f->P[node]);
+        f->rows[node] = l + 1;
+        memcpy(f->body + 2 * node, b->body + 2 * n, 2 * sizeof *f->body);
+        for (int32_t j = 0; j < 16; j++)
+            f->P[node][j][l] = b->scale[n] * P[j];
     }
-    for (int32_t k = 0; k < 2 * b->rows; k++)
-        if (b->body[k] < bodies)
-            b->touching[b->first[b->body[k] + 1]++] = k;
-    return most;
 }
 
-PERP__KERNEL static double dot8(const double *a, const double *b)
+/* Row n's lane: the next one of its node, or the first one of the next. */
+static void find_lane(perp__joint_block *b, int32_t n)
 {
-    double part[8];
+    const int32_t *body = b->body + 2 * n, last = n > 0 ? b->lane[n - 1] : -1;
+    const int32_t goes_on =
+        n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1];
 
-    for (int32_t l = 0; l < 8; l++)
-        part[l] = a[l] * b[l];
-    for (int32_t l = 0; l < 4; l++)
-        part[l] += part[l + 4];
-    return (part[0] + part[2]) + (part[1] + part[3]);
+    b->lane[n] = goes_on ? last + 1 : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
 }
 
-/* K = P P', column by column: rows meet on the bodies that they share. */
-PERP__MULTIVERSION(multiply, (perp__joint_block * b, int32_t bodies), (b, bodies))
-{
-    int32_t entries = 0;
-
-    for (int32_t j = 0; j < b->rows; j++)
-        b->mark[j] = -1;
-    for (int32_t j = 0; j < b->rows; j++) {
-        b->starts[j] = entries;
-        for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = b->body[2 * j + side];
-            const int32_t end = body < bodies ? b->first[body + 1] : 0;
-            const double *P = b->P + 16 * j + 8 * side;
-
-            for (int32_t k = body < bodies ? b->first[body] : 0; k < end; k++) {
-                const int32_t i = b->touching[k] / 2;
-
-                if (b->mark[i] != j) {
-                    b->mark[i] = j;
-                    b->place[i] = entries;
-                    b->indices[entries] = i;
-                    b->values[entries++] = 0.0;
-                }
-                b->values[b->place[i]] += dot8(P, b->P + 8 * b->touching[k]);
-            }
-        }
-        b->scale[j] = b->mark[j] == j ? b->values[b->place[j]] : 0.0;
-        b->scale[j] = b->scale[j] > 0.0 ? 1.0 / sqrt(b->scale[j]) : 0.0;
-        b->all[j] = j;
-    }
-    b->starts[b->rows] = entries;
-}
-
-/* 1. P of the equations; as they were they have their factors, 2. K, 3. its factors: there are some
- * unless K left the range of doubles. */
+/* 1. P of the equations; as they were they have their factors, 2. those of K: there are some unless
+ * K left the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
                                      const perp__rigid_problem *problem)
 {
     int32_t rows = 0, same = b->factored;
-    int64_t entries;
+    size_t size;
     perp_status status;
 
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         rows += problem->rows[k].dim;
-    same = same && rows == b->rows && problem->bodies == b->bodies;
+    same = same && rows == b->rows && problem->bodies == b->factor.bodies;
     b->rows = b->factored = 0;
     if (rows == 0)
         return PERP_OK;
     perp__raise_room(&b->most_rows, rows);
-    perp__raise_room(&b->most_bodies, problem->bodies);
-    status = perp__arena_fit(&b->arena, context, lay_out_rows, b);
+    size = (size_t)b->most_rows;
+    status = perp__arena_fit_sizes(&b->arena, context, lay_out_rows, b, &b->fitted, &size, 1);
     if (status != PERP_OK)
         return status;
-    b->bodies = problem->bodies;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         for (int32_t i = 0; i < problem->rows[k].dim; i++, b->rows++) {
             same &= read_row(b, problem, &problem->rows[k], i, b->rows);
+            find_lane(b, b->rows);
             b->r[b->rows] = b->last[b->rows] = problem->warm ? problem->warm[3 * k + i] : 0.0;
         }
     b->factored = same;
     if (same)
         return PERP_OK;
-    entries = list_rows(b, problem->bodies);
-    if (entries > INT32_MAX)
-        return perp__fail_memory(context, "the equations of joints");
-    perp__raise_room(&b->most_entries, (int32_t)entries);
-    status = perp__arena_fit(&b->entry_arena, context, lay_out_entries, b);
-    if (status != PERP_OK)
-        return status;
-    multiply(b, problem->bodies);
-    b->K = (perp__matrix){.rows = rows,
-                          .columns = rows,
-                          .row_stride = 1,
-                          .column_stride = 1,
-                          .column_starts = b->starts,
-                          .row_indices = b->indices,
-                          .values = b->values};
-    status = perp__sparse_cholesky_analyse(&b->cholesky, context, &b->K, b->scale);
-    b->factored =
-        status == PERP_OK && perp__sparse_cholesky_factor(&b->cholesky, b->all, rows, 0.0,
-                                                          (PLACED * rows) * (PLACED * rows));
+    status = perp__joint_factor_open(&b->factor, context, b->lane[rows - 1] / PERP__NODE + 1,
+                                     problem->bodies);
+    if (status == PERP_OK)
+        form_nodes(b);
+    PERP__THEN(status, perp__joint_factor_make(&b->factor, context,
+                                               (PLACED * rows) * (PLACED * rows), &b->factored));
     return status;
 }
 
 void perp__joint_block_invert(perp__joint_block *b, double *x)
 {
+    memset(b->x, 0, PERP__NODE * (size_t)b->factor.nodes * sizeof *b->x);
     for (int32_t n = 0; n < b->rows; n++)
-        x[n] *= b->scale[n];
+        b->x[b->lane[n]] = b->scale[n] * x[n];
     if (b->factored)
-        perp__sparse_cholesky_solve(&b->cholesky, x);
+        perp__joint_factor_solve(&b->factor, b->x);
     for (int32_t n = 0; n < b->rows; n++)
-        x[n] *= b->scale[n];
+        x[n] = b->scale[n] * b->x[b->lane[n]];
 }
 
 int32_t perp__joint_block_repeats(const perp__joint_block *b, int32_t n)
 {
-    return b->factored && perp__sparse_cholesky_depends(&b->cholesky, n);
+    return b->factored && b->factor.repeats[b->lane[n]];
 }
 
 void perp__joint_block_release(perp__joint_block *b)
 {
-    perp__sparse_cholesky_release(&b->cholesky);
+    perp__joint_factor_release(&b->factor);
     perp__arena_release(&b->arena);
-    perp__arena_release(&b->entry_arena);
 }
 
 /* y += sign P' r: what the rows of one joint push together goes to its bodies once. */
@@ -223,17 +172,24 @@ void perp__joint_block_add(const perp__joint_block *b, double *y)
     push(b, 1.0, b->r, y);
 }
 
-/* b->error := P y + share w in the units of the rows. */
-PERP__MULTIVERSION(find_lacks, (perp__joint_block * b, double share, const double *y),
-                   (b, share, y))
+/* b->x := P y in the units of the rows, lane by lane. */
+PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
 {
-    for (int32_t n = 0; n < b->rows; n++) {
-        const double *P = b->P + 16 * n;
-        const int32_t *body = b->body + 2 * n;
+    const perp__joint_factor *f = &b->factor;
 
-        b->error[n] = b->scale[n] *
-                      (share * b->w[n] + (dot8(P, y + 8 * body[0]) + dot8(P + 8, y + 8 * body[1])));
-    }
+    for (int32_t node = 0; node < f->nodes; node++)
+        for (int32_t l = 0; l < f->rows[node]; l += PERP__NODE / 2) {
+            perp__lanes sum = PERP__SAME_LANES(0.0);
+
+            for (int32_t side = 0; side < 2; side++) {
+                const double *own = y + 8 * f->body[2 * node + side];
+
+                for (int32_t j = 0; j < 6; j++)
+                    sum += PERP__CONST_LANES_AT(f->P[node][8 * side + j] + l) *
+                           PERP__SAME_LANES(own[j]);
+            }
+            PERP__LANES_AT(b->x + PERP__NODE * node + l) = sum;
+        }
 }
 
 /* b->error := K^-1 (P y + share w), and y less what that pushes. Returns the largest that a row
@@ -246,12 +202,16 @@ static double meet(perp__joint_block *b, double share, double *y)
         memset(e, 0, (size_t)b->rows * sizeof *e);
         return INFINITY;
     }
-    find_lacks(b, share, y);
+    multiply(b, y);
+    for (int32_t n = 0; n < b->rows; n++) {
+        double *lack = &b->x[b->lane[n]];
+
+        *lack += share * b->scale[n] * b->w[n];
+        largest = fabs(*lack) > largest ? fabs(*lack) : largest;
+    }
+    perp__joint_factor_solve(&b->factor, b->x);
     for (int32_t n = 0; n < b->rows; n++)
-        largest = fabs(e[n]) > largest ? fabs(e[n]) : largest;
-    perp__sparse_cholesky_solve(&b->cholesky, e);
-    for (int32_t n = 0; n < b->rows; n++)
-        e[n] *= b->scale[n];
+        e[n] = b->scale[n] * b->x[b->lane[n]];
     push(b, -1.0, e, y);
     return largest;
 }

@@ -14,22 +14,21 @@
 
 #include "base/arena.h"
 #include "contact/contact.h"
-#include "linalg/sparse_cholesky.h"
+#include "contact/coloured/joint_factor.h"
 
 typedef struct perp__joint_block {
-    perp__arena arena, entry_arena;
-    int32_t rows, bodies;                         /* 0 rows: no joints */
-    int32_t factored;                             /* 0: K is outside the range of doubles */
-    int32_t most_rows, most_bodies, most_entries; /* room */
-    perp__matrix K;
-    perp__sparse_cholesky cholesky;
-    int32_t *starts, *indices, *all; /* K by columns; 0, 1, 2, ... */
-    double *values, *scale;
-    int32_t *body;                /* 2 a row; `bodies`: of none that impulses move */
+    perp__arena arena;
+    perp__joint_factor factor;
+    int32_t rows;     /* 0: no joints */
+    int32_t factored; /* 0: K is outside the range of doubles */
+    int32_t most_rows;
+    size_t fitted;
+    int32_t *body;                /* 2 a row; `factor.bodies`: of none that impulses move */
+    int32_t *lane;                /* of the rows, eight a node */
     double *P;                    /* 16 a row: 8 of A, 8 of B, as the bodies' numbers y */
     double *w, *r, *last, *error; /* rows */
-    int32_t *first, *touching;    /* rows of a body: twice the row's number + side */
-    int32_t *mark, *place;        /* rows */
+    double *scale;                /* makes them units; 0 where impulses move nothing */
+    double *x;                    /* lanes */
 } perp__joint_block;
 
 /* Reads the joints of the problem, whose contacts come first, and factors K. PERP_OK or _MEMORY. */

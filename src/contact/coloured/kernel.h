@@ -172,7 +172,7 @@ TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y, int32_
     for (int32_t g = first; g < end; g++) {
         const perp__lane_group *group = &c->group[g];
 
-        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
+        for (int32_t at = 0; at < group->pairs; at += LANES) {
             lanes A[8], B[8];
 
             NAME(take)(A, group->a + at, y);

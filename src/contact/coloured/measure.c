@@ -6,6 +6,8 @@
 #include "base/outcome.h"
 #include "contact/coloured/coloured.h"
 #include "contact/law.h"
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
 
 /* What rows of a point are, all of its lanes side by side: u, the free q, the sizes of q's terms,
@@ -14,35 +16,43 @@ typedef struct lane_rows {
     double u[3][PERP__GROUP], q[3][PERP__GROUP], sizes[3][PERP__GROUP], trace[PERP__GROUP];
 } lane_rows;
 
-static void find_rows(const perp__coloured *c, const perp__lane_group *group,
-                      const perp__lane_point *p, lane_rows *rows)
+/* Number k of y of A's and B's bodies in four lanes from `at` on. */
+#define BODY_LANES(y, bodies, at, k)                                                 \
+    ((perp__lanes){(y)[8 * (bodies)[(at)] + (k)], (y)[8 * (bodies)[(at) + 1] + (k)], \
+                   (y)[8 * (bodies)[(at) + 2] + (k)], (y)[8 * (bodies)[(at) + 3] + (k)]})
+
+PERP__MULTIVERSION(find_rows,
+                   (const perp__coloured *c, const perp__lane_group *group,
+                    const perp__lane_point *p, lane_rows *rows),
+                   (c, group, p, rows))
 {
-    double y[12][PERP__GROUP], free[12][PERP__GROUP];
+    for (int32_t at = 0; at < group->pairs; at += 4) {
+        perp__lanes y[12], free[12], trace = PERP__SAME_LANES(0.0);
 
-    for (int32_t l = 0; l < PERP__GROUP; l++)
-        for (int32_t k = 0; k < 6; k++) {
-            y[k][l] = c->y[8 * group->a[l] + k];
-            y[6 + k][l] = c->y[8 * group->b[l] + k];
-            free[k][l] = c->free[8 * group->a[l] + k];
-            free[6 + k][l] = c->free[8 * group->b[l] + k];
+        for (int32_t k = 0; k < 12; k++) {
+            const int32_t *bodies = k < 6 ? group->a : group->b;
+
+            y[k] = BODY_LANES(c->y, bodies, at, k % 6);
+            free[k] = BODY_LANES(c->free, bodies, at, k % 6);
         }
-    memset(rows->trace, 0, sizeof rows->trace);
-    for (int32_t i = 0; i < 3; i++) {
-        const double *w = i == 0 ? p->bias : p->w[i];
+        for (int32_t i = 0; i < 3; i++) {
+            const double *w = (i == 0 ? p->bias : p->w[i]) + at;
+            perp__lanes u = PERP__CONST_LANES_AT(w), q = u, sizes = PERP__ABSOLUTE_LANES(u);
 
-        for (int32_t l = 0; l < PERP__GROUP; l++) {
-            rows->u[i][l] = rows->q[i][l] = w[l];
-            rows->sizes[i][l] = fabs(w[l]);
-        }
-        for (int32_t k = 0; k < 12; k++)
-            for (int32_t l = 0; l < PERP__GROUP; l++) {
-                const double P = p->P[12 * i + k][l], term = P * free[k][l];
+            for (int32_t k = 0; k < 12; k++) {
+                const perp__lanes P = PERP__CONST_LANES_AT(p->P[12 * i + k] + at);
+                const perp__lanes term = P * free[k];
 
-                rows->u[i][l] += P * y[k][l];
-                rows->q[i][l] += term;
-                rows->sizes[i][l] += fabs(term);
-                rows->trace[l] += P * P;
+                u += P * y[k];
+                q += term;
+                sizes += PERP__ABSOLUTE_LANES(term);
+                trace += P * P;
             }
+            PERP__LANES_AT(rows->u[i] + at) = u;
+            PERP__LANES_AT(rows->q[i] + at) = q;
+            PERP__LANES_AT(rows->sizes[i] + at) = sizes;
+        }
+        PERP__LANES_AT(rows->trace + at) = trace;
     }
 }
 
@@ -95,7 +105,7 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
             lane_rows rows;
 
             find_rows(c, &c->group[g], p, &rows);
-            for (int32_t l = 0; l < PERP__GROUP; l++)
+            for (int32_t l = 0; l < c->group[g].pairs; l++)
                 if (p->contact[l] >= 0)
                     measure_lane(p, &rows, l, &problem->rows[p->contact[l]], answer, share, &drive,
                                  &residual);

@@ -102,6 +102,7 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
                 problem->bodies + pieces - 1 - c->colour_first[c->colour_count - 1];
             perp__lane_group *group = &c->group[c->groups];
 
+            group->pairs = count;
             group->first = c->points;
             group->points = c->pair_points[c->pair_order[i]];
             for (int32_t l = 0; l < PERP__GROUP; l++) {

@@ -162,7 +162,7 @@ static perp_status factor_mass(perp__dynamics *own)
     } else {
         status = perp__sparse_cholesky_analyse(&own->cholesky, own->context, &own->M, own->ones);
         if (status == PERP_OK)
-            definite = perp__sparse_cholesky_factor(&own->cholesky, own->all, own->n, 0.0, -1.0);
+            definite = perp__sparse_cholesky_factor(&own->cholesky, own->all, own->n, 0.0);
     }
     if (pivot > 0)
         return perp__refuse(own->context,

@@ -73,8 +73,8 @@ int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int
     }
     grid->bottom_matrix.values = bottom->block_values;
     /* aggregates that are all but outside of the block can lose their pivots to rounding */
-    return perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 0.0, -1.0) ||
-           perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 1e-10, -1.0);
+    return perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 0.0) ||
+           perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 1e-10);
 }
 
 /* The rows of a level that take part. */

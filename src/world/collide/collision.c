@@ -41,7 +41,7 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
     const perp__placed *start = shape->start;
     double offset[3];
     placed->geometry = start->geometry;
-    if (perp__is_zero3(shape->turn)) {
+    if (t == 0.0 || perp__is_zero3(shape->turn)) {
         perp__along3(placed->position, start->position, t, shape->displacement);
         memcpy(placed->rotation, start->rotation, sizeof placed->rotation);
         return;

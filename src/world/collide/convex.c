@@ -61,8 +61,8 @@ static void edge_vector(const perp__polytope *polytope, int32_t e, double *vecto
 
 /* The normals of the faces to the left and to the right of an edge along `vector` times another
  * edge's: of opposite signs where the other's plane parts them. */
-static int32_t parts_faces(const perp__polytope *polytope, int32_t e, const double *other,
-                           double *left, double *right)
+static inline int32_t parts_faces(const perp__polytope *polytope, int32_t e, const double *other,
+                                  double *left, double *right)
 {
     const int32_t *faces = polytope->edge + 4 * e + 2;
     *left = *right = 0.0;
@@ -101,39 +101,75 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
     return perp__dot3(normal, between);
 }
 
-/* The product that separates most, of those that have less than the cosine `aside` with the
- * direction; NULL: of all. How vectors along the edges of one core stand to the normals of the
- * other's faces: an edge parts its own two faces where the signs differ, as those of its outline do
- * alone, so that nearly all pairs of edges are left out by two numbers at hand. */
-static double best_product(const perp__convex_pair *pair, const double *direction, double *normal,
-                           int32_t *number)
+/* How far the corner of `other` that lies farthest against a direction is beyond the faces of a
+ * core. */
+static void find_heights(const perp__polytope *own, const perp__polytope *other,
+                         const double *direction, double *heights)
+{
+    const double *lowest = other->corner;
+    for (int32_t c = 1; c < other->corners; c++)
+        if (perp__dot3(direction, other->corner + 3 * c) < perp__dot3(direction, lowest))
+            lowest = other->corner + 3 * c;
+    for (int32_t f = 0; f < own->faces; f++)
+        heights[f] = perp__dot3(own->normal + 3 * f, lowest) - own->offset[f];
+}
+
+/* The edges of which products may separate more than `most` <= 0, and the mean of what those of the
+ * others may; -INFINITY where there are none. Normals of products are sums of those of the edge's
+ * two faces with factors >= 0 that add up to 1 or more: they separate no more than a corner of the
+ * other core is beyond the farther of both, unless it is above 0. */
+static int32_t list_edges(const perp__polytope *polytope, const double *heights, double most,
+                          int32_t *list, double *rest)
+{
+    int32_t count = 0;
+    double sum = 0.0;
+    for (int32_t e = 0; e < polytope->edges; e++) {
+        const int32_t *faces = polytope->edge + 4 * e + 2;
+        const double bound =
+            polytope->faces == 0 ? 0.0 : perp__greater(heights[faces[0]], heights[faces[1]]);
+        list[count] = e;
+        if (bound >= most)
+            count++;
+        else
+            sum += bound;
+    }
+    *rest = count < polytope->edges ? sum / (polytope->edges - count) : -INFINITY;
+    return count;
+}
+
+/* The product that separates cores most, and more than `least`, beside its separation: of all, or
+ * of those that are aside of the direction. Edges are tried that may separate more than `most`, as
+ * faces do; then, while the best of their products has less than was asked for, those that may
+ * more than it, or than the mean of the rest. */
+static double best_product(const perp__convex_pair *pair, const double *direction, int32_t aside,
+                           double most, double least, double *normal, int32_t *number)
 {
     const perp__polytope *a = &pair->side[0], *b = &pair->side[1];
-    double best = -INFINITY;
+    const double back[3] = {-direction[0], -direction[1], -direction[2]};
+    double heights[2][PERP__MAX_FACES], rest[2], u[3], best = least, tried = INFINITY;
+    int32_t edges[2][PERP__MAX_EDGES];
     if (pair->planar || (a->faces == 0 && b->faces == 0))
         return best;
-    for (int32_t i = 0; i < a->edges; i++) {
-        const int32_t *own = a->edge + 4 * i + 2;
-        double u[3], turns[PERP__MAX_FACES];
-        edge_vector(a, i, u);
-        for (int32_t f = 0; f < b->faces; f++)
-            turns[f] = perp__dot3(b->normal + 3 * f, u);
-        for (int32_t j = 0; j < b->edges; j++) {
-            const int32_t *others = b->edge + 4 * j + 2;
-            double v[3];
-            if (b->faces > 0 && !(turns[others[0]] * turns[others[1]] < 0.0))
-                continue;
-            edge_vector(b, j, v);
-            if (a->faces > 0 &&
-                !(perp__dot3(a->normal + 3 * own[0], v) * perp__dot3(a->normal + 3 * own[1], v) <
-                  0.0))
-                continue;
-            double n[3], separation = perp__convex_product(pair, i, j, n) - pair->radius;
-            if (!(separation > best) || (direction && fabs(perp__dot3(n, direction)) >= ASIDE))
-                continue;
-            best = separation;
-            perp__copy3(normal, n);
-            *number = a->faces + b->faces + i * b->edges + j;
+    find_heights(a, b, direction, heights[0]);
+    find_heights(b, a, back, heights[1]);
+    for (most = fmin(most, 0.0); most < tried; most = fmax(best, fmax(rest[0], rest[1]))) {
+        const int32_t of_a = list_edges(a, heights[0], most, edges[0], &rest[0]);
+        const int32_t of_b = list_edges(b, heights[1], most, edges[1], &rest[1]);
+        tried = most;
+        for (int32_t k = 0; k < of_a; k++) {
+            edge_vector(a, edges[0][k], u);
+            for (int32_t l = 0; l < of_b; l++) {
+                const int32_t i = edges[0][k], j = edges[1][l];
+                double n[3], left, right, separation;
+                if (!parts_faces(b, j, u, &left, &right))
+                    continue;
+                separation = perp__convex_product(pair, i, j, n);
+                if (!(separation > best) || (aside && fabs(perp__dot3(n, direction)) >= ASIDE))
+                    continue;
+                best = separation;
+                perp__copy3(normal, n);
+                *number = a->faces + b->faces + i * b->edges + j;
+            }
         }
     }
     return best;
@@ -325,35 +361,40 @@ static void closest_axis(const perp__convex_pair *pair, const perp__axis *axes, 
 
 int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes *axes)
 {
-    int32_t count = 0;
+    int32_t count = 0, best = 0;
     for (int32_t side = 0; side < 2; side++) {
         axes->faces[side] = pair->side[side].faces;
         for (int32_t f = 0; f < pair->side[side].faces; f++, count++) {
             perp__convex_face(pair, side, f, &axes->axis[count]);
             axes->axis[count].number = count;
+            best = axes->axis[count].separation > axes->axis[best].separation ? count : best;
             if (axes->axis[count].separation > far) {
                 axes->count = count + 1;
                 return 0;
             }
         }
     }
-    perp__axis *edges = &axes->axis[count++], *closest = &axes->axis[count];
+    perp__axis *edges = &axes->axis[count], *closest = &axes->axis[count + 1];
+    const double *direction = axes->axis[best].normal;
+    const double most = axes->axis[best].separation + pair->radius;
     edges->number = PERP__NO_AXIS;
     edges->width = closest->width = INFINITY;
     edges->normal[0] = edges->normal[1] = edges->normal[2] = 0.0;
-    edges->separation = best_product(pair, NULL, edges->normal, &edges->number);
+    edges->separation =
+        best_product(pair, direction, 0, most, -INFINITY, edges->normal, &edges->number) -
+        pair->radius;
     closest->number = PERP__CLOSEST_AXIS;
-    closest_axis(pair, axes->axis, count, closest);
-    axes->count = count + 1;
+    closest_axis(pair, axes->axis, count + 1, closest);
+    axes->count = count + 2;
     return 1;
 }
 
 double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best)
 {
     const double *direction = axes->axis[best].normal;
-    double normal[3], largest = best_product(pair, direction, normal, &(int32_t){0});
+    double normal[3], largest = -INFINITY;
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
         if (fabs(perp__dot3(axes->axis[k].normal, direction)) < ASIDE)
-            largest = fmax(largest, axes->axis[k].separation);
-    return largest + pair->radius;
+            largest = fmax(largest, axes->axis[k].separation + pair->radius);
+    return best_product(pair, direction, 1, largest, largest, normal, &(int32_t){0});
 }

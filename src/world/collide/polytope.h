@@ -11,8 +11,9 @@
 #include "world/collide/collide.h"
 
 #define PERP__MAX_CORNERS PERP_MAX_HULL_CORNERS
-/* Euler: a polyhedron with n corners has at most 2n - 4 faces. */
+/* Euler: a polyhedron with n corners has at most 2n - 4 faces, and 3n - 6 edges. */
 #define PERP__MAX_FACES (2 * PERP__MAX_CORNERS - 4)
+#define PERP__MAX_EDGES (3 * PERP__MAX_CORNERS - 6)
 
 /* In the plane a face is a side: two corners, and itself the one edge. */
 typedef struct perp__polytope {

@@ -131,19 +131,23 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
         const perp__shape *at = &world->shapes[other];
         const double *v = world->motions[at->body].moving;
         double between[3], reach = at->radius + turning_of(world, at, h);
+        const perp__placed *there = &world->placed[other];
         perp__placed placed;
-        perp__moving moving;
 
         link = pair->next[link % 2];
         if (other == owner)
             continue;
-        perp__subtract3(between, point, world->placed[other].position);
+        perp__subtract3(between, point, there->position);
         reach += h * (fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
         if (at->geometry.kind != PERP__PLANE && perp__dot3(between, between) > reach * reach)
             continue; /* it comes nowhere near the point */
-        moving = perp__moving_shape(world, other, h);
-        perp__moved(&moving, t, &placed);
-        if (perp__holds(&placed, point, depth))
+        if (t > 0.0) {
+            const perp__moving moving = perp__moving_shape(world, other, h);
+
+            perp__moved(&moving, t, &placed);
+            there = &placed;
+        }
+        if (perp__holds(there, point, depth))
             return 1;
     }
     return 0;

@@ -130,18 +130,29 @@ static void turn_mass(perp_world *world, int32_t body, double t)
     perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
-/* Where both bodies are at a time along the trial motion. */
-static void view_there(const perp_world *world, const perp__joint *joint, double t,
-                       perp__joint_view *view)
+/* Where both bodies are. */
+static void view_placed(const perp_world *world, const perp__joint *joint,
+                        const perp__placement *const places[2], perp__joint_view *view)
 {
     perp__path there[2];
 
     for (int32_t side = 0; side < 2; side++) {
-        pose_along(world, joint->body[side], t, &there[side].to);
+        there[side].to = *places[side];
         perp__stay(&there[side]);
     }
     perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate,
                      (const perp__path *const[2]){&there[0], &there[1]}, view);
+}
+
+/* At a time along the trial motion. */
+static void view_there(const perp_world *world, const perp__joint *joint, double t,
+                       perp__joint_view *view)
+{
+    perp__placement places[2];
+
+    for (int32_t side = 0; side < 2; side++)
+        pose_along(world, joint->body[side], t, &places[side]);
+    view_placed(world, joint, (const perp__placement *const[2]){&places[0], &places[1]}, view);
 }
 
 void perp__find_paths(perp_world *world, const perp__island *island, double t)
@@ -175,7 +186,8 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
                          &joint->middle);
 
         /* 2. what their change till the end makes of the trial motion's last velocity */
-        view_there(world, joint, t, &end);
+        view_placed(world, joint, (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to},
+                    &end);
         memset(joint->turning, 0, sizeof joint->turning);
         for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++)
             for (int32_t side = 0; side < 2 && (row < end.count || row == PERP__JOINT_ROWS); side++)

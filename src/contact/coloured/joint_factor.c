@@ -1,0 +1,333 @@
+#include "contact/coloured/joint_factor.h"
+
+#include <amd.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
+
+static void lay_out_nodes(perp__arena *arena, void *object)
+{
+    perp__joint_factor *f = object;
+    const size_t nodes = (size_t)f->most_nodes;
+
+    f->known = 0;
+    PERP__INTEGERS(arena, nodes, &f->rows, &f->order, &f->rank, &f->parent, &f->mark, &f->count);
+    PERP__INTEGERS(arena, nodes + 1, &f->starts, &f->old_starts, &f->tiles);
+    PERP__INTEGERS(arena, 2 * nodes, &f->body, &f->touching);
+    f->first = perp__arena_take(arena, (size_t)f->most_bodies + 2, sizeof *f->first);
+    f->P = perp__arena_take(arena, nodes, sizeof *f->P);
+    f->repeats = perp__arena_take(arena, PERP__NODE * nodes, sizeof *f->repeats);
+}
+
+static void lay_out_links(perp__arena *arena, void *object)
+{
+    perp__joint_factor *f = object;
+
+    f->known = 0;
+    PERP__INTEGERS(arena, (size_t)f->most_links, &f->links, &f->old_links);
+}
+
+static void lay_out_tiles(perp__arena *arena, void *object)
+{
+    perp__joint_factor *f = object;
+
+    f->row = perp__arena_take(arena, (size_t)f->most_tiles, sizeof *f->row);
+    f->tile = perp__arena_take(arena, (size_t)f->most_tiles, sizeof *f->tile);
+    f->back = perp__arena_take(arena, (size_t)f->most_tiles, sizeof *f->back);
+}
+
+perp_status perp__joint_factor_open(perp__joint_factor *f, perp_context *context, int32_t nodes,
+                                    int32_t bodies)
+{
+    size_t sizes[2];
+
+    f->nodes = nodes;
+    f->bodies = bodies;
+    perp__raise_room(&f->most_nodes, nodes);
+    perp__raise_room(&f->most_bodies, bodies);
+    sizes[0] = (size_t)f->most_nodes;
+    sizes[1] = (size_t)f->most_bodies;
+    return perp__arena_fit_sizes(&f->arena, context, lay_out_nodes, f, f->fitted, sizes, 2);
+}
+
+/* ---- pattern ---- */
+
+/* The nodes of each body, in order; returns the most links that K can have. */
+static int64_t list_nodes(perp__joint_factor *f)
+{
+    int64_t most = 0;
+
+    memset(f->first, 0, (size_t)(f->bodies + 2) * sizeof *f->first);
+    for (int32_t k = 0; k < 2 * f->nodes; k++)
+        if (f->body[k] < f->bodies)
+            f->first[f->body[k] + 2]++;
+    for (int32_t i = 0; i < f->bodies; i++) {
+        most += (int64_t)f->first[i + 2] * f->first[i + 2];
+        f->first[i + 2] += f->first[i + 1];
+    }
+    for (int32_t k = 0; k < 2 * f->nodes; k++)
+        if (f->body[k] < f->bodies)
+            f->touching[f->first[f->body[k] + 1]++] = k;
+    return most + f->nodes;
+}
+
+/* Nodes that share a body, each with itself. */
+static void link_nodes(perp__joint_factor *f)
+{
+    int32_t links = 0;
+
+    for (int32_t i = 0; i < f->nodes; i++)
+        f->mark[i] = -1;
+    for (int32_t j = 0; j < f->nodes; j++) {
+        f->starts[j] = links;
+        f->links[links++] = f->mark[j] = j;
+        for (int32_t side = 0; side < 2; side++) {
+            const int32_t body = f->body[2 * j + side], moves = body < f->bodies;
+
+            for (int32_t k = moves ? f->first[body] : 0; k < (moves ? f->first[body + 1] : 0); k++)
+                if (f->mark[f->touching[k] / 2] != j) {
+                    f->links[links++] = f->touching[k] / 2;
+                    f->mark[f->touching[k] / 2] = j;
+                }
+        }
+    }
+    f->starts[f->nodes] = links;
+}
+
+/* Row by row of L, the columns on the ways up the tree from where K has tiles: counted, with the
+ * tree itself; or written. */
+static void trace_rows(perp__joint_factor *f, int32_t writes)
+{
+    for (int32_t k = 0; k < f->nodes; k++) {
+        f->parent[k] = writes ? f->parent[k] : -1;
+        f->mark[k] = k;
+        f->count[k] = 1;
+        if (writes)
+            f->row[f->tiles[k]] = k;
+        for (int32_t p = f->starts[f->order[k]]; p < f->starts[f->order[k] + 1]; p++) {
+            int32_t i = f->rank[f->links[p]];
+
+            for (; i < k && f->mark[i] != k; i = f->parent[i]) {
+                if (f->parent[i] < 0)
+                    f->parent[i] = k;
+                if (writes)
+                    f->row[f->tiles[i] + f->count[i]] = k;
+                f->count[i]++;
+                f->mark[i] = k;
+            }
+        }
+    }
+}
+
+/* The order and the tiles of L, unless the pattern is that of the last factors. */
+static perp_status analyse(perp__joint_factor *f, perp_context *context)
+{
+    const size_t starts = ((size_t)f->nodes + 1) * sizeof *f->starts;
+    const int64_t links = list_nodes(f);
+    size_t size;
+    perp_status status;
+
+    if (links > INT32_MAX)
+        return perp__fail_memory(context, "the equations of joints");
+    perp__raise_room(&f->most_links, (int32_t)links);
+    size = (size_t)f->most_links;
+    status =
+        perp__arena_fit_sizes(&f->link_arena, context, lay_out_links, f, f->fitted + 2, &size, 1);
+    if (status != PERP_OK)
+        return status;
+    link_nodes(f);
+    if (f->known == f->nodes && !memcmp(f->starts, f->old_starts, starts) &&
+        !memcmp(f->links, f->old_links, (size_t)f->starts[f->nodes] * sizeof *f->links))
+        return PERP_OK;
+    f->known = 0;
+    if (amd_order(f->nodes, f->starts, f->links, f->order, NULL, NULL) < AMD_OK)
+        return perp__fail_memory(context, "an ordering");
+    for (int32_t k = 0; k < f->nodes; k++)
+        f->rank[f->order[k]] = k;
+    trace_rows(f, 0);
+    f->tiles[0] = 0;
+    for (int32_t k = 0; k < f->nodes; k++)
+        f->tiles[k + 1] = f->tiles[k] + f->count[k];
+    perp__raise_room(&f->most_tiles, f->tiles[f->nodes]);
+    size = (size_t)f->most_tiles;
+    status =
+        perp__arena_fit_sizes(&f->tile_arena, context, lay_out_tiles, f, f->fitted + 3, &size, 1);
+    if (status != PERP_OK)
+        return status;
+    trace_rows(f, 1);
+    memcpy(f->old_starts, f->starts, starts);
+    memcpy(f->old_links, f->links, (size_t)f->starts[f->nodes] * sizeof *f->links);
+    f->known = f->nodes;
+    return PERP_OK;
+}
+
+/* ---- numbers ---- */
+
+/* to := to + sign A x, of as many lanes as cover `rows`; A has so many columns. */
+PERP__KERNEL static void add_product(double *to, int32_t rows, double sign, double (*A)[PERP__NODE],
+                                     const double *x, int32_t columns)
+{
+    for (int32_t l = 0; l < rows; l += PERP__NODE / 2) {
+        perp__lanes sum = PERP__CONST_LANES_AT(to + l);
+
+        for (int32_t c = 0; c < columns; c++)
+            sum += PERP__SAME_LANES(sign * x[c]) * PERP__CONST_LANES_AT(A[c] + l);
+        PERP__LANES_AT(to + l) = sum;
+    }
+}
+
+/* Where the tiles of column k are. */
+PERP__KERNEL static void find_places(const perp__joint_factor *f, int32_t k, int32_t *place)
+{
+    for (int32_t t = f->tiles[k]; t < f->tiles[k + 1]; t++)
+        place[f->row[t]] = t;
+}
+
+/* K's tiles of column k of L. */
+PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k)
+{
+    const int32_t node = f->order[k];
+
+    find_places(f, k, f->mark);
+    memset(f->tile[f->tiles[k]], 0, (size_t)(f->tiles[k + 1] - f->tiles[k]) * sizeof *f->tile);
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t body = f->body[2 * node + side], moves = body < f->bodies;
+        double(*own)[PERP__NODE] = &f->P[node][PERP__NODE * side];
+
+        for (int32_t p = moves ? f->first[body] : 0; p < (moves ? f->first[body + 1] : 0); p++) {
+            const int32_t other = f->touching[p] / 2;
+            double(*P)[PERP__NODE] = &f->P[other][PERP__NODE * (f->touching[p] % 2)];
+            double(*tile)[PERP__NODE];
+
+            if (f->rank[other] < k)
+                continue;
+            tile = f->tile[f->mark[f->rank[other]]];
+            for (int32_t c = 0; c < f->rows[node]; c++) {
+                const double x[6] = {own[0][c], own[1][c], own[2][c],
+                                     own[3][c], own[4][c], own[5][c]};
+
+                add_product(tile[c], f->rows[other], 1.0, P, x, 6);
+            }
+        }
+    }
+}
+
+/* A positive definite tile's inverse, by Gauss and Jordan, 0 in rows and columns whose pivots are
+ * not above `least`; returns whether pivots are numbers. */
+PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], int32_t rows, double least,
+                                   int8_t *repeats)
+{
+    for (int32_t c = 0; c < rows; c++) {
+        const double pivot = D[c][c];
+
+        if (!isfinite(pivot))
+            return 0;
+        repeats[c] = pivot <= least;
+        for (int32_t l = 0; l < rows && repeats[c]; l++)
+            D[c][l] = D[l][c] = 0.0;
+        if (repeats[c])
+            continue;
+        D[c][c] = 1.0;
+        for (int32_t l = 0; l < rows; l++)
+            D[c][l] /= pivot;
+        for (int32_t d = 0; d < rows; d++) {
+            const double x = D[d][c];
+
+            if (d == c)
+                continue;
+            D[d][c] = 0.0;
+            add_product(D[d], rows, -1.0, &D[c], &x, 1);
+        }
+    }
+    return 1;
+}
+
+/* Column k of L = (its tiles of K, less what columns before took) D^-1, there and back; and what it
+ * takes from those after it. Returns whether D has an inverse. */
+PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double least)
+{
+    const int32_t rows = f->rows[f->order[k]], first = f->tiles[k], end = f->tiles[k + 1];
+    double(*D)[PERP__NODE] = f->tile[first];
+
+    if (!invert(D, rows, least, f->repeats + PERP__NODE * f->order[k]))
+        return 0;
+    for (int32_t t = first + 1; t < end; t++) {
+        const int32_t others = f->rows[f->order[f->row[t]]];
+        perp__joint_tile L;
+
+        memset(L, 0, sizeof L);
+        for (int32_t c = 0; c < rows; c++)
+            add_product(L[c], others, 1.0, f->tile[t], D[c], rows);
+        for (int32_t c = 0; c < PERP__NODE; c++)
+            for (int32_t l = 0; l < PERP__NODE; l++)
+                f->back[t][l][c] = L[c][l];
+        find_places(f, f->row[t], f->mark);
+        for (int32_t s = t; s < end; s++) {
+            double(*to)[PERP__NODE] = f->tile[f->mark[f->row[s]]];
+
+            for (int32_t d = 0; d < others; d++)
+                add_product(to[d], f->rows[f->order[f->row[s]]], -1.0, f->tile[s], f->back[t][d],
+                            rows);
+        }
+        memcpy(f->tile[t], L, sizeof L);
+    }
+    return 1;
+}
+
+PERP__MULTIVERSION(factor, (perp__joint_factor * f, double least, int32_t *definite),
+                   (f, least, definite))
+{
+    *definite = 1;
+    for (int32_t k = 0; k < f->nodes; k++)
+        fill_column(f, k);
+    for (int32_t k = 0; k < f->nodes && *definite; k++)
+        *definite = eliminate(f, k, least);
+}
+
+perp_status perp__joint_factor_make(perp__joint_factor *f, perp_context *context, double least,
+                                    int32_t *definite)
+{
+    const perp_status status = analyse(f, context);
+
+    *definite = 0;
+    if (status == PERP_OK)
+        factor(f, least, definite);
+    return status;
+}
+
+PERP__MULTIVERSION_SHARED(perp__joint_factor_solve, (const perp__joint_factor *f, double *x),
+                          (f, x))
+{
+    for (int32_t k = 0; k < f->nodes; k++) {
+        const int32_t node = f->order[k];
+
+        for (int32_t t = f->tiles[k] + 1; t < f->tiles[k + 1]; t++) {
+            const int32_t other = f->order[f->row[t]];
+
+            add_product(x + PERP__NODE * other, f->rows[other], -1.0, f->tile[t],
+                        x + PERP__NODE * node, f->rows[node]);
+        }
+    }
+    for (int32_t k = f->nodes; k-- > 0;) {
+        const int32_t node = f->order[k], rows = f->rows[node];
+        double own[PERP__NODE] = {0.0};
+
+        add_product(own, rows, 1.0, f->tile[f->tiles[k]], x + PERP__NODE * node, rows);
+        for (int32_t t = f->tiles[k] + 1; t < f->tiles[k + 1]; t++) {
+            const int32_t other = f->order[f->row[t]];
+
+            add_product(own, rows, -1.0, f->back[t], x + PERP__NODE * other, f->rows[other]);
+        }
+        memcpy(x + PERP__NODE * node, own, sizeof own);
+    }
+}
+
+void perp__joint_factor_release(perp__joint_factor *f)
+{
+    perp__arena_release(&f->arena);
+    perp__arena_release(&f->link_arena);
+    perp__arena_release(&f->tile_arena);
+}

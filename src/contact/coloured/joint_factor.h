@@ -1,0 +1,53 @@
+/* Factors L D L' of K = P P', the equations of joints, node by node.
+ *
+ * A node's rows are those of one pair of bodies, up to eight, side by side in lanes. Nodes that
+ * share a body meet in a tile of K; L has the tiles that these fill in, found along the elimination
+ * tree (Davis, "Direct Methods for Sparse Linear Systems", 2006, chapter 4), in the order of
+ * Amestoy, Davis & Duff, "Algorithm 837: AMD", ACM TOMS 30 (2004). Trees have none. */
+#ifndef PERP_CONTACT_JOINT_FACTOR_H
+#define PERP_CONTACT_JOINT_FACTOR_H
+
+#include <stdint.h>
+
+#include "base/arena.h"
+
+enum { PERP__NODE = 8 };
+
+/* Column by column, the rows in lanes. */
+typedef double perp__joint_tile[PERP__NODE][PERP__NODE];
+
+/* What a node has of P: a row of numbers y, eight of A and eight of B, in each of its lanes. */
+typedef double perp__joint_lanes[2 * PERP__NODE][PERP__NODE];
+
+typedef struct perp__joint_factor {
+    perp__arena arena, link_arena, tile_arena;
+    int32_t nodes, bodies;
+    int32_t most_nodes, most_bodies, most_links, most_tiles; /* room */
+    size_t fitted[4];
+    int32_t known; /* nodes of the pattern at hand */
+    /* of nodes, written by who sets them up */
+    int32_t *rows, *body; /* how many; and 2: of what impulses do not move `bodies` */
+    perp__joint_lanes *P; /* of unit rows */
+    int8_t *repeats;      /* lanes */
+    /* K by columns: nodes; and as they were when they were ordered */
+    int32_t *starts, *links, *old_starts, *old_links;
+    int32_t *first, *touching; /* nodes of a body: twice the node + side */
+    /* L by columns, in order; a column's first tile is D^-1 of its diagonal's */
+    int32_t *order, *rank, *parent, *mark, *count, *tiles, *row;
+    perp__joint_tile *tile, *back; /* and the same with rows and columns exchanged */
+} perp__joint_factor;
+
+/* Room for so many nodes, whose rows, body and P are to be written. PERP_OK or _MEMORY. */
+perp_status perp__joint_factor_open(perp__joint_factor *f, perp_context *context, int32_t nodes,
+                                    int32_t bodies);
+
+/* Factors K without the rows whose pivots are not above `least`: those repeat others. *definite: 0
+ * where K is outside the range of doubles. PERP_OK or _MEMORY. */
+perp_status perp__joint_factor_make(perp__joint_factor *f, perp_context *context, double least,
+                                    int32_t *definite);
+
+/* x := K^-1 x, eight numbers a node; 0 in rows that repeat others. */
+void perp__joint_factor_solve(const perp__joint_factor *f, double *x);
+void perp__joint_factor_release(perp__joint_factor *f);
+
+#endif
