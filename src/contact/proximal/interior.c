@@ -25,7 +25,8 @@
 /* Bilateral rows: x -= this times u. */
 #define STIFF 1e8
 
-/* Steps, and those in a row that go less than this far: then the path has come to a fold. */
+/* Steps that go less than this far, and so many of them in a row: the path has come to a fold, as
+ * that of a law that is no gradient may. */
 #define SHORT 0.1
 enum { MOST_STEPS = 60, FOLD = 3 };
 
@@ -36,8 +37,7 @@ static enum kind kind_of(const perp__proximal *s, int32_t k)
     return s->radius[k] > 0.0 ? CONE : s->radius[k] > -INFINITY ? INTERVAL : FREE;
 }
 
-/* What x, w, dx or dw of constraint k are in the scale where the disc has radius 1; x: 1 / r for
- * tangents, w: r. */
+/* Tangents of x are this times those of the cone whose disc has radius 1; w is this times u. */
 static double stretch(const perp__proximal *s, int32_t k, int32_t i)
 {
     return i > 0 ? s->radius[k] : 1.0;
@@ -64,7 +64,7 @@ static void begin(perp__proximal *s, const perp__proximal_part *part)
 }
 
 /* The mean of x w over cones and ends of intervals; 0 where there are none. */
-static double find_mean(const perp__proximal *s, const perp__proximal_part *part, double step)
+static double find_mean(const perp__proximal *s, const perp__proximal_part *part)
 {
     double sum = 0.0;
     int32_t count = 0;
@@ -73,7 +73,7 @@ static double find_mean(const perp__proximal *s, const perp__proximal_part *part
         const perp__cone *cone = &s->cones[k];
 
         for (int32_t i = 0; kind_of(s, k) != FREE && i < 3; i++)
-            sum += (cone->z[i] + step * cone->dz[i]) * (cone->u[i] + step * cone->du[i]);
+            sum += cone->z[i] * cone->u[i];
         count += kind_of(s, k) == CONE ? 1 : kind_of(s, k) == INTERVAL ? 2 : 0;
     }
     return count > 0 ? sum / count : 0.0;
@@ -144,73 +144,83 @@ static double aim_interval(const perp__cone *cone, double target, double correct
     return ends[0] - ends[1];
 }
 
-/* The step of s->cones (dz, du), s->start (x) and s->step (v) towards complementarity of `target`,
- * with `corrects` times the second-order part of the last one. */
+/* Of dx = c - K J dv: c of constraint k towards complementarity of `target`, with `corrects` times
+ * the second-order part of the cone's last step. */
+static void find_aim(perp__proximal *s, int32_t k, double target, double corrects, double *c)
+{
+    perp__cone *cone = &s->cones[k];
+    const double *K = perp__proximal_slope(s, k), *u = s->speed + s->starts[k];
+    double G[9], lack[3], tilt[3];
+
+    if (kind_of(s, k) == FREE) {
+        c[0] = -STIFF * u[0];
+        return;
+    }
+    if (kind_of(s, k) == INTERVAL) {
+        c[0] = K[0] * (aim_interval(cone, target, corrects) - (u[0] - (cone->u[0] - cone->u[1])));
+        return;
+    }
+    perp__cone_aim(cone, target, corrects);
+    find_slope(cone, G);
+    find_lack(s, k, lack, tilt);
+    for (int32_t i = 0; i < cone->dim; i++) {
+        c[i] = 0.0;
+        for (int32_t j = 0; j < 3; j++)
+            c[i] += stretch(s, k, i) * G[3 * i + j] * (cone->rc[j] - lack[j]);
+    }
+}
+
+/* The steps of the ends of an interval, whose x goes by dx. */
+static void step_interval(perp__cone *cone, double target, double corrects, double dx)
+{
+    for (int32_t i = 0; i < 2; i++) {
+        const double dz = i == 0 ? dx : -dx, second = corrects * cone->dz[i] * cone->du[i];
+
+        cone->du[i] = (target - second - cone->u[i] * dz) / cone->z[i] - cone->u[i];
+        cone->dz[i] = dz;
+    }
+}
+
+/* The steps dz of x and du of w of a cone, whose rows go by dx and velocities by du. */
+static void step_cone(perp__proximal *s, int32_t k, const double *dx, const double *du)
+{
+    perp__cone *cone = &s->cones[k];
+    double lack[3], tilt[3];
+
+    find_lack(s, k, lack, tilt);
+    cone->du[0] = lack[0] + tilt[0] * du[0];
+    cone->dz[0] = dx[0];
+    for (int32_t i = 1; i < cone->dim; i++) {
+        cone->du[i] = lack[i] + stretch(s, k, i) * du[i];
+        cone->du[0] += tilt[i] * stretch(s, k, i) * du[i];
+        cone->dz[i] = dx[i] / stretch(s, k, i);
+    }
+}
+
+/* The step of x, in s->start, and of the cones: (I + J'KJ) dv = J'c, dx = c - K J dv. */
 static void find_step(perp__proximal *s, const perp__proximal_part *part, double target,
                       double corrects)
 {
-    double *c = s->spare, *change = s->start;
-
-    /* 1. dx = c - K J dv, and the right side J'c of (I + J'KJ) dv. */
-    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        perp__cone *cone = &s->cones[k];
-        const double *K = perp__proximal_slope(s, k);
-        const int32_t at = s->starts[k];
-        double G[9], lack[3], tilt[3];
-
-        if (kind_of(s, k) == FREE) {
-            c[at] = -STIFF * s->speed[at];
-        } else if (kind_of(s, k) == INTERVAL) {
-            c[at] = K[0] * (aim_interval(cone, target, corrects) -
-                            (s->speed[at] - (cone->u[0] - cone->u[1])));
-        } else {
-            perp__cone_aim(cone, target, corrects);
-            find_slope(cone, G);
-            find_lack(s, k, lack, tilt);
-            for (int32_t i = 0; i < cone->dim; i++) {
-                c[at + i] = 0.0;
-                for (int32_t j = 0; j < 3; j++)
-                    c[at + i] += stretch(s, k, i) * G[3 * i + j] * (cone->rc[j] - lack[j]);
-            }
-        }
-    }
-    perp__proximal_push(s, part, c, s->rhs);
+    for (int32_t k = part->constraint; k < part->last_constraint; k++)
+        find_aim(s, k, target, corrects, s->spare + s->starts[k]);
+    perp__proximal_push(s, part, s->spare, s->rhs);
     perp__proximal_find_step(s, part, 1);
-
-    /* 2. dx, and the cones' own. */
-    perp__proximal_move(s, part, s->step, NULL, change);
+    perp__proximal_move(s, part, s->step, NULL, s->start);
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        perp__cone *cone = &s->cones[k];
         const double *K = perp__proximal_slope(s, k);
-        const int32_t at = s->starts[k], d = cone->dim;
-        double du[3] = {0.0}, dx[3] = {0.0}, lack[3], tilt[3];
+        const int32_t at = s->starts[k], d = s->starts[k + 1] - at;
+        double dx[3] = {0.0};
 
         for (int32_t i = 0; i < d; i++) {
-            du[i] = change[at + i];
-            dx[i] = c[at + i];
+            dx[i] = s->spare[at + i];
             for (int32_t j = 0; j < d; j++)
-                dx[i] -= K[s->side * j + i] * change[at + j];
+                dx[i] -= K[s->side * j + i] * s->start[at + j];
         }
-        if (kind_of(s, k) == INTERVAL) {
-            for (int32_t i = 0; i < 2; i++) {
-                const double dz = i == 0 ? dx[0] : -dx[0];
-
-                cone->du[i] =
-                    (target - corrects * cone->dz[i] * cone->du[i] - cone->u[i] * dz) / cone->z[i] -
-                    cone->u[i];
-                cone->dz[i] = dz;
-            }
-        } else if (kind_of(s, k) == CONE) {
-            find_lack(s, k, lack, tilt);
-            cone->du[0] = lack[0] + tilt[0] * du[0];
-            cone->dz[0] = dx[0];
-            for (int32_t i = 1; i < d; i++) {
-                cone->du[i] = lack[i] + stretch(s, k, i) * du[i];
-                cone->du[0] += tilt[i] * stretch(s, k, i) * du[i];
-                cone->dz[i] = dx[i] / stretch(s, k, i);
-            }
-        }
-        memcpy(change + at, dx, (size_t)d * sizeof *dx);
+        if (kind_of(s, k) == INTERVAL)
+            step_interval(&s->cones[k], target, corrects, dx[0]);
+        else if (kind_of(s, k) == CONE)
+            step_cone(s, k, dx, s->start + at);
+        memcpy(s->start + at, dx, (size_t)d * sizeof *dx);
     }
 }
 
@@ -250,7 +260,7 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
 
     begin(s, part);
     for (int32_t k = 0; k < MOST_STEPS && slow < FOLD; k++) {
-        const double mean = find_mean(s, part, 0.0);
+        const double mean = find_mean(s, part);
         double step;
 
         /* 1. What the point is worth; u of it, as it is. */

@@ -59,15 +59,6 @@ static int32_t most_thorough(const perp_world *world)
     return world->settings.planar ? FEW_PLANAR : FEW;
 }
 
-/* Piles in motion. */
-static int32_t is_hurried(const perp_world *world, const perp__island *island)
-{
-    const int32_t exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
-
-    return world->work.count > (exact ? most_thorough(world) : SMALL) &&
-           !perp__comes_from_rest(world, island);
-}
-
 static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
                             perp__rigid_problem *problem)
 {
@@ -102,8 +93,7 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
         problem->max_iterations -= (int32_t)spent;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     problem->again = 1;
-    problem->brief = is_hurried(world, island) ||
-                     (work->count > most_thorough(world) && !perp__begins_at_rest(world, island));
+    problem->brief = work->count > most_thorough(world) && !perp__begins_at_rest(world, island);
     status = perp__rigid_solve(world->solver, answer, problem);
     answer->iterations += spent;
     return status;
@@ -116,8 +106,7 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     double tol = perp__exact_tol(world);
     perp_status status;
 
-    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL &&
-                     (island->joints == 0 || is_hurried(world, island));
+    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL;
     status = solve_by(world, answer, problem);
 
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
