@@ -1,5 +1,5 @@
-/* Joints among the contacts of rigid bodies: chains on the ground and in the air, joints that repeat
- * others. */
+/* Joints among the contacts of rigid bodies: chains on the ground and in the air, joints that
+ * repeat others. */
 #include "memory.h"
 #include "rigid_fixture.h"
 
