@@ -75,7 +75,7 @@ static void test_random_graphs(void **state)
             for (int32_t l = 0; l < f.rows[k]; l++)
                 x[8 * k + l] = gen_uniform(&random, -1.0, 1.0);
         memcpy(b, x, sizeof b);
-        assert_int_equal(perp__joint_factor_make(&f, context, least, &definite), PERP_OK);
+        assert_int_equal(perp__joint_factor_make(&f, context, 0.0, least, &definite), PERP_OK);
         assert_true(definite);
         perp__joint_factor_solve(&f, x);
         multiply(&f, x, product);
@@ -106,12 +106,12 @@ static void test_rows_that_say_the_same(void **state)
     f.body[0] = 0;
     f.body[1] = 1;
     f.P[0][2][0] = f.P[0][2][1] = 1.0;
-    assert_int_equal(perp__joint_factor_make(&f, context, 0x1p-40, &definite), PERP_OK);
+    assert_int_equal(perp__joint_factor_make(&f, context, 0.0, 0x1p-40, &definite), PERP_OK);
     assert_true(definite && !f.repeats[0] && f.repeats[1]);
     perp__joint_factor_solve(&f, x);
     assert_true(x[0] == 3.0 && x[1] == 0.0);
     f.P[0][2][1] = NAN;
-    assert_int_equal(perp__joint_factor_make(&f, context, 0x1p-40, &definite), PERP_OK);
+    assert_int_equal(perp__joint_factor_make(&f, context, 0.0, 0x1p-40, &definite), PERP_OK);
     assert_false(definite);
     perp__joint_factor_release(&f);
     perp_context_destroy(context);

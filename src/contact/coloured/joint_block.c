@@ -7,11 +7,9 @@
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
-/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
- * hinges in a loop do, come near to them by that times the number of rows, over which it adds up:
- * the square of it is their pivot beside a unit diagonal. What they ask for beyond others would
- * take speeds of its inverse. */
-#define PLACED 1e-6
+/* On a unit diagonal, between rounding, which a factor of 1 / RIDGE makes larger, and what the next
+ * pass has to make up for: eps^(5/6). */
+#define RIDGE 0x1p-43
 
 static void lay_out_rows(perp__arena *arena, void *object)
 {
@@ -91,12 +89,14 @@ static void find_lane(perp__joint_block *b, int32_t n)
     b->lane[n] = goes_on ? last + 1 : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
 }
 
-/* 1. P of the equations; as they were they have their factors, 2. those of K: there are some unless
- * K left the range of doubles. */
+/* 1. P of the equations; as they were they have their factors, 2. those of K: with a larger ridge
+ * where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K left
+ * the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
                                      const perp__rigid_problem *problem)
 {
-    int32_t rows = 0, same = b->factored;
+    double ridge = RIDGE;
+    int32_t rows = 0, same = b->factored && b->most_angle == b->last_angle;
     size_t size;
     perp_status status;
 
@@ -104,6 +104,7 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
         rows += problem->rows[k].dim;
     same = same && rows == b->rows && problem->bodies == b->factor.bodies;
     b->rows = b->factored = 0;
+    b->last_angle = b->most_angle;
     if (rows == 0)
         return PERP_OK;
     perp__raise_room(&b->most_rows, rows);
@@ -124,8 +125,12 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                                      problem->bodies);
     if (status == PERP_OK)
         form_nodes(b);
-    PERP__THEN(status, perp__joint_factor_make(&b->factor, context,
-                                               (PLACED * rows) * (PLACED * rows), &b->factored));
+    if (status == PERP_OK && b->most_angle > 0.0)
+        return perp__joint_factor_make(&b->factor, context, 0.0,
+                                       (b->most_angle * rows) * (b->most_angle * rows),
+                                       &b->factored);
+    for (; status == PERP_OK && !b->factored && ridge < 1e6 * rows; ridge *= 100.0)
+        status = perp__joint_factor_make(&b->factor, context, ridge, -1.0, &b->factored);
     return status;
 }
 

@@ -8,7 +8,8 @@
  *
  * is their exact answer to what contacts do at the moment: one more block in Gauss-Seidel's order.
  * Whatever the passes leave of the contacts, the joints' velocities are met to rounding. Rows that
- * say what others do leave K singular: they are left out, r stays 0 there. */
+ * say the same leave K singular; it gets RIDGE on its unit diagonal, and what that leaves of e the
+ * next pass takes away. */
 #ifndef PERP_CONTACT_JOINT_BLOCK_H
 #define PERP_CONTACT_JOINT_BLOCK_H
 
@@ -29,6 +30,9 @@ typedef struct perp__joint_block {
     double *w, *r, *last, *error; /* rows */
     double *scale;                /* makes them units; 0 where impulses move nothing */
     double *x;                    /* lanes */
+    double most_angle; /* > 0: rows as near to others as this times their number are left out, and K
+                          has no ridge */
+    double last_angle; /* of the factors */
 } perp__joint_block;
 
 /* Reads the joints of the problem, whose contacts come first, and factors K. PERP_OK or _MEMORY. */

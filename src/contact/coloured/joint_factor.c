@@ -187,12 +187,14 @@ PERP__KERNEL static void find_places(const perp__joint_factor *f, int32_t k, int
 }
 
 /* K's tiles of column k of L. */
-PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k)
+PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ridge)
 {
     const int32_t node = f->order[k];
 
     find_places(f, k, f->mark);
     memset(f->tile[f->tiles[k]], 0, (size_t)(f->tiles[k + 1] - f->tiles[k]) * sizeof *f->tile);
+    for (int32_t c = 0; c < f->rows[node]; c++)
+        f->tile[f->tiles[k]][c][c] = ridge;
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = f->body[2 * node + side], moves = body < f->bodies;
         double(*own)[PERP__NODE] = &f->P[node][PERP__NODE * side];
@@ -216,16 +218,16 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k)
 }
 
 /* A positive definite tile's inverse, by Gauss and Jordan, 0 in rows and columns whose pivots are
- * not above `least`; returns whether pivots are numbers. */
+ * not above `least`; returns whether the others are positive numbers. */
 PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], int32_t rows, double least,
                                    int8_t *repeats)
 {
     for (int32_t c = 0; c < rows; c++) {
         const double pivot = D[c][c];
 
-        if (!isfinite(pivot))
-            return 0;
         repeats[c] = pivot <= least;
+        if (!isfinite(pivot) || (pivot <= 0.0 && !repeats[c]))
+            return 0;
         for (int32_t l = 0; l < rows && repeats[c]; l++)
             D[c][l] = D[l][c] = 0.0;
         if (repeats[c])
@@ -277,24 +279,24 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double l
     return 1;
 }
 
-PERP__MULTIVERSION(factor, (perp__joint_factor * f, double least, int32_t *definite),
-                   (f, least, definite))
+PERP__MULTIVERSION(factor, (perp__joint_factor * f, double ridge, double least, int32_t *definite),
+                   (f, ridge, least, definite))
 {
     *definite = 1;
     for (int32_t k = 0; k < f->nodes; k++)
-        fill_column(f, k);
+        fill_column(f, k, ridge);
     for (int32_t k = 0; k < f->nodes && *definite; k++)
         *definite = eliminate(f, k, least);
 }
 
-perp_status perp__joint_factor_make(perp__joint_factor *f, perp_context *context, double least,
-                                    int32_t *definite)
+perp_status perp__joint_factor_make(perp__joint_factor *f, perp_context *context, double ridge,
+                                    double least, int32_t *definite)
 {
     const perp_status status = analyse(f, context);
 
     *definite = 0;
     if (status == PERP_OK)
-        factor(f, least, definite);
+        factor(f, ridge, least, definite);
     return status;
 }
 

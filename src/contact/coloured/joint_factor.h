@@ -41,12 +41,12 @@ typedef struct perp__joint_factor {
 perp_status perp__joint_factor_open(perp__joint_factor *f, perp_context *context, int32_t nodes,
                                     int32_t bodies);
 
-/* Factors K without the rows whose pivots are not above `least`: those repeat others. *definite: 0
- * where K is outside the range of doubles. PERP_OK or _MEMORY. */
-perp_status perp__joint_factor_make(perp__joint_factor *f, perp_context *context, double least,
-                                    int32_t *definite);
+/* Factors K + ridge without the rows whose pivots are not above `least` > 0: those repeat others.
+ * *definite: 0 where a pivot is no positive number. PERP_OK or _MEMORY. */
+perp_status perp__joint_factor_make(perp__joint_factor *f, perp_context *context, double ridge,
+                                    double least, int32_t *definite);
 
-/* x := K^-1 x, eight numbers a node; 0 in rows that repeat others. */
+/* x := (K + ridge)^-1 x, eight numbers a node; 0 in rows that repeat others. */
 void perp__joint_factor_solve(const perp__joint_factor *f, double *x);
 void perp__joint_factor_release(perp__joint_factor *f);
 

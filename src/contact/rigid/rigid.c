@@ -50,27 +50,50 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
                           : 0.0;
 }
 
-/* What yields so much answers to nothing. */
+/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
+ * hinges in a loop do, come near to them by that times the number of rows, over which it adds up.
+ */
+#define PLACED 1e-6
+
+/* Beside a row's own diagonal: what yields so much answers to nothing. */
 #define YIELDS 1e9
 
 /* Solves of equations with factors that are those of a unit diagonal: the second one corrects the
  * first. */
-enum { REFINEMENTS = 3 };
+enum { SOLVES = 2 };
 
-/* Rows of joints that repeat others but for rounding of poses give way as good as freely: asked for
- * all, what they differ by would take impulses without measure. */
-static perp_status let_repeats_yield(perp_contact_solver *s, const perp__rigid_problem *problem)
+/* The equations of joints, where they are alone, or some are to yield. Asked for all, rows that
+ * repeat others would take impulses without measure for what they differ by. */
+static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
-    perp__joint_block *joints = &s->joints;
     const int32_t first = s->bodies.rows[problem->contacts];
-    perp_status status = PERP_OK;
+    perp_status status;
 
-    if (problem->joints > 0)
-        status = perp__joint_block_set_up(joints, s->context, problem);
-    for (int32_t n = 0; status == PERP_OK && problem->joints > 0 && n < joints->rows; n++)
-        if (perp__joint_block_repeats(joints, n))
-            s->bodies.compliance[first + n] += YIELDS / (joints->scale[n] * joints->scale[n]);
+    s->joints.rows = 0;
+    if (problem->joints == 0 || (problem->contacts > 0 && !problem->yields))
+        return PERP_OK;
+    s->joints.most_angle = problem->yields ? PLACED : 0.0;
+    status = perp__joint_block_set_up(&s->joints, s->context, problem);
+    for (int32_t n = 0; status == PERP_OK && problem->yields && n < s->joints.rows; n++)
+        if (perp__joint_block_repeats(&s->joints, n))
+            s->bodies.compliance[first + n] += YIELDS / (s->joints.scale[n] * s->joints.scale[n]);
     return status;
+}
+
+/* Whether the rows that yield are met but for what poses are out of place. */
+static int32_t yields_little(const perp_contact_solver *s)
+{
+    int32_t little = 1;
+
+    for (int32_t n = 0; n < s->joints.rows && little; n++) {
+        const int32_t i = s->rows + n;
+        const double speed = s->best.u[i] - s->compliance[i] * s->best.r[i];
+
+        if (perp__joint_block_repeats(&s->joints, n))
+            little = fabs(speed) * s->joints.scale[n] <=
+                     PLACED * s->joints.rows * s->drive[s->part[s->contacts + n]];
+    }
+    return little;
 }
 
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
@@ -80,7 +103,7 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->entrance = PERP__NO_PROBLEM;
     s->rigid = problem;
     status = perp__bodies_setup_rigid(&s->bodies, problem);
-    PERP__THEN(status, let_repeats_yield(s, problem));
+    PERP__THEN(status, read_joints(s, problem));
     if (status != PERP_OK)
         return status;
     s->has_bodies = 1;
@@ -125,15 +148,13 @@ perp_status perp__rigid_meet_joints(perp_contact_solver *s)
     perp__contact_worth worth;
     perp_status status = PERP_OK;
 
-    for (int32_t round = 0; round < REFINEMENTS && status == PERP_OK; round++) {
+    for (int32_t round = 0; round < SOLVES && status == PERP_OK; round++) {
         perp__copy(s->high, s->u, s->size);
         perp__joint_block_invert(&s->joints, s->high);
         for (int32_t i = 0; i < s->size; i++)
             s->r[i] -=
                 perp__joint_block_repeats(&s->joints, i) ? s->u[i] / s->compliance[i] : s->high[i];
         status = perp__contact_consider(s, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
-        if (perp__is_good(s->best.outcome))
-            break;
     }
     return status;
 }
@@ -171,7 +192,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     perp_contact_solver *s = solver->solver;
     perp_status status = PERP_OK;
 
-    if (!problem->again || !solver->is_set_up) {
+    if (!problem->again || !solver->is_set_up || problem->yields) {
         solver->is_set_up = 0;
         status = set_up(s, problem);
     }
@@ -208,6 +229,8 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
         call.r0 = solver->warm;
     }
     PERP__THEN(status, perp__contact_find(s, &call, problem->deadline));
+    if (status == PERP_OK && problem->yields && perp__is_good(best->outcome) && !yields_little(s))
+        best->outcome = PERP_OUTCOME_STALLED;
     if (status == PERP_OK && problem->holds)
         status = hold(s, best->r, best->u, best->modes, s->best_v, answer->carrier);
     else if (status == PERP_OK && perp__is_good(best->outcome))

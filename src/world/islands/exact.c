@@ -112,6 +112,10 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
         say_outcome(answer, tol = perp__swept_tol(world));
+    problem->yields = island->joints > 1 && world->settings.accuracy == PERP_ACCURACY_EXACT;
+    if (status == PERP_OK && !perp__is_good(answer->outcome) && problem->yields)
+        status = solve_by(world, answer, problem);
+    problem->yields = 0;
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy == PERP_ACCURACY_EXACT)
         status = solve_thoroughly(world, island, answer, problem);
