@@ -217,33 +217,44 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
     }
 }
 
-/* A positive definite tile's inverse, by Gauss and Jordan, 0 in rows and columns whose pivots are
- * not above `least`; returns whether the others are positive numbers. */
-PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], int32_t rows, double least,
-                                   int8_t *repeats)
+/* A positive definite tile D = R R': the inverse of R in its place, and its transpose. Rows whose
+ * pivots are not above `least` are left out, 0 in both. Returns whether the other pivots are
+ * positive numbers. R^-1 has twice the digits of D^-1: rows that say nearly the same need them. */
+PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP__NODE],
+                                   int32_t rows, double least, int8_t *repeats)
 {
+    memset(back, 0, sizeof(perp__joint_tile));
     for (int32_t c = 0; c < rows; c++) {
-        const double pivot = D[c][c];
+        const double pivot = D[c][c], root = 1.0 / sqrt(pivot);
 
+        /* 1. Column c of R, and row c of R^-1: column c of back. */
         repeats[c] = pivot <= least;
         if (!isfinite(pivot) || (pivot <= 0.0 && !repeats[c]))
             return 0;
-        for (int32_t l = 0; l < rows && repeats[c]; l++)
-            D[c][l] = D[l][c] = 0.0;
-        if (repeats[c])
+        if (repeats[c]) {
+            for (int32_t l = c; l < rows; l++)
+                D[c][l] = 0.0;
             continue;
-        D[c][c] = 1.0;
-        for (int32_t l = 0; l < rows; l++)
-            D[c][l] /= pivot;
-        for (int32_t d = 0; d < rows; d++) {
-            const double x = D[d][c];
+        }
+        back[c][c] = root;
+        for (int32_t l = c + 1; l < rows; l++)
+            D[c][l] *= root;
+        for (int32_t k = 0; k < c; k++) {
+            const double x = -root * D[k][c];
 
-            if (d == c)
-                continue;
-            D[d][c] = 0.0;
-            add_product(D[d], rows, -1.0, &D[c], &x, 1);
+            add_product(back[c], rows, 1.0, &back[k], &x, 1);
+        }
+        /* 2. What that leaves of the columns behind it. */
+        for (int32_t d = c + 1; d < rows; d++) {
+            const double x = -D[c][d];
+
+            for (int32_t l = d; l < rows; l++)
+                D[d][l] += x * D[c][l];
         }
     }
+    for (int32_t c = 0; c < PERP__NODE; c++)
+        for (int32_t l = 0; l < PERP__NODE; l++)
+            D[l][c] = back[c][l];
     return 1;
 }
 
@@ -252,17 +263,20 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], int32_t rows, double
 PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double least)
 {
     const int32_t rows = f->rows[f->order[k]], first = f->tiles[k], end = f->tiles[k + 1];
-    double(*D)[PERP__NODE] = f->tile[first];
+    double(*inverse)[PERP__NODE] = f->tile[first], (*turned)[PERP__NODE] = f->back[first];
 
-    if (!invert(D, rows, least, f->repeats + PERP__NODE * f->order[k]))
+    if (!invert(inverse, turned, rows, least, f->repeats + PERP__NODE * f->order[k]))
         return 0;
     for (int32_t t = first + 1; t < end; t++) {
         const int32_t others = f->rows[f->order[f->row[t]]];
-        perp__joint_tile L;
+        perp__joint_tile half, L;
 
+        memset(half, 0, sizeof half);
         memset(L, 0, sizeof L);
         for (int32_t c = 0; c < rows; c++)
-            add_product(L[c], others, 1.0, f->tile[t], D[c], rows);
+            add_product(half[c], others, 1.0, f->tile[t], turned[c], rows);
+        for (int32_t c = 0; c < rows; c++)
+            add_product(L[c], others, 1.0, half, inverse[c], rows);
         for (int32_t c = 0; c < PERP__NODE; c++)
             for (int32_t l = 0; l < PERP__NODE; l++)
                 f->back[t][l][c] = L[c][l];
@@ -315,9 +329,10 @@ PERP__MULTIVERSION_SHARED(perp__joint_factor_solve, (const perp__joint_factor *f
     }
     for (int32_t k = f->nodes; k-- > 0;) {
         const int32_t node = f->order[k], rows = f->rows[node];
-        double own[PERP__NODE] = {0.0};
+        double half[PERP__NODE] = {0.0}, own[PERP__NODE] = {0.0};
 
-        add_product(own, rows, 1.0, f->tile[f->tiles[k]], x + PERP__NODE * node, rows);
+        add_product(half, rows, 1.0, f->tile[f->tiles[k]], x + PERP__NODE * node, rows);
+        add_product(own, rows, 1.0, f->back[f->tiles[k]], half, rows);
         for (int32_t t = f->tiles[k] + 1; t < f->tiles[k + 1]; t++) {
             const int32_t other = f->order[f->row[t]];
 

@@ -32,7 +32,8 @@ typedef struct perp__joint_factor {
     /* K by columns: nodes; and as they were when they were ordered */
     int32_t *starts, *links, *old_starts, *old_links;
     int32_t *first, *touching; /* nodes of a body: twice the node + side */
-    /* L by columns, in order; a column's first tile is D^-1 of its diagonal's */
+    /* L by columns, in order; a column's first tile is the inverse of
+     * its diagonal's root */
     int32_t *order, *rank, *parent, *mark, *count, *tiles, *row;
     perp__joint_tile *tile, *back; /* and the same with rows and columns exchanged */
 } perp__joint_factor;

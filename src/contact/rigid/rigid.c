@@ -58,9 +58,9 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
 /* Beside a row's own diagonal: what yields so much answers to nothing. */
 #define YIELDS 1e9
 
-/* Solves of equations with factors that are those of a unit diagonal: the second one corrects the
- * first. */
-enum { SOLVES = 2 };
+/* Solves of equations of joints at most: one more than it takes. Rows that hardly differ need some,
+ * as their factors have a ridge. */
+enum { SOLVES = 20 };
 
 /* The equations of joints, where they are alone, or some are to yield. Asked for all, rows that
  * repeat others would take impulses without measure for what they differ by. */
@@ -146,9 +146,11 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
 perp_status perp__rigid_meet_joints(perp_contact_solver *s)
 {
     perp__contact_worth worth;
+    int32_t ends = 0;
     perp_status status = PERP_OK;
 
-    for (int32_t round = 0; round < SOLVES && status == PERP_OK; round++) {
+    for (int32_t round = 0; round < SOLVES && status == PERP_OK && !ends; round++) {
+        ends = perp__is_good(s->best.outcome);
         perp__copy(s->high, s->u, s->size);
         perp__joint_block_invert(&s->joints, s->high);
         for (int32_t i = 0; i < s->size; i++)
