@@ -194,7 +194,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     perp_contact_solver *s = solver->solver;
     perp_status status = PERP_OK;
 
-    if (!problem->again || !solver->is_set_up || problem->yields) {
+    if (!problem->again || !solver->is_set_up || problem->yields || solver->yields) {
         solver->is_set_up = 0;
         status = set_up(s, problem);
     }
@@ -205,6 +205,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
             solver->room = 0;
     }
     solver->is_set_up = status == PERP_OK;
+    solver->yields = problem->yields;
     read_bounds(s, problem);
     s->rigid = problem;
     s->bodies.C = problem->factors;
