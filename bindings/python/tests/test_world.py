@@ -890,3 +890,58 @@ def test_threads():
         )
     with pytest.raises(ValueError, match="threads"):
         perp.World(threads=257)
+
+
+def rotation(q):
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def overlap_of_boxes(place_a, A, half_a, place_b, B, half_b):
+    """The least overlap along the axes of two boxes and the products of their edges."""
+    axes = [*A.T, *B.T, *(np.cross(a, b) for a in A.T for b in B.T)]
+    axes = [axis / np.linalg.norm(axis) for axis in axes if np.linalg.norm(axis) > 1e-6]
+    return min(
+        abs(A.T @ n) @ half_a + abs(B.T @ n) @ half_b - abs(n @ (place_b - place_a)) for n in axes
+    )
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_overlaps_are_those_of_the_shapes(seed):
+    """Chains of thin boxes fall on each other: no contact is deeper than its boxes overlap, by more
+    than half the thickness of a thin one (what a step's motion adds to the start of it)."""
+    rng = np.random.default_rng(seed)
+    world = perp.World(accuracy="fast")
+    world.ground.add_plane((0, 0, 1), 0, friction=0.6)
+    half = {}
+    for k in range(14):
+        base = np.array([*rng.uniform(-0.5, 0.5, 2), 0.6 + 0.55 * k])
+        last = None
+        for j in range(4):
+            size = np.array([0.05, 0.15, 0.05]) * rng.uniform(0.8, 1.3, 3)
+            mass = 8000 * size.prod()
+            inertia = mass / 3 * (size @ size - size * size)
+            body = world.add_body(mass, tuple(inertia), position=base + [0, 0.32 * j, 0])
+            body.add_box(tuple(size), friction=0.6)
+            half[body.index] = size
+            if last is not None:
+                world.add_joint("ball", last, body, anchor=base + [0, 0.32 * j - 0.16, 0])
+            last = body
+    for _ in range(220):
+        place, turn = world.positions.copy(), world.orientations.copy()
+        world.step(0.01)
+        for contact in world.contacts:
+            bodies = [contact.body_a, contact.body_b]
+            if contact.gap > -0.03 or world.ground in bodies:
+                continue
+            a, b = (body.index for body in bodies)
+            overlap = overlap_of_boxes(
+                place[a], rotation(turn[a]), half[a], place[b], rotation(turn[b]), half[b]
+            )
+            assert -contact.gap <= max(overlap, 0.0) + 0.03
