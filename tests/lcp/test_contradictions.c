@@ -52,7 +52,7 @@ static void test_without_solution(void **state)
     }
     for (int k = 0; k < 2; k++) {
         print_message("tol %g: %ld of %ld are good\n", tols[k], good[k], count / 2);
-        assert_true(good[k] <= most[k] * (double)count / 2);
+        assert_true((double)good[k] <= most[k] * (double)count / 2);
     }
 }
 
