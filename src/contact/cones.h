@@ -15,6 +15,9 @@ typedef struct perp__cone {
     double lambda[3], rc[3];
 } perp__cone;
 
+/* The share of the way to the boundary that a step goes. */
+#define PERP__CONE_REACH 0.99
+
 void perp__cone_scale(perp__cone *cone);
 /* z_0 - |z_t|: how far inside; and z_0^2 - |z_t|^2, without cancellation. */
 double perp__cone_room(const double *z);

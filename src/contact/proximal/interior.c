@@ -17,9 +17,7 @@
 
 #include "contact/proximal/proximal.h"
 
-/* The way to the boundary that a step goes, and the share of the mean that is aimed at where the
- * predictor comes all the way. */
-#define REACH 0.99
+/* The share of the mean that is aimed at where the predictor comes all the way. */
 #define LEAST_CENTRE 1e-2
 
 /* Bilateral rows: x -= this times u. */
@@ -284,7 +282,7 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         find_step(s, part, 0.0, 0.0);
         step = fmin(1.0, longest_step(s, part));
         find_step(s, part, mean * fmax(LEAST_CENTRE, 1.0 - step), step * step * step);
-        step = fmin(1.0, REACH * longest_step(s, part));
+        step = fmin(1.0, PERP__CONE_REACH * longest_step(s, part));
         if (!(step > 0.0))
             break;
         go(s, part, step);

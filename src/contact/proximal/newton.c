@@ -114,17 +114,17 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 }
 
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most, int32_t failures_most)
+                               int32_t most, int32_t tries)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
-    int32_t failures = 0, stale = 0;
+    int32_t stale = 0;
 
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
     while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) && stale < PATIENCE) {
         const double best = s->best_residual;
         int32_t steps;
-        double found;
+        double found, asked;
 
         s->outcome = perp__proximal_asks_to_stop(s);
         if (s->outcome >= 0)
@@ -132,7 +132,8 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
         steps = solve_centre(s, part, rho);
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
         found = perp__proximal_judge(s, part, s->start, s->spare);
-        if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
+        asked = s->best_residual <= s->tol ? 0.5 : ldexp(1.0, steps > 0 ? -steps : steps);
+        if ((tries || s->best_residual <= s->tol) && !(found < asked * s->residual))
             break;
         stale = s->best_residual < 0.9 * best ? 0 : stale + 1;
         if (steps > 0 || found < 0.5 * s->residual) {
@@ -148,8 +149,6 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
             rho = fmin(MOST_RHO, rho);
             continue;
         }
-        if (++failures >= failures_most)
-            break;
         rho = fmax(1.0, rho / 4.0);
     }
 }

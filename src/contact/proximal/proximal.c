@@ -117,11 +117,11 @@ static void run_cold(perp__proximal *s, const perp__proximal_part *part)
         perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
     if (perp__proximal_goes_on(s, s->aim))
         perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
-                                  STEPS, s->discs ? STEPS : 1);
+                                  STEPS, !s->discs);
     if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
         perp__proximal_interior_run(s, part);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, STEPS);
+            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, 0);
     }
 }
 
@@ -151,8 +151,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     for (int32_t k = 0; s->splits && perp__proximal_goes_on(s, s->tol); k++)
         perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
     if (newton && iterate->attempt > 0 && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS,
-                                  MORE_STEPS);
+        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS, 0);
     if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol))
         perp__proximal_newton_run(s, part, WARM_RHO, STEPS, 1);
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))

@@ -137,8 +137,9 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
  * point, with s->best_residual. */
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
 
-/* The proximal Newton method from s->x: newton.c. As before. */
+/* The proximal Newton method from s->x: newton.c. As before. tries = 1: it ends where a centre, tol
+ * not met, has not halved the residual in each of its steps. */
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most, int32_t failures_most);
+                               int32_t most, int32_t tries);
 
 #endif

@@ -80,20 +80,32 @@ static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem
     return status;
 }
 
-/* Whether the rows that yield are met but for what poses are out of place. */
-static int32_t yields_little(const perp_contact_solver *s)
+/* What the rows that yield lack of 0 at most, beside the largest free velocity. */
+static double yielded(const perp_contact_solver *s)
 {
-    int32_t little = 1;
+    double most = 0.0;
 
-    for (int32_t n = 0; n < s->joints.rows && little; n++) {
+    for (int32_t n = 0; n < s->joints.rows; n++) {
         const int32_t i = s->rows + n;
         const double speed = s->best.u[i] - s->compliance[i] * s->best.r[i];
 
-        if (perp__joint_block_repeats(&s->joints, n))
-            little = fabs(speed) * s->joints.scale[n] <=
-                     PLACED * s->joints.rows * s->drive[s->part[s->contacts + n]];
+        if (perp__joint_block_repeats(&s->joints, n) && speed != 0.0)
+            perp__raise_to(&most,
+                           fabs(speed) * s->joints.scale[n] / s->drive[s->part[s->contacts + n]]);
     }
-    return little;
+    return most;
+}
+
+/* More than poses being out of place explains is a residual like any other. */
+static void judge_yielded(perp_contact_solver *s)
+{
+    const double most = yielded(s);
+
+    if (most <= PLACED * s->joints.rows)
+        return;
+    perp__raise_to(&s->best.worth.tested, most);
+    if (perp__is_good(s->best.outcome))
+        s->best.outcome = PERP_OUTCOME_STALLED;
 }
 
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
@@ -232,8 +244,8 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
         call.r0 = solver->warm;
     }
     PERP__THEN(status, perp__contact_find(s, &call, problem->deadline));
-    if (status == PERP_OK && problem->yields && perp__is_good(best->outcome) && !yields_little(s))
-        best->outcome = PERP_OUTCOME_STALLED;
+    if (status == PERP_OK && problem->yields)
+        judge_yielded(s);
     if (status == PERP_OK && problem->holds)
         status = hold(s, best->r, best->u, best->modes, s->best_v, answer->carrier);
     else if (status == PERP_OK && perp__is_good(best->outcome))

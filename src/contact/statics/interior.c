@@ -28,9 +28,6 @@
 #include "linalg/doubled.h"
 #include "linalg/matrix.h"
 
-/* The way to the boundary that a step goes, and what remains beside the first product u z. */
-#define STEP 0.99
-
 /* A margin with which impulses have room for other forces, in units of each contact's load; and the
  * iterations after the first margin that are spent on it. */
 #define ROOMY 0.05
@@ -408,7 +405,7 @@ static double iterate(perp__statics *s, double mean)
     rt[0] += d.s * d.tau + sigma * mean;
     rt[1] += sigma * mean - d.t_R * d.tau_R;
     find_step(s, rs, rt, &d);
-    step = fmin(STEP * longest_step(s, &d), 1.0);
+    step = fmin(PERP__CONE_REACH * longest_step(s, &d), 1.0);
     if (!(step >= 0.0))
         return 0.0;
 

@@ -166,8 +166,6 @@ double perp__work_of_rows(const perp_world *world, const perp__island *island, i
                           double *size);
 /* work.free := now + share of what forces add. */
 void perp__force_bodies(perp_world *world, const perp__island *island, double share);
-/* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
-double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
 
 /* What forces make of the normal velocity of the chosen contact i in a step, or of its bodies where
  * the island lies on something. */
@@ -184,7 +182,5 @@ int32_t perp__is_deep(const perp__world_contact *contact);
  * worth it where sweeps have not come to an answer. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
 int32_t perp__is_worth_both(const perp_world *world, const perp__island *island);
-/* Whether the chosen contacts come from rest, but for what forces do in a few steps. */
-int32_t perp__comes_from_rest(const perp_world *world, const perp__island *island);
 
 #endif

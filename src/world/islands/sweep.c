@@ -24,9 +24,8 @@
 /* Passes that take overlap away. */
 #define CLEAR 2
 
-/* Beside what forces make of it in a step: a speed with which something comes from rest; and one
- * at which it is asked whether it stands. */
-#define FROM_REST 0.5
+/* Beside what forces make of it in a step: a speed at which it is asked whether something stands.
+ */
 #define SETTLING 0.1
 
 /* Passes for each of settings.substeps. */
@@ -162,22 +161,6 @@ static void close_gaps(perp_world *world, const perp__island *island, double h)
 
         world->work.rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
     }
-}
-
-int32_t perp__comes_from_rest(const perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < world->work.count; i++) {
-        const perp__world_contact *contact =
-            perp__step_contact(world, island, world->work.chosen[i]);
-        const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
-        double u[3];
-
-        perp__relative_velocity(world, contact, PERP__TWIST_START, u);
-        if (!(fmax(fabs(u[0]), world->work.rows[i].mu > 0.0 ? perp__length2(u[1], u[2]) : 0.0) <=
-              FROM_REST * pushed))
-            return 0;
-    }
-    return 1;
 }
 
 /* The rows of the island, joints where its trial motion takes them, and what forces make of it. */
