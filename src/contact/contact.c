@@ -458,8 +458,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->is_far = 0;
     status = has_bounds ? find_within(solver, &given, &own, deadline)
                         : perp__contact_find(solver, &given, deadline);
-    if (status == PERP_OK && !call->holds_itself && (call->v || call->u)) /* nobody else asks */
-        status = perp__contact_rest(solver, &given, deadline, &rests);
+    if (status == PERP_OK)
+        status = perp__contact_rest(solver, &given, &rests);
     if (status == PERP_OK && !rests && !call->holds_itself && (call->v || call->u))
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)

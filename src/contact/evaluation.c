@@ -229,23 +229,13 @@ static int32_t is_better(const perp_contact_solver *solver, const perp__contact_
     return point->worth.tested < best->worth.tested;
 }
 
-perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
-                                   perp__contact_worth *found)
+void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candidate *point)
 {
-    perp__contact_candidate point = {0}, *best = &solver->best;
-    perp_status status = perp__contact_evaluate(solver, modes, &point.worth);
+    perp__contact_candidate *best = &solver->best;
 
-    if (status != PERP_OK)
-        return status;
-    point.evidence = solver->evidence;
-    point.method = method;
-    point.outcome = perp__contact_verdict(solver, &point, solver->said);
-    *found = point.worth;
-    if (!is_better(solver, &point))
-        return PERP_OK;
-    best->worth = point.worth;
-    best->outcome = point.outcome;
-    best->method = method;
+    best->worth = point->worth;
+    best->outcome = point->outcome;
+    best->method = point->method;
     if (solver->parts > 0)
         memcpy(best->evidence, solver->evidence, (size_t)solver->parts * sizeof *best->evidence);
     perp__copy(best->r, solver->r, solver->size);
@@ -253,5 +243,19 @@ perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, 
     if (solver->contacts > 0)
         memcpy(best->modes, solver->modes, (size_t)solver->contacts);
     perp__copy(solver->best_v, solver->v, solver->n);
+}
+
+perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
+                                   perp__contact_worth *found)
+{
+    perp__contact_candidate point = {.evidence = solver->evidence, .method = method};
+    perp_status status = perp__contact_evaluate(solver, modes, &point.worth);
+
+    if (status != PERP_OK)
+        return status;
+    point.outcome = perp__contact_verdict(solver, &point, solver->said);
+    *found = point.worth;
+    if (is_better(solver, &point))
+        perp__contact_keep(solver, &point);
     return PERP_OK;
 }

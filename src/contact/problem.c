@@ -126,10 +126,10 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
                   &s->most_speed, &s->most_energy);
     PERP__DOUBLES(arena, size, &s->q, &s->load, &s->scale, &s->high, &s->low, &s->r, &s->u,
                   &s->start, &s->ray, &s->best.r, &s->best.u);
-    s->balance = perp__arena_take(arena, (size_t)s->size, sizeof *s->balance);
     PERP__DOUBLES(arena, n, &s->push, &s->push_low, &s->v, &s->v_low, &s->best_v);
     s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
     s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));
+    s->rest_modes = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
 
 static void keep(double *own, const double *given, int32_t count)

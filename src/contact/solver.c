@@ -2,6 +2,7 @@
 #include "contact/solver.h"
 
 #include "contact/settings.h"
+#include "contact/statics/statics.h"
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
     &perp__contact_sweep, &perp__contact_lemke, &perp__contact_admm, &perp__contact_proximal};
@@ -19,6 +20,7 @@ static void release(void *object)
     perp__contact_destroy(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
     perp__hold_release(&solver->hold);
+    perp__statics_front_release(solver->context, solver->front);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);

@@ -129,9 +129,8 @@ struct perp_contact_solver {
     double *push, *push_low; /* n: work */
     double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
     double *best_v;
-    double *balance; /* size: impulses of what rests */
     int32_t is_free;
-    int8_t *modes;
+    int8_t *modes, *rest_modes;
     double *ray; /* best one, largest entry 1 */
     int32_t has_ray, certificate;
     const perp__contact_call *call;
@@ -151,6 +150,7 @@ struct perp_contact_solver {
     perp__joint_block joints; /* of rigid bodies: which rows repeat others; all, without contacts */
     perp__contact_polish polish;
     perp__hold hold;
+    struct perp__statics_front *front; /* NULL until it is first needed */
 };
 
 /* Opens a public call: solver.c. */
@@ -191,6 +191,9 @@ perp_status perp__contact_load(perp_contact_solver *solver);
 perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
                                    perp__contact_worth *worth);
 
+/* The point under evaluation becomes the best. */
+void perp__contact_keep(perp_contact_solver *solver, const perp__contact_candidate *point);
+
 /* Projects solver->r onto its cones, writes the zeros of the contacts that separate, recomputes u
  * and judges: evaluation.c. Status as above. modes: those of the method's active set, or NULL. */
 perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
@@ -217,7 +220,7 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver);
 
 /* Whether it rests altogether, of what hardly moves; then v and u say so: statics/rest.c. */
 perp_status perp__contact_rest(perp_contact_solver *solver, const perp__contact_call *call,
-                               double deadline, int32_t *rests);
+                               int32_t *rests);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);

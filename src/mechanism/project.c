@@ -12,6 +12,7 @@
  * second of its steps refused for that. */
 #include "mechanism/mechanism.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -36,7 +37,8 @@ double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t
 double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                           const double *q)
 {
-    return ROUNDING * perp__gap_size(m, terms, row, q);
+    /* products below DBL_MIN lose their digits, and not as a share of their size */
+    return ROUNDING * perp__gap_size(m, terms, row, q) + DBL_MIN;
 }
 
 /* Whether contact j pressed until the end of a theta step, and was at rest on the ground before, up

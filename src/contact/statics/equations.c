@@ -50,15 +50,10 @@ static void list_neighbours(perp__statics *s, const int32_t *unit_starts, const 
 perp_status perp__statics_order(perp__statics *s)
 {
     const perp__statics_rows *rows = s->rows;
-    int32_t *unit_starts = NULL, *units = NULL, *graph = NULL;
-    perp_status status = PERP_ERROR_MEMORY;
+    int32_t *unit_starts = s->unit_starts, *units = s->units, *graph = s->graph;
+    perp_status status;
 
     /* 1. Units of each node. */
-    unit_starts = perp__allocate(s->context, (size_t)rows->nodes + 2, sizeof *unit_starts);
-    units = perp__allocate(s->context, (size_t)rows->links + 1, sizeof *units);
-    graph = perp__allocate(s->context, (size_t)rows->nodes + s->edges + 1, sizeof *graph);
-    if (!unit_starts || !units || !graph)
-        goto done;
     memset(unit_starts, 0, ((size_t)rows->nodes + 2) * sizeof *unit_starts);
     for (int32_t i = 0; i < rows->links; i++)
         unit_starts[rows->link[i].node + 2]++;
@@ -85,10 +80,6 @@ perp_status perp__statics_order(perp__statics *s)
                         ? -1 /* above the diagonal: never read */
                         : perp__fronts_edge(&s->fronts, link[a].node, link[b].node);
     }
-done:
-    perp__release(s->context, graph);
-    perp__release(s->context, units);
-    perp__release(s->context, unit_starts);
     return status == PERP_ERROR_MEMORY ? perp__fail_memory(s->context, "statics") : status;
 }
 

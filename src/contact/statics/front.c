@@ -27,7 +27,7 @@ PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "in
 /* Beside the least work of a factorisation, what nodes of more coordinates may cost. */
 #define LITTLE_MORE 4.0
 
-typedef struct front {
+struct perp__statics_front {
     perp_context *context;
     perp_contact_laws laws;
     perp__matrix H, G;
@@ -36,7 +36,7 @@ typedef struct front {
     const double *w; /* rows of H, or NULL: contacts with a normal above 0 are open */
     int32_t lost;    /* 1: doubles do not hold all numbers in these units */
 
-    perp__arena arena;
+    perp__arena arena, value_arena;
     int32_t entries;
     size_t numbers;
     int32_t *starts, *columns; /* of H and G, row by row */
@@ -48,7 +48,10 @@ typedef struct front {
     perp__statics_link *link;
     double *values, *forces, *loads, *r, *v;
     perp__statics_rows own; /* its rows: those that can carry something */
-} front;
+    perp__statics *statics; /* NULL until it is first needed */
+};
+
+typedef struct perp__statics_front front;
 
 /* ---- checks ---- */
 
@@ -296,7 +299,7 @@ static void fill_links(front *a)
     }
 }
 
-static perp_status build(front *a, perp__arena *values)
+static perp_status build(front *a)
 {
     const int32_t widths[] = {a->n > 0 ? a->n : 1, 6, 3, 1};
     double work[4], least = INFINITY;
@@ -327,7 +330,7 @@ static perp_status build(front *a, perp__arena *values)
     a->own.links = count_links(a, widths[best], &least);
     a->own.nodes = (a->n + a->own.width - 1) / a->own.width;
     a->numbers = (size_t)a->own.links * (size_t)(PERP__STATICS_MOST_ROWS * a->own.width);
-    status = perp__arena_fit(values, a->context, lay_out_values, a);
+    status = perp__arena_fit(&a->value_arena, a->context, lay_out_values, a);
     if (status != PERP_OK)
         return status;
     fill_links(a);
@@ -381,28 +384,29 @@ static perp_status decide(front *a, const perp__statics_aim *given, perp__static
                           double *r, double *v)
 {
     perp__statics_aim aim = *given;
-    perp__statics *statics = NULL;
-    perp__arena values = {0};
-    perp_status status = build(a, &values);
+    perp_status status = build(a);
 
-    if (status == PERP_OK && !(statics = perp__statics_create(a->context)))
+    if (status == PERP_OK && !a->statics && !(a->statics = perp__statics_create(a->context)))
         status = PERP_ERROR_MEMORY;
-    PERP__THEN(status, perp__statics_set_up(statics, &a->own));
-    if (status == PERP_OK) {
-        answer->r = a->r;
-        answer->v = a->v;
-        aim.load = a->load ? a->loads : NULL;
-        status = perp__statics_decide(statics, answer, a->forces, &aim);
-    }
-    if (status == PERP_OK) {
-        if (a->lost)
-            answer->verdict = PERP_STATICS_INDETERMINATE;
+    PERP__THEN(status, perp__statics_set_up(a->statics, &a->own));
+    if (status != PERP_OK)
+        return status;
+    answer->r = a->r;
+    answer->v = a->v;
+    aim.load = a->load ? a->loads : NULL;
+    status = perp__statics_decide(a->statics, answer, a->forces, &aim);
+    if (status == PERP_OK && a->lost)
+        answer->verdict = PERP_STATICS_INDETERMINATE;
+    if (status == PERP_OK)
         write_answer(a, answer, r, v);
-    }
-    perp__statics_destroy(statics);
-    perp__arena_release(&values);
-    perp__arena_release(&a->arena);
     return status;
+}
+
+static void release(front *a)
+{
+    perp__statics_destroy(a->statics);
+    perp__arena_release(&a->value_arena);
+    perp__arena_release(&a->arena);
 }
 
 perp_status perp_contact_statics(perp_context *context, double *r, double *v,
@@ -432,28 +436,43 @@ perp_status perp_contact_statics(perp_context *context, double *r, double *v,
 
         perp__struct_write(result, &own, sizeof own);
     }
+    release(&a);
     return perp__leave(context, status);
 }
 
-perp_status perp__statics_rests(perp_context *context, const perp_contact_laws *laws,
+perp_status perp__statics_rests(perp_context *context, front **kept, const perp_contact_laws *laws,
                                 const perp__dynamics *dynamics, const double *f, const double *w,
                                 double *r, int32_t *rests)
 {
     const perp__statics_aim aim = {PERP_STATICS_LEAST, MOST_ITERATIONS, 0, NULL};
     perp__statics_answer answer = {0};
-    front a = {.context = context,
-               .laws = *laws,
-               .H = dynamics->H,
-               .G = dynamics->G,
-               .n = dynamics->n,
-               .rows = dynamics->H.rows,
-               .size = dynamics->size,
-               .f = f,
-               .w = w};
+    front *a = *kept;
     perp_status status;
 
-    a.own.units = laws->contacts + dynamics->G.rows;
-    status = decide(&a, &aim, &answer, r, NULL);
+    if (!a)
+        a = *kept = perp__allocate_zeros(context, 1, sizeof *a, "statics");
+    if (!a)
+        return PERP_ERROR_MEMORY;
+    a->context = context;
+    a->laws = *laws;
+    a->H = dynamics->H;
+    a->G = dynamics->G;
+    a->n = dynamics->n;
+    a->rows = dynamics->H.rows;
+    a->size = dynamics->size;
+    a->f = f;
+    a->w = w;
+    a->lost = 0;
+    a->own.units = laws->contacts + dynamics->G.rows;
+    status = decide(a, &aim, &answer, r, NULL);
     *rests = status == PERP_OK && answer.verdict == PERP_STATICS_STANDS;
     return status;
+}
+
+void perp__statics_front_release(perp_context *context, front *a)
+{
+    if (!a)
+        return;
+    release(a);
+    perp__release(context, a);
 }

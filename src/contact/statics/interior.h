@@ -24,6 +24,7 @@ struct perp__statics {
     int32_t *edge;                /* for each unit: links by links */
     int32_t *unit_edge;           /* units + 1 */
     int32_t *graph_starts, *mark;
+    int32_t *unit_starts, *units, *graph; /* while it is ordered */
     int8_t *idle;            /* units whose x is told: nothing, or a bound */
     perp__cone *cones;       /* of the others */
     double *weight;          /* units: impulses of ordinary size */

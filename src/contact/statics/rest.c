@@ -15,6 +15,7 @@
 static int32_t may_rest(const perp_contact_solver *s, const perp__contact_call *call)
 {
     double driven = 0.0, fastest = 0.0;
+    int32_t slips = !call->holds_itself;
 
     if (s->entrance != PERP__ENTRANCE_DYNAMICS || s->bounded.count > 0 || s->holds_both ||
         s->complies || s->settings.cone > 0 || s->contacts == 0 ||
@@ -27,6 +28,10 @@ static int32_t may_rest(const perp_contact_solver *s, const perp__contact_call *
     for (int32_t i = s->rows; i < s->size && call->b; i++)
         if (call->b[i - s->rows] != 0.0)
             return 0;
+    for (int32_t k = 0; k < s->contacts; k++)
+        slips |= s->best.modes[k] == PERP_CONTACT_SLIP;
+    if (!slips)
+        return 0;
     for (int32_t i = 0; i < s->size; i++) {
         const double w = i < s->rows ? call->w[i] : 0.0;
 
@@ -37,38 +42,37 @@ static int32_t may_rest(const perp_contact_solver *s, const perp__contact_call *
 }
 
 perp_status perp__contact_rest(perp_contact_solver *s, const perp__contact_call *call,
-                               double deadline, int32_t *rests)
+                               int32_t *rests)
 {
     const perp_contact_laws laws = {.contacts = s->contacts,
                                     .dims = s->dims,
                                     .mu = s->mu,
                                     .rolling = s->rolls ? s->rolling : NULL,
                                     .spinning = s->spins ? s->spinning : NULL};
-    const int64_t iterations = s->iterations;
-    perp__contact_call again = *call;
+    perp__contact_candidate point = {.evidence = s->evidence, .method = s->best.method};
     perp_status status;
 
     *rests = 0;
     if (!may_rest(s, call))
         return PERP_OK;
-    status =
-        perp__statics_rests(s->context, &laws, &s->dynamics, call->f, call->w, s->balance, rests);
+    status = perp__statics_rests(s->context, &s->front, &laws, &s->dynamics, call->f, call->w, s->r,
+                                 rests);
     if (status != PERP_OK || !*rests)
         return status;
 
-    /* the impulses, as any others that a caller knows; and the velocities that they mean */
-    again.r0 = s->balance;
-    status = perp__contact_find(s, &again, deadline);
-    s->iterations += iterations;
-    *rests = status == PERP_OK && perp__is_good(s->best.outcome);
+    /* these impulses are judged as any others are, and the velocities are those that they mean */
+    for (int32_t k = 0; k < s->contacts; k++)
+        s->rest_modes[k] = s->r[s->starts[k]] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+    status = perp__contact_evaluate(s, s->rest_modes, &point.worth);
+    point.outcome = perp__contact_verdict(s, &point, s->said);
+    *rests = status == PERP_OK && perp__is_good(point.outcome);
     if (!*rests)
         return status;
+    perp__contact_keep(s, &point);
+    memcpy(s->best.modes, s->rest_modes, (size_t)s->contacts);
     if (s->n > 0)
         memset(s->best_v, 0, (size_t)s->n * sizeof *s->best_v);
     for (int32_t i = 0; i < s->size; i++)
         s->best.u[i] = i < s->rows ? call->w[i] : 0.0;
-    for (int32_t k = 0; k < s->contacts; k++)
-        s->best.modes[k] =
-            s->best.r[s->starts[k]] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
     return PERP_OK;
 }

@@ -36,7 +36,9 @@ static void lay_out(perp__arena *arena, void *object)
 
     PERP__INTEGERS(arena, units + 1, &s->unit_cone, &s->square, &s->unit_edge);
     s->edge = perp__arena_take(arena, s->edges, sizeof *s->edge);
-    PERP__INTEGERS(arena, (size_t)rows->nodes + 1, &s->graph_starts, &s->mark);
+    PERP__INTEGERS(arena, (size_t)rows->nodes + 2, &s->graph_starts, &s->mark, &s->unit_starts);
+    s->units = perp__arena_take(arena, (size_t)rows->links + 1, sizeof *s->units);
+    s->graph = perp__arena_take(arena, (size_t)rows->nodes + s->edges + 1, sizeof *s->graph);
     s->idle = perp__arena_take(arena, units, sizeof *s->idle);
     s->cones = perp__arena_take(arena, 3 * units, sizeof *s->cones);
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);

@@ -40,10 +40,8 @@ void perp__sweep_layout(perp__arena *arena, void *object)
         y_size = (size_t)b->blocks * (size_t)work->stride;
         work->y = perp__arena_take(arena, y_size + (size_t)work->stride, sizeof(double));
         work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
-        if (packs) {
+        if (packs)
             work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
-            perp__levels_layout(arena, &work->levels, b);
-        }
     } else {
         entries = W->column_starts ? (size_t)W->column_starts[W->columns]
                                    : (size_t)W->rows * (size_t)W->columns;

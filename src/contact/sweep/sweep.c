@@ -28,9 +28,6 @@
 /* The rate is looked at after so many sweeps, and whenever they have doubled. */
 #define FIRST_LOOK 10
 
-/* From a start with a residual of so many times tol, sweeps are there at once. */
-#define NEAR_ENOUGH 3.0
-
 /* The residual is looked at again after so many sweeps. */
 #define SWEEPS_BETWEEN_TESTS 5
 
@@ -110,21 +107,11 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
 {
     const perp__contact_problem *problem = work->common.problem;
     const size_t bytes = (size_t)work->size * sizeof *work->r;
-    double given;
 
     perp__sweep_read(work);
     if (!iterate->warm)
         memset(iterate->r, 0, bytes);
-    /* begins with the guess that all comes to rest, if that can be made and is better */
-    given = work->all_packed ? perp__sweep_residual(work, iterate->r, work->u) : 0.0;
-    if (work->all_packed && !(given <= NEAR_ENOUGH * problem->tol)) {
-        perp__sweep_settle(work);
-        perp__sweep_export(work, work->r);
-        if (!(perp__sweep_residual(work, work->x, work->u) <= given))
-            begin_at(work, iterate->r);
-    } else {
-        begin_at(work, iterate->r);
-    }
+    begin_at(work, iterate->r);
     memcpy(work->best, work->r, bytes);
     perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);

@@ -32,15 +32,6 @@ static inline int32_t perp__packed_place(int32_t which, int32_t j)
     return j < 4 ? 4 * which + j : 4 + 2 * which + j;
 }
 
-/* What a settling pile is sorted into (levels.c). */
-typedef struct perp__levels {
-    int32_t *of_block; /* blocks + 1 */
-    int32_t *queue;    /* blocks + 1 */
-    int32_t *starts;   /* levels + 1 <= blocks + 3: into contacts */
-    int32_t *contacts;
-    double *rest; /* blocks + 1 by stride: the y at which a block stands still */
-} perp__levels;
-
 typedef struct perp__sweep_work {
     perp__contact_work common;
     int32_t constraints, size;
@@ -59,7 +50,6 @@ typedef struct perp__sweep_work {
     int8_t *packs;                /* contacts: is packed */
     perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 3 or 6 */
     int32_t all_packed;
-    perp__levels levels; /* if packed */
     perp__mixing mixing;
     int64_t sweeps, next_test;  /* done; the one from when on the residual is computed again */
     double least, least_before; /* change; and at the end of the last window */
@@ -87,10 +77,6 @@ void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double
 /* r := x of the caller's frame; x := r in the caller's frame, within its cones. */
 void perp__sweep_import(perp__sweep_work *work, const double *x);
 void perp__sweep_export(perp__sweep_work *work, const double *r);
-
-/* r and y := a guess for piles at rest; all constraints are packed contacts. */
-void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__bodies *bodies);
-void perp__sweep_settle(perp__sweep_work *work);
 
 /* W by rows from problem->W; the local problems from either. */
 void perp__sweep_read(perp__sweep_work *work);

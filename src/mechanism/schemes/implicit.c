@@ -207,12 +207,12 @@ static void take(perp_mechanism *m, const perp__implicit *s, const perp__implici
         const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
         double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
 
-        /* it sticks where what friction could still bear is more than its slip, both as speeds;
-         * friction that slips is on the edge of its disc */
+        /* it sticks where nothing slips, or what friction could still bear is more than its slip,
+         * both as speeds; friction that slips is on the edge of its disc */
         for (int32_t i = 0; i < disc->edges; i++)
             room -= x[i];
-        sticks = (disc->edges > 0 ? room > 0.0 : length < 1.0) &&
-                 room * s->inverse_mass[disc->row] >= slip;
+        sticks = slip == 0.0 || ((disc->edges > 0 ? room > 0.0 : length < 1.0) &&
+                                 room * s->inverse_mass[disc->row] >= slip);
         for (int32_t i = 0; i < disc->tangents; i++) {
             m->answer.holds[disc->row + i] = (int8_t)sticks;
             m->answer.r[disc->row + i] = disc->edges > 0 || sticks || length == 0.0
