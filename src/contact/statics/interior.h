@@ -25,14 +25,14 @@ struct perp__statics {
     int32_t *unit_edge;           /* units + 1 */
     int32_t *graph_starts, *mark;
     int32_t *unit_starts, *units, *graph; /* while it is ordered */
-    int8_t *idle;            /* units whose x is told: nothing, or a bound */
-    perp__cone *cones;       /* of the others */
-    double *weight;          /* units: impulses of ordinary size */
-    double *reach;           /* nodes by width: the largest entry of A there */
-    double *F, *P;           /* S^-1 = F F' of each unit; A'F of one */
-    double *k, *j;           /* size: S^-1 B'G e, S^-1 h */
-    double *x, *dx, *p, *rd; /* size */
-    double *inside;          /* size: strictly inside all cones */
+    int8_t *idle;                         /* units whose x is told: nothing, or a bound */
+    perp__cone *cones;                    /* of the others */
+    double *weight;                       /* units: impulses of ordinary size */
+    double *reach;                        /* nodes by width: the largest entry of A there */
+    double *F, *P;                        /* S^-1 = F F' of each unit; A'F of one */
+    double *k, *j;                        /* size: S^-1 B'G e, S^-1 h */
+    double *x, *dx, *p, *rd;              /* size */
+    double *inside;                       /* size: strictly inside all cones */
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;

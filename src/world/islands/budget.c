@@ -44,11 +44,14 @@ void perp__open_velocities(perp_world *world)
         budget->until = budget->deadline - (1.0 - VELOCITIES) * (budget->deadline - perp__now());
 }
 
+int32_t perp__is_time_over(const perp_world *world)
+{
+    return world->budget.limited && perp__now() >= world->budget.deadline;
+}
+
 int32_t perp__is_budget_spent(const perp_world *world)
 {
-    const perp__budget *budget = &world->budget;
-
-    return budget->iterations == 0 || (budget->limited && perp__now() >= budget->deadline);
+    return world->budget.iterations == 0 || perp__is_time_over(world);
 }
 
 double perp__island_deadline(const perp_world *world, const perp__island *island)

@@ -75,6 +75,7 @@ void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
 void perp__open_velocities(perp_world *world);
 int32_t perp__is_budget_spent(const perp_world *world);
+int32_t perp__is_time_over(const perp_world *world); /* the step's time is over */
 /* When an island has to be done, by its share of the contacts that are left; 0 without a limit. */
 double perp__island_deadline(const perp_world *world, const perp__island *island);
 void perp__spend(perp_world *world, int64_t iterations);

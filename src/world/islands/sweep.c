@@ -28,6 +28,9 @@
  */
 #define SETTLING 0.1
 
+/* Passes where the time is over: the fewest of any level. */
+#define LATE 16
+
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
 
@@ -76,7 +79,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 {
     const perp_world_settings *settings = &world->settings;
 
-    return settings->accuracy == PERP_ACCURACY_EXACT ||
+    return (settings->accuracy == PERP_ACCURACY_EXACT && !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->bodies <= FEW_BODIES ||
            island->contacts == 0 || is_few(world, island, FEW) ||
            (island->joints == 0 && mass_ratio(world, island) >= LARGE_RATIO);
@@ -90,7 +93,7 @@ int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
 static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
 {
     perp__island_work *work = &world->work;
-    const int32_t passes = perp__level_of(world)->passes;
+    const int32_t passes = perp__is_time_over(world) ? LATE : perp__level_of(world)->passes;
 
     memset(step, 0, sizeof *step);
     step->h = h;
@@ -434,8 +437,9 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             take_energy(world, island, h))
             status = measure(world, island, h, &answer, &problem);
         verdict->residual = answer.tested;
-        verdict->outcome =
-            answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_ITERATION_LIMIT;
+        verdict->outcome = answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED
+                           : perp__is_time_over(world)  ? PERP_OUTCOME_TIME_LIMIT
+                                                        : PERP_OUTCOME_ITERATION_LIMIT;
         if (status == PERP_OK && carried && goes_nowhere(world, island, h)) {
             close_gaps(world, island, h); /* overlap that no energy is left for stays */
             status = perp__stand(world, island, &carrying, verdict, &verdict->stands);
