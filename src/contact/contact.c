@@ -44,6 +44,9 @@ enum { POLYHEDRA = 6, PLAN_MOST = 2 * POLYHEDRA + 3, BRIEF = 2 };
  * for large ones of balls. Rows of contacts up to which pivoting is a fall-back. */
 enum { FIRST_SWEEPS = 400, LEMKE_MOST = 600 };
 
+/* Sweeps after which what comes to rest shows: statics/rest.c. */
+enum { FIRST_LOOK = 10 };
+
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
@@ -83,6 +86,9 @@ static int32_t is_spent(const perp_contact_solver *solver, const perp__contact_s
 static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
                   perp__contact_iterate *iterate)
 {
+    const int64_t left = solver->settings.max_iterations - slot->spent; /* 0 or less: no limit */
+    const int64_t limit = solver->problem.iteration_limit;
+
     memset(iterate, 0, sizeof *iterate);
     iterate->r = solver->r;
     iterate->u = solver->u;
@@ -91,8 +97,8 @@ static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
     iterate->warm = solver->call->r0 != NULL || solver->best.method != PERP_CONTACT_METHOD_POLISH;
     iterate->given = solver->call->r0 != NULL;
     iterate->residual = INFINITY;
-    if (solver->settings.max_iterations > 0)
-        solver->problem.iteration_limit = solver->settings.max_iterations - slot->spent;
+    if (left > 0 && !(limit > 0 && limit < left))
+        solver->problem.iteration_limit = left;
 }
 
 static int32_t check_clock(perp_contact_solver *solver)
@@ -158,6 +164,22 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
         !(solver->problem.leads && solver->rows > POLISHED_ROWS))
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
+}
+
+/* What comes to rest is slow after a few sweeps; then statics knows. */
+static perp_status look_at_rest(perp_contact_solver *solver)
+{
+    perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);
+    perp__contact_worth worth;
+    perp_status status = fit(solver, slot);
+
+    solver->running = PERP_CONTACT_METHOD_SWEEP;
+    solver->problem.iteration_limit = FIRST_LOOK;
+    solver->problem.leads = 1;
+    solver->problem.chosen = 0;
+    PERP__THEN(status, run_once(solver, slot, FROM_BEST, 0, &worth));
+    PERP__THEN(status, perp__contact_rest(solver));
+    return status;
 }
 
 /* Whether the method takes the problem, with W where it needs that. One that the caller chose must
@@ -321,6 +343,12 @@ static perp_status try_start(perp_contact_solver *solver)
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
+static int32_t begins_with_sweeps(const perp_contact_solver *solver)
+{
+    return solver->settings.cone == 0 && (solver->settings.method == PERP_CONTACT_METHOD_AUTO ||
+                                          solver->settings.method == PERP_CONTACT_METHOD_SWEEP);
+}
+
 static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations;
@@ -337,6 +365,7 @@ static perp_status search(perp_contact_solver *solver)
     solver->has_ray = solver->aborted = 0;
     solver->ended = -1;
     solver->iterations = solver->polished = 0;
+    solver->asked_rest = solver->rests = 0;
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
@@ -344,6 +373,9 @@ static perp_status search(perp_contact_solver *solver)
     if (status == PERP_OK && !ends_the_search(solver) && solver->contacts == 0 &&
         solver->entrance == PERP__ENTRANCE_RIGID)
         status = perp__rigid_meet_joints(solver);
+    if (status == PERP_OK && !ends_the_search(solver) && begins_with_sweeps(solver) &&
+        (limit == 0 || limit > FIRST_LOOK) && perp__contact_may_rest(solver))
+        status = look_at_rest(solver);
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;
@@ -447,7 +479,6 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     const double limit = solver->settings.time_limit,
                  deadline = limit > 0.0 ? started + limit : 0.0;
     const int32_t has_bounds = solver->bounded.count > 0;
-    int32_t rests = 0;
     perp__contact_call given = *call, own;
     perp_status status = perp__contact_check_call(solver, call);
 
@@ -458,9 +489,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->is_far = 0;
     status = has_bounds ? find_within(solver, &given, &own, deadline)
                         : perp__contact_find(solver, &given, deadline);
-    if (status == PERP_OK)
-        status = perp__contact_rest(solver, &given, &rests);
-    if (status == PERP_OK && !rests && !call->holds_itself && (call->v || call->u))
+    PERP__THEN(status, perp__contact_rest(solver));
+    if (status == PERP_OK && !solver->rests && !call->holds_itself && (call->v || call->u))
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
         perp__contact_write_out(solver, call, started);

@@ -67,9 +67,9 @@ perp_status perp__contact_load(perp_contact_solver *solver)
     perp__contact_omegas(&solver->problem, solver->part, solver->parts, solver->drive,
                          solver->omega);
     grant_rounding(solver);
-    solver->rests = 0;
+    solver->is_idle = 0;
     for (int32_t p = 0; p < solver->parts; p++)
-        solver->rests |= solver->drive[p] == 0.0;
+        solver->is_idle |= solver->drive[p] == 0.0;
 
     /* finite data may make numbers that no double holds */
     for (int32_t i = 0; i < solver->size; i++)
@@ -160,7 +160,7 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
 
     /* a part that nothing drives has no impulses: beside which size any could be right, nobody
      * knows; normals that are bounds stay what they are */
-    for (int32_t i = 0; solver->rests && i < p->size; i++) {
+    for (int32_t i = 0; solver->is_idle && i < p->size; i++) {
         const int32_t k = solver->constraint_of[i];
 
         if (solver->drive[solver->part[k]] == 0.0 &&

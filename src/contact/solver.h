@@ -113,7 +113,7 @@ struct perp_contact_solver {
     double *root;                     /* constraints: sqrt(trace) */
     double *omega;                    /* constraints: of its part */
     double *drive;                    /* parts: omega, 0 where q is */
-    int32_t rests;                    /* some part is not driven at all */
+    int32_t is_idle;                  /* some part is not driven at all */
     perp__evidence *evidence;         /* parts: what the point under evaluation is worth */
     double *terms, *lack, *wide;      /* constraints: of u; what that lacks of the law; work */
     double *most_speed, *most_energy; /* parts: work */
@@ -151,6 +151,7 @@ struct perp_contact_solver {
     perp__contact_polish polish;
     perp__hold hold;
     struct perp__statics_front *front; /* NULL until it is first needed */
+    int32_t asked_rest, rests;         /* in this call: statics was asked; and it stands */
 };
 
 /* Opens a public call: solver.c. */
@@ -218,9 +219,11 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
  * _MEMORY: held.c. */
 perp_status perp__contact_hold_best(perp_contact_solver *solver);
 
-/* Whether it rests altogether, of what hardly moves; then v and u say so: statics/rest.c. */
-perp_status perp__contact_rest(perp_contact_solver *solver, const perp__contact_call *call,
-                               int32_t *rests);
+/* Whether velocities of 0 may be an answer: all that is told moves nothing, and statics was not
+ * asked yet; and if so, and the best point is slow, the question: then r, v and u say that it
+ * rests. PERP_OK or negative: statics/rest.c. */
+int32_t perp__contact_may_rest(const perp_contact_solver *solver);
+perp_status perp__contact_rest(perp_contact_solver *solver);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);
