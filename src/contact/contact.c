@@ -166,19 +166,26 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     return status == PERP_OK ? check_abort(solver) : status;
 }
 
-/* What comes to rest is slow after a few sweeps; then statics knows. */
+/* What comes to rest is slow after a few sweeps, or after four times as many where it is high; then
+ * statics knows. */
 static perp_status look_at_rest(perp_contact_solver *solver)
 {
+    const int32_t most = solver->settings.max_iterations;
     perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);
     perp__contact_worth worth;
     perp_status status = fit(solver, slot);
 
     solver->running = PERP_CONTACT_METHOD_SWEEP;
-    solver->problem.iteration_limit = FIRST_LOOK;
     solver->problem.leads = 1;
     solver->problem.chosen = 0;
-    PERP__THEN(status, run_once(solver, slot, FROM_BEST, 0, &worth));
-    PERP__THEN(status, perp__contact_rest(solver));
+    for (int32_t sweeps = FIRST_LOOK; sweeps < FIRST_SWEEPS && status == PERP_OK; sweeps *= 4) {
+        if (ends_the_search(solver) || !perp__contact_may_rest(solver) ||
+            (most > 0 && slot->spent + sweeps >= most))
+            break;
+        solver->problem.iteration_limit = sweeps;
+        status = run_once(solver, slot, FROM_BEST, 0, &worth);
+        PERP__THEN(status, perp__contact_rest(solver));
+    }
     return status;
 }
 
@@ -373,8 +380,7 @@ static perp_status search(perp_contact_solver *solver)
     if (status == PERP_OK && !ends_the_search(solver) && solver->contacts == 0 &&
         solver->entrance == PERP__ENTRANCE_RIGID)
         status = perp__rigid_meet_joints(solver);
-    if (status == PERP_OK && !ends_the_search(solver) && begins_with_sweeps(solver) &&
-        (limit == 0 || limit > FIRST_LOOK) && perp__contact_may_rest(solver))
+    if (status == PERP_OK && begins_with_sweeps(solver))
         status = look_at_rest(solver);
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
        early; never with a budget that is used up. */

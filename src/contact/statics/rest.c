@@ -16,9 +16,10 @@ int32_t perp__contact_may_rest(const perp_contact_solver *s)
 {
     const perp__contact_call *call = s->call;
 
-    if (s->entrance != PERP__ENTRANCE_DYNAMICS || s->bounded.count > 0 || s->holds_both ||
-        s->complies || s->settings.cone > 0 || s->contacts == 0 || s->asked_rest ||
-        s->certificate != PERP_CONTACT_CERTIFICATE_NONE || s->ended >= 0)
+    if (s->settings.max_iterations < 0 || s->entrance != PERP__ENTRANCE_DYNAMICS ||
+        s->bounded.count > 0 || s->holds_both || s->complies || s->settings.cone > 0 ||
+        s->contacts == 0 || s->asked_rest || s->certificate != PERP_CONTACT_CERTIFICATE_NONE ||
+        s->ended >= 0)
         return 0;
     for (int32_t k = 0; k < s->contacts; k++)
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
