@@ -67,6 +67,7 @@ VERSION_PATCH := $(call version_of,PERP_VERSION_PATCH)
 VERSION := $(VERSION_MAJOR).$(VERSION_MINOR).$(VERSION_PATCH)
 ABI_VERSION := $(call version_of,PERP_ABI_VERSION)
 SONAME := libperp.so.$(ABI_VERSION)
+MECHANISM_SONAME := libperp-mechanism.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
@@ -124,20 +125,36 @@ LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(KLU_CFLAGS) $
     -DPERP__BLAS_NAME='"$(BLAS_NAME)"'
 TEST_FLAGS = -Iinclude -Isrc -Itests $(CMOCKA_CFLAGS)
 LINK = $(CC) $(CFLAGS) $(SANITIZE_FLAGS) $(LDFLAGS)
-SHARED_FLAGS = -shared -Wl,-soname,$(SONAME) -Wl,-Bsymbolic -Wl,--version-script=perp.map \
+# $(call shared_flags,SONAME,MAP)
+shared_flags = -shared -Wl,-soname,$(1) -Wl,-Bsymbolic -Wl,--version-script=$(2) \
     -Wl,--as-needed $(if $(SANITIZE),,-Wl,--no-undefined)
+SHARED_FLAGS = $(call shared_flags,$(SONAME),perp.map)
+MECHANISM_FLAGS = $(call shared_flags,$(MECHANISM_SONAME),perp-mechanism.map)
 
-## Files
+## Files: two libraries. libperp-mechanism is src/mechanism, which calls libperp's public functions.
 
 BLAS_OTHER := $(if $(filter internal,$(BLAS)),src/linalg/blas.c,src/linalg/blas_internal.c)
 SOURCES := $(sort $(wildcard src/*/*.c src/*/*/*.c))
 SOURCES := $(filter-out $(BLAS_OTHER),$(SOURCES))
-OBJECTS := $(SOURCES:%.c=$(B)/obj/%.o)
+MECHANISM_SOURCES := $(filter src/mechanism/%,$(SOURCES))
+OBJECTS := $(patsubst %.c,$(B)/obj/%.o,$(filter-out $(MECHANISM_SOURCES),$(SOURCES)))
+MECHANISM_OBJECTS := $(MECHANISM_SOURCES:%.c=$(B)/obj/%.o)
 HEADERS := $(sort $(wildcard include/perp/*.h))
+
+# What libperp has inside and libperp-mechanism needs too: the shared library carries a copy, hidden.
+# No public function and nothing that changes may be in these files (make check-abi).
+COMMON := base/arena base/check base/clock base/context base/grow base/handle base/outcome \
+    linalg/blas$(if $(filter internal,$(BLAS)),_internal) linalg/cone linalg/doubled \
+    linalg/held_rows linalg/lanes/loops linalg/matrix linalg/multiply linalg/pivoting \
+    patterns/patterns patterns/polyhedron
+COMMON_OBJECTS := $(COMMON:%=$(B)/obj/src/%.o)
 
 STATIC := $(B)/lib/libperp.a
 SHARED_FILE := $(B)/lib/libperp.so.$(VERSION)
 SHARED := $(B)/lib/libperp.so
+MECHANISM_STATIC := $(B)/lib/libperp-mechanism.a
+MECHANISM_SHARED_FILE := $(B)/lib/libperp-mechanism.so.$(VERSION)
+MECHANISM_SHARED := $(B)/lib/libperp-mechanism.so
 
 TEST_HELPERS := $(sort $(wildcard tests/*.c tests/*/problems*.c))
 TEST_SOURCES := $(sort $(wildcard $(or $(LAYERS:%=tests/%/test_*.c),tests/*/test_*.c)))
@@ -182,19 +199,20 @@ compiler_version = $(shell $(CC) --version 2>/dev/null | sed -n '1s/^[^ ]* //p')
 $(B)/flags: FORCE
 	$(call record,$(compiler_version) $(COMPILE:gcc%=cc%) $(LIBRARY_FLAGS))
 $(B)/link-flags: FORCE
-	$(call record,$(compiler_version) $(LINK:gcc%=cc%) $(SHARED_FLAGS) $(LIBRARY_LIBS))
+	$(call record,$(compiler_version) $(LINK:gcc%=cc%) $(SHARED_FLAGS) $(MECHANISM_FLAGS) \
+	    $(LIBRARY_LIBS))
 $(B)/test-flags: FORCE
 	$(call record,$(TEST_FLAGS) $(CMOCKA_LIBS))
 # A source file that was deleted leaves the library too.
 $(B)/sources: FORCE
-	$(call record,$(SOURCES) $(TEST_HELPERS) $(EXAMPLE_HELPERS))
+	$(call record,$(SOURCES) $(COMMON) $(TEST_HELPERS) $(EXAMPLE_HELPERS))
 
-## Library
+## Libraries
 
 .PHONY: library static shared
 library: static shared
-static: $(STATIC)
-shared: $(SHARED)
+static: $(STATIC) $(MECHANISM_STATIC)
+shared: $(SHARED) $(MECHANISM_SHARED)
 
 $(B)/obj/src/%.o: src/%.c $(B)/flags
 	@mkdir -p $(@D)
@@ -214,7 +232,27 @@ $(B)/lib/$(SONAME): $(SHARED_FILE)
 $(SHARED): $(B)/lib/$(SONAME)
 	@ln -sf $(<F) $@
 
-## Tests: one program a file, on the static library, so that internals can be reached
+# The static one takes what both need from libperp.a.
+$(MECHANISM_STATIC): $(MECHANISM_OBJECTS) $(B)/sources
+	@mkdir -p $(@D)
+	@rm -f $@
+	$(call quietly,AR,$(AR) rcsD $@ $(MECHANISM_OBJECTS))
+
+$(MECHANISM_SHARED_FILE): $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) $(SHARED) $(B)/sources \
+    $(B)/link-flags perp-mechanism.map
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) $(MECHANISM_FLAGS) -o $@ $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) \
+	    $(SHARED) $(BLAS_LIBS) -lm)
+
+$(B)/lib/$(MECHANISM_SONAME): $(MECHANISM_SHARED_FILE)
+	@ln -sf $(<F) $@
+$(MECHANISM_SHARED): $(B)/lib/$(MECHANISM_SONAME)
+	@ln -sf $(<F) $@
+
+## Tests: one program a file, on the static libraries, so that internals can be reached
+
+# In this order: the first is a client of the second.
+STATICS := $(MECHANISM_STATIC) $(STATIC)
 
 .PHONY: tests
 tests: $(TESTS)
@@ -225,9 +263,9 @@ $(B)/obj/tests/%.o: tests/%.c $(B)/flags $(B)/test-flags
 	@rm -f $(B)/tests/$*
 	$(call quietly,CC,$(COMPILE) $(TEST_FLAGS) -MMD -MP -c -o $@ $<)
 
-$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATIC) $(B)/link-flags
+$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATICS) $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATIC) $(LIBRARY_LIBS) \
+	$(call quietly,LD,$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATICS) $(LIBRARY_LIBS) \
 	    $(CMOCKA_LIBS) -ldl -lpthread)
 
 $(B)/obj/tests/lcp/test_regressions.o: TEST_FLAGS += \
@@ -236,10 +274,11 @@ $(B)/obj/tests/extremes/test_world_extremes.o: TEST_FLAGS += \
     -DPERP_TEST_TABLES='"$(abspath bench/results)"'
 
 # These load the shared library from where it was built.
-$(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"'
-$(filter $(B)/tests/abi/%,$(TESTS)): $(SHARED)
+$(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"' \
+    -DPERP_TEST_MECHANISM='"$(abspath $(MECHANISM_SHARED))"'
+$(filter $(B)/tests/abi/%,$(TESTS)): $(SHARED) $(MECHANISM_SHARED)
 
-## Examples and benchmarks: as a user would, with the public headers and the shared library
+## Examples and benchmarks: as a user would, with the public headers and the shared libraries
 
 .PHONY: examples benches
 examples: $(EXAMPLES)
@@ -257,13 +296,16 @@ $(EXAMPLE_HELPER_OBJECTS): $(B)/obj/%.o: %.c $(B)/flags
 
 # examples/NAME.c becomes build/examples/NAME, which finds the library next to it.
 RPATH := '-Wl,-rpath,$$ORIGIN/../lib'
-$(EXAMPLES): $(B)/%: $(B)/obj/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED) $(B)/link-flags
+SHARED_LIBS := -L$(B)/lib -Wl,--as-needed -lperp-mechanism -lperp -lm
+$(EXAMPLES): $(B)/%: $(B)/obj/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED) $(MECHANISM_SHARED) \
+    $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) -L$(B)/lib -lperp -lm $(RPATH))
+	$(call quietly,LD,$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) $(SHARED_LIBS) $(RPATH))
 
-$(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(B)/link-flags
+$(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(MECHANISM_SHARED) \
+    $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< $(BENCH_HELPER_OBJECTS) -L$(B)/lib -lperp -lm -lpthread $(RPATH))
+	$(call quietly,LD,$(LINK) -o $@ $< $(BENCH_HELPER_OBJECTS) $(SHARED_LIBS) -lpthread $(RPATH))
 
 ## Fuzz targets: tests/fuzz/fuzz_NAME.c becomes build/.../fuzz/NAME, on an instrumented library
 
@@ -278,7 +320,7 @@ FUZZ_ALONE := $(FUZZ_NAMES:%=$(B)/fuzz/alone/%)
 
 .PHONY: fuzzers
 fuzzers: $(FUZZERS)
-FUZZ_PARTS = $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) $(B)/obj/tests/rational.o $(STATIC)
+FUZZ_PARTS = $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) $(B)/obj/tests/rational.o $(STATICS)
 $(FUZZ_OBJECTS): TEST_FLAGS = -Iinclude
 $(FUZZERS): $(B)/fuzz/%: $(B)/obj/tests/fuzz/fuzz_%.o $(FUZZ_PARTS) $(B)/link-flags
 	@mkdir -p $(@D)
@@ -513,5 +555,5 @@ help:
 	@echo '          LAYERS="lcp ncp" (only these folders of tests/)  JOBS=n (tests at a time)'
 	@echo 'CFLAGS, CPPFLAGS and LDFLAGS are used as they come.'
 
--include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
+-include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(MECHANISM_OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
     $(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS) $(FUZZ_OBJECTS)))

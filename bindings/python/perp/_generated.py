@@ -386,7 +386,7 @@ class ContactSettings(Structure):
         ("cone", c_int32),
         ("tol", c_double),
         ("max_iterations", c_int32),
-        ("reserved", c_int32),
+        ("raw_velocity", c_int32),
         ("time_limit", c_double),
         ("monitor", ContactMonitor),
         ("monitor_user", c_void_p),
