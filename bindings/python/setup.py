@@ -18,7 +18,16 @@ HERE = Path(__file__).resolve().parent
 ARCHIVED = HERE / "library"
 ROOT = ARCHIVED if ARCHIVED.is_dir() else HERE.parent.parent
 # What make needs to build and install the library.
-SOURCES = ("Makefile", "perp.map", "LICENSE", "include", "src", "packaging", "scripts/dependencies")
+SOURCES = (
+    "Makefile",
+    "perp.map",
+    "perp-mechanism.map",
+    "LICENSE",
+    "include",
+    "src",
+    "packaging",
+    "scripts/dependencies",
+)
 USE_SYSTEM_LIBRARY = os.environ.get("PERP_USE_SYSTEM_LIBRARY") == "1"
 
 
