@@ -71,7 +71,7 @@ MECHANISM_SONAME := libperp-mechanism.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
-NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers check-size mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run extremes $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench zoo pictures python wheel $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
@@ -248,6 +248,21 @@ $(B)/lib/$(MECHANISM_SONAME): $(MECHANISM_SHARED_FILE)
 	@ln -sf $(<F) $@
 $(MECHANISM_SHARED): $(B)/lib/$(MECHANISM_SONAME)
 	@ln -sf $(<F) $@
+
+# What the Python package carries: the same under names of its own. A simulator in the same process
+# may have brought another copy, and the second library must not find that by its name.
+PACKAGED := $(B)/python/libperp-python.so.$(ABI_VERSION)
+MECHANISM_PACKAGED := $(B)/python/libperp-mechanism-python.so.$(ABI_VERSION)
+.PHONY: packaged
+packaged: $(PACKAGED) $(MECHANISM_PACKAGED)
+
+$(PACKAGED): $(SHARED)
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp.map) -o $@ $(OBJECTS) $(LIBRARY_LIBS))
+
+$(MECHANISM_PACKAGED): $(PACKAGED) $(MECHANISM_SHARED)
+	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp-mechanism.map) \
+	    '-Wl,-rpath,$$ORIGIN' -o $@ $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) $< $(BLAS_LIBS) -lm)
 
 ## Tests: one program a file, on the static libraries, so that internals can be reached
 
@@ -457,7 +472,7 @@ fuzz-alone: $(TARGETS:%=$(B)/fuzz/alone/%)
 
 #: make check             test, and every check below
 .PHONY: check check-abi check-headers check-consumer
-check: test check-abi check-headers check-consumer format-check
+check: test check-abi check-headers check-consumer check-size format-check
 
 #: make check-abi         exported symbols, licences of what is linked, abidiff with the last tag
 check-abi: library
@@ -466,6 +481,11 @@ check-abi: library
 #: make check-headers     every header alone, as C99 and C++11, warnings are errors
 check-headers:
 	@scripts/check-headers
+
+#: make check-size        lines of each library, and the most there may be
+.PHONY: check-size
+check-size:
+	@scripts/size
 
 #: make check-consumer    install somewhere else, build on it with pkg-config and CMake, uninstall
 check-consumer: library
@@ -499,10 +519,15 @@ sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(I
 endef
 define cmake_file
 sed -e 's|@VERSION@|$(VERSION)|' -e 's|@SONAME@|$(SONAME)|' -e 's|@CMAKEDIR@|$(CMAKEDIR)|' \
+    -e 's|@MECHANISM_SONAME@|$(MECHANISM_SONAME)|' \
     -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' \
     -e 's|@LIBS_PRIVATE@|$(subst $(space),;,$(LIBRARY_LIBS))|'
 endef
 CMAKE_FILES := perpConfig.cmake perpConfigVersion.cmake
+PC_FILES := perp.pc perp-mechanism.pc
+SHARED_FILES = $(SHARED_FILE) $(MECHANISM_SHARED_FILE)
+INSTALLED_LIBS = libperp.a libperp-mechanism.a $(notdir $(SHARED_FILES)) $(SONAME) \
+    $(MECHANISM_SONAME) libperp.so libperp-mechanism.so
 
 #: make install           under DESTDIR and PREFIX (/usr/local); make uninstall takes it away
 .PHONY: install uninstall
@@ -510,21 +535,22 @@ install: library
 	$(INSTALL) -d '$(DESTDIR)$(LIBDIR)' '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(PKGCONFIGDIR)' \
 	    '$(DESTDIR)$(CMAKEDIR)'
 	$(INSTALL) -m 644 $(HEADERS) '$(DESTDIR)$(INCLUDEDIR)/perp'
-	$(INSTALL) -m 644 $(STATIC) '$(DESTDIR)$(LIBDIR)'
-	$(INSTALL) -m 755 $(SHARED_FILE) '$(DESTDIR)$(LIBDIR)'
-	ln -sf $(notdir $(SHARED_FILE)) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
-	ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libperp.so'
-	$(pc_file) packaging/perp.pc.in > '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
-	chmod 644 '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+	$(INSTALL) -m 644 $(STATICS) '$(DESTDIR)$(LIBDIR)'
+	$(INSTALL) -m 755 $(SHARED_FILES) '$(DESTDIR)$(LIBDIR)'
+	set -e; for name in libperp libperp-mechanism; do \
+	    ln -sf $$name.so.$(VERSION) '$(DESTDIR)$(LIBDIR)'/$$name.so.$(ABI_VERSION); \
+	    ln -sf $$name.so.$(ABI_VERSION) '$(DESTDIR)$(LIBDIR)'/$$name.so; done
+	set -e; for file in $(PC_FILES); do \
+	    $(pc_file) packaging/$$file.in > '$(DESTDIR)$(PKGCONFIGDIR)'/$$file; \
+	    chmod 644 '$(DESTDIR)$(PKGCONFIGDIR)'/$$file; done
 	set -e; for file in $(CMAKE_FILES); do \
 	    $(cmake_file) packaging/$$file.in > '$(DESTDIR)$(CMAKEDIR)'/$$file; \
 	    chmod 644 '$(DESTDIR)$(CMAKEDIR)'/$$file; done
 
 uninstall:
 	rm -f $(HEADERS:include/%='$(DESTDIR)$(INCLUDEDIR)/%')
-	rm -f '$(DESTDIR)$(LIBDIR)/libperp.a' '$(DESTDIR)$(LIBDIR)/$(notdir $(SHARED_FILE))' \
-	    '$(DESTDIR)$(LIBDIR)/$(SONAME)' '$(DESTDIR)$(LIBDIR)/libperp.so' \
-	    '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc' $(CMAKE_FILES:%='$(DESTDIR)$(CMAKEDIR)/%')
+	rm -f $(INSTALLED_LIBS:%='$(DESTDIR)$(LIBDIR)/%') $(PC_FILES:%='$(DESTDIR)$(PKGCONFIGDIR)/%') \
+	    $(CMAKE_FILES:%='$(DESTDIR)$(CMAKEDIR)/%')
 	-rmdir '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(CMAKEDIR)'
 
 #: make wheel             Python's packages in build/wheels: a source archive, and a wheel with BLAS
@@ -548,7 +574,7 @@ clean:
 	rm -rf $(BUILD_DIR)
 
 help:
-	@echo 'make                   build libperp.a and libperp.so in build/lib'
+	@echo 'make                   build libperp and libperp-mechanism, static and shared, in build/lib'
 	@sed -n 's/^#: //p' Makefile
 	@echo
 	@echo 'Switches: CC=clang  DEBUG=1  SANITIZE=address,undefined  BLAS=internal  WERROR=1  V=1'

@@ -28,10 +28,12 @@ def _candidates() -> list[tuple[str, str]]:
     here = Path(__file__).resolve().parent
     names = {"darwin": "libperp.*dylib", "win32": "*perp*.dll"}
     name = names.get(sys.platform, "libperp.so*")
-    folders = {"inside the package": here, "beside Python": Path(sys.prefix) / "lib"}
-    found = [
-        (origin, str(path)) for origin, folder in folders.items() for path in folder.glob(name)
+    places = [
+        ("inside the package", here, "libperp-python.so*"),
+        ("inside the package", here, name),
+        ("beside Python", Path(sys.prefix) / "lib", name),
     ]
+    found = [(origin, str(path)) for origin, folder, name in places for path in folder.glob(name)]
     system = ctypes.util.find_library("perp")
     return found + ([("the system's", system)] if system else [])
 
