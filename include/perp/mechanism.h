@@ -1,5 +1,5 @@
-/* perp/mechanism.h: mechanisms in generalised coordinates, with contacts and friction; the header of
- * libperp-mechanism (link with -lperp-mechanism -lperp).
+/* perp/mechanism.h: mechanisms in generalised coordinates, with contacts and friction; the header
+ * of libperp-mechanism (link with -lperp-mechanism -lperp).
  *
  *   M(q) dv - k(t,q,v) dt = H'dr + G'ds + B'dy,     q' = N(q) v
  *

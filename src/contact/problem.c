@@ -66,7 +66,8 @@ perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *ow
     PERP__THEN(status, check_coefficients(context, "laws.spinning", own->spinning, own->contacts));
     if (status == PERP_OK && !own->dims && (own->dim < 1 || own->dim > 3))
         status = perp__refuse(context, "laws.dim is %d, expected 1, 2 or 3", (int)own->dim);
-    PERP__THEN(status, perp__check_dims(context, "laws", own->contacts, own->dim, own->dims, own->two_sided));
+    PERP__THEN(status, perp__check_dims(context, "laws", own->contacts, own->dim, own->dims,
+                                        own->two_sided));
     for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++) {
         const int32_t both = both_of(own, k) > 0, dim = perp__contact_dim(own, k);
         const int32_t rolls = is_positive(own->rolling, k) && (both || dim < 2);

@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__assembly *a = object;

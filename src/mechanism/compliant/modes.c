@@ -248,8 +248,7 @@ perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *res
     perp_lcp_result_init(&solved, sizeof solved);
     settings.method = PERP_LCP_LEMKE;
     if (rests && !c->choice)
-        PERP__ASK(status, c->context,
-                  perp_lcp_solver_create(c->context, &c->choice, &settings));
+        PERP__ASK(status, c->context, perp_lcp_solver_create(c->context, &c->choice, &settings));
     if (rests) {
         PERP__ASK(status, c->context, perp_lcp_solver_setup(c->choice, &W, c->lower, c->upper));
         PERP__ASK(status, c->context,
