@@ -260,9 +260,10 @@ $(PACKAGED): $(SHARED)
 	@mkdir -p $(@D)
 	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp.map) -o $@ $(OBJECTS) $(LIBRARY_LIBS))
 
+BESIDE := '-Wl,-rpath,$$ORIGIN'
 $(MECHANISM_PACKAGED): $(PACKAGED) $(MECHANISM_SHARED)
-	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp-mechanism.map) \
-	    '-Wl,-rpath,$$ORIGIN' -o $@ $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) $< $(BLAS_LIBS) -lm)
+	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp-mechanism.map) $(BESIDE) -o $@ \
+	    $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) $< $(BLAS_LIBS) -lm)
 
 ## Tests: one program a file, on the static libraries, so that internals can be reached
 
