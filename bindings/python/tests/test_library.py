@@ -124,6 +124,8 @@ def test_every_name_is_there():
 
 
 def test_a_missing_second_library_is_named(tmp_path):
+    if not os.environ.get("PERP_LIBRARY"):
+        pytest.skip("the libraries came with the package")
     alone = tmp_path / "libperp.so"
     shutil.copy(perp._library.library._name, alone)
     code = "import perp; perp.lcp([[1.0]], [-1.0]); perp.stribeck(1.0, 2.0)"
