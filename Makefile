@@ -67,10 +67,11 @@ VERSION_PATCH := $(call version_of,PERP_VERSION_PATCH)
 VERSION := $(VERSION_MAJOR).$(VERSION_MINOR).$(VERSION_PATCH)
 ABI_VERSION := $(call version_of,PERP_ABI_VERSION)
 SONAME := libperp.so.$(ABI_VERSION)
+MECHANISM_SONAME := libperp-mechanism.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
-NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers check-size mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run extremes $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench zoo pictures python wheel $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
@@ -124,20 +125,36 @@ LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(KLU_CFLAGS) $
     -DPERP__BLAS_NAME='"$(BLAS_NAME)"'
 TEST_FLAGS = -Iinclude -Isrc -Itests $(CMOCKA_CFLAGS)
 LINK = $(CC) $(CFLAGS) $(SANITIZE_FLAGS) $(LDFLAGS)
-SHARED_FLAGS = -shared -Wl,-soname,$(SONAME) -Wl,-Bsymbolic -Wl,--version-script=perp.map \
+# $(call shared_flags,SONAME,MAP)
+shared_flags = -shared -Wl,-soname,$(1) -Wl,-Bsymbolic -Wl,--version-script=$(2) \
     -Wl,--as-needed $(if $(SANITIZE),,-Wl,--no-undefined)
+SHARED_FLAGS = $(call shared_flags,$(SONAME),perp.map)
+MECHANISM_FLAGS = $(call shared_flags,$(MECHANISM_SONAME),perp-mechanism.map)
 
-## Files
+## Files: two libraries. libperp-mechanism is src/mechanism, which calls libperp's public functions.
 
 BLAS_OTHER := $(if $(filter internal,$(BLAS)),src/linalg/blas.c,src/linalg/blas_internal.c)
 SOURCES := $(sort $(wildcard src/*/*.c src/*/*/*.c))
 SOURCES := $(filter-out $(BLAS_OTHER),$(SOURCES))
-OBJECTS := $(SOURCES:%.c=$(B)/obj/%.o)
+MECHANISM_SOURCES := $(filter src/mechanism/%,$(SOURCES))
+OBJECTS := $(patsubst %.c,$(B)/obj/%.o,$(filter-out $(MECHANISM_SOURCES),$(SOURCES)))
+MECHANISM_OBJECTS := $(MECHANISM_SOURCES:%.c=$(B)/obj/%.o)
 HEADERS := $(sort $(wildcard include/perp/*.h))
+
+# What libperp has inside and libperp-mechanism needs too: the shared library carries a copy, hidden.
+# No public function and nothing that changes may be in these files (make check-abi).
+COMMON := base/arena base/check base/clock base/context base/grow base/handle base/outcome \
+    linalg/blas$(if $(filter internal,$(BLAS)),_internal) linalg/cone linalg/doubled \
+    linalg/held_rows linalg/lanes/loops linalg/matrix linalg/multiply linalg/pivoting \
+    patterns/patterns patterns/polyhedron
+COMMON_OBJECTS := $(COMMON:%=$(B)/obj/src/%.o)
 
 STATIC := $(B)/lib/libperp.a
 SHARED_FILE := $(B)/lib/libperp.so.$(VERSION)
 SHARED := $(B)/lib/libperp.so
+MECHANISM_STATIC := $(B)/lib/libperp-mechanism.a
+MECHANISM_SHARED_FILE := $(B)/lib/libperp-mechanism.so.$(VERSION)
+MECHANISM_SHARED := $(B)/lib/libperp-mechanism.so
 
 TEST_HELPERS := $(sort $(wildcard tests/*.c tests/*/problems*.c))
 TEST_SOURCES := $(sort $(wildcard $(or $(LAYERS:%=tests/%/test_*.c),tests/*/test_*.c)))
@@ -182,19 +199,20 @@ compiler_version = $(shell $(CC) --version 2>/dev/null | sed -n '1s/^[^ ]* //p')
 $(B)/flags: FORCE
 	$(call record,$(compiler_version) $(COMPILE:gcc%=cc%) $(LIBRARY_FLAGS))
 $(B)/link-flags: FORCE
-	$(call record,$(compiler_version) $(LINK:gcc%=cc%) $(SHARED_FLAGS) $(LIBRARY_LIBS))
+	$(call record,$(compiler_version) $(LINK:gcc%=cc%) $(SHARED_FLAGS) $(MECHANISM_FLAGS) \
+	    $(LIBRARY_LIBS))
 $(B)/test-flags: FORCE
 	$(call record,$(TEST_FLAGS) $(CMOCKA_LIBS))
 # A source file that was deleted leaves the library too.
 $(B)/sources: FORCE
-	$(call record,$(SOURCES) $(TEST_HELPERS) $(EXAMPLE_HELPERS))
+	$(call record,$(SOURCES) $(COMMON) $(TEST_HELPERS) $(EXAMPLE_HELPERS))
 
-## Library
+## Libraries
 
 .PHONY: library static shared
 library: static shared
-static: $(STATIC)
-shared: $(SHARED)
+static: $(STATIC) $(MECHANISM_STATIC)
+shared: $(SHARED) $(MECHANISM_SHARED)
 
 $(B)/obj/src/%.o: src/%.c $(B)/flags
 	@mkdir -p $(@D)
@@ -214,7 +232,43 @@ $(B)/lib/$(SONAME): $(SHARED_FILE)
 $(SHARED): $(B)/lib/$(SONAME)
 	@ln -sf $(<F) $@
 
-## Tests: one program a file, on the static library, so that internals can be reached
+# The static one takes what both need from libperp.a.
+$(MECHANISM_STATIC): $(MECHANISM_OBJECTS) $(B)/sources
+	@mkdir -p $(@D)
+	@rm -f $@
+	$(call quietly,AR,$(AR) rcsD $@ $(MECHANISM_OBJECTS))
+
+$(MECHANISM_SHARED_FILE): $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) $(SHARED) $(B)/sources \
+    $(B)/link-flags perp-mechanism.map
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) $(MECHANISM_FLAGS) -o $@ $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) \
+	    $(SHARED) $(BLAS_LIBS) -lm)
+
+$(B)/lib/$(MECHANISM_SONAME): $(MECHANISM_SHARED_FILE)
+	@ln -sf $(<F) $@
+$(MECHANISM_SHARED): $(B)/lib/$(MECHANISM_SONAME)
+	@ln -sf $(<F) $@
+
+# What the Python package carries: the same under names of its own. A simulator in the same process
+# may have brought another copy, and the second library must not find that by its name.
+PACKAGED := $(B)/python/libperp-python.so.$(ABI_VERSION)
+MECHANISM_PACKAGED := $(B)/python/libperp-mechanism-python.so.$(ABI_VERSION)
+.PHONY: packaged
+packaged: $(PACKAGED) $(MECHANISM_PACKAGED)
+
+$(PACKAGED): $(SHARED)
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp.map) -o $@ $(OBJECTS) $(LIBRARY_LIBS))
+
+BESIDE := '-Wl,-rpath,$$ORIGIN'
+$(MECHANISM_PACKAGED): $(PACKAGED) $(MECHANISM_SHARED)
+	$(call quietly,LD,$(LINK) $(call shared_flags,$(@F),perp-mechanism.map) $(BESIDE) -o $@ \
+	    $(MECHANISM_OBJECTS) $(COMMON_OBJECTS) $< $(BLAS_LIBS) -lm)
+
+## Tests: one program a file, on the static libraries, so that internals can be reached
+
+# In this order: the first is a client of the second.
+STATICS := $(MECHANISM_STATIC) $(STATIC)
 
 .PHONY: tests
 tests: $(TESTS)
@@ -225,9 +279,9 @@ $(B)/obj/tests/%.o: tests/%.c $(B)/flags $(B)/test-flags
 	@rm -f $(B)/tests/$*
 	$(call quietly,CC,$(COMPILE) $(TEST_FLAGS) -MMD -MP -c -o $@ $<)
 
-$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATIC) $(B)/link-flags
+$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATICS) $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATIC) $(LIBRARY_LIBS) \
+	$(call quietly,LD,$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATICS) $(LIBRARY_LIBS) \
 	    $(CMOCKA_LIBS) -ldl -lpthread)
 
 $(B)/obj/tests/lcp/test_regressions.o: TEST_FLAGS += \
@@ -236,10 +290,11 @@ $(B)/obj/tests/extremes/test_world_extremes.o: TEST_FLAGS += \
     -DPERP_TEST_TABLES='"$(abspath bench/results)"'
 
 # These load the shared library from where it was built.
-$(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"'
-$(filter $(B)/tests/abi/%,$(TESTS)): $(SHARED)
+$(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"' \
+    -DPERP_TEST_MECHANISM='"$(abspath $(MECHANISM_SHARED))"'
+$(filter $(B)/tests/abi/%,$(TESTS)): $(SHARED) $(MECHANISM_SHARED)
 
-## Examples and benchmarks: as a user would, with the public headers and the shared library
+## Examples and benchmarks: as a user would, with the public headers and the shared libraries
 
 .PHONY: examples benches
 examples: $(EXAMPLES)
@@ -257,13 +312,16 @@ $(EXAMPLE_HELPER_OBJECTS): $(B)/obj/%.o: %.c $(B)/flags
 
 # examples/NAME.c becomes build/examples/NAME, which finds the library next to it.
 RPATH := '-Wl,-rpath,$$ORIGIN/../lib'
-$(EXAMPLES): $(B)/%: $(B)/obj/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED) $(B)/link-flags
+SHARED_LIBS := -L$(B)/lib -Wl,--as-needed -lperp-mechanism -lperp -lm
+$(EXAMPLES): $(B)/%: $(B)/obj/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED) $(MECHANISM_SHARED) \
+    $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) -L$(B)/lib -lperp -lm $(RPATH))
+	$(call quietly,LD,$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) $(SHARED_LIBS) $(RPATH))
 
-$(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(B)/link-flags
+$(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(MECHANISM_SHARED) \
+    $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< $(BENCH_HELPER_OBJECTS) -L$(B)/lib -lperp -lm -lpthread $(RPATH))
+	$(call quietly,LD,$(LINK) -o $@ $< $(BENCH_HELPER_OBJECTS) $(SHARED_LIBS) -lpthread $(RPATH))
 
 ## Fuzz targets: tests/fuzz/fuzz_NAME.c becomes build/.../fuzz/NAME, on an instrumented library
 
@@ -278,7 +336,7 @@ FUZZ_ALONE := $(FUZZ_NAMES:%=$(B)/fuzz/alone/%)
 
 .PHONY: fuzzers
 fuzzers: $(FUZZERS)
-FUZZ_PARTS = $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) $(B)/obj/tests/rational.o $(STATIC)
+FUZZ_PARTS = $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) $(B)/obj/tests/rational.o $(STATICS)
 $(FUZZ_OBJECTS): TEST_FLAGS = -Iinclude
 $(FUZZERS): $(B)/fuzz/%: $(B)/obj/tests/fuzz/fuzz_%.o $(FUZZ_PARTS) $(B)/link-flags
 	@mkdir -p $(@D)
@@ -415,7 +473,7 @@ fuzz-alone: $(TARGETS:%=$(B)/fuzz/alone/%)
 
 #: make check             test, and every check below
 .PHONY: check check-abi check-headers check-consumer
-check: test check-abi check-headers check-consumer format-check
+check: test check-abi check-headers check-consumer check-size format-check
 
 #: make check-abi         exported symbols, licences of what is linked, abidiff with the last tag
 check-abi: library
@@ -424,6 +482,11 @@ check-abi: library
 #: make check-headers     every header alone, as C99 and C++11, warnings are errors
 check-headers:
 	@scripts/check-headers
+
+#: make check-size        lines of each library, and the most there may be
+.PHONY: check-size
+check-size:
+	@scripts/size
 
 #: make check-consumer    install somewhere else, build on it with pkg-config and CMake, uninstall
 check-consumer: library
@@ -457,10 +520,15 @@ sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(I
 endef
 define cmake_file
 sed -e 's|@VERSION@|$(VERSION)|' -e 's|@SONAME@|$(SONAME)|' -e 's|@CMAKEDIR@|$(CMAKEDIR)|' \
+    -e 's|@MECHANISM_SONAME@|$(MECHANISM_SONAME)|' \
     -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' \
     -e 's|@LIBS_PRIVATE@|$(subst $(space),;,$(LIBRARY_LIBS))|'
 endef
 CMAKE_FILES := perpConfig.cmake perpConfigVersion.cmake
+PC_FILES := perp.pc perp-mechanism.pc
+SHARED_FILES = $(SHARED_FILE) $(MECHANISM_SHARED_FILE)
+INSTALLED_LIBS = libperp.a libperp-mechanism.a $(notdir $(SHARED_FILES)) $(SONAME) \
+    $(MECHANISM_SONAME) libperp.so libperp-mechanism.so
 
 #: make install           under DESTDIR and PREFIX (/usr/local); make uninstall takes it away
 .PHONY: install uninstall
@@ -468,21 +536,22 @@ install: library
 	$(INSTALL) -d '$(DESTDIR)$(LIBDIR)' '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(PKGCONFIGDIR)' \
 	    '$(DESTDIR)$(CMAKEDIR)'
 	$(INSTALL) -m 644 $(HEADERS) '$(DESTDIR)$(INCLUDEDIR)/perp'
-	$(INSTALL) -m 644 $(STATIC) '$(DESTDIR)$(LIBDIR)'
-	$(INSTALL) -m 755 $(SHARED_FILE) '$(DESTDIR)$(LIBDIR)'
-	ln -sf $(notdir $(SHARED_FILE)) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
-	ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libperp.so'
-	$(pc_file) packaging/perp.pc.in > '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
-	chmod 644 '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+	$(INSTALL) -m 644 $(STATICS) '$(DESTDIR)$(LIBDIR)'
+	$(INSTALL) -m 755 $(SHARED_FILES) '$(DESTDIR)$(LIBDIR)'
+	set -e; for name in libperp libperp-mechanism; do \
+	    ln -sf $$name.so.$(VERSION) '$(DESTDIR)$(LIBDIR)'/$$name.so.$(ABI_VERSION); \
+	    ln -sf $$name.so.$(ABI_VERSION) '$(DESTDIR)$(LIBDIR)'/$$name.so; done
+	set -e; for file in $(PC_FILES); do \
+	    $(pc_file) packaging/$$file.in > '$(DESTDIR)$(PKGCONFIGDIR)'/$$file; \
+	    chmod 644 '$(DESTDIR)$(PKGCONFIGDIR)'/$$file; done
 	set -e; for file in $(CMAKE_FILES); do \
 	    $(cmake_file) packaging/$$file.in > '$(DESTDIR)$(CMAKEDIR)'/$$file; \
 	    chmod 644 '$(DESTDIR)$(CMAKEDIR)'/$$file; done
 
 uninstall:
 	rm -f $(HEADERS:include/%='$(DESTDIR)$(INCLUDEDIR)/%')
-	rm -f '$(DESTDIR)$(LIBDIR)/libperp.a' '$(DESTDIR)$(LIBDIR)/$(notdir $(SHARED_FILE))' \
-	    '$(DESTDIR)$(LIBDIR)/$(SONAME)' '$(DESTDIR)$(LIBDIR)/libperp.so' \
-	    '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc' $(CMAKE_FILES:%='$(DESTDIR)$(CMAKEDIR)/%')
+	rm -f $(INSTALLED_LIBS:%='$(DESTDIR)$(LIBDIR)/%') $(PC_FILES:%='$(DESTDIR)$(PKGCONFIGDIR)/%') \
+	    $(CMAKE_FILES:%='$(DESTDIR)$(CMAKEDIR)/%')
 	-rmdir '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(CMAKEDIR)'
 
 #: make wheel             Python's packages in build/wheels: a source archive, and a wheel with BLAS
@@ -506,12 +575,12 @@ clean:
 	rm -rf $(BUILD_DIR)
 
 help:
-	@echo 'make                   build libperp.a and libperp.so in build/lib'
+	@echo 'make                   build libperp and libperp-mechanism, static and shared, in build/lib'
 	@sed -n 's/^#: //p' Makefile
 	@echo
 	@echo 'Switches: CC=clang  DEBUG=1  SANITIZE=address,undefined  BLAS=internal  WERROR=1  V=1'
 	@echo '          LAYERS="lcp ncp" (only these folders of tests/)  JOBS=n (tests at a time)'
 	@echo 'CFLAGS, CPPFLAGS and LDFLAGS are used as they come.'
 
--include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
+-include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(MECHANISM_OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
     $(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS) $(FUZZ_OBJECTS)))

@@ -2,7 +2,7 @@
 # What the same work costs with two builds of the library: runs bench/house.c with each in turn and
 # prints the medians and their ratio.
 #
-#   bench/house.sh BEFORE AFTER [RUNS]     folders that hold libperp.so.0; default: 7 runs
+#   bench/house.sh BEFORE AFTER [RUNS]     folders with both libraries; default: 7 runs
 #
 # BEFORE is the library of an older commit whose interface is the same. Build first: make benches.
 set -eu

@@ -5,6 +5,7 @@
  *
  * The branches have the inertias m (1 +- 2 mu h / L): beyond h = L / (2 mu) one of them is
  * negative, and a force has two accelerations or none. */
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 #include <stdio.h>

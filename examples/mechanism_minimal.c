@@ -3,6 +3,7 @@
  * The wire is the parabola y = x^2 / 2; the one coordinate is x. The bead weighs 1, slides on the
  * wire with dry friction of 0.2 N, and a wall stands at x = 0.4. Let go at x = -1 it swings against
  * the wall, and comes to rest where the wire is flat enough for friction to hold it. */
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 #include <math.h>

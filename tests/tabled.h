@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 enum { TABLED_N = 6, TABLED_ROWS = 16 };

@@ -1,6 +1,6 @@
-"""Builds libperp with the repository's Makefile and carries it in the package.
+"""Builds the two libraries with the repository's Makefile and carries them in the package.
 
-PERP_USE_SYSTEM_LIBRARY=1 leaves it out; the package then loads the system's. A source archive holds
+PERP_USE_SYSTEM_LIBRARY=1 leaves them out; the package then loads the system's. A source archive holds
 the C sources in the folder `library`.
 """
 
@@ -17,13 +17,22 @@ from setuptools.command.sdist import sdist
 HERE = Path(__file__).resolve().parent
 ARCHIVED = HERE / "library"
 ROOT = ARCHIVED if ARCHIVED.is_dir() else HERE.parent.parent
-# What make needs to build and install the library.
-SOURCES = ("Makefile", "perp.map", "LICENSE", "include", "src", "packaging", "scripts/dependencies")
+# What make needs to build and install the libraries.
+SOURCES = (
+    "Makefile",
+    "perp.map",
+    "perp-mechanism.map",
+    "LICENSE",
+    "include",
+    "src",
+    "packaging",
+    "scripts/dependencies",
+)
 USE_SYSTEM_LIBRARY = os.environ.get("PERP_USE_SYSTEM_LIBRARY") == "1"
 
 
-def build_library() -> Path:
-    """Runs make and returns the shared library it built."""
+def build_libraries() -> list:
+    """Runs make and returns the shared libraries it built for the package."""
     if not (ROOT / "Makefile").is_file() or not (ROOT / "include/perp/perp.h").is_file():
         raise SystemExit(
             f"There are no C sources of perp in {ARCHIVED}, nor two folders above it. "
@@ -32,7 +41,7 @@ def build_library() -> Path:
             "PERP_USE_SYSTEM_LIBRARY=1."
         )
     # the Makefile chooses the directory by its switches: ask it in the same run
-    tell = "perp-python-tell: shared; @echo $(abspath $(SHARED_FILE))"
+    tell = "perp-python-tell: packaged; @echo $(abspath $(PACKAGED) $(MECHANISM_PACKAGED))"
     command = ["make", "--no-print-directory", "-C", str(ROOT), f"--eval={tell}"]
     jobs = [] if "MAKEFLAGS" in os.environ else [f"-j{os.cpu_count() or 1}"]
     run = subprocess.run(
@@ -41,11 +50,11 @@ def build_library() -> Path:
     print(run.stdout, end="", flush=True)
     if run.returncode:
         raise SystemExit(f"make failed in {ROOT}; what it printed is above")
-    return Path(run.stdout.split("\n")[-2])
+    return [Path(name) for name in run.stdout.split("\n")[-2].split()]
 
 
-class BuildWithLibrary(build_py):
-    """As build_py, and the shared library beside the modules, under its soname."""
+class BuildWithLibraries(build_py):
+    """As build_py, and the shared libraries beside the modules, under their sonames."""
 
     def _place(self) -> Path:
         source = Path(__file__).resolve().parent
@@ -55,14 +64,12 @@ class BuildWithLibrary(build_py):
         super().run()
         if USE_SYSTEM_LIBRARY:
             return
-        library = build_library()
-        major = library.name.split(".so.")[1].split(".")[0]
-        target = self._place() / f"libperp.so.{major}"
-        self.mkpath(str(target.parent))
-        shutil.copyfile(library, target)
+        self.mkpath(str(self._place()))
+        for library in build_libraries():
+            shutil.copyfile(library, self._place() / library.name)
 
     def get_outputs(self, include_bytecode: bool = True) -> list:
-        built = [str(path) for path in self._place().glob("libperp.so*")]
+        built = [str(path) for path in self._place().glob("libperp*.so*")]
         return super().get_outputs(include_bytecode) + built
 
 
@@ -96,5 +103,5 @@ class AnyPython(bdist_wheel):
 
 setup(
     distclass=BinaryDistribution,
-    cmdclass={"build_py": BuildWithLibrary, "bdist_wheel": AnyPython, "sdist": WithSources},
+    cmdclass={"build_py": BuildWithLibraries, "bdist_wheel": AnyPython, "sdist": WithSources},
 )

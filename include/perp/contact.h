@@ -152,7 +152,9 @@ typedef struct perp_contact_settings {
     int32_t max_iterations;       /* of each method, all its attempts together, and of the polish; 0
                                      (default): their own limits. Where it is reached no proof of
                                      infeasibility is looked for */
-    int32_t reserved;             /* 0 */
+    int32_t raw_velocity;         /* 1: v and u are left as the impulses make them, to rounding: for
+                                     callers who find exact zeros themselves; it takes about half
+                                     the time. 0 (default): what holds has its velocity exactly */
     double time_limit;            /* seconds; 0 (default): none, and no decision reads the clock */
     perp_contact_monitor monitor; /* NULL (default): none */
     void *monitor_user;

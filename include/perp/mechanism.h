@@ -1,4 +1,5 @@
-/* perp/mechanism.h: mechanisms in generalised coordinates, with contacts and friction.
+/* perp/mechanism.h: mechanisms in generalised coordinates, with contacts and friction; the header
+ * of libperp-mechanism (link with -lperp-mechanism -lperp).
  *
  *   M(q) dv - k(t,q,v) dt = H'dr + G'ds + B'dy,     q' = N(q) v
  *
@@ -30,6 +31,8 @@
 #define PERP_MECHANISM_H
 
 #include <perp/base.h>
+#include <perp/bristle.h> /* these two: the rest of libperp-mechanism */
+#include <perp/friction.h>
 
 #ifdef __cplusplus
 extern "C" {

@@ -163,3 +163,24 @@ perp_status perp__check_bounds(perp_context *context, const double *lower, const
     }
     return PERP_OK;
 }
+
+perp_status perp__check_dims(perp_context *context, const char *name, int32_t contacts, int32_t dim,
+                             const int32_t *dims, const int32_t *two_sided)
+{
+    for (int32_t k = 0; k < contacts; k++) {
+        const int32_t both = two_sided ? two_sided[k] : 0, rows = dims ? dims[k] : dim;
+
+        if (both < 0 || both > 3)
+            return perp__refuse(context, "%s.two_sided[%d] is %d, expected 0, 1, 2 or 3", name,
+                                (int)k, (int)both);
+        if (both > 0 && (rows < both + 1 || rows > both + 2))
+            return perp__refuse(context,
+                                "%s.dims[%d] is %d, expected %d or %d: %d normals that hold both "
+                                "ways and 1 or 2 tangents",
+                                name, (int)k, (int)rows, (int)both + 1, (int)both + 2, (int)both);
+        if (both == 0 && (rows < 1 || rows > 3))
+            return perp__refuse(context, "%s.dims[%d] is %d, expected 1, 2 or 3", name, (int)k,
+                                (int)rows);
+    }
+    return PERP_OK;
+}

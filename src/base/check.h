@@ -170,5 +170,9 @@ perp_status perp__check_vector(perp_context *context, const char *name, const do
  * lower > upper. */
 perp_status perp__check_bounds(perp_context *context, const double *lower, const double *upper,
                                size_t count);
+/* The dimensions of contacts, fields of `name`: rows that a contact may have, normals and tangents
+ * together. dims may be NULL (all have `dim`), two_sided too (none holds both ways). */
+perp_status perp__check_dims(perp_context *context, const char *name, int32_t contacts, int32_t dim,
+                             const int32_t *dims, const int32_t *two_sided);
 
 #endif

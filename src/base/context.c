@@ -1,70 +1,9 @@
+/* What goes on inside a public call. Compiled into libperp-mechanism too: nothing public here. */
 #include "base/context.h"
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include "base/check.h"
-
-/* Its address is what a context is known by. */
-static const char known = 0;
-
-static void *default_allocate(size_t size, void *user)
-{
-    (void)user;
-    return malloc(size);
-}
-
-static void default_release(void *pointer, void *user)
-{
-    (void)user;
-    free(pointer);
-}
-
-static int is_context(const perp_context *context)
-{
-    return context && context->is == &known && !context->destroyed;
-}
-
-PERP__INIT(perp_context_settings)
-
-void perp__context_init(perp_context *context, perp_allocate_function allocate,
-                        perp_release_function release, void *user)
-{
-    memset(context, 0, sizeof *context);
-    context->is = &known;
-    context->allocate = allocate;
-    context->release = release;
-    context->allocator_user = user;
-}
-
-perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
-{
-    perp_context_settings own = {0};
-    perp_status status;
-    perp_context *made;
-
-    if (!context)
-        return PERP_ERROR_ARGUMENT;
-    status = PERP__READ(perp_context_settings, NULL, &own, settings);
-    if (status != PERP_OK)
-        return status;
-    if (!own.allocate != !own.release)
-        return PERP_ERROR_ARGUMENT;
-    if (!own.allocate) {
-        own.allocate = default_allocate;
-        own.release = default_release;
-    }
-    made = own.allocate(sizeof *made, own.allocator_user);
-    if (!made)
-        return PERP_ERROR_MEMORY;
-    perp__context_init(made, own.allocate, own.release, own.allocator_user);
-    made->log = own.log;
-    made->log_user = own.log_user;
-    *context = made;
-    return PERP_OK;
-}
 
 static void release_if_unused(perp_context *context)
 {
@@ -72,19 +11,6 @@ static void release_if_unused(perp_context *context)
         context->is = NULL;
         context->release(context, context->allocator_user);
     }
-}
-
-void perp_context_destroy(perp_context *context)
-{
-    if (!is_context(context) || context->busy)
-        return;
-    context->destroyed = 1;
-    release_if_unused(context);
-}
-
-const char *perp_context_message(const perp_context *context)
-{
-    return is_context(context) ? context->message : "";
 }
 
 perp_status perp__open(perp_context *context)
@@ -98,7 +24,12 @@ perp_status perp__open(perp_context *context)
 
 perp_status perp__enter(perp_context *context)
 {
-    return is_context(context) ? perp__open(context) : PERP_ERROR_HANDLE;
+    /* Asked of the library that makes contexts: this code is in libperp-mechanism too. */
+    if (perp_version() != PERP_VERSION)
+        return PERP_ERROR_ABI;
+    if (!context || perp_context_message(context) != context->message)
+        return PERP_ERROR_HANDLE;
+    return perp__open(context);
 }
 
 perp_status perp__leave(perp_context *context, perp_status status)
@@ -108,6 +39,23 @@ perp_status perp__leave(perp_context *context, perp_status status)
     context->busy = PERP__IDLE;
     release_if_unused(context);
     return status;
+}
+
+perp__pause perp__pause_call(perp_context *context)
+{
+    const perp__pause pause = {context->busy, context->destroyed};
+
+    context->busy = PERP__IDLE;
+    context->destroyed = 0;
+    context->children++;
+    return pause;
+}
+
+void perp__resume_call(perp_context *context, perp__pause pause)
+{
+    context->busy = pause.busy;
+    context->destroyed = pause.destroyed;
+    context->children--;
 }
 
 perp_status perp__fail(perp_context *context, perp_status status, const char *format, ...)

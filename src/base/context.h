@@ -35,6 +35,30 @@ perp_status perp__leave(perp_context *context, perp_status status);
 /* The same as enter for a context that is one, and may be destroyed. */
 perp_status perp__open(perp_context *context);
 
+/* A public call that pauses, so that other public functions can be called on its context: between
+ * the two the context is as it is outside of calls, and not destroyed. */
+typedef struct perp__pause {
+    int32_t busy, destroyed;
+} perp__pause;
+
+perp__pause perp__pause_call(perp_context *context);
+void perp__resume_call(perp_context *context, perp__pause pause);
+
+/* status := what `call`, of a public function, comes to, where all went well before. */
+#define PERP__ASK(status, context, call)                            \
+    do {                                                            \
+        const perp__pause perp__paused = perp__pause_call(context); \
+        PERP__THEN(status, call);                                   \
+        perp__resume_call(context, perp__paused);                   \
+    } while (0)
+/* The same of a function that returns nothing, whatever went before. */
+#define PERP__TELL(context, call)                                   \
+    do {                                                            \
+        const perp__pause perp__paused = perp__pause_call(context); \
+        call;                                                       \
+        perp__resume_call(context, perp__paused);                   \
+    } while (0)
+
 /* What a public function returns that does no more than to open a call by `opens`, one of these or
  * of base/handle.h, to work, and to close it: what `works` comes to, or, where it may not open one,
  * the reason, which is the same when asked again. */

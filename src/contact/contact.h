@@ -49,10 +49,6 @@ perp_status perp__contact_set_up_inner(const perp_contact_solver *outer,
                                        perp_contact_solver **inner, const perp_contact_laws *laws,
                                        int32_t size, const double *W);
 
-/* Whether the contacts, of `name`, have normals and tangents as a contact may: problem.c. */
-perp_status perp__contact_check_dims(perp_context *context, const char *name,
-                                     const perp_contact_laws *laws);
-
 /* Reads and checks laws, but for compliance, whose length is that of all rows; *rows: those of the
  * contacts: problem.c. */
 perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,

@@ -41,27 +41,6 @@ static perp_status check_coefficients(perp_context *context, const char *name, c
     return PERP_OK;
 }
 
-perp_status perp__contact_check_dims(perp_context *context, const char *name,
-                                     const perp_contact_laws *laws)
-{
-    for (int32_t k = 0; k < laws->contacts; k++) {
-        const int32_t both = both_of(laws, k), dim = perp__contact_dim(laws, k);
-
-        if (both < 0 || both > 3)
-            return perp__refuse(context, "%s.two_sided[%d] is %d, expected 0, 1, 2 or 3", name,
-                                (int)k, (int)both);
-        if (both > 0 && (dim < both + 1 || dim > both + 2))
-            return perp__refuse(context,
-                                "%s.dims[%d] is %d, expected %d or %d: %d normals that hold both "
-                                "ways and 1 or 2 tangents",
-                                name, (int)k, (int)dim, (int)both + 1, (int)both + 2, (int)both);
-        if (both == 0 && (dim < 1 || dim > 3))
-            return perp__refuse(context, "%s.dims[%d] is %d, expected 1, 2 or 3", name, (int)k,
-                                (int)dim);
-    }
-    return PERP_OK;
-}
-
 static const perp__field counts[] = {
     PERP__INTEGER(perp_contact_laws, contacts, 0, INFINITY),
     PERP__INTEGER(perp_contact_laws, bilateral, 0, INFINITY),
@@ -87,7 +66,8 @@ perp_status perp__contact_read_laws(perp_context *context, perp_contact_laws *ow
     PERP__THEN(status, check_coefficients(context, "laws.spinning", own->spinning, own->contacts));
     if (status == PERP_OK && !own->dims && (own->dim < 1 || own->dim > 3))
         status = perp__refuse(context, "laws.dim is %d, expected 1, 2 or 3", (int)own->dim);
-    PERP__THEN(status, perp__contact_check_dims(context, "laws", own));
+    PERP__THEN(status, perp__check_dims(context, "laws", own->contacts, own->dim, own->dims,
+                                        own->two_sided));
     for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++) {
         const int32_t both = both_of(own, k) > 0, dim = perp__contact_dim(own, k);
         const int32_t rolls = is_positive(own->rolling, k) && (both || dim < 2);

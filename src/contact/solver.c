@@ -124,8 +124,11 @@ perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
 /* A solve of what was set up in this way, not in the other. */
 static perp_status solve(perp_contact_solver *solver, int32_t other, const perp__contact_call *call)
 {
+    perp__contact_call own = *call;
+
+    own.holds_itself = solver->settings.raw_velocity;
     if (solver->entrance != other)
-        return perp__contact_solve(solver, call);
+        return perp__contact_solve(solver, &own);
     return perp__refuse(solver->context,
                         "the solver was set up with %s: call perp_contact_solver_solve_%s",
                         other == PERP__ENTRANCE_DELASSUS ? "W" : "dynamics",
@@ -159,12 +162,14 @@ static perp_status solve_once(perp_context *context, const perp_contact_settings
                               const perp_contact_laws *laws, const perp_contact_dynamics *dynamics,
                               const perp_matrix *W, int32_t by_W, const perp__contact_call *call)
 {
+    perp__contact_call own = *call;
     perp_contact_solver *solver = NULL;
     perp_status status = perp__contact_create(context, &solver, settings);
 
+    own.holds_itself = status == PERP_OK && solver->settings.raw_velocity;
     PERP__THEN(status, by_W ? setup_delassus(solver, laws, W)
                             : perp__contact_setup(solver, laws, dynamics, NULL));
-    PERP__THEN(status, perp__contact_solve(solver, call));
+    PERP__THEN(status, perp__contact_solve(solver, &own));
     perp__contact_destroy(solver);
     return status;
 }

@@ -6,28 +6,6 @@
 #include "base/check.h"
 #include "base/context.h"
 
-PERP__INIT(perp_matrix)
-
-/* Fills a view that has been initialised. */
-static perp_status fill(perp_matrix *matrix, perp_matrix own)
-{
-    if (PERP__CHECK(perp_matrix, NULL, matrix) != PERP_OK)
-        return PERP_ERROR_ABI;
-    own.reserved = matrix->reserved;
-    perp__struct_write(matrix, &own, sizeof own);
-    return PERP_OK;
-}
-
-perp_status perp_matrix_dense(perp_matrix *matrix, int32_t storage, int32_t rows, int32_t columns,
-                              const double *values, int64_t leading_dimension)
-{
-    return fill(matrix, (perp_matrix){.storage = storage,
-                                      .rows = rows,
-                                      .columns = columns,
-                                      .leading_dimension = leading_dimension,
-                                      .values = values});
-}
-
 perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const double *values)
 {
     const int32_t line = storage == PERP_STORAGE_ROW_MAJOR ? columns : rows;
@@ -38,18 +16,6 @@ perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const dou
                          .columns = columns,
                          .leading_dimension = line > 0 ? line : 1,
                          .values = values};
-}
-
-perp_status perp_matrix_csc(perp_matrix *matrix, int32_t rows, int32_t columns,
-                            const int32_t *column_starts, const int32_t *row_indices,
-                            const double *values)
-{
-    return fill(matrix, (perp_matrix){.storage = PERP_STORAGE_CSC,
-                                      .rows = rows,
-                                      .columns = columns,
-                                      .values = values,
-                                      .column_starts = column_starts,
-                                      .row_indices = row_indices});
 }
 
 /* Adding one to a biased exponent carries into the sign bit where it is all ones: infinities and

@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/contact.h"
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__assembly *a = object;
@@ -42,13 +40,18 @@ perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pre
     perp_contact_settings_init(&a->settings, sizeof a->settings);
     a->settings.tol = tol;
     a->settings.cone = cone;
-    return a->solver ? perp__contact_configure(a->solver, &a->settings)
-                     : perp__contact_create(m->context, &a->solver, &a->settings);
+    a->settings.raw_velocity = a == &m->assembly; /* hold.c finds its velocities */
+    if (a->solver)
+        PERP__ASK(status, m->context, perp_contact_solver_set(a->solver, &a->settings));
+    else
+        PERP__ASK(status, m->context,
+                  perp_contact_solver_create(m->context, &a->solver, &a->settings));
+    return status;
 }
 
-void perp__assembly_release(perp__assembly *a)
+void perp__assembly_release(const perp_mechanism *m, perp__assembly *a)
 {
-    perp__contact_destroy(a->solver);
+    PERP__TELL(m->context, perp_contact_solver_destroy(a->solver));
     perp__arena_release(&a->arena);
 }
 
@@ -61,18 +64,6 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_result result;
-    const perp__contact_call call = {a->v,
-                                     a->r,
-                                     a->u,
-                                     a->modes,
-                                     a->ray,
-                                     &result,
-                                     a->f,
-                                     a->w,
-                                     a->b,
-                                     NULL,
-                                     a->starts ? a->start : NULL,
-                                     a->holds_itself};
     perp_status status = PERP_OK;
 
     perp_contact_laws_init(&laws, sizeof laws);
@@ -89,10 +80,13 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     dynamics.G = bilateral > 0 ? &G : NULL;
     if (m->deadline > 0.0 || a->settings.time_limit > 0.0) {
         a->settings.time_limit = perp__mechanism_time_left(m);
-        status = perp__contact_configure(a->solver, &a->settings);
+        PERP__ASK(status, m->context, perp_contact_solver_set(a->solver, &a->settings));
     }
-    PERP__THEN(status, perp__contact_setup(a->solver, &laws, &dynamics, NULL));
-    PERP__THEN(status, perp__contact_solve(a->solver, &call));
+    PERP__ASK(status, m->context, perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics));
+    PERP__ASK(status, m->context,
+              perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
+                                                 &result, a->f, a->w, a->b,
+                                                 a->starts ? a->start : NULL));
     if (status != PERP_OK)
         return perp__mechanism_fail_in(m, status, "the contact problem of the step");
     answer->outcome = result.outcome;

@@ -6,10 +6,8 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "contact/contact.h"
 #include "mechanism/copy.h"
 #include "mechanism/schemes/implicit.h"
-#include "ncp/ncp.h"
 
 #define LARGEST 10000000     /* so that sizes of arrays fit */
 #define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
@@ -130,14 +128,8 @@ static perp_status read_model(perp_context *context, perp_mechanism_model *read,
     if (status == PERP_OK && !read->dims &&
         (read->dim < 1 || read->dim > (read->two_sided ? 5 : 3)))
         status = perp__refuse(context, "model.dim is %d, expected 1, 2 or 3", (int)read->dim);
-    if (status == PERP_OK) {
-        const perp_contact_laws laws = {.contacts = read->contacts,
-                                        .dim = read->dim,
-                                        .dims = read->dims,
-                                        .two_sided = read->two_sided};
-
-        status = perp__contact_check_dims(context, "model", &laws);
-    }
+    PERP__THEN(status, perp__check_dims(context, "model", read->contacts, read->dim, read->dims,
+                                        read->two_sided));
     if (status != PERP_OK)
         return status;
     if (read->contacts > 0 && !read->contact_rows)
@@ -274,7 +266,6 @@ static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settin
                                 "settings.cone is %d, but contact %d holds both ways: 0 alone",
                                 (int)settings->cone, (int)j);
     status = perp__assembly_fit(m, &m->projection, 0, 1e-10, 0);
-    m->assembly.holds_itself = 1;
     PERP__THEN(status, perp__assembly_fit(m, &m->assembly, poisson, settings->tol, settings->cone));
     return status;
 }
@@ -285,12 +276,12 @@ static void release(void *object)
 
     perp__acceleration_release(m->accelerations);
     if (m->implicit)
-        perp__ncp_destroy(m->implicit->solver);
+        PERP__TELL(m->context, perp_ncp_solver_destroy(m->implicit->solver));
     perp__work_release(m->implicit);
     perp__work_release(m->theta);
     perp__work_release(m->adaptive);
-    perp__assembly_release(&m->assembly);
-    perp__assembly_release(&m->projection);
+    perp__assembly_release(m, &m->assembly);
+    perp__assembly_release(m, &m->projection);
     perp__arena_release(&m->arena);
 }
 

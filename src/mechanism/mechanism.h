@@ -82,7 +82,6 @@ typedef struct perp__assembly {
     int32_t columns, contacts, rows; /* of the problem at hand */
     int32_t next_column;             /* first that is not given away */
     int32_t most_contacts, most_rows, most_columns;
-    int32_t holds_itself; /* hold.c finds the velocities: the solver need not */
     double *M, *H, *G, *f, *w, *b, *mu;
     double *v, *r, *u, *ray;
     double *start;  /* rows: impulses to start from, */
@@ -213,7 +212,7 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
  * pressure. On failure all is as it was. PERP_OK or _MEMORY. */
 perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
                                int32_t cone);
-void perp__assembly_release(perp__assembly *a);
+void perp__assembly_release(const perp_mechanism *m, perp__assembly *a);
 /* Sets up and solves what a->... describe; fills a->v, r, u, modes, ray and answer's outcome.
  * G has `bilateral` rows. PERP_OK or a negative status with its message. */
 perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t bilateral,

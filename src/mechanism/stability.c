@@ -6,7 +6,7 @@
 #include <math.h>
 
 #include "base/outcome.h"
-#include "linalg/eigenvalues.h"
+#include "mechanism/eigenvalues.h"
 
 typedef struct number {
     double re, im;

@@ -66,7 +66,7 @@ static void test_contact_settings(void **state)
     FIELD(perp_contact_settings, cone, 12, 4);
     FIELD(perp_contact_settings, tol, 16, 8);
     FIELD(perp_contact_settings, max_iterations, 24, 4);
-    FIELD(perp_contact_settings, reserved, 28, 4);
+    FIELD(perp_contact_settings, raw_velocity, 28, 4);
     FIELD(perp_contact_settings, time_limit, 32, 8);
     FIELD(perp_contact_settings, monitor, 40, 8);
     FIELD(perp_contact_settings, monitor_user, 48, 8);

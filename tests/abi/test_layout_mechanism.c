@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <perp/perp.h>
+#include <perp/mechanism.h>
 
 #define SIZE(type, size) assert_int_equal(sizeof(type), size)
 #define FIELD(type, field, offset, size)             \

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 /* ---- memory that stays readable, so that what a dead handle does is defined ------------------ */

@@ -18,10 +18,12 @@ static void test_public(void **state)
 {
     static const int32_t classes[] = {PILES_COLUMN, PILES_TOWER, PILES_WALL};
     perp_context *context = NULL;
-    int c, i;
+    perp_contact_settings settings;
+    int c, i, others = 0;
 
     (void)state;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
     for (c = 0; c < 3; c++) {
         piles_options o = piles_defaults();
         perp_contact_result result;
@@ -41,11 +43,20 @@ static void test_public(void **state)
             assert_true(v[i] == 0.0);
         for (i = 0; i < p.rows; i++)
             assert_true(u[i] == 0.0);
+        /* as the impulses make them: 0 to the tested residual, which levers may enlarge */
+        settings.raw_velocity = 1;
+        assert_int_equal(piles_solve(context, &p, &settings, &result, v, r, u, NULL), PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        for (i = 0; i < p.n; i++) {
+            assert_true(fabs(v[i]) <= 100.0 * settings.tol);
+            others += v[i] != 0.0;
+        }
         free(v);
         free(r);
         free(u);
         piles_destroy(&p);
     }
+    assert_true(others > 0);
     perp_context_destroy(context);
 }
 

@@ -233,8 +233,8 @@ static void test_vectors_and_settings(void **state)
     require(&c, PERP_ERROR_ARGUMENT, "settings.time_limit is -1");
     c.p.settings.max_iterations = -1;
     require(&c, PERP_ERROR_ARGUMENT, "settings.max_iterations is -1");
-    c.p.settings.reserved = 1;
-    require(&c, PERP_ERROR_ARGUMENT, "settings.reserved is 1");
+    c.p.settings.raw_velocity = 2;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.raw_velocity is 2");
     c.p.settings.struct_size = 0;
     require(&c, PERP_ERROR_ABI, "settings.struct_size");
 }

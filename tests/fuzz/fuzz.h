@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 /* libFuzzer's entrance, or the driver's of standalone.c. */

@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 static inline void near(double value, double expected, double tolerance, const char *what)

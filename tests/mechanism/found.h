@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 enum { TABLE_N = 30, TABLE_ROWS = 48 };

@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 /* A system with row-major matrices, and everything at hand to ask it. */

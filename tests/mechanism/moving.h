@@ -14,6 +14,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 #define MOVING_PI 3.14159265358979323846

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 /* numbers without a common scale */

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include <perp/perp.h>
+#include <perp/mechanism.h>
 
 #define STIFFNESS 100.0
 #define BELT 0.2

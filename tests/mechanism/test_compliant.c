@@ -3,7 +3,7 @@
  * The screw's values are those of a computation with 40 digits. */
 #include "screw.h"
 
-#include "linalg/eigenvalues.h"
+#include "mechanism/eigenvalues.h"
 
 static void test_screw_eigenvalues(void **state)
 {

@@ -14,6 +14,7 @@
 
 #include <cmocka.h>
 
+#include <perp/mechanism.h>
 #include <perp/perp.h>
 
 #define G 9.81

@@ -11,7 +11,7 @@
 
 #include "base/context.h"
 #include "memory.h"
-#include "patterns/linear.h"
+#include "mechanism/linear.h"
 
 #include "context.h"
 

@@ -26,32 +26,18 @@ History     a monitor that keeps what it sees, for result.history and result.plo
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
 
+from typing import TYPE_CHECKING, Any
+
 from ._all import Solution, Solutions, lcp_all
 from ._answer import History
 from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
-from ._bristle import LuGre, Stribeck, stribeck
-from ._compliant import Compliant, CompliantRun, Linearisation
 from ._contact import ContactResult, ContactSolver, contact, contact_delassus
 from ._contact_sensitivity import ContactSensitivity, contact_sensitivity
 from ._errors import Error, OutsideDomain
-from ._friction import (
-    InverseLoad,
-    LoadFriction,
-    LoadSolution,
-    LoadSolutions,
-    LoadStepped,
-    load_friction,
-    load_friction_inverse,
-    load_friction_step,
-)
 from ._joint import Joint, Reaction
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
-from ._mechanism import Mechanism
-from ._mechanism_accelerations import Acceleration, Accelerations
-from ._mechanism_check import MechanismCheck
-from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
 from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
@@ -60,6 +46,45 @@ from ._statics import StaticsResult, WorldStatics, statics
 from ._verify import Proof, lcp_verify
 from ._version import __version__
 from ._world import World
+
+if TYPE_CHECKING:
+    from ._bristle import LuGre, Stribeck, stribeck
+    from ._compliant import Compliant, CompliantRun, Linearisation
+    from ._friction import (
+        InverseLoad,
+        LoadFriction,
+        LoadSolution,
+        LoadSolutions,
+        LoadStepped,
+        load_friction,
+        load_friction_inverse,
+        load_friction_step,
+    )
+    from ._mechanism import Mechanism
+    from ._mechanism_accelerations import Acceleration, Accelerations
+    from ._mechanism_check import MechanismCheck
+    from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
+
+# What is in libperp-mechanism, which is loaded when one of these names is used first, by module.
+_MECHANISM = {
+    "_bristle": ("LuGre", "Stribeck", "stribeck"),
+    "_compliant": ("Compliant", "CompliantRun", "Linearisation"),
+    "_friction": (
+        "InverseLoad",
+        "LoadFriction",
+        "LoadSolution",
+        "LoadSolutions",
+        "LoadStepped",
+        "load_friction",
+        "load_friction_inverse",
+        "load_friction_step",
+    ),
+    "_mechanism": ("Mechanism",),
+    "_mechanism_accelerations": ("Acceleration", "Accelerations"),
+    "_mechanism_check": ("MechanismCheck",),
+    "_mechanism_results": ("MechanismRun", "MechanismStats", "MechanismStep"),
+}
+_MODULES = {name: module for module, names in _MECHANISM.items() for name in names}
 
 __all__ = [
     "LCP",
@@ -128,3 +153,16 @@ __all__ = [
     "version",
     "version_text",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    globals()[name] = value = getattr(import_module(f".{_MODULES[name]}", __name__), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES})

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays
 from ._generated import Bristle
 from ._handle import Context
-from ._library import defaults, library
+from ._mechanism_library import defaults, library
 
 Numbers = Union[float, NDArray[np.float64]]
 

@@ -21,7 +21,7 @@ from ._generated import (
     Matrix,
 )
 from ._handle import Context, _release_with
-from ._library import defaults, library
+from ._mechanism_library import defaults, library
 from ._structures import sized
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ from ._generated import (
     Matrix,
 )
 from ._handle import Handle
-from ._library import LOAD_KINDS, LOAD_MODES, LOAD_REASONS, defaults, library
+from ._mechanism_library import LOAD_KINDS, LOAD_MODES, LOAD_REASONS, defaults, library
 from ._structures import sized
 
 Array = NDArray[np.float64]

@@ -83,6 +83,29 @@ CONSTANTS: dict[str, int] = {
     "PERP_CONTACT_METHOD_PROXIMAL": 6,
     "PERP_CONTACT_CERTIFICATE_NONE": 0,
     "PERP_CONTACT_CERTIFICATE_INFEASIBLE": 1,
+    "PERP_STATICS_STANDS": 0,
+    "PERP_STATICS_FALLS": 1,
+    "PERP_STATICS_INDETERMINATE": 2,
+    "PERP_STATICS_LEAST": 0,
+    "PERP_STATICS_INTERIOR": 1,
+    "PERP_BODY_DYNAMIC": 0,
+    "PERP_BODY_STATIC": 1,
+    "PERP_BODY_KINEMATIC": 2,
+    "PERP_ACCURACY_FAST": 0,
+    "PERP_ACCURACY_STANDARD": 1,
+    "PERP_ACCURACY_ACCURATE": 2,
+    "PERP_ACCURACY_EXACT": 3,
+    "PERP_JOINT_BALL": 0,
+    "PERP_JOINT_REVOLUTE": 1,
+    "PERP_JOINT_PRISMATIC": 2,
+    "PERP_JOINT_FIXED": 3,
+    "PERP_JOINT_SCREW": 4,
+    "PERP_JOINT_CYLINDRICAL": 5,
+    "PERP_JOINT_PLANAR": 6,
+    "PERP_JOINT_DISTANCE": 7,
+    "PERP_NCP_AUTO": 0,
+    "PERP_NCP_FISCHER": 1,
+    "PERP_NCP_JOSEPHY": 2,
     "PERP_LOAD_DYNAMIC": 0,
     "PERP_LOAD_STATIC": 1,
     "PERP_LOAD_MIXED": 2,
@@ -108,26 +131,6 @@ CONSTANTS: dict[str, int] = {
     "PERP_COMPLIANT_FAILED": 3,
     "PERP_COMPLIANT_RELEASED": 4,
     "PERP_COMPLIANT_TOUCHED": 5,
-    "PERP_STATICS_STANDS": 0,
-    "PERP_STATICS_FALLS": 1,
-    "PERP_STATICS_INDETERMINATE": 2,
-    "PERP_STATICS_LEAST": 0,
-    "PERP_STATICS_INTERIOR": 1,
-    "PERP_BODY_DYNAMIC": 0,
-    "PERP_BODY_STATIC": 1,
-    "PERP_BODY_KINEMATIC": 2,
-    "PERP_ACCURACY_FAST": 0,
-    "PERP_ACCURACY_STANDARD": 1,
-    "PERP_ACCURACY_ACCURATE": 2,
-    "PERP_ACCURACY_EXACT": 3,
-    "PERP_JOINT_BALL": 0,
-    "PERP_JOINT_REVOLUTE": 1,
-    "PERP_JOINT_PRISMATIC": 2,
-    "PERP_JOINT_FIXED": 3,
-    "PERP_JOINT_SCREW": 4,
-    "PERP_JOINT_CYLINDRICAL": 5,
-    "PERP_JOINT_PLANAR": 6,
-    "PERP_JOINT_DISTANCE": 7,
     "PERP_MECHANISM_FROZEN": 0,
     "PERP_MECHANISM_IMPLICIT": 1,
     "PERP_MECHANISM_THETA": 2,
@@ -151,9 +154,6 @@ CONSTANTS: dict[str, int] = {
     "PERP_MECHANISM_GRADIENT": 1,
     "PERP_MECHANISM_DRIFT": 2,
     "PERP_MECHANISM_TANGENT": 3,
-    "PERP_NCP_AUTO": 0,
-    "PERP_NCP_FISCHER": 1,
-    "PERP_NCP_JOSEPHY": 2,
 }
 
 
@@ -187,18 +187,6 @@ class ContextSettings(Structure):
         ("allocator_user", c_void_p),
         ("log", LogFunction),
         ("log_user", c_void_p),
-    ]
-
-
-class Bristle(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("kinetic", c_double),
-        ("breakaway", c_double),
-        ("speed", c_double),
-        ("viscosity", c_double),
-        ("stiffness", c_double),
-        ("damping", c_double),
     ]
 
 
@@ -386,7 +374,7 @@ class ContactSettings(Structure):
         ("cone", c_int32),
         ("tol", c_double),
         ("max_iterations", c_int32),
-        ("reserved", c_int32),
+        ("raw_velocity", c_int32),
         ("time_limit", c_double),
         ("monitor", ContactMonitor),
         ("monitor_user", c_void_p),
@@ -510,177 +498,6 @@ class ContactSensitivityInfo(Structure):
         ("margin", c_double),
         ("condition", c_double),
     ]
-
-
-class LoadSystem(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("n", c_int32),
-        ("reserved", c_int32),
-        ("A", POINTER(Matrix)),
-        ("C", POINTER(Matrix)),
-        ("b", c_void_p),
-        ("d", c_void_p),
-        ("mu", c_void_p),
-        ("mu_static", c_void_p),
-        ("normal_inertia", POINTER(Matrix)),
-        ("stiffness", c_double),
-        ("damping", c_double),
-    ]
-
-
-class LoadSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("tol", c_double),
-        ("most_patterns", c_int64),
-        ("starts", c_int32),
-        ("reserved", c_int32),
-    ]
-
-
-class LoadFound(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("kind", c_int32),
-        ("stable", c_int32),
-        ("flutter", c_int32),
-        ("at_vertex", c_int32),
-        ("dimension", c_int32),
-        ("vertex_count", c_int32),
-        ("ray_count", c_int32),
-        ("reserved", c_int32),
-        ("residual", c_double),
-        ("acceleration", c_void_p),
-        ("normal_force", c_void_p),
-        ("friction", c_void_p),
-        ("modes", c_void_p),
-        ("eigenvalues", c_void_p),
-        ("vertices", c_void_p),
-        ("rays", c_void_p),
-    ]
-
-
-class LoadSummary(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("count", c_int32),
-        ("families", c_int32),
-        ("stable", c_int32),
-        ("exhaustive", c_int32),
-        ("patterns", c_int64),
-    ]
-
-
-class LoadUniqueness(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("verdict", c_int32),
-        ("exact", c_int32),
-        ("margin", c_double),
-        ("determinant", c_double),
-        ("norm", c_double),
-        ("radius", c_double),
-    ]
-
-
-class LoadInverse(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("well_posed", c_int32),
-        ("accelerations", c_int32),
-        ("exhaustive", c_int32),
-        ("stable", c_int32),
-        ("flutter", c_int32),
-        ("undetermined", c_int32),
-        ("reason", c_int32),
-        ("reserved", c_int32),
-    ]
-
-
-class LoadStep(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("chosen", c_int32),
-        ("answers", c_int32),
-        ("exhaustive", c_int32),
-        ("stable", c_int32),
-        ("stopped", c_int32),
-        ("jam", c_int32),
-        ("accelerations", c_int32),
-        ("reserved", c_int32),
-    ]
-
-
-class CompliantSystem(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("n", c_int32),
-        ("contacts", c_int32),
-        ("mass", POINTER(Matrix)),
-        ("normal", POINTER(Matrix)),
-        ("tangent", POINTER(Matrix)),
-        ("force", c_void_p),
-        ("mu", c_void_p),
-        ("stiffness", c_double),
-        ("damping", c_double),
-        ("mu_static", c_void_p),
-        ("one_sided", c_void_p),
-    ]
-
-
-class CompliantSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("tol", c_double),
-        ("first_step", c_double),
-        ("most_steps", c_int64),
-        ("through", c_int32),
-        ("resume", c_int32),
-    ]
-
-
-class CompliantResult(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("end", c_int32),
-        ("contact", c_int32),
-        ("t", c_double),
-        ("next_step", c_double),
-        ("least_normal", c_double),
-        ("largest_normal", c_double),
-        ("steps", c_int64),
-        ("rejected", c_int64),
-        ("stops", c_int32),
-        ("reversals", c_int32),
-        ("starts", c_int32),
-        ("releases", c_int32),
-        ("friction", c_void_p),
-        ("modes", c_void_p),
-    ]
-
-
-class CompliantStability(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("stable", c_int32),
-        ("flutter", c_int32),
-        ("growth", c_double),
-    ]
-
-
-class CompliantHandle(Structure):
-    pass
-
-
-CompliantPointer = POINTER(CompliantHandle)
-
-
-class LoadFrictionHandle(Structure):
-    pass
-
-
-LoadFrictionPointer = POINTER(LoadFrictionHandle)
 
 
 class StaticsSettings(Structure):
@@ -906,6 +723,283 @@ class JointState(Structure):
     ]
 
 
+NcpFunction = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
+
+
+NcpJacobian = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
+
+
+class NcpProblem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("storage", c_int32),
+        ("column_starts", c_void_p),
+        ("row_indices", c_void_p),
+        ("function", NcpFunction),
+        ("jacobian", NcpJacobian),
+        ("lower", c_void_p),
+        ("upper", c_void_p),
+        ("user", c_void_p),
+    ]
+
+
+class NcpProgress(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("restarts", c_int32),
+        ("iterations", c_int64),
+        ("evaluations", c_int64),
+        ("residual", c_double),
+    ]
+
+
+NcpMonitor = CFUNCTYPE(c_int32, POINTER(NcpProgress), c_void_p)
+
+
+class NcpSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("max_iterations", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("penalty", c_double),
+        ("restarts", c_int32),
+        ("scaling", c_int32),
+        ("polish", c_int32),
+        ("reserved", c_int32),
+        ("monitor", NcpMonitor),
+        ("monitor_user", c_void_p),
+    ]
+
+
+class NcpResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("method", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("natural_residual", c_double),
+        ("backward_error", c_double),
+        ("seconds", c_double),
+        ("function_evaluations", c_int64),
+        ("jacobian_evaluations", c_int64),
+        ("restarts", c_int32),
+        ("trapped", c_int32),
+    ]
+
+
+class NcpSolverHandle(Structure):
+    pass
+
+
+NcpSolverPointer = POINTER(NcpSolverHandle)
+
+
+class NcpCheck(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("wrong", c_int32),
+        ("missing", c_int32),
+        ("row", c_int32),
+        ("column", c_int32),
+        ("given", c_double),
+        ("difference", c_double),
+        ("uncertainty", c_double),
+        ("missing_row", c_int32),
+        ("missing_column", c_int32),
+        ("missing_difference", c_double),
+        ("unchecked", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class Bristle(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kinetic", c_double),
+        ("breakaway", c_double),
+        ("speed", c_double),
+        ("viscosity", c_double),
+        ("stiffness", c_double),
+        ("damping", c_double),
+    ]
+
+
+class LoadSystem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("reserved", c_int32),
+        ("A", POINTER(Matrix)),
+        ("C", POINTER(Matrix)),
+        ("b", c_void_p),
+        ("d", c_void_p),
+        ("mu", c_void_p),
+        ("mu_static", c_void_p),
+        ("normal_inertia", POINTER(Matrix)),
+        ("stiffness", c_double),
+        ("damping", c_double),
+    ]
+
+
+class LoadSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("tol", c_double),
+        ("most_patterns", c_int64),
+        ("starts", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class LoadFound(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kind", c_int32),
+        ("stable", c_int32),
+        ("flutter", c_int32),
+        ("at_vertex", c_int32),
+        ("dimension", c_int32),
+        ("vertex_count", c_int32),
+        ("ray_count", c_int32),
+        ("reserved", c_int32),
+        ("residual", c_double),
+        ("acceleration", c_void_p),
+        ("normal_force", c_void_p),
+        ("friction", c_void_p),
+        ("modes", c_void_p),
+        ("eigenvalues", c_void_p),
+        ("vertices", c_void_p),
+        ("rays", c_void_p),
+    ]
+
+
+class LoadSummary(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("count", c_int32),
+        ("families", c_int32),
+        ("stable", c_int32),
+        ("exhaustive", c_int32),
+        ("patterns", c_int64),
+    ]
+
+
+class LoadUniqueness(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("exact", c_int32),
+        ("margin", c_double),
+        ("determinant", c_double),
+        ("norm", c_double),
+        ("radius", c_double),
+    ]
+
+
+class LoadInverse(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("well_posed", c_int32),
+        ("accelerations", c_int32),
+        ("exhaustive", c_int32),
+        ("stable", c_int32),
+        ("flutter", c_int32),
+        ("undetermined", c_int32),
+        ("reason", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class LoadStep(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("chosen", c_int32),
+        ("answers", c_int32),
+        ("exhaustive", c_int32),
+        ("stable", c_int32),
+        ("stopped", c_int32),
+        ("jam", c_int32),
+        ("accelerations", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class CompliantSystem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("contacts", c_int32),
+        ("mass", POINTER(Matrix)),
+        ("normal", POINTER(Matrix)),
+        ("tangent", POINTER(Matrix)),
+        ("force", c_void_p),
+        ("mu", c_void_p),
+        ("stiffness", c_double),
+        ("damping", c_double),
+        ("mu_static", c_void_p),
+        ("one_sided", c_void_p),
+    ]
+
+
+class CompliantSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("tol", c_double),
+        ("first_step", c_double),
+        ("most_steps", c_int64),
+        ("through", c_int32),
+        ("resume", c_int32),
+    ]
+
+
+class CompliantResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("end", c_int32),
+        ("contact", c_int32),
+        ("t", c_double),
+        ("next_step", c_double),
+        ("least_normal", c_double),
+        ("largest_normal", c_double),
+        ("steps", c_int64),
+        ("rejected", c_int64),
+        ("stops", c_int32),
+        ("reversals", c_int32),
+        ("starts", c_int32),
+        ("releases", c_int32),
+        ("friction", c_void_p),
+        ("modes", c_void_p),
+    ]
+
+
+class CompliantStability(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("stable", c_int32),
+        ("flutter", c_int32),
+        ("growth", c_double),
+    ]
+
+
+class CompliantHandle(Structure):
+    pass
+
+
+CompliantPointer = POINTER(CompliantHandle)
+
+
+class LoadFrictionHandle(Structure):
+    pass
+
+
+LoadFrictionPointer = POINTER(LoadFrictionHandle)
+
+
 MechanismMass = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
 
 
@@ -1108,104 +1202,9 @@ class MechanismHandle(Structure):
 
 MechanismPointer = POINTER(MechanismHandle)
 
-
-NcpFunction = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
-
-
-NcpJacobian = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
-
-
-class NcpProblem(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("n", c_int32),
-        ("storage", c_int32),
-        ("column_starts", c_void_p),
-        ("row_indices", c_void_p),
-        ("function", NcpFunction),
-        ("jacobian", NcpJacobian),
-        ("lower", c_void_p),
-        ("upper", c_void_p),
-        ("user", c_void_p),
-    ]
-
-
-class NcpProgress(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("method", c_int32),
-        ("restarts", c_int32),
-        ("iterations", c_int64),
-        ("evaluations", c_int64),
-        ("residual", c_double),
-    ]
-
-
-NcpMonitor = CFUNCTYPE(c_int32, POINTER(NcpProgress), c_void_p)
-
-
-class NcpSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("method", c_int32),
-        ("max_iterations", c_int32),
-        ("tol", c_double),
-        ("time_limit", c_double),
-        ("penalty", c_double),
-        ("restarts", c_int32),
-        ("scaling", c_int32),
-        ("polish", c_int32),
-        ("reserved", c_int32),
-        ("monitor", NcpMonitor),
-        ("monitor_user", c_void_p),
-    ]
-
-
-class NcpResult(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("outcome", c_int32),
-        ("method", c_int32),
-        ("iterations", c_int64),
-        ("residual", c_double),
-        ("natural_residual", c_double),
-        ("backward_error", c_double),
-        ("seconds", c_double),
-        ("function_evaluations", c_int64),
-        ("jacobian_evaluations", c_int64),
-        ("restarts", c_int32),
-        ("trapped", c_int32),
-    ]
-
-
-class NcpSolverHandle(Structure):
-    pass
-
-
-NcpSolverPointer = POINTER(NcpSolverHandle)
-
-
-class NcpCheck(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("wrong", c_int32),
-        ("missing", c_int32),
-        ("row", c_int32),
-        ("column", c_int32),
-        ("given", c_double),
-        ("difference", c_double),
-        ("uncertainty", c_double),
-        ("missing_row", c_int32),
-        ("missing_column", c_int32),
-        ("missing_difference", c_double),
-        ("unchecked", c_int32),
-        ("reserved", c_int32),
-    ]
-
 # The C name of each struct that crosses the boundary.
 STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
-    "perp_bristle": Bristle,
     "perp_matrix": Matrix,
     "perp_lcp_progress": LcpProgress,
     "perp_lcp_settings": LcpSettings,
@@ -1222,17 +1221,6 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_contact_watch": ContactWatch,
     "perp_contact_step": ContactStep,
     "perp_contact_sensitivity_info": ContactSensitivityInfo,
-    "perp_load_system": LoadSystem,
-    "perp_load_settings": LoadSettings,
-    "perp_load_found": LoadFound,
-    "perp_load_summary": LoadSummary,
-    "perp_load_uniqueness": LoadUniqueness,
-    "perp_load_inverse": LoadInverse,
-    "perp_load_step": LoadStep,
-    "perp_compliant_system": CompliantSystem,
-    "perp_compliant_settings": CompliantSettings,
-    "perp_compliant_result": CompliantResult,
-    "perp_compliant_stability": CompliantStability,
     "perp_statics_settings": StaticsSettings,
     "perp_statics_result": StaticsResult,
     "perp_statics_problem": StaticsProblem,
@@ -1247,6 +1235,23 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_world_load": WorldLoad,
     "perp_joint_settings": JointSettings,
     "perp_joint_state": JointState,
+    "perp_ncp_problem": NcpProblem,
+    "perp_ncp_progress": NcpProgress,
+    "perp_ncp_settings": NcpSettings,
+    "perp_ncp_result": NcpResult,
+    "perp_ncp_check": NcpCheck,
+    "perp_bristle": Bristle,
+    "perp_load_system": LoadSystem,
+    "perp_load_settings": LoadSettings,
+    "perp_load_found": LoadFound,
+    "perp_load_summary": LoadSummary,
+    "perp_load_uniqueness": LoadUniqueness,
+    "perp_load_inverse": LoadInverse,
+    "perp_load_step": LoadStep,
+    "perp_compliant_system": CompliantSystem,
+    "perp_compliant_settings": CompliantSettings,
+    "perp_compliant_result": CompliantResult,
+    "perp_compliant_stability": CompliantStability,
     "perp_mechanism_model": MechanismModel,
     "perp_mechanism_settings": MechanismSettings,
     "perp_mechanism_step": MechanismStep,
@@ -1255,14 +1260,9 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_mechanism_found": MechanismFound,
     "perp_mechanism_summary": MechanismSummary,
     "perp_mechanism_check_result": MechanismCheckResult,
-    "perp_ncp_problem": NcpProblem,
-    "perp_ncp_progress": NcpProgress,
-    "perp_ncp_settings": NcpSettings,
-    "perp_ncp_result": NcpResult,
-    "perp_ncp_check": NcpCheck,
 }
 
-# What each function returns and takes.
+# What each function of libperp returns and takes.
 FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_status_text": (c_char_p, [c_int32]),
     "perp_outcome_text": (c_char_p, [c_int32]),
@@ -1273,17 +1273,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_context_create": (c_int32, [POINTER(ContextPointer), POINTER(ContextSettings)]),
     "perp_context_destroy": (None, [ContextPointer]),
     "perp_context_message": (c_char_p, [ContextPointer]),
-    "perp_bristle_init": (c_int32, [POINTER(Bristle), c_size_t]),
-    "perp_stribeck_force": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, POINTER(Bristle), c_double
-    ]),
-    "perp_lugre_force": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, POINTER(Bristle), c_double, c_double
-    ]),
-    "perp_lugre_step": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, c_void_p, POINTER(Bristle), c_double, c_double, c_double
-    ]),
-    "perp_lugre_passive": (c_int32, [ContextPointer, c_void_p, POINTER(Bristle)]),
     "perp_matrix_init": (c_int32, [POINTER(Matrix), c_size_t]),
     "perp_matrix_dense": (c_int32, [POINTER(Matrix), c_int32, c_int32, c_int32, c_void_p, c_int64]),
     "perp_matrix_csc": (c_int32, [POINTER(Matrix), c_int32, c_int32, c_void_p, c_void_p, c_void_p]),
@@ -1388,50 +1377,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_contact_sensitivity_adjoint": (c_int32, [
         ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
-    "perp_load_system_init": (c_int32, [POINTER(LoadSystem), c_size_t]),
-    "perp_load_settings_init": (c_int32, [POINTER(LoadSettings), c_size_t]),
-    "perp_load_found_init": (c_int32, [POINTER(LoadFound), c_size_t]),
-    "perp_load_summary_init": (c_int32, [POINTER(LoadSummary), c_size_t]),
-    "perp_load_uniqueness_init": (c_int32, [POINTER(LoadUniqueness), c_size_t]),
-    "perp_load_inverse_init": (c_int32, [POINTER(LoadInverse), c_size_t]),
-    "perp_load_step_init": (c_int32, [POINTER(LoadStep), c_size_t]),
-    "perp_compliant_system_init": (c_int32, [POINTER(CompliantSystem), c_size_t]),
-    "perp_compliant_settings_init": (c_int32, [POINTER(CompliantSettings), c_size_t]),
-    "perp_compliant_result_init": (c_int32, [POINTER(CompliantResult), c_size_t]),
-    "perp_compliant_stability_init": (c_int32, [POINTER(CompliantStability), c_size_t]),
-    "perp_load_kind_text": (c_char_p, [c_int32]),
-    "perp_load_mode_text": (c_char_p, [c_int32]),
-    "perp_load_reason_text": (c_char_p, [c_int32]),
-    "perp_load_friction_create": (c_int32, [
-        ContextPointer, POINTER(LoadFrictionPointer), POINTER(LoadSettings), POINTER(LoadSystem)
-    ]),
-    "perp_load_friction_set": (c_int32, [LoadFrictionPointer, POINTER(LoadSystem)]),
-    "perp_load_friction_destroy": (None, [LoadFrictionPointer]),
-    "perp_load_friction_solve": (c_int32, [
-        LoadFrictionPointer, POINTER(LoadSummary), c_void_p, c_void_p
-    ]),
-    "perp_load_friction_get": (c_int32, [LoadFrictionPointer, POINTER(LoadFound), c_int32]),
-    "perp_load_friction_uniqueness": (c_int32, [
-        LoadFrictionPointer, POINTER(LoadUniqueness), c_void_p
-    ]),
-    "perp_load_friction_inverse": (c_int32, [
-        LoadFrictionPointer, c_void_p, POINTER(LoadInverse), c_void_p, c_void_p
-    ]),
-    "perp_load_friction_step": (c_int32, [
-        LoadFrictionPointer, c_void_p, c_void_p, POINTER(LoadStep), c_void_p, c_void_p, c_void_p,
-        c_double
-    ]),
-    "perp_compliant_create": (c_int32, [
-        ContextPointer, POINTER(CompliantPointer), POINTER(CompliantSystem)
-    ]),
-    "perp_compliant_destroy": (None, [CompliantPointer]),
-    "perp_compliant_linearise": (c_int32, [
-        CompliantPointer, POINTER(CompliantStability), c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
-    "perp_compliant_run": (c_int32, [
-        CompliantPointer, c_void_p, c_void_p, c_void_p, POINTER(CompliantResult),
-        POINTER(CompliantSettings), c_void_p, c_void_p, c_double
-    ]),
     "perp_statics_settings_init": (c_int32, [POINTER(StaticsSettings), c_size_t]),
     "perp_statics_result_init": (c_int32, [POINTER(StaticsResult), c_size_t]),
     "perp_statics_problem_init": (c_int32, [POINTER(StaticsProblem), c_size_t]),
@@ -1498,6 +1443,86 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_set_joint_limits": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
     "perp_world_set_joint_motor": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
     "perp_world_set_joint_friction": (c_int32, [WorldPointer, c_uint64, c_double]),
+    "perp_ncp_problem_init": (c_int32, [POINTER(NcpProblem), c_size_t]),
+    "perp_ncp_settings_init": (c_int32, [POINTER(NcpSettings), c_size_t]),
+    "perp_ncp_result_init": (c_int32, [POINTER(NcpResult), c_size_t]),
+    "perp_ncp_method_text": (c_char_p, [c_int32]),
+    "perp_ncp_solver_create": (c_int32, [
+        ContextPointer, POINTER(NcpSolverPointer), POINTER(NcpSettings)
+    ]),
+    "perp_ncp_solver_destroy": (None, [NcpSolverPointer]),
+    "perp_ncp_solver_set": (c_int32, [NcpSolverPointer, POINTER(NcpSettings)]),
+    "perp_ncp_solver_setup": (c_int32, [NcpSolverPointer, POINTER(NcpProblem)]),
+    "perp_ncp_solver_solve": (c_int32, [
+        NcpSolverPointer, c_void_p, c_void_p, POINTER(NcpResult), c_void_p
+    ]),
+    "perp_ncp_solve": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, POINTER(NcpResult), POINTER(NcpSettings),
+        POINTER(NcpProblem), c_void_p
+    ]),
+    "perp_ncp_check_init": (c_int32, [POINTER(NcpCheck), c_size_t]),
+    "perp_ncp_check_jacobian": (c_int32, [
+        ContextPointer, POINTER(NcpCheck), POINTER(NcpProblem), c_void_p
+    ]),
+}
+
+# The same of libperp-mechanism.
+MECHANISM_FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
+    "perp_bristle_init": (c_int32, [POINTER(Bristle), c_size_t]),
+    "perp_stribeck_force": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, POINTER(Bristle), c_double
+    ]),
+    "perp_lugre_force": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, POINTER(Bristle), c_double, c_double
+    ]),
+    "perp_lugre_step": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, c_void_p, POINTER(Bristle), c_double, c_double, c_double
+    ]),
+    "perp_lugre_passive": (c_int32, [ContextPointer, c_void_p, POINTER(Bristle)]),
+    "perp_load_system_init": (c_int32, [POINTER(LoadSystem), c_size_t]),
+    "perp_load_settings_init": (c_int32, [POINTER(LoadSettings), c_size_t]),
+    "perp_load_found_init": (c_int32, [POINTER(LoadFound), c_size_t]),
+    "perp_load_summary_init": (c_int32, [POINTER(LoadSummary), c_size_t]),
+    "perp_load_uniqueness_init": (c_int32, [POINTER(LoadUniqueness), c_size_t]),
+    "perp_load_inverse_init": (c_int32, [POINTER(LoadInverse), c_size_t]),
+    "perp_load_step_init": (c_int32, [POINTER(LoadStep), c_size_t]),
+    "perp_compliant_system_init": (c_int32, [POINTER(CompliantSystem), c_size_t]),
+    "perp_compliant_settings_init": (c_int32, [POINTER(CompliantSettings), c_size_t]),
+    "perp_compliant_result_init": (c_int32, [POINTER(CompliantResult), c_size_t]),
+    "perp_compliant_stability_init": (c_int32, [POINTER(CompliantStability), c_size_t]),
+    "perp_load_kind_text": (c_char_p, [c_int32]),
+    "perp_load_mode_text": (c_char_p, [c_int32]),
+    "perp_load_reason_text": (c_char_p, [c_int32]),
+    "perp_load_friction_create": (c_int32, [
+        ContextPointer, POINTER(LoadFrictionPointer), POINTER(LoadSettings), POINTER(LoadSystem)
+    ]),
+    "perp_load_friction_set": (c_int32, [LoadFrictionPointer, POINTER(LoadSystem)]),
+    "perp_load_friction_destroy": (None, [LoadFrictionPointer]),
+    "perp_load_friction_solve": (c_int32, [
+        LoadFrictionPointer, POINTER(LoadSummary), c_void_p, c_void_p
+    ]),
+    "perp_load_friction_get": (c_int32, [LoadFrictionPointer, POINTER(LoadFound), c_int32]),
+    "perp_load_friction_uniqueness": (c_int32, [
+        LoadFrictionPointer, POINTER(LoadUniqueness), c_void_p
+    ]),
+    "perp_load_friction_inverse": (c_int32, [
+        LoadFrictionPointer, c_void_p, POINTER(LoadInverse), c_void_p, c_void_p
+    ]),
+    "perp_load_friction_step": (c_int32, [
+        LoadFrictionPointer, c_void_p, c_void_p, POINTER(LoadStep), c_void_p, c_void_p, c_void_p,
+        c_double
+    ]),
+    "perp_compliant_create": (c_int32, [
+        ContextPointer, POINTER(CompliantPointer), POINTER(CompliantSystem)
+    ]),
+    "perp_compliant_destroy": (None, [CompliantPointer]),
+    "perp_compliant_linearise": (c_int32, [
+        CompliantPointer, POINTER(CompliantStability), c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_compliant_run": (c_int32, [
+        CompliantPointer, c_void_p, c_void_p, c_void_p, POINTER(CompliantResult),
+        POINTER(CompliantSettings), c_void_p, c_void_p, c_double
+    ]),
     "perp_mechanism_model_init": (c_int32, [POINTER(MechanismModel), c_size_t]),
     "perp_mechanism_settings_init": (c_int32, [POINTER(MechanismSettings), c_size_t]),
     "perp_mechanism_step_init": (c_int32, [POINTER(MechanismStep), c_size_t]),
@@ -1534,26 +1559,5 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_mechanism_get_acceleration": (c_int32, [
         MechanismPointer, POINTER(MechanismFound), c_int32
-    ]),
-    "perp_ncp_problem_init": (c_int32, [POINTER(NcpProblem), c_size_t]),
-    "perp_ncp_settings_init": (c_int32, [POINTER(NcpSettings), c_size_t]),
-    "perp_ncp_result_init": (c_int32, [POINTER(NcpResult), c_size_t]),
-    "perp_ncp_method_text": (c_char_p, [c_int32]),
-    "perp_ncp_solver_create": (c_int32, [
-        ContextPointer, POINTER(NcpSolverPointer), POINTER(NcpSettings)
-    ]),
-    "perp_ncp_solver_destroy": (None, [NcpSolverPointer]),
-    "perp_ncp_solver_set": (c_int32, [NcpSolverPointer, POINTER(NcpSettings)]),
-    "perp_ncp_solver_setup": (c_int32, [NcpSolverPointer, POINTER(NcpProblem)]),
-    "perp_ncp_solver_solve": (c_int32, [
-        NcpSolverPointer, c_void_p, c_void_p, POINTER(NcpResult), c_void_p
-    ]),
-    "perp_ncp_solve": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, POINTER(NcpResult), POINTER(NcpSettings),
-        POINTER(NcpProblem), c_void_p
-    ]),
-    "perp_ncp_check_init": (c_int32, [POINTER(NcpCheck), c_size_t]),
-    "perp_ncp_check_jacobian": (c_int32, [
-        ContextPointer, POINTER(NcpCheck), POINTER(NcpProblem), c_void_p
     ]),
 }

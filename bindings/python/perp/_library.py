@@ -28,10 +28,12 @@ def _candidates() -> list[tuple[str, str]]:
     here = Path(__file__).resolve().parent
     names = {"darwin": "libperp.*dylib", "win32": "*perp*.dll"}
     name = names.get(sys.platform, "libperp.so*")
-    folders = {"inside the package": here, "beside Python": Path(sys.prefix) / "lib"}
-    found = [
-        (origin, str(path)) for origin, folder in folders.items() for path in folder.glob(name)
+    places = [
+        ("inside the package", here, "libperp-python.so*"),
+        ("inside the package", here, name),
+        ("beside Python", Path(sys.prefix) / "lib", name),
     ]
+    found = [(origin, str(path)) for origin, folder, name in places for path in folder.glob(name)]
     system = ctypes.util.find_library("perp")
     return found + ([("the system's", system)] if system else [])
 
@@ -79,18 +81,19 @@ def _load() -> tuple[CDLL, str]:
     )
 
 
-def _declare(library: CDLL) -> None:
-    for name, (result, arguments) in FUNCTIONS.items():
+def declare(library: CDLL, functions: dict[str, tuple[Any, list[Any]]]) -> None:
+    """Tells ctypes what these functions of a library take and return."""
+    for name, (result, arguments) in functions.items():
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
 
 
-def _words(text: Any) -> dict[int, str]:
+def words(text: Any) -> dict[int, str]:
     """The library's own words for the codes 0, 1, 2, ..."""
-    words: dict[int, str] = {}
-    while not (word := text(len(words)).decode()).startswith("unknown"):
-        words[len(words)] = word
-    return words
+    found: dict[int, str] = {}
+    while not (word := text(len(found)).decode()).startswith("unknown"):
+        found[len(found)] = word
+    return found
 
 
 def codes(prefix: str) -> dict[str, int]:
@@ -103,22 +106,15 @@ def codes(prefix: str) -> dict[str, int]:
 
 
 library, origin = _load()
-_declare(library)
+declare(library, FUNCTIONS)
 
-OUTCOMES: dict[int, Any] = _words(library.perp_outcome_text)
-METHODS = _words(library.perp_lcp_method_text)
-NCP_METHODS = _words(library.perp_ncp_method_text)
-VERDICTS = _words(library.perp_lcp_verdict_text)
-MODES = _words(library.perp_contact_mode_text)
-CONTACT_METHODS = _words(library.perp_contact_method_text)
-STATICS_VERDICTS: dict[int, Any] = _words(library.perp_statics_verdict_text)
-LOAD_KINDS = _words(library.perp_load_kind_text)
-LOAD_MODES = _words(library.perp_load_mode_text)
-LOAD_REASONS = _words(library.perp_load_reason_text)
-MECHANISM_SCHEMES = _words(library.perp_mechanism_scheme_text)
-MECHANISM_SELECTIONS = _words(library.perp_mechanism_select_text)
-MECHANISM_LAWS = _words(library.perp_mechanism_law_text)
-MECHANISM_REASONS = _words(library.perp_mechanism_reason_text)
+OUTCOMES: dict[int, Any] = words(library.perp_outcome_text)
+METHODS = words(library.perp_lcp_method_text)
+NCP_METHODS = words(library.perp_ncp_method_text)
+VERDICTS = words(library.perp_lcp_verdict_text)
+MODES = words(library.perp_contact_mode_text)
+CONTACT_METHODS = words(library.perp_contact_method_text)
+STATICS_VERDICTS: dict[int, Any] = words(library.perp_statics_verdict_text)
 PLACES = tuple(codes("PERP_PLACE_"))
 CERTIFICATES: dict[int, Optional[str]] = {
     code: word for word, code in codes("PERP_CERTIFICATE_").items()
@@ -135,11 +131,11 @@ def version_text() -> str:
     return text.decode()
 
 
-def defaults(struct: type[S], *arguments: int) -> S:
-    """Returns settings with the library's defaults."""
+def defaults(struct: type[S], *arguments: int, of: CDLL = library) -> S:
+    """Returns settings with the defaults of a library."""
     settings = sized(struct)
     name = next(name for name, value in STRUCTS.items() if value is struct)
-    status = getattr(library, name + "_init")(byref(settings), sizeof(struct), *arguments)
+    status = getattr(of, name + "_init")(byref(settings), sizeof(struct), *arguments)
     if status:
         raise ImportError(f"{name}_init: {library.perp_status_text(status).decode()}")
     return settings

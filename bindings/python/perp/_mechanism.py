@@ -19,10 +19,10 @@ from ._generated import (
 )
 from ._generated import MechanismStep as CStep
 from ._lcp import code, limit
-from ._library import MECHANISM_SCHEMES, MECHANISM_SELECTIONS, defaults, library
 from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
 from ._mechanism_base import MechanismBase, whole
 from ._mechanism_check import MechanismCheck
+from ._mechanism_library import MECHANISM_SCHEMES, MECHANISM_SELECTIONS, defaults, library
 from ._mechanism_results import (
     MechanismRun,
     MechanismStep,

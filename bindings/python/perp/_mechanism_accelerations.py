@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ._answer import Shown
 from ._callbacks import Array
 from ._generated import MechanismFound, MechanismSummary
-from ._library import MECHANISM_REASONS
+from ._mechanism_library import MECHANISM_REASONS
 from ._mechanism_results import Words, read, words
 
 

@@ -15,9 +15,9 @@ from ._errors import argument_error
 from ._generated import MechanismCheckResult, MechanismPointer, MechanismSettings
 from ._handle import Handle
 from ._lcp import code
-from ._library import MECHANISM_LAWS, defaults, library
 from ._mechanism_callbacks import MechanismCallbacks, Sizes
 from ._mechanism_check import MechanismCheck, friction, make_check
+from ._mechanism_library import MECHANISM_LAWS, defaults, library
 
 _LAW_CODES = {word: k for k, word in MECHANISM_LAWS.items()}
 

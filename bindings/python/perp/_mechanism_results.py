@@ -14,14 +14,8 @@ from ._answer import Answer, Shown
 from ._callbacks import Array
 from ._generated import MechanismRunResult, MechanismView
 from ._generated import MechanismStep as CStep
-from ._library import (
-    CERTIFICATES,
-    CONTACT_METHODS,
-    GOOD_OUTCOMES,
-    MECHANISM_SCHEMES,
-    MODES,
-    OUTCOMES,
-)
+from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES
+from ._mechanism_library import MECHANISM_SCHEMES
 
 Words = NDArray[np.str_]
 _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import perp
-from perp import _answer, _library, _words
+from perp import _answer, _library, _mechanism_library, _words
 
 M, Q = [[2.0, 1.0], [1.0, 2.0]], [-1.0, 1.0]
 
@@ -194,9 +194,9 @@ def test_importing_does_not_import_matplotlib():
         (_words.Sweep, _library.codes("PERP_SWEEP_")),
         (_words.AccelerationMethod, _library.codes("PERP_ACCELERATION_")),
         (_words.Accuracy, _library.codes("PERP_ACCURACY_")),
-        (_words.Scheme, _library.MECHANISM_SCHEMES.values()),
-        (_words.Selection, _library.MECHANISM_SELECTIONS.values()),
-        (_words.ImpactLaw, _library.MECHANISM_LAWS.values()),
+        (_words.Scheme, _mechanism_library.MECHANISM_SCHEMES.values()),
+        (_words.Selection, _mechanism_library.MECHANISM_SELECTIONS.values()),
+        (_words.ImpactLaw, _mechanism_library.MECHANISM_LAWS.values()),
         (_words.BodyKind, _library.codes("PERP_BODY_")),
         (_words.JointKind, _library.codes("PERP_JOINT_")),
         (_words.Outcome, _library.OUTCOMES.values()),

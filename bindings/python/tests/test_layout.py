@@ -14,7 +14,15 @@ from conftest import ROOT
 
 import perp
 from perp import _generated, _library, _structures
-from perp._generated import CONSTANTS, FUNCTIONS, STRUCTS, LcpMonitor, LcpSettings, WorldSettings
+from perp._generated import (
+    CONSTANTS,
+    FUNCTIONS,
+    MECHANISM_FUNCTIONS,
+    STRUCTS,
+    LcpMonitor,
+    LcpSettings,
+    WorldSettings,
+)
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine")
@@ -24,7 +32,8 @@ def run_c(folder, body):
     """Compiles and runs the body of a main() that sees the headers; returns the lines printed."""
     source, program = folder / "program.c", folder / "program"
     source.write_text(
-        "#include <perp/perp.h>\n#include <stddef.h>\n#include <stdio.h>\n"
+        "#include <perp/perp.h>\n#include <perp/mechanism.h>\n"
+        "#include <stddef.h>\n#include <stdio.h>\n"
         "int main(void) {\n" + body + "\nreturn 0; }\n"
     )
     subprocess.run(
@@ -66,11 +75,11 @@ def test_functions_take_what_python_passes(tmp_path):
     declare = {None: "(void)", ctypes.c_char_p: "c =", **{k: f"{v} =" for k, v in words.items()}}
     calls = "\n".join(
         f"{declare[result]} {name}({', '.join(map(value, arguments))});"
-        for name, (result, arguments) in FUNCTIONS.items()
+        for name, (result, arguments) in {**FUNCTIONS, **MECHANISM_FUNCTIONS}.items()
     )
     source = tmp_path / "calls.c"
     source.write_text(
-        "#include <perp/perp.h>\n"
+        "#include <perp/perp.h>\n#include <perp/mechanism.h>\n"
         "void calls(void *p, double d, int32_t i, int64_t l, uint64_t u, size_t s, const char *c)\n"
         "{\n" + calls + "\n}\n"
     )
@@ -94,9 +103,13 @@ def test_the_headers_give_the_committed_file():
     subprocess.run([sys.executable, ROOT / "scripts/generate-binding", "--check"], check=True)
 
 
-def test_the_library_exports_these_functions_and_no_others():
-    exported = re.findall(r"(perp_\w+);", (ROOT / "perp.map").read_text())
-    assert sorted(exported) == sorted(FUNCTIONS)
+@pytest.mark.parametrize(
+    "names, functions",
+    [("perp.map", FUNCTIONS), ("perp-mechanism.map", MECHANISM_FUNCTIONS)],
+)
+def test_each_library_exports_these_functions_and_no_others(names, functions):
+    exported = re.findall(r"(perp_\w+);", (ROOT / names).read_text())
+    assert sorted(exported) == sorted(functions)
 
 
 @needs_compiler

@@ -1,6 +1,7 @@
 """Finding and refusing libraries."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from test_layout import COMPILER, needs_compiler
 
 import perp
+import perp._mechanism_library
 
 
 def try_import(library):
@@ -94,6 +96,65 @@ def test_library_of_something_else_is_refused(tmp_path):
     run = try_import(library)
     assert run.returncode == 1
     assert "not a perp library" in run.stderr
+
+
+def run_python(code, *arguments):
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True
+    )
+
+
+def test_the_second_library_is_loaded_when_it_is_used_first():
+    code = (
+        "import perp\n"
+        "def loaded(): return 'perp-mechanism' in open('/proc/self/maps').read()\n"
+        "perp.lcp([[1.0]], [-1.0]), perp.World(), dir(perp)\n"
+        "before = loaded()\n"
+        "perp.stribeck(1.0, 2.0)\n"
+        "print(before, loaded())"
+    )
+    assert run_python(code).stdout.split() == ["False", "True"]
+
+
+def test_every_name_is_there():
+    assert set(perp.__all__) <= set(dir(perp))
+    assert all(getattr(perp, name) is not None for name in perp.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'Mechanisms'"):
+        _ = perp.Mechanisms
+
+
+def test_a_missing_second_library_is_named(tmp_path):
+    if not os.environ.get("PERP_LIBRARY"):
+        pytest.skip("the libraries came with the package")
+    alone = tmp_path / "libperp.so"
+    shutil.copy(perp._library.library._name, alone)
+    code = "import perp; perp.lcp([[1.0]], [-1.0]); perp.stribeck(1.0, 2.0)"
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PERP_LIBRARY": str(alone)},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 1
+    assert f"no usable libperp-mechanism beside {alone} (PERP_LIBRARY)" in run.stderr
+
+
+@needs_compiler
+def test_the_second_library_refuses_another_version_of_the_first(tmp_path):
+    """Another perp_version() is found first: every call that is given a context is refused."""
+    code = (
+        "import ctypes, sys\n"
+        "from ctypes import byref, c_void_p\n"
+        "fake, first, second = sys.argv[1:]\n"
+        "ctypes.CDLL(fake, mode=ctypes.RTLD_GLOBAL)\n"
+        "first, second = ctypes.CDLL(first), ctypes.CDLL(second)\n"
+        "context, made = c_void_p(), c_void_p()\n"
+        "first.perp_context_create(byref(context), None)\n"
+        "print(second.perp_load_friction_create(context, byref(made), None, None))"
+    )
+    libraries = perp._library.library._name, perp._mechanism_library.library._name
+    run = run_python(code, fake_library(tmp_path, 9900, 0), *libraries)
+    assert run.stdout.strip() == str(perp._generated.CONSTANTS["PERP_ERROR_ABI"]), run.stderr
 
 
 def test_importing_does_not_import_scipy():

@@ -5,7 +5,7 @@ import pytest
 from test_mechanism import PAINLEVE, RAMP, G, puck, ramp, rod
 
 import perp
-from perp import _generated, _library
+from perp import _generated, _mechanism_library
 
 
 def sliding(mu, tangent=2.0, spin=0.0, slip=-1.0):
@@ -30,7 +30,7 @@ def test_no_acceleration():
     r = sliding(2.0)
     assert len(r) == r.count == 0 and r.solutions == [] and r.exhaustive
     assert r.closed == 1 and not r.impact and r.contact == 0
-    assert r.inertia < 0 and r.reason == _library.MECHANISM_REASONS[1]
+    assert r.inertia < 0 and r.reason == _mechanism_library.MECHANISM_REASONS[1]
 
 
 def test_two_accelerations():
@@ -136,7 +136,7 @@ def test_redundant_feet():
 
     m = perp.Mechanism(2, mass=[1, 1 / 3], force=[-G, 0], contacts=contacts)
     r = m.accelerations(0, [0, 0], [0, 0])
-    assert r.exhaustive and r.reason == _library.MECHANISM_REASONS[4]
+    assert r.exhaustive and r.reason == _mechanism_library.MECHANISM_REASONS[4]
     family = max(r, key=lambda s: s.dimension)
     assert family.dimension == 1 and family.free == 0 and r.families >= 1
     assert (family.acceleration == 0.0).all()
@@ -207,7 +207,7 @@ def test_exceptions_come_out():
 
 
 def test_defaults_are_the_librarys():
-    theirs = _library.defaults(_generated.MechanismSettings)
+    theirs = _mechanism_library.defaults(_generated.MechanismSettings)
     calls = (perp.Mechanism.accelerations, perp.Mechanism.answers)
     for name, value in (item for call in calls for item in call.__kwdefaults__.items()):
         if name == "time_limit":

@@ -14,7 +14,7 @@ import pytest
 from test_mechanism import falling, ramp
 
 import perp
-from perp import _generated, _library
+from perp import _generated, _mechanism_library
 from perp._mechanism_callbacks import takes_time
 
 
@@ -311,8 +311,11 @@ def test_threads():
 
 def test_defaults_are_the_librarys():
     """Python states defaults of its own, so that help() shows them."""
-    theirs = _library.defaults(_generated.MechanismSettings)
-    words = {"scheme": _library.MECHANISM_SCHEMES, "select": _library.MECHANISM_SELECTIONS}
+    theirs = _mechanism_library.defaults(_generated.MechanismSettings)
+    words = {
+        "scheme": _mechanism_library.MECHANISM_SCHEMES,
+        "select": _mechanism_library.MECHANISM_SELECTIONS,
+    }
     calls = (perp.Mechanism.step, perp.Mechanism.simulate)
     for name in {name for call in calls for name in call.__kwdefaults__}:
         stated = {call.__kwdefaults__[name] for call in calls if name in call.__kwdefaults__}
@@ -326,10 +329,11 @@ def test_defaults_are_the_librarys():
             assert not value
         else:
             assert words.get(name, {}).get(getattr(theirs, name), getattr(theirs, name)) == value
-    assert perp.Mechanism.__init__.__kwdefaults__["law"] == _library.MECHANISM_LAWS[theirs.law]
-    assert list(_library.MECHANISM_SELECTIONS.values()) == ["any", "nearest", "freest"]
-    assert list(_library.MECHANISM_SCHEMES.values()) == ["frozen", "implicit", "theta"]
-    assert list(_library.MECHANISM_LAWS.values()) == ["moreau", "newton", "poisson"]
+    law = _mechanism_library.MECHANISM_LAWS[theirs.law]
+    assert perp.Mechanism.__init__.__kwdefaults__["law"] == law
+    assert list(_mechanism_library.MECHANISM_SELECTIONS.values()) == ["any", "nearest", "freest"]
+    assert list(_mechanism_library.MECHANISM_SCHEMES.values()) == ["frozen", "implicit", "theta"]
+    assert list(_mechanism_library.MECHANISM_LAWS.values()) == ["moreau", "newton", "poisson"]
 
 
 def test_runs_keep_what_they_need():

@@ -8,7 +8,7 @@
 #define PERP_MECHANISM_ACCELERATIONS_H
 
 #include "mechanism/mechanism.h"
-#include "patterns/linear.h"
+#include "mechanism/linear.h"
 
 /* Relative size that counts as nothing: of forces and accelerations. */
 #define PERP__ACCELERATION_TOLERANCE 1e-12

@@ -17,7 +17,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "lcp/lcp.h"
 #include "mechanism/accelerations/accelerations.h"
 
 /* Of the LCP's answers, relative to their terms. */
@@ -280,9 +279,10 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
         perp_lcp_result_init(&result, sizeof result);
         rescale(s, s->scale, 0);
         settings.time_limit = perp__mechanism_time_left(a->m);
-        status = perp__lcp_set(solver, &settings);
-        PERP__THEN(status, perp__lcp_setup(solver, &view, s->lower, NULL));
-        PERP__THEN(status, perp__lcp_solve(solver, s->z, NULL, NULL, &result, s->q, NULL));
+        PERP__ASK(status, a->m->context, perp_lcp_solver_set(solver, &settings));
+        PERP__ASK(status, a->m->context, perp_lcp_solver_setup(solver, &view, s->lower, NULL));
+        PERP__ASK(status, a->m->context,
+                  perp_lcp_solver_solve(solver, s->z, NULL, NULL, &result, s->q, NULL));
         rescale(s, s->scale, 1);
         for (int32_t i = 0; i < s->size && status == PERP_OK; i++)
             s->z[i] *= s->scale[i];
@@ -316,7 +316,8 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
     doubles = 2 * size * active + size * size + 4 * size + 2 * active;
     s.columns =
         perp__allocate_zeros(context, doubles, sizeof *s.columns, "the LCP of accelerations");
-    status = s.columns ? perp__lcp_create(context, &solver, NULL) : PERP_ERROR_MEMORY;
+    status = s.columns ? PERP_OK : PERP_ERROR_MEMORY;
+    PERP__ASK(status, context, perp_lcp_solver_create(context, &solver, NULL));
     if (status == PERP_OK) {
         s.tests = s.columns + size * active;
         s.M = s.tests + size * active;
@@ -328,7 +329,7 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
         s.known = s.force + active;
         fill(a, &s);
         status = run(a, &s, solver, summary);
-        perp__lcp_destroy(solver);
+        PERP__TELL(context, perp_lcp_solver_destroy(solver));
     }
     perp__release(context, s.columns);
     return status;

@@ -19,7 +19,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/eigenvalues.h"
+#include "mechanism/eigenvalues.h"
 #include "mechanism/accelerations/accelerations.h"
 
 #define MOST_ROUNDS 20

@@ -134,7 +134,7 @@ static void release(void *object)
 {
     perp_compliant *c = object;
 
-    perp__lcp_destroy(c->choice);
+    PERP__TELL(c->context, perp_lcp_solver_destroy(c->choice));
     perp__arena_release(&c->arena);
 }
 

@@ -8,7 +8,6 @@
 #include "base/arena.h"
 #include "base/check.h"
 #include "base/handle.h"
-#include "lcp/lcp.h"
 #include "linalg/held_rows.h"
 
 enum { PERP__STAGES = 5 };

@@ -248,11 +248,11 @@ perp_status perp__compliant_decide(perp_compliant *c, perp_compliant_result *res
     perp_lcp_result_init(&solved, sizeof solved);
     settings.method = PERP_LCP_LEMKE;
     if (rests && !c->choice)
-        PERP__THEN(status, perp__lcp_create(c->context, &c->choice, &settings));
+        PERP__ASK(status, c->context, perp_lcp_solver_create(c->context, &c->choice, &settings));
     if (rests) {
-        PERP__THEN(status, perp__lcp_setup(c->choice, &W, c->lower, c->upper));
-        PERP__THEN(status,
-                   perp__lcp_solve(c->choice, c->friction, c->w, NULL, &solved, c->q, NULL));
+        PERP__ASK(status, c->context, perp_lcp_solver_setup(c->choice, &W, c->lower, c->upper));
+        PERP__ASK(status, c->context,
+                  perp_lcp_solver_solve(c->choice, c->friction, c->w, NULL, &solved, c->q, NULL));
         *failed = status == PERP_OK && !perp__is_good(solved.outcome);
         if (status == PERP_OK && !*failed)
             sort_resting(c);

@@ -8,7 +8,7 @@
 #include "base/check.h"
 #include "base/handle.h"
 #include "linalg/matrix.h"
-#include "patterns/linear.h"
+#include "mechanism/linear.h"
 
 /* Points of a family that differ by less, relatively, are the same. */
 #define PERP__FRICTION_SAME 1e-8

@@ -9,7 +9,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "linalg/blas.h"
-#include "linalg/eigenvalues.h"
+#include "mechanism/eigenvalues.h"
 #include "mechanism/load_friction/load_friction.h"
 
 enum { LARGEST_EXACT = 12, TRIES = 16 };

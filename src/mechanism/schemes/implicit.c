@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "ncp/ncp.h"
-
 #define TAU 6.28318530717958647693
 #define COARSEST 1e-6 /* tolerance, however short the step is */
 #define MOST_STEPS 50 /* of Newton, of each method: an answer is near, or there is none */
@@ -307,7 +305,7 @@ static perp_status open(perp_mechanism *m)
     s->settings.restarts = 0;
     s->settings.max_iterations = 2 * MOST_STEPS;
     if (!s->solver)
-        PERP__THEN(status, perp__ncp_create(m->context, &s->solver, &s->settings));
+        PERP__ASK(status, m->context, perp_ncp_solver_create(m->context, &s->solver, &s->settings));
     s->most = status == PERP_OK ? most : 0;
     return status;
 }
@@ -319,15 +317,15 @@ static perp_status open(perp_mechanism *m)
 static perp_status ask_again(const perp_mechanism *m, perp__implicit *s, perp_ncp_result *result)
 {
     const int64_t iterations = result->iterations;
-    perp_status status;
+    perp_status status = PERP_OK;
 
     if (perp__is_good(result->outcome) || !(result->residual <= m->settings.tol) ||
         s->settings.tol >= COARSEST)
         return PERP_OK;
     s->settings.tol = COARSEST;
     memcpy(s->start, s->z, (size_t)s->size * sizeof *s->z);
-    status = perp__ncp_set(s->solver, &s->settings);
-    PERP__THEN(status, perp__ncp_solve(s->solver, s->z, s->w, result, s->start));
+    PERP__ASK(status, m->context, perp_ncp_solver_set(s->solver, &s->settings));
+    PERP__ASK(status, m->context, perp_ncp_solver_solve(s->solver, s->z, s->w, result, s->start));
     result->iterations += iterations;
     return status;
 }
@@ -357,9 +355,9 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     problem.upper = s->upper;
     problem.user = m;
     /* 2. its solution */
-    PERP__THEN(status, perp__ncp_set(s->solver, &s->settings));
-    PERP__THEN(status, perp__ncp_setup(s->solver, &problem));
-    PERP__THEN(status, perp__ncp_solve(s->solver, s->z, s->w, &result, s->start));
+    PERP__ASK(status, m->context, perp_ncp_solver_set(s->solver, &s->settings));
+    PERP__ASK(status, m->context, perp_ncp_solver_setup(s->solver, &problem));
+    PERP__ASK(status, m->context, perp_ncp_solver_solve(s->solver, s->z, s->w, &result, s->start));
     PERP__THEN(status, ask_again(m, s, &result));
     if (s->failed != PERP_OK) { /* what the callback said, not what came of it */
         memcpy(m->context->message, s->message, sizeof s->message);

@@ -1,8 +1,8 @@
 /* A pattern as a linear problem: equations that give its point or affine set, and the conditions
  * under which that is an answer. Stated once, they are tested at points, with what rounding is
  * worth there, or cut the polyhedron of a family. */
-#ifndef PERP_PATTERNS_LINEAR_H
-#define PERP_PATTERNS_LINEAR_H
+#ifndef PERP_MECHANISM_LINEAR_H
+#define PERP_MECHANISM_LINEAR_H
 
 #include "base/arena.h"
 #include "linalg/pivoting.h"

@@ -1,7 +1,7 @@
 /* Eigenvalues of a small general matrix, in an order of operations of our own: the same bits
  * whatever BLAS is installed. */
-#ifndef PERP_LINALG_EIGENVALUES_H
-#define PERP_LINALG_EIGENVALUES_H
+#ifndef PERP_MECHANISM_EIGENVALUES_H
+#define PERP_MECHANISM_EIGENVALUES_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 /* Balancing, reduction to Hessenberg form by elimination, and Francis' double-shift QR iteration:
  * routines balanc, elmhes and hqr of Wilkinson & Reinsch, "Handbook for Automatic Computation II"
  * (1971), as in EISPACK. */
-#include "linalg/eigenvalues.h"
+#include "mechanism/eigenvalues.h"
 
 #include <float.h>
 #include <math.h>

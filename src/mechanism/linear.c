@@ -1,5 +1,5 @@
 /* Equations and conditions of a pattern. */
-#include "patterns/linear.h"
+#include "mechanism/linear.h"
 
 #include <math.h>
 #include <string.h>

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "linalg/eigenvalues.h"
+#include "mechanism/eigenvalues.h"
 
 enum { LARGEST = 24 };
 

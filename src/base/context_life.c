@@ -1,0 +1,80 @@
+/* The life of a context, and what one is known by: of libperp alone. */
+#include "base/context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/check.h"
+
+/* Its address is what a context is known by. */
+static const char known = 0;
+
+static void *default_allocate(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static void default_release(void *pointer, void *user)
+{
+    (void)user;
+    free(pointer);
+}
+
+static int is_context(const perp_context *context)
+{
+    return context && context->is == &known && !context->destroyed;
+}
+
+PERP__INIT(perp_context_settings)
+
+void perp__context_init(perp_context *context, perp_allocate_function allocate,
+                        perp_release_function release, void *user)
+{
+    memset(context, 0, sizeof *context);
+    context->is = &known;
+    context->allocate = allocate;
+    context->release = release;
+    context->allocator_user = user;
+}
+
+perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
+{
+    perp_context_settings own = {0};
+    perp_status status;
+    perp_context *made;
+
+    if (!context)
+        return PERP_ERROR_ARGUMENT;
+    status = PERP__READ(perp_context_settings, NULL, &own, settings);
+    if (status != PERP_OK)
+        return status;
+    if (!own.allocate != !own.release)
+        return PERP_ERROR_ARGUMENT;
+    if (!own.allocate) {
+        own.allocate = default_allocate;
+        own.release = default_release;
+    }
+    made = own.allocate(sizeof *made, own.allocator_user);
+    if (!made)
+        return PERP_ERROR_MEMORY;
+    perp__context_init(made, own.allocate, own.release, own.allocator_user);
+    made->log = own.log;
+    made->log_user = own.log_user;
+    *context = made;
+    return PERP_OK;
+}
+
+void perp_context_destroy(perp_context *context)
+{
+    if (!is_context(context) || context->busy)
+        return;
+    context->busy = PERP__DESTROYS; /* which keeps the message, if something lives on */
+    context->destroyed = 1;
+    perp__leave(context, PERP_OK);
+}
+
+const char *perp_context_message(const perp_context *context)
+{
+    return is_context(context) ? context->message : "";
+}
