@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import threading
 import time as _clock
 import weakref
 from typing import Any, Callable, NamedTuple, Optional
@@ -30,17 +31,25 @@ except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
 from . import _arrays
+from ._errors import argument_error
+from ._mujoco_check import Feature, check, refuse, tumbling
 from ._stepper import Array, Laws, Pattern, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
-__all__ = ["Run", "Solved", "Stepper", "simulate", "step", "view"]
+__all__ = [
+    "Feature", "Run", "Solved", "Stepper", "check", "contact_force", "simulate", "step", "view",
+]  # fmt: skip
 
 _DENSE = 120  # velocities up to which matrices are dense
 _BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
 _ELLIPTIC = int(mj.mjtCone.mjCONE_ELLIPTIC)
 _AS_DENSE, _AS_SPARSE = int(mj.mjtJacobian.mjJAC_DENSE), int(mj.mjtJacobian.mjJAC_SPARSE)
-_IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT), int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
+_FAST = int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
+_TAKEN = {int(mj.mjtIntegrator.mjINT_IMPLICIT): _FAST}
 _NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
+_NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
+_STATE = int(mj.mjtState.mjSTATE_FULLPHYSICS)
+_OF_ACCELERATIONS = int(mj.mjtStage.mjSTAGE_ACC)
 
 # MuJoCo's rows of a contact are normal, tangents, spin, roll, roll; perp's end with the spin. By
 # condim, padded.
@@ -56,8 +65,8 @@ _NONE = np.zeros(0, dtype=np.int32)
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
 
 
-def _set_mass(model: Any, solver: RowSolver) -> None:
-    """M from its lower triangle, as MuJoCo has it."""
+def _entries_of_mass(model: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Rows and columns of M's entries, and where MuJoCo, which has the lower triangle, has each."""
     n = model.nv
     row = np.repeat(np.arange(n), model.M_rownnz)
     entry = np.arange(len(row)) + np.repeat(
@@ -67,7 +76,12 @@ def _set_mass(model: Any, solver: RowSolver) -> None:
     below = row != column
     rows = np.concatenate([row, column[below]])
     columns = np.concatenate([column, row[below]])
-    sources = np.concatenate([entry, entry[below]])
+    return rows, columns, np.concatenate([entry, entry[below]])
+
+
+def _set_mass(model: Any, solver: RowSolver) -> None:
+    n = model.nv
+    rows, columns, sources = _entries_of_mass(model)
     if n <= _DENSE:
         dense = np.full((n, n), -1, dtype=np.int32)
         dense[rows, columns] = sources
@@ -77,6 +91,89 @@ def _set_mass(model: Any, solver: RowSolver) -> None:
     rows, columns, sources = (x[order].astype(np.int32) for x in (rows, columns, sources))
     starts = np.searchsorted(columns, np.arange(n + 1)).astype(np.int32)
     solver.set_mass(sources, np.flatnonzero(rows == columns).astype(np.int32), starts, rows)
+
+
+class _Borrowed:
+    """A model's cone and Jacobian are as perp stores rows, and implicitfast is taken for implicit,
+    while this is entered, and the user's own after that: also where several threads step it."""
+
+    _entered: dict[int, list[int]] = {}  # by address: how often, and what the user has
+    _lock = threading.Lock()
+
+    def __init__(self, model: Any) -> None:
+        self._options, self._key = model.opt, model._address
+        self._jacobian = _AS_DENSE if model.nv <= _DENSE else _AS_SPARSE
+
+    def __enter__(self) -> None:
+        options = self._options
+        with self._lock:
+            mine = self._entered.get(self._key)
+            if mine is None:
+                mine = [0, options.cone, options.jacobian, options.integrator]
+                self._entered[self._key] = mine
+                options.cone, options.jacobian = _ELLIPTIC, self._jacobian
+                options.integrator = _TAKEN.get(mine[3], mine[3])
+            mine[0] += 1
+
+    def __exit__(self, *_: Any) -> None:
+        with self._lock:
+            mine = self._entered[self._key]
+            mine[0] -= 1
+            if not mine[0]:
+                options = self._options
+                _, options.cone, options.jacobian, options.integrator = mine
+                del self._entered[self._key]
+
+
+class _Damping:
+    """The diagonal that MuJoCo's Euler takes implicitly: of joints, and of actuators at them."""
+
+    def __init__(self, model: Any) -> None:
+        self._model = model
+        none = np.zeros(model.nu)
+        linear = getattr(model, "actuator_damping", none)
+        poly = getattr(model, "actuator_dampingpoly", none)
+        mine = getattr(model, "dof_dampingpoly", none)
+        at_joints = np.isin(model.actuator_trntype, _AT_JOINTS)
+        self._of = np.flatnonzero(at_joints & ((linear != 0.0) | (poly.T != 0.0).any(0)))
+        self._dofs = model.jnt_dofadr[model.actuator_trnid[self._of, 0]]
+        self.changes = bool(len(self._of) or mine.any())
+        self.diagonal = model.dof_damping.copy() if self.changes else model.dof_damping
+
+    def update(self, v: Array) -> None:
+        """With the derivatives of a + b |v| + c v^2, times v, at v."""
+        model, speed = self._model, np.abs(v)
+        self.diagonal[:] = model.dof_damping + _slope(model.dof_dampingpoly, speed)
+        if len(self._of):
+            of = model.actuator_dampingpoly[self._of]
+            slope = model.actuator_damping[self._of] + _slope(of, speed[self._dofs])
+            np.add.at(self.diagonal, self._dofs, slope)
+
+
+def _slope(poly: Array, speed: Array) -> Array:
+    powers = np.arange(1, poly.shape[1] + 1)
+    return ((powers + 1) * poly * speed[:, None] ** powers).sum(1)
+
+
+_AT_JOINTS = int(mj.mjtTrn.mjTRN_JOINT), int(mj.mjtTrn.mjTRN_JOINTINPARENT)
+
+
+class _Tumbling:
+    """Forces of free bodies with implicitfast's gyroscopic term, which is not symmetric: those that
+    give MuJoCo's acceleration in the symmetric rest of its metric."""
+
+    def __init__(self, model: Any) -> None:
+        self._dofs = (tumbling(model)[:, None] + np.arange(6)).ravel()
+        row, column, entry = _entries_of_mass(model)
+        mine = np.isin(row, self._dofs)
+        self._entries = row[mine], column[mine], entry[mine]
+        self.force = np.zeros(model.nv)
+
+    def update(self, data: Any, acceleration: Array, mass: Array) -> None:
+        row, column, entry = self._entries
+        self.force[:] = data.qfrc_smooth
+        of_mass = np.bincount(row, mass[entry] * acceleration[column], len(self.force))
+        self.force[self._dofs] = of_mass[self._dofs]
 
 
 class _Touching(NamedTuple):
@@ -159,8 +256,8 @@ class Stepper:
     slop: the overlap that contacts and limits keep, so that they are found again; None is a
         thousandth of the model's mean size.
 
-    The model's cone is set to elliptic: perp's rows are stored as those, and MuJoCo's functions
-    read them so.
+    What the model asks for and a step can't do is refused here, by name; check() says how each of
+    its features is treated. The model is not changed.
     """
 
     def __init__(
@@ -174,6 +271,7 @@ class Stepper:
         correction: float = 0.2,
         slop: Optional[float] = None,
     ) -> None:
+        refuse(model)
         self.model = model
         self.correction = correction
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
@@ -188,24 +286,34 @@ class Stepper:
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
-        self._advances = bool(model.na or model.nplugin or getattr(model, "nhistory", 0))
+        more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
+        self._advances = bool(model.na or model.nplugin or more)
+        self._damping, self._borrowed = _Damping(model), _Borrowed(model)
+        self._tumbling = _Tumbling(model) if len(tumbling(model)) else None
+        self._state = np.zeros(mj.mj_stateSize(model, _STATE))
         # what costs a tenth of a microsecond or two to be asked for in every step
         self._options, self._senses = model.opt, bool(model.nsensor)
-        self._jacobian = _AS_DENSE if model.nv <= _DENSE else _AS_SPARSE
+        self._accelerates = bool((model.sensor_needstage == _OF_ACCELERATIONS).any())
 
     def step(self, data: Any) -> Solved:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
+        with self._borrowed:
+            return self._step(data)
+
+    def _step(self, data: Any) -> Solved:
         model, options, solver = self.model, self._options, self._solver
         h = options.timestep
-        options.cone, options.jacobian = _ELLIPTIC, self._jacobian
         mj.mj_step1(model, data)
         mj.mj_fwdActuation(model, data)
         mj.mj_fwdAcceleration(model, data)
-        place = self._bind(data, options, h)
+        self._bind(data, options, h)
         try:
             how = self._solve(data, h)
-        except ValueError:  # a contact that moved something does so no more?
+        except ValueError:
+            if not np.isfinite(data.qacc_smooth).all():
+                return self._reset(data)
+            # a contact that moved something does so no more?
             self._touching, self._warm, self._all_move = None, False, False
             how = self._solve(data, h)
         touching, numbers, known = self._touching, solver.numbers, solver.known
@@ -217,39 +325,66 @@ class Stepper:
                 solver.hold()
             self._warm = how.ok
         if self._senses:
-            mj.mj_sensorAcc(model, data)
+            self._sense(data)
         shift = solver.shift
-        if known and shift is None and not self._advances and place is None:
+        if known and shift is None and not self._advances:
             data.time += h  # qvel and qpos would become what they are
         else:
-            self._advance(data, h, place, shift)
+            self._advance(data, h, shift)
         return how
 
-    def _bind(self, data: Any, options: Any, h: float) -> Optional[Array]:
-        """Where the step's numbers are. Returns qpos where data has been advanced for the implicit
-        part of MuJoCo's integrator, in all but place and velocity."""
+    def _reset(self, data: Any) -> Solved:
+        """What MuJoCo does where accelerations are no numbers: it warns, and begins anew."""
+        if self._options.disableflags & _NO_RESETS:
+            raise argument_error("data has forces that are not finite, and autoreset is disabled")
+        data.qacc[:] = data.qacc_smooth
+        mj.mj_checkAcc(self.model, data)
+        self._touching, self._warm = None, False
+        return self._step(data)
+
+    def _sense(self, data: Any) -> None:
+        """Accelerations as MuJoCo's sensors have them: of the forces, before implicit damping."""
+        data.flg_rnepost = 0
+        mean = data.qacc.copy() if self._accelerates else None
+        if mean is not None and mean.any():
+            force = (data.qfrc_smooth + data.qfrc_constraint)[None]
+            acceleration = np.empty_like(force)
+            mj.mj_solveM(self.model, data, acceleration, force)
+            data.qacc[:] = acceleration[0]
+        mj.mj_sensorAcc(self.model, data)
+        if mean is not None:
+            data.qacc[:] = mean
+
+    def _bind(self, data: Any, options: Any, h: float) -> None:
+        """Where the step's numbers are."""
         model, solver = self.model, self._solver
-        integrator, flags, place = options.integrator, options.disableflags, None
+        integrator, flags, damping = options.integrator, options.disableflags, self._damping
+        implicit = integrator == _FAST
         if self._bound() is not data or self._bound_by != (integrator, flags):
             self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
             self._at, self._touching = _pointers(data), None
             for name, field in ("J", "efc_J"), ("gaps", "efc_pos"), ("row_force", "efc_force"):
                 setattr(solver.numbers, name, self._at[field])
-            implicit = integrator in _IMPLICIT
             damped = not implicit and not flags & _NO_EULER_DAMPING
             solver.bind(
                 mass=self._mass if implicit else data.M,
-                damping=model.dof_damping if damped else None,
-                velocity=data.qvel, force=data.qfrc_smooth, acceleration=data.qacc,
+                damping=damping.diagonal if damped else None,
+                velocity=data.qvel, acceleration=data.qacc,
+                force=self._tumbling.force if implicit and self._tumbling else data.qfrc_smooth,
                 force_of_rows=data.qfrc_constraint,
             )  # fmt: skip
-        if integrator in _IMPLICIT:
-            place, v = data.qpos.copy(), data.qvel.copy()
+        if implicit:  # only what it knows of the forces' derivatives is of use
+            mj.mj_getState(model, data, self._state, _STATE)
+            data.qfrc_constraint[:] = 0.0
             mj.mj_implicit(model, data)
-            data.qpos[:], data.qvel[:] = place, v
+            free = data.qvel.copy()
+            mj.mj_setState(model, data, self._state, _STATE)
             np.subtract(data.M, h * data.qDeriv[model.mapD2M], out=self._mass)
+            if self._tumbling:
+                self._tumbling.update(data, (free - data.qvel) / h, self._mass)
+        elif damping.changes:
+            damping.update(data.qvel)
         solver.numbers.h, solver.numbers.slop = h, self.slop
-        return place
 
     def _solve(self, data: Any, h: float) -> Solved:
         """With the rows of the last step, where the same things touch."""
@@ -285,16 +420,15 @@ class Stepper:
         fastest = self._solver.numbers.fastest
         return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
 
-    def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
+    def _advance(self, data: Any, h: float, shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
         model, v = self.model, self._solver.v
-        if place is None and self._advances:
+        if self._advances:
             place = data.qpos.copy()
             mj.mj_Euler(model, data)
-        elif place is None:
-            data.time += h
-        if place is not None:
             data.qpos[:] = place
+        else:
+            data.time += h
         data.qvel[:] = v
         mj.mj_integratePos(model, data.qpos, v if shift is None else v + shift, h)
 
@@ -384,6 +518,17 @@ def step(model: Any, data: Any, **settings: Any) -> Solved:
     if kept is None or kept[1].model is not model or kept[0] != settings:
         kept = _kept[data] = settings, Stepper(model, **settings)
     return kept[1].step(data)
+
+
+def contact_force(model: Any, data: Any, contact: int) -> Array:
+    """The force and torque of a contact of the last step, in its frame, normal first:
+    mujoco.mj_contactForce for any cone of the model."""
+    if not 0 <= contact < data.ncon:
+        raise argument_error(f"contact is {contact}, expected 0 to {data.ncon - 1}")
+    wrench = np.zeros(6)
+    with _Borrowed(model):
+        mj.mj_contactForce(model, data, contact, wrench)
+    return wrench
 
 
 class Run(NamedTuple):

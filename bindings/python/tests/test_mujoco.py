@@ -195,7 +195,7 @@ def test_forces_are_those_that_mujoco_reads():
         perp.mujoco.step(model, data)
     weight, force, wrench = np.zeros(3), np.zeros(3), np.zeros(6)
     for k in range(data.ncon):
-        mujoco.mj_contactForce(model, data, k, wrench)
+        wrench[:] = perp.mujoco.contact_force(model, data, k)
         force += data.contact.frame[k].reshape(3, 3).T @ wrench[:3]
     weight[:] = 2.0 * model.opt.gravity
     np.testing.assert_allclose(force, -weight, atol=1e-6 * G)  # tol of 1e-8 a step, a few rows
