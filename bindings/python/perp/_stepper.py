@@ -274,7 +274,7 @@ class RowSolver(Handle):
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
         turns = laws.rolling.any() or laws.spinning.any()
-        again = self._solve_by("auto" if turns else "newton", 1e-3 * tol)
+        again = self.solve_by("auto" if turns else "newton", 1e-3 * tol)
         if again.ok and self.numbers.slips < slips.sum():
             return again
         self._patience = _PATIENCE
@@ -283,7 +283,7 @@ class RowSolver(Handle):
         self._hand_back()
         return how
 
-    def _solve_by(self, method: str, tol: float) -> Solved:
+    def solve_by(self, method: str, tol: float) -> Solved:
         """Once, from no start."""
         mine = self._settings
         other = ContactSettings.from_buffer_copy(mine)

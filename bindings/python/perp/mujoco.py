@@ -33,11 +33,13 @@ except ImportError as error:
 from . import _arrays
 from ._errors import argument_error
 from ._mujoco_check import Feature, check, refuse, tumbling
+from ._mujoco_derivatives import Derivatives, Linearization
 from ._stepper import Array, Laws, Pattern, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = [
-    "Feature", "Run", "Solved", "Stepper", "check", "contact_force", "simulate", "step", "view",
+    "Derivatives", "Feature", "Run", "Solved", "Stepper", "check", "contact_force", "derivatives",
+    "simulate", "step", "view",
 ]  # fmt: skip
 
 _DENSE = 120  # velocities up to which matrices are dense
@@ -79,9 +81,9 @@ def _entries_of_mass(model: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[An
     return rows, columns, np.concatenate([entry, entry[below]])
 
 
-def _set_mass(model: Any, solver: RowSolver) -> None:
+def _set_mass(model: Any, solver: RowSolver, entries: tuple[NDArray[Any], ...]) -> None:
     n = model.nv
-    rows, columns, sources = _entries_of_mass(model)
+    rows, columns, sources = entries
     if n <= _DENSE:
         dense = np.full((n, n), -1, dtype=np.int32)
         dense[rows, columns] = sources
@@ -275,20 +277,21 @@ class Stepper:
         self.model = model
         self.correction = correction
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
-        self._solver = RowSolver(model.nv, method, tol, max_iterations, time_limit)
-        _set_mass(model, self._solver)
-        self._solver.numbers.correction = correction
+        self.solver = RowSolver(model.nv, method, tol, max_iterations, time_limit)
+        self._entries = _entries_of_mass(model)
+        _set_mass(model, self.solver, self._entries)
+        self.solver.numbers.correction = correction
         self._mass = np.zeros(model.nC)  # of implicit integrators
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
-        self._touching: Optional[_Touching] = None
+        self.touching: Optional[_Touching] = None
         self._warm, self._all_move = False, True
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
         more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
         self._advances = bool(model.na or model.nplugin or more)
-        self._damping, self._borrowed = _Damping(model), _Borrowed(model)
+        self._damping, self.borrowed = _Damping(model), _Borrowed(model)
         self._tumbling = _Tumbling(model) if len(tumbling(model)) else None
         self._state = np.zeros(mj.mj_stateSize(model, _STATE))
         # what costs a tenth of a microsecond or two to be asked for in every step
@@ -298,25 +301,71 @@ class Stepper:
     def step(self, data: Any) -> Solved:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
-        with self._borrowed:
+        with self.borrowed:
             return self._step(data)
 
-    def _step(self, data: Any) -> Solved:
-        model, options, solver = self.model, self._options, self._solver
-        h = options.timestep
+    def _gather(self, data: Any) -> None:
+        """All of a step before its contacts are solved."""
+        model, options = self.model, self._options
         mj.mj_step1(model, data)
         mj.mj_fwdActuation(model, data)
         mj.mj_fwdAcceleration(model, data)
-        self._bind(data, options, h)
-        try:
-            how = self._solve(data, h)
-        except ValueError:
-            if not np.isfinite(data.qacc_smooth).all():
-                return self._reset(data)
-            # a contact that moved something does so no more?
-            self._touching, self._warm, self._all_move = None, False, False
-            how = self._solve(data, h)
-        touching, numbers, known = self._touching, solver.numbers, solver.known
+        self._bind(data, options, options.timestep)
+
+    def answer(self, data: Any) -> Solved:
+        """The contacts of a step as sharply as can be, with impulses away from the rims of cones
+        where there are such, from no start."""
+        self._gather(data)
+        self.touching, self._warm = None, False
+        how = self._solve_any(data, self._options.timestep)
+        turns = self.touching.rows.laws
+        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
+        solver = self.solver
+        kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
+        if solver.rows and not solver.solve_by(method, 1e-12).ok:
+            solver.v[:], solver.r[:], solver.u[:], solver.modes[:] = kept
+        return how
+
+    def force(self, data: Any) -> Array:
+        """The forces of a step in the metric."""
+        fast = self._options.integrator == _FAST and self._tumbling is not None
+        return self._tumbling.force if fast else data.qfrc_smooth
+
+    def rebind(self, data: Any) -> None:
+        """What is implicit in the metric, at data's state."""
+        self._bind(data, self._options, self._options.timestep)
+
+    def times(self, data: Any, x: Array) -> Array:
+        """The metric, times x."""
+        options = self._options
+        if options.integrator == _FAST:
+            rows, columns, sources = self._entries
+            return np.bincount(rows, self._mass[sources] * x[columns], len(x))
+        product = np.empty(len(x))
+        mj.mj_mulM(self.model, data, product, x)
+        if not options.disableflags & _NO_EULER_DAMPING:
+            product += options.timestep * self._damping.diagonal * x
+        return product
+
+    def metric(self, data: Any) -> Array:
+        """M with what is implicit, dense."""
+        options, n = self._options, self.model.nv
+        fast = options.integrator == _FAST
+        rows, columns, sources = self._entries
+        M = np.zeros((n, n))
+        M[rows, columns] = (self._mass if fast else data.M)[sources]
+        if not fast and not options.disableflags & _NO_EULER_DAMPING:
+            M[range(n), range(n)] += options.timestep * self._damping.diagonal
+        return M
+
+    def _step(self, data: Any) -> Solved:
+        model, options, solver = self.model, self._options, self.solver
+        h = options.timestep
+        self._gather(data)
+        if not np.isfinite(data.qacc_smooth).all():
+            return self._reset(data)
+        how = self._solve_any(data, h)
+        touching, numbers, known = self.touching, solver.numbers, solver.known
         assert touching is not None
         if not known:
             if self._warm and how.ok and numbers.slips:
@@ -339,7 +388,7 @@ class Stepper:
             raise argument_error("data has forces that are not finite, and autoreset is disabled")
         data.qacc[:] = data.qacc_smooth
         mj.mj_checkAcc(self.model, data)
-        self._touching, self._warm = None, False
+        self.touching, self._warm = None, False
         return self._step(data)
 
     def _sense(self, data: Any) -> None:
@@ -357,12 +406,12 @@ class Stepper:
 
     def _bind(self, data: Any, options: Any, h: float) -> None:
         """Where the step's numbers are."""
-        model, solver = self.model, self._solver
+        model, solver = self.model, self.solver
         integrator, flags, damping = options.integrator, options.disableflags, self._damping
         implicit = integrator == _FAST
         if self._bound() is not data or self._bound_by != (integrator, flags):
             self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
-            self._at, self._touching = _pointers(data), None
+            self._at, self.touching = _pointers(data), None
             for name, field in ("J", "efc_J"), ("gaps", "efc_pos"), ("row_force", "efc_force"):
                 setattr(solver.numbers, name, self._at[field])
             damped = not implicit and not flags & _NO_EULER_DAMPING
@@ -386,10 +435,17 @@ class Stepper:
             damping.update(data.qvel)
         solver.numbers.h, solver.numbers.slop = h, self.slop
 
+    def _solve_any(self, data: Any, h: float) -> Solved:
+        try:
+            return self._solve(data, h)
+        except ValueError:  # a contact that moved something does so no more?
+            self.touching, self._warm, self._all_move = None, False, False
+            return self._solve(data, h)
+
     def _solve(self, data: Any, h: float) -> Solved:
         """With the rows of the last step, where the same things touch."""
-        solver, key = self._solver, (data.ne, data.nf, data.nl, data.ncon, h)
-        if self._touching is not None and key == self._touching.key:
+        solver, key = self.solver, (data.ne, data.nf, data.nl, data.ncon, h)
+        if self.touching is not None and key == self.touching.key:
             how = solver.step(self._warm)
             if not solver.is_other:
                 return how
@@ -398,12 +454,12 @@ class Stepper:
 
     def _take_rows(self, touching: _Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""
-        solver, last, at, layout = self._solver, self._touching, self._at, _layout()
+        solver, last, at, layout = self.solver, self.touching, self._at, _layout()
         old = solver.start
         solver.arrange(touching.rows, data.nefc)
         if last is not None:
             _hand_over(solver.start, touching, old, last)
-        self._touching, contact = touching, data.contact
+        self.touching, contact = touching, data.contact
         kept = [getattr(contact, name).copy() for name in _OF_CONTACTS]
         places = [(at["contact"], offset, layout.stride) for offset in layout.of_contacts]
         for name in _WATCHED if self.model.nv <= _DENSE else _WATCHED + _PATTERN:
@@ -417,12 +473,12 @@ class Stepper:
 
     def _nearly_rests(self, data: Any, h: float) -> bool:
         """Whether a search for what is held is worth its cost: it says nothing of what is."""
-        fastest = self._solver.numbers.fastest
+        fastest = self.solver.numbers.fastest
         return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
 
     def _advance(self, data: Any, h: float, shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
-        model, v = self.model, self._solver.v
+        model, v = self.model, self.solver.v
         if self._advances:
             place = data.qpos.copy()
             mj.mj_Euler(model, data)
@@ -529,6 +585,29 @@ def contact_force(model: Any, data: Any, contact: int) -> Array:
     with _Borrowed(model):
         mj.mj_contactForce(model, data, contact, wrench)
     return wrench
+
+
+_linear: weakref.WeakKeyDictionary[Any, tuple[Any, Linearization]] = weakref.WeakKeyDictionary()
+
+
+def derivatives(
+    model: Any, data: Any, *, eps: float = 1e-6, centered: bool = True, **settings: Any
+) -> Derivatives:
+    """Of the step that step(model, data) would make from no start, by data's state and control:
+    mujoco.mjd_transitionFD's A and B. data is left as it is.
+
+    eps, centered: of the differences of MuJoCo's forces; contacts are not differenced. settings: as
+    for Stepper.
+    verdict: "regular"; "degenerate", where the step is on the edge between two modes, and A and B
+    are of one of them; "singular", where v' is not determined.
+    """
+    if not eps > 0.0:
+        raise argument_error(f"eps is {eps}, expected a number > 0")
+    kept = _linear.get(data)
+    if kept is None or kept[1].model is not model or kept[0] != settings:
+        made = Linearization(model, Stepper(model, **settings))
+        kept = _linear[data] = settings, made
+    return kept[1](data, eps, centered)
 
 
 class Run(NamedTuple):

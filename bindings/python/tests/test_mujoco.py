@@ -406,7 +406,7 @@ def test_what_touches_already_keeps_its_impulses(monkeypatch):
         '<body pos="1 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     )
     stepper, starts = perp.mujoco.Stepper(model), []
-    solver, step = stepper._solver, stepper._solver.step
+    solver, step = stepper.solver, stepper.solver.step
     monkeypatch.setattr(solver, "step", lambda w: starts.append(solver.start.copy()) or step(w))
     while data.ncon <= 4:
         before = solver.r.copy()
