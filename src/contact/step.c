@@ -274,6 +274,21 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
 }
 
+/* w of the rows that have no gap, or one that is closed, where they move by themselves. */
+static int32_t move_rows(const perp_contact_step *s)
+{
+    int32_t changes = 0, gap = 0;
+
+    for (int32_t i = 0; s->moving && i < s->rows; i++) {
+        const int32_t has_gap = gap < s->gap_count && s->gap_rows[gap] == i;
+
+        if (!has_gap || (*s->gaps)[s->gap_sources[gap]] <= 0.0)
+            changes |= put(&s->w[i], s->moving[i]);
+        gap += has_gap;
+    }
+    return changes;
+}
+
 static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
                              perp_contact_result *result, const perp_contact_laws *laws,
                              const perp_contact_dynamics *dynamics)
@@ -313,8 +328,10 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
         const double gap = (*s->gaps)[s->gap_sources[k]];
 
         s->least_gap = fmin(s->least_gap, gap);
-        changes |= put(&s->w[s->gap_rows[k]], gap <= 0.0 ? 0.0 : gap / s->h); /* NaN: NaN */
+        if (!s->moving || !(gap <= 0.0))
+            changes |= put(&s->w[s->gap_rows[k]], gap <= 0.0 ? 0.0 : gap / s->h); /* NaN: NaN */
     }
+    changes |= move_rows(s);
     for (int32_t k = 0; k < s->bilateral; k++)
         changes |= put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
 

@@ -83,6 +83,12 @@ CONSTANTS: dict[str, int] = {
     "PERP_CONTACT_METHOD_PROXIMAL": 6,
     "PERP_CONTACT_CERTIFICATE_NONE": 0,
     "PERP_CONTACT_CERTIFICATE_INFEASIBLE": 1,
+    "PERP_CONTACT_WAIT_DONE": 0,
+    "PERP_CONTACT_WAIT_OTHER": 1,
+    "PERP_CONTACT_WAIT_LOOK": 2,
+    "PERP_CONTACT_PHASE_BEGIN": 0,
+    "PERP_CONTACT_PHASE_SOLVE": 1,
+    "PERP_CONTACT_PHASE_MOVE": 2,
     "PERP_LOAD_DYNAMIC": 0,
     "PERP_LOAD_STATIC": 1,
     "PERP_LOAD_MIXED": 2,
@@ -490,6 +496,65 @@ class ContactStep(Structure):
         ("slop", c_double),
         ("driven", c_double),
         ("shift", c_void_p),
+        ("moving", c_void_p),
+    ]
+
+
+ContactStage = CFUNCTYPE(None, c_void_p, c_void_p)
+
+
+ContactIntegrate = CFUNCTYPE(None, c_void_p, c_void_p, c_void_p, c_double)
+
+
+class ContactCopy(Structure):
+    _fields_ = [
+        ("to", c_void_p),
+        ("source", c_void_p),
+        ("count", c_int32),
+        ("stride", c_int32),
+    ]
+
+
+class ContactRun(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("model", c_void_p),
+        ("data", c_void_p),
+        ("before", POINTER(ContactStage)),
+        ("after", POINTER(ContactStage)),
+        ("advance", POINTER(ContactStage)),
+        ("before_count", c_int32),
+        ("after_count", c_int32),
+        ("advance_count", c_int32),
+        ("places", c_int32),
+        ("metric", ContactStage),
+        ("metric_M", c_void_p),
+        ("metric_D", c_void_p),
+        ("metric_mass", c_void_p),
+        ("metric_places", c_void_p),
+        ("metric_count", c_int32),
+        ("kept_count", c_int32),
+        ("kept", POINTER(ContactCopy)),
+        ("place", c_void_p),
+        ("velocity", c_void_p),
+        ("time", c_void_p),
+        ("room", c_void_p),
+        ("integrate", ContactIntegrate),
+        ("inputs", POINTER(ContactCopy)),
+        ("outputs", POINTER(ContactCopy)),
+        ("input_count", c_int32),
+        ("output_count", c_int32),
+        ("steps", c_int32),
+        ("done", c_int32),
+        ("phase", c_int32),
+        ("wait", c_int32),
+        ("patience", c_int32),
+        ("look_slip", c_double),
+        ("first", c_void_p),
+        ("look_rest", c_double),
+        ("drive", c_void_p),
+        ("unsolved", c_int64),
+        ("residual", c_double),
     ]
 
 
@@ -1221,6 +1286,8 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_contact_result": ContactResult,
     "perp_contact_watch": ContactWatch,
     "perp_contact_step": ContactStep,
+    "perp_contact_copy": ContactCopy,
+    "perp_contact_run": ContactRun,
     "perp_contact_sensitivity_info": ContactSensitivityInfo,
     "perp_load_system": LoadSystem,
     "perp_load_settings": LoadSettings,
@@ -1371,6 +1438,11 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         POINTER(ContactDynamics)
     ]),
     "perp_contact_solver_hand_back": (c_int32, [ContactSolverPointer, POINTER(ContactStep)]),
+    "perp_contact_run_init": (c_int32, [POINTER(ContactRun), c_size_t]),
+    "perp_contact_solver_run": (c_int32, [
+        ContactSolverPointer, POINTER(ContactRun), POINTER(ContactStep), POINTER(ContactResult),
+        POINTER(ContactLaws), POINTER(ContactDynamics)
+    ]),
     "perp_contact_sensitivity_info_init": (c_int32, [POINTER(ContactSensitivityInfo), c_size_t]),
     "perp_contact_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(ContactSensitivityPointer), POINTER(ContactSensitivityInfo),

@@ -19,6 +19,7 @@ from ._generated import (
     CONSTANTS,
     ContactDynamics,
     ContactLaws,
+    ContactRun,
     ContactSettings,
     ContactSolverPointer,
     ContactStep,
@@ -112,7 +113,7 @@ class RowSolver(Handle):
         self._settings = sized(ContactSettings)
         _fill(self._settings, method, "exact", tol, max_iterations, limit)
         super().__init__(byref(self._settings))
-        self.n = n
+        self.n, self.tol = n, tol
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
         self._views = M, H, _ = sized(Matrix), sized(Matrix), sized(Matrix)
         self._dynamics.n, self._laws.dim = n, 3
@@ -127,7 +128,7 @@ class RowSolver(Handle):
             shift=self._shift,
         )  # fmt: skip
         self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
-        self._patience = self._pause = 0
+        self.patience = self._pause = 0
         self.known = self.is_other = False
         self._watched: Any = [], None, []
         self._held_by: Any = None
@@ -242,13 +243,33 @@ class RowSolver(Handle):
             return self._how
         self.is_other = bool(numbers.is_other)
         if not self.is_other:
-            end = self.result
-            good = end.outcome in GOOD_OUTCOMES
-            self._how = Solved(
-                OUTCOMES[end.outcome], good, end.residual, end.iterations,
-                CONTACT_METHODS[end.method],
-            )  # fmt: skip
+            self._how = self._ended()
         return self._how
+
+    def run(self, run: ContactRun) -> Solved:
+        """Steps within a run, as far as it goes without help: perp_contact_solver_run. Returns how
+        the last one ended."""
+        solver, structs = self._alive(), self._by_reference
+        with self._lock:
+            status = library.perp_contact_solver_run(solver, byref(run), *structs)
+            if status:
+                self._context.check(status)
+        self.known, self.is_other = bool(self.numbers.was_known), bool(self.numbers.is_other)
+        if not self.is_other and not self.known:
+            self._how = self._ended()
+        return self._how
+
+    def watch_nothing(self) -> None:
+        """No rows are arranged yet: the next step is told that they are others."""
+        self._nothing = c_void_p(None), np.zeros(1)
+        self.watch([(addressof(self._nothing[0]), 0, 8)], [self._nothing[1]])
+
+    def _ended(self) -> Solved:
+        end = self.result
+        return Solved(
+            OUTCOMES[end.outcome], end.outcome in GOOD_OUTCOMES, end.residual, end.iterations,
+            CONTACT_METHODS[end.method],
+        )  # fmt: skip
 
     def _hand_back(self) -> None:
         self._call(library.perp_contact_solver_hand_back, self._by_reference[0])
@@ -263,8 +284,8 @@ class RowSolver(Handle):
 
         first: the contacts' normals among the rows.
         """
-        self._patience -= 1
-        if self._patience > 0 or not self.numbers.slips:
+        self.patience -= 1
+        if self.patience > 0 or not self.numbers.slips:
             return how
         laws, slips = self._kept[0], self.modes[: len(first)] == _SLIP
         of_contacts = np.abs(self.u[: self.rows - len(laws.lower)])
@@ -277,7 +298,7 @@ class RowSolver(Handle):
         again = self.solve_by("auto" if turns else "newton", 1e-3 * tol)
         if again.ok and self.numbers.slips < slips.sum():
             return again
-        self._patience = _PATIENCE
+        self.patience = _PATIENCE
         self.v[:], self.r[:], self.u[:], self.modes[:] = kept
         self._how = how
         self._hand_back()

@@ -9,6 +9,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco")
 
 import perp  # noqa: E402
+import perp._mujoco_model  # noqa: E402
 import perp._stepper  # noqa: E402
 import perp.mujoco  # noqa: E402
 
@@ -310,7 +311,7 @@ def test_sparse_and_dense_are_the_same(monkeypatch):
     body, speeds = boxes(25)
     runs = []
     for most in (0, 1000):
-        monkeypatch.setattr(perp.mujoco, "_DENSE", most)
+        monkeypatch.setattr(perp._mujoco_model, "DENSE", most)
         model, data = scene(body)
         data.qvel[:] = 0.2 * speeds
         runs.append(perp.mujoco.simulate(model, data, 0.3))
@@ -326,7 +327,7 @@ def test_many_boxes_on_a_slope_rest():
     model, data = scene(body, 'gravity="3 0 -9.4"')
     data.qvel[:] = 0.1  # they slide to rest first
     run = perp.mujoco.simulate(model, data, 1.5)
-    assert model.nv > perp.mujoco._DENSE and run.ok
+    assert model.nv > perp._mujoco_model.DENSE and run.ok
     assert (run.qvel[-100:] == 0.0).all()
 
 
