@@ -21,7 +21,8 @@ static void put_in(const perp_contact_run *run)
     for (int32_t k = 0; k < run->input_count; k++) {
         const perp_contact_copy *c = &run->inputs[k];
 
-        memcpy(c->to, c->source + (ptrdiff_t)run->done * c->stride, (size_t)c->count * sizeof *c->to);
+        memcpy(c->to, c->source + (ptrdiff_t)run->done * c->stride,
+               (size_t)c->count * sizeof *c->to);
     }
 }
 
@@ -30,7 +31,8 @@ static void take_out(const perp_contact_run *run)
     for (int32_t k = 0; k < run->output_count; k++) {
         const perp_contact_copy *c = &run->outputs[k];
 
-        memcpy(c->to + (ptrdiff_t)run->done * c->stride, c->source, (size_t)c->count * sizeof *c->to);
+        memcpy(c->to + (ptrdiff_t)run->done * c->stride, c->source,
+               (size_t)c->count * sizeof *c->to);
     }
 }
 
@@ -49,14 +51,14 @@ static void make_metric(const perp_contact_run *run, double h)
 }
 
 /* Of the contacts that slip, the largest |u| of a row; rows of contacts end where bounds begin. */
-static double fastest_slip(const perp_contact_run *run, const perp_contact_step *s, int32_t bounded)
+static double fastest_slip(const perp_contact_step *s, int32_t bounded)
 {
     double fastest = 0.0;
 
     for (int32_t k = 0; k < s->contacts; k++) {
-        const int32_t end = k + 1 < s->contacts ? run->first[k + 1] : s->rows - bounded;
+        const int32_t end = k + 1 < s->contacts ? s->first[k + 1] : s->rows - bounded;
 
-        for (int32_t i = run->first[k]; s->modes[k] == PERP_CONTACT_SLIP && i < end; i++)
+        for (int32_t i = s->first[k]; s->modes[k] == PERP_CONTACT_SLIP && i < end; i++)
             fastest = fmax(fastest, fabs(s->u[i]));
     }
     return fastest;
@@ -68,9 +70,9 @@ static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int
 {
     double drive = 0.0;
 
-    if (run->first && was_warm && s->slips > 0) {
+    if (s->first && was_warm && s->slips > 0) {
         run->patience -= run->patience > 0;
-        if (run->patience == 0 && fastest_slip(run, s, bounded) <= run->look_slip * s->driven)
+        if (run->patience == 0 && fastest_slip(s, bounded) <= run->look_slip * s->driven)
             return 1;
     }
     for (int32_t i = 0; run->drive && i < s->n; i++)
@@ -148,8 +150,7 @@ static perp_status check(perp_contact_solver *solver, const perp_contact_run *ru
 
 perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_run *run,
                                     perp_contact_step *step, perp_contact_result *result,
-                                    const perp_contact_laws *laws,
-                                    const perp_contact_dynamics *dynamics)
+                                    perp_contact_laws *laws, perp_contact_dynamics *dynamics)
 {
     perp_status status = PERP__CALL(perp__contact_enter(solver), solver->context,
                                     check(solver, run, step, result, laws));
@@ -171,6 +172,12 @@ perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_ru
             status = perp_contact_solver_step(solver, step, result, laws, dynamics);
             if (status != PERP_OK)
                 return status;
+            if (step->is_other && step->source) {
+                status = perp_contact_solver_arrange(solver, step, laws, dynamics);
+                if (status != PERP_OK)
+                    return status;
+                continue;
+            }
             run->wait = step->is_other ? PERP_CONTACT_WAIT_OTHER : PERP_CONTACT_WAIT_DONE;
             if (step->is_other)
                 return PERP_OK;

@@ -18,6 +18,8 @@ static void release(void *object)
     perp__joint_block_release(&solver->joints);
     perp__contact_destroy(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
+    perp__arena_release(&solver->arranged[0].arena);
+    perp__arena_release(&solver->arranged[1].arena);
     perp__hold_release(&solver->hold);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);

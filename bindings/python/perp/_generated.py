@@ -438,6 +438,23 @@ class ContactWatch(Structure):
     ]
 
 
+class ContactSource(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("counts", c_void_p),
+        ("contacts", c_void_p),
+        ("stride", c_int32),
+        ("geoms_at", c_int32),
+        ("row_at", c_int32),
+        ("dim_at", c_int32),
+        ("friction_at", c_int32),
+        ("geoms", c_int32),
+        ("kinds", c_void_p),
+        ("ids", c_void_p),
+        ("bounds", c_void_p),
+    ]
+
+
 class ContactStep(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -496,6 +513,8 @@ class ContactStep(Structure):
         ("slop", c_double),
         ("driven", c_double),
         ("shift", c_void_p),
+        ("source", POINTER(ContactSource)),
+        ("first", c_void_p),
         ("moving", c_void_p),
     ]
 
@@ -550,7 +569,6 @@ class ContactRun(Structure):
         ("wait", c_int32),
         ("patience", c_int32),
         ("look_slip", c_double),
-        ("first", c_void_p),
         ("look_rest", c_double),
         ("drive", c_void_p),
         ("unsolved", c_int64),
@@ -1285,6 +1303,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_contact_settings": ContactSettings,
     "perp_contact_result": ContactResult,
     "perp_contact_watch": ContactWatch,
+    "perp_contact_source": ContactSource,
     "perp_contact_step": ContactStep,
     "perp_contact_copy": ContactCopy,
     "perp_contact_run": ContactRun,
@@ -1432,7 +1451,11 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
         POINTER(ContactSettings), POINTER(ContactLaws), POINTER(Matrix), c_void_p, c_void_p
     ]),
+    "perp_contact_source_init": (c_int32, [POINTER(ContactSource), c_size_t]),
     "perp_contact_step_init": (c_int32, [POINTER(ContactStep), c_size_t]),
+    "perp_contact_solver_arrange": (c_int32, [
+        ContactSolverPointer, POINTER(ContactStep), POINTER(ContactLaws), POINTER(ContactDynamics)
+    ]),
     "perp_contact_solver_step": (c_int32, [
         ContactSolverPointer, POINTER(ContactStep), POINTER(ContactResult), POINTER(ContactLaws),
         POINTER(ContactDynamics)

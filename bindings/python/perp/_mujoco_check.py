@@ -85,13 +85,16 @@ def _other(*names: str) -> Callable[[Any], Any]:
 
 def _softness(model: Any) -> Any:
     """Whether anything has solref or solimp of its own."""
-    names = [x for x in dir(model) if "solref" in x or "solimp" in x]
+    names = _SOFT
     given = {"solref": np.array([0.02, 1.0]), "solimp": np.array([0.9, 0.95, 0.001, 0.5, 2.0])}
     return [
         (getattr(model, x) != given["solref" if "solref" in x else "solimp"]).any()
         for x in names
         if "friction" not in x  # of pairs: 0 is "as solref"
     ]
+
+
+_SOFT = [x for x in dir(mj.MjModel) if "solref" in x or "solimp" in x]
 
 
 def _euler(model: Any) -> Any:

@@ -216,8 +216,8 @@ class Linearization:
     def _keep(self) -> None:
         """The answer, and the rows that are active in it."""
         stepper, own = self._stepper, self._data
-        solver, touching = stepper.solver, stepper.touching
-        self._rows = touching.rows
+        solver = stepper.solver
+        self._rows = stepper.rows
         self._contacts = own.contact.geom.tobytes(), own.nefc
         self._which = np.concatenate([self._rows.H, self._rows.G])
         self._v, self._r, u = solver.v.copy(), solver.r.copy(), solver.u.copy()

@@ -11,7 +11,9 @@ import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
+from ._generated import ContactSource
 from ._mujoco_check import tumbling
+from ._structures import sized
 
 Array = NDArray[np.float64]
 
@@ -120,7 +122,7 @@ def entries_of_mass(model: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any
     return rows, columns, np.concatenate([entry, entry[below]])
 
 
-OF_CONTACTS = "geom", "efc_address", "friction"
+OF_CONTACTS = "geom", "efc_address", "dim", "friction"
 WATCHED, PATTERN = ("efc_id", "efc_frictionloss"), ("efc_J_rownnz", "efc_J_colind")
 
 
@@ -140,7 +142,7 @@ def layout() -> Layout:
     each costs half a microsecond to be asked for."""
     data = mj.MjData(mj.MjModel.from_xml_string(_SCENE))
     mj.mj_step1(data.model, data)
-    names = "efc_J", "efc_pos", "efc_force", *WATCHED, *PATTERN
+    names = "efc_J", "efc_pos", "efc_force", "efc_type", *WATCHED, *PATTERN
     looked_for = {getattr(data, name).ctypes.data: name for name in names}
     first = data.contact.dist.ctypes.data
     looked_for[first] = "contact"
@@ -171,3 +173,14 @@ def pointers(data: Any) -> dict[str, Any]:
     return {name: data._address + k for name, k in layout().pointers.items()}
 
 
+
+
+def source(model: Any, data: Any, at: dict[str, Any]) -> ContactSource:
+    """Where perp_contact_solver_arrange finds what touches."""
+    where, found = layout(), sized(ContactSource)
+    found.counts = data._address + where.counts
+    found.contacts, found.stride = at["contact"], where.stride
+    found.geoms_at, found.row_at, found.dim_at, found.friction_at = where.of_contacts
+    found.geoms = model.ngeom
+    found.kinds, found.ids, found.bounds = at["efc_type"], at["efc_id"], at["efc_frictionloss"]
+    return found

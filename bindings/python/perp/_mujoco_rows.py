@@ -26,18 +26,18 @@ _NONE = np.zeros(0, dtype=np.int32)
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
 
 
-def set_mass(model: Any, solver: RowSolver, entries: tuple[NDArray[Any], ...]) -> None:
+def places_of_mass(model: Any, entries: tuple[NDArray[Any], ...]) -> tuple[NDArray[Any], ...]:
+    """What RowSolver.set_mass asks for."""
     n = model.nv
     rows, columns, sources = entries
     if n <= _model.DENSE:
         dense = np.full((n, n), -1, dtype=np.int32)
         dense[rows, columns] = sources
-        solver.set_mass(dense.ravel(), (np.arange(n) * (n + 1)).astype(np.int32))
-        return
+        return dense.ravel(), (np.arange(n) * (n + 1)).astype(np.int32)
     order = np.lexsort((rows, columns))
     rows, columns, sources = (x[order].astype(np.int32) for x in (rows, columns, sources))
     starts = np.searchsorted(columns, np.arange(n + 1)).astype(np.int32)
-    solver.set_mass(sources, np.flatnonzero(rows == columns).astype(np.int32), starts, rows)
+    return sources, np.flatnonzero(rows == columns).astype(np.int32), starts, rows
 
 
 class Touching(NamedTuple):

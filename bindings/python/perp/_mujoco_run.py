@@ -52,10 +52,12 @@ def _stages(*names: str) -> Any:
     return (ContactStage * max(len(stages), 1))(*stages), len(stages)
 
 
+_GETTERS = [getattr(mj, name) for name in dir(mj) if name.startswith("get_mjcb_")]
+
+
 def has_callbacks() -> bool:
     """Whether MuJoCo calls functions of Python's."""
-    getters = [getattr(mj, name) for name in dir(mj) if name.startswith("get_mjcb_")]
-    return any(get() is not None for get in getters)
+    return any(get() is not None for get in _GETTERS)
 
 
 class Runner:
@@ -146,7 +148,7 @@ class Runner:
         stepper.gather(data)  # what MuJoCo refuses, it refuses here
         solver.numbers.warm = stepper.warm
         while run.done < steps:
-            if stepper.touching is None:
+            if not stepper.dense and stepper.touching is None:
                 solver.watch_nothing()
             try:
                 how = solver.run(run)
@@ -158,23 +160,17 @@ class Runner:
                 continue
             if run.wait == _OTHER:
                 stepper.arrange(data)
-                run.first = _arrays.address(self._first())
             elif run.wait == _LOOK:
                 stepper.warm = bool(solver.numbers.warm)
                 solver.patience = run.patience + 1
                 self._moved(how, run)
             stepper.warm = bool(solver.numbers.warm)
 
-    def _first(self) -> NDArray[Any]:
-        self._of_contacts = np.append(self._stepper.touching.first, 0).astype(np.int32)
-        return self._of_contacts
-
     def _moved(self, how: Any, run: Any) -> None:
         """Solved here: the rest of the step is the run's."""
         stepper = self._stepper
         if not stepper.solver.known:
             stepper.look(self._data, how)
-        run.first = _arrays.address(self._first())
         run.patience = max(stepper.solver.patience, 0)
         run.phase, stepper.solver.numbers.warm = _MOVE, stepper.warm
 
@@ -235,8 +231,9 @@ class Batch:
     def _one(self, k: int) -> None:
         model, own = self._model, self._own
         if not hasattr(own, "data"):
-            own.data = mj.MjData(model)
-        data, stepper = own.data, self._make()
+            own.data, own.stepper = mj.MjData(model), self._make()
+        data, stepper = own.data, own.stepper
+        stepper.begin_anew()
         mj.mj_resetData(model, data)
         mj.mj_setState(model, data, self._states[k], _STATE)
         inputs = [Copy(data.ctrl, self._controls[k])] if model.nu else []

@@ -35,9 +35,9 @@ from ._errors import argument_error
 from ._mujoco_check import Feature, check, refuse, tumbling
 from ._mujoco_derivatives import Derivatives, Linearization
 from ._mujoco_model import FAST, NO_EULER_DAMPING, Borrowed, Damping, Tumbling
-from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, set_mass
+from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
 from ._mujoco_run import Batch, Rollout, checked
-from ._stepper import Array, RowSolver, Solved
+from ._stepper import Array, Laws, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = [
@@ -83,15 +83,12 @@ class Stepper:
         self.model = model
         self.correction = correction
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
-        self.solver = RowSolver(model.nv, method, tol, max_iterations, time_limit)
+        self.dense = model.nv <= _model.DENSE
         self._entries = _model.entries_of_mass(model)
-        set_mass(model, self.solver, self._entries)
-        self.solver.numbers.correction = correction
+        self._places_of_mass = places_of_mass(model, self._entries)
+        self._settings = method, tol, max_iterations, time_limit
         self.mass = np.zeros(model.nC)  # of implicit integrators
-        self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
-        self._bound_by: tuple[int, int] = (-1, -1)
-        self.touching: Optional[Touching] = None
-        self.warm, self.all_move = False, True
+        self.begin_anew()
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
         self.large = model.nv <= _model.DENSE and bool((trees > _BLOCK).any())
@@ -104,6 +101,16 @@ class Stepper:
         # what costs a tenth of a microsecond or two to be asked for in every step
         self._options, self.senses = model.opt, bool(model.nsensor)
         self.accelerates = bool((model.sensor_needstage == _OF_ACCELERATIONS).any())
+
+    def begin_anew(self) -> None:
+        """As if nothing had been stepped before."""
+        self.solver = RowSolver(self.model.nv, *self._settings)
+        self.solver.set_mass(*self._places_of_mass)
+        self.solver.numbers.correction = self.correction
+        self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
+        self._bound_by: tuple[int, int] = (-1, -1)
+        self.touching: Optional[Touching] = None
+        self.warm, self.all_move = False, True
 
     def step(self, data: Any) -> Solved:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
@@ -123,9 +130,9 @@ class Stepper:
         """The contacts of a step as sharply as can be, with impulses away from the rims of cones
         where there are such, from no start."""
         self.gather(data)
-        self.touching, self.warm = None, False
-        how = self._solve_any(data, self._options.timestep)
-        turns = self.touching.rows.laws
+        self.forget()
+        how = self._solve_any(data)
+        turns = self.solver.laws
         method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
         solver = self.solver
         kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
@@ -188,16 +195,20 @@ class Stepper:
                 raise argument_error("data has forces that are not finite, and autoreset is disabled")
             data.qacc[:] = data.qacc_smooth
             mj.mj_checkAcc(self.model, data)
-            self.touching, self.warm = None, False
+            self.forget()
             self.gather(data)
-        return self._solve_any(data, self._options.timestep)
+        return self._solve_any(data)
+
+    def forget(self) -> None:
+        """The next step has no start."""
+        self.touching, self.warm = None, False
+        self.solver.numbers.w = None  # the arranged rows are others'
 
     def look(self, data: Any, how: Solved) -> Solved:
         """Whether what nearly rests does."""
-        solver, touching = self.solver, self.touching
-        assert touching is not None
+        solver = self.solver
         if self.warm and how.ok and solver.numbers.slips:
-            how = solver.settle(how, touching.first)
+            how = solver.settle(how)
         if self.large and how.ok and self._nearly_rests(data) and solver.may_hold():
             solver.hold()
         self.warm = how.ok
@@ -232,7 +243,10 @@ class Stepper:
             return
         self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
         self._struct = ctypes.c_void_p(data._address)
-        self._at, self.touching = _model.pointers(data), None
+        self._at = _model.pointers(data)
+        self.forget()
+        if self.dense:
+            self.solver.numbers.source = ctypes.pointer(_model.source(self.model, data, self._at))
         for name, field in ("J", "efc_J"), ("gaps", "efc_pos"), ("row_force", "efc_force"):
             setattr(solver.numbers, name, self._at[field])
         damped = integrator != FAST and not flags & NO_EULER_DAMPING
@@ -254,33 +268,56 @@ class Stepper:
         if self.tumbling:
             self.tumbling.update(data, (free - data.qvel) / h, self.mass)
 
-    def _solve_any(self, data: Any, h: float) -> Solved:
+    def _solve_any(self, data: Any) -> Solved:
         try:
-            return self._solve(data, h)
+            return self._solve(data)
         except ValueError:  # a contact that moved something does so no more?
-            self.touching, self.warm, self.all_move = None, False, False
-            return self._solve(data, h)
+            if self.dense or not self.all_move:
+                raise
+            self.forget()
+            self.all_move = False
+            return self._solve(data)
 
-    def _solve(self, data: Any, h: float) -> Solved:
+    def _solve(self, data: Any) -> Solved:
         """With the rows of the last step, where the same things touch."""
-        solver, key = self.solver, (data.ne, data.nf, data.nl, data.ncon, h)
-        if self.touching is not None and key == self.touching.key:
+        solver = self.solver
+        if self.dense or self._is_as_before(data):
             how = solver.step(self.warm)
             if not solver.is_other:
                 return how
         self.arrange(data)
         return solver.step(self.warm)
 
+    def _is_as_before(self, data: Any) -> bool:
+        key = data.ne, data.nf, data.nl, data.ncon, self._options.timestep
+        return self.touching is not None and key == self.touching.key
+
     def arrange(self, data: Any) -> None:
         """The rows of what touches now."""
+        if self.dense:
+            self.solver.arrange_from_source()
+            return
         h = self._options.timestep
         key = data.ne, data.nf, data.nl, data.ncon, h
         self._take_rows(find_rows(key, self.model, data, h, self.all_move), data)
 
+    @property
+    def rows(self) -> Rows:
+        """Those that are arranged."""
+        solver, numbers = self.solver, self.solver.numbers
+        if not self.dense:
+            assert self.touching is not None
+            return self.touching.rows
+        places = ("H_rows", "rows"), ("G_rows", "bilateral"), ("gap_rows", "gap_count")
+        copies = [solver.kept_rows(x, getattr(numbers, count)).copy() for x, count in places]
+        scale = solver.row_scale
+        laws = Laws(*(x.copy() for x in solver.laws))
+        return Rows(laws, *copies, None if scale is None else scale.copy())
+
     def _take_rows(self, touching: Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""
         solver, last, at, layout = self.solver, self.touching, self._at, _model.layout()
-        old = solver.start
+        old = solver.start.copy()
         solver.arrange(touching.rows, data.nefc)
         if last is not None:
             hand_over(solver.start, touching, old, last)
@@ -289,7 +326,7 @@ class Stepper:
         places = [(at["contact"], offset, layout.stride) for offset in layout.of_contacts]
         kept.insert(0, np.array([data.ncon, data.ne, data.nf, data.nl, data.nefc], dtype=np.int32))
         places.insert(0, (ctypes.addressof(self._struct), layout.counts, 4))
-        for name in _model.WATCHED + (() if self.model.nv <= _model.DENSE else _model.PATTERN):
+        for name in _model.WATCHED + _model.PATTERN:
             kept.append(getattr(data, name).copy())
             places.append((at[name], 0, kept[-1].itemsize))
         for row in touching.still:  # zeros as long as they move nothing
