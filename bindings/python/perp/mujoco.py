@@ -50,6 +50,14 @@ _BLOCK = 12  # unknowns of a block of M up to which the library's v has exact ze
 _NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
 _STATE = int(mj.mjtState.mjSTATE_FULLPHYSICS)
 _OF_ACCELERATIONS = int(mj.mjtStage.mjSTAGE_ACC)
+_OF_FORCES = [  # late as well, but without accelerations
+    int(getattr(mj.mjtSensor, f"mjSENS_{name}"))
+    for name in (
+        "TOUCH", "CONTACT", "ACTUATORFRC", "JOINTACTFRC", "TENDONACTFRC", "JOINTLIMITFRC",
+        "TENDONLIMITFRC",
+    )
+    if hasattr(mj.mjtSensor, f"mjSENS_{name}")
+]  # fmt: skip
 
 
 class Stepper:
@@ -100,7 +108,8 @@ class Stepper:
         self._state = np.zeros(mj.mj_stateSize(model, _STATE))
         # what costs a tenth of a microsecond or two to be asked for in every step
         self._options, self.senses = model.opt, bool(model.nsensor)
-        self.accelerates = bool((model.sensor_needstage == _OF_ACCELERATIONS).any())
+        late = model.sensor_needstage == _OF_ACCELERATIONS
+        self.accelerates = bool((late & ~np.isin(model.sensor_type, _OF_FORCES)).any())
 
     def begin_anew(self) -> None:
         """As if nothing had been stepped before."""
