@@ -318,11 +318,13 @@ typedef struct perp_contact_source {
     const int32_t *counts; /* 5: contacts, equations, rows of dry friction, of limits, all rows */
     const void *const *contacts; /* *contacts: one every `stride` bytes; in each at so many bytes */
     int32_t stride;
-    int32_t geoms_at;            /* int32_t[2]: what touches, -1 to geoms - 1 */
-    int32_t row_at;              /* int32_t: its first row, -1: none */
-    int32_t dim_at;              /* int32_t: 1, 3, 4 or 6 */
-    int32_t friction_at;         /* double[5]: of the tangents, spinning, rolling */
-    int32_t geoms;               /* different ones */
+    int32_t geoms_at;    /* int32_t[2]: what touches, -1 to geoms - 1 */
+    int32_t row_at;      /* int32_t: its first row, -1: none */
+    int32_t dim_at;      /* int32_t: 1, 3, 4 or 6 */
+    int32_t friction_at; /* double[5]: of the tangents, spinning, rolling */
+    int32_t surface_at; /* double[3]: velocity of the second's surface against the first's along the
+                           tangents, and spin: added to u; 0: none move */
+    int32_t geoms;      /* different ones */
     const int32_t *const *kinds; /* *kinds, *ids: what each row of dry friction and limits is of */
     const int32_t *const *ids;
     const double *const *bounds; /* *bounds: of each row: the largest force of its dry friction */
@@ -333,7 +335,7 @@ typedef struct perp_contact_source {
  *
  *   M = mass[mass_sources] + h damping on the diagonal,   H = J[H_sources] H_scale,
  *   G = J[G_sources],   f = M velocity + h force,
- *   w = max(gaps[gap_sources], 0) / h in the rows gap_rows, and `moving`,   b = (correction / h)
+ *   w = max(gaps[gap_sources], 0) / h in the rows gap_rows,   b = (correction / h)
  * gaps[G_rows].
  *
  * Arrays are the caller's. M, H and G are those that dynamics shows, any storage; a source < 0
@@ -386,8 +388,8 @@ typedef struct perp_contact_step {
     const perp_contact_source *source; /* perp_contact_solver_arrange goes by it, and is_other tells
                                           whether it is to be called; NULL: `watches` do */
     const int32_t *first;              /* contacts: their first rows; NULL: not known */
-    const double *moving; /* rows: w where a row has no gap, or one <= 0; gap_rows rise then. NULL:
-                             0 at gaps, and else the caller's */
+    double restitution; /* of contacts whose gap is closed: u >= -restitution times what it was */
+    const double *const *speeds; /* *speeds: J_rows: J velocity; read where restitution > 0 */
 } perp_contact_step;
 
 PERP_API perp_status perp_contact_source_init(perp_contact_source *source, size_t size);

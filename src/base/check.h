@@ -20,7 +20,7 @@
 #define PERP__LAST_perp_contact_sensitivity_info condition
 #define PERP__LAST_perp_contact_settings monitor_user
 #define PERP__LAST_perp_contact_source bounds
-#define PERP__LAST_perp_contact_step moving
+#define PERP__LAST_perp_contact_step speeds
 #define PERP__LAST_perp_context_settings log_user
 #define PERP__LAST_perp_joint_settings friction
 #define PERP__LAST_perp_joint_state friction

@@ -79,6 +79,41 @@ int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_co
     return 1;
 }
 
+/* Slots of the tangents and the spin, among the three of a surface. */
+static int32_t surface_of(int32_t slot)
+{
+    return slot == 1 || slot == 2 ? slot - 1 : slot == 5 ? 2 : -1;
+}
+
+int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s)
+{
+    const perp__contact_rows *own = &solver->arranged[solver->arranged_now];
+    int32_t changes = 0;
+
+    for (int32_t c = 0; c < own->contacts; c++) {
+        const char *at = (const char *)*s->source->contacts +
+                         (ptrdiff_t)own->record[c] * s->source->stride + s->source->surface_at;
+        int32_t row = own->first[c];
+        double velocity[3];
+
+        memcpy(velocity, at, sizeof velocity);
+        for (int32_t slot = 0; slot < SLOTS; slot++) {
+            const int32_t k = surface_of(slot);
+
+            if (row_of[own->kept[c]][slot] < 0)
+                continue;
+            if (k >= 0) {
+                const double w = own->scale[row] * velocity[k];
+
+                changes |= memcmp(&s->w[row], &w, sizeof w) != 0;
+                s->w[row] = w;
+            }
+            row++;
+        }
+    }
+    return changes;
+}
+
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__contact_rows *own = object;
@@ -86,7 +121,7 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t contacts = (size_t)own->contacts, rows = (size_t)own->rows;
     const size_t bilateral = (size_t)own->bilateral, size = rows + bilateral, n = (size_t)own->n;
 
-    PERP__INTEGERS(arena, contacts, &own->dims, &own->kept);
+    PERP__INTEGERS(arena, contacts, &own->dims, &own->kept, &own->record);
     PERP__INTEGERS(arena, contacts + 1, &own->first);
     PERP__INTEGERS(arena, size + 1, &own->H_rows, &own->G_rows, &own->gap_rows, &own->gap_sources,
                    &own->modes);
@@ -182,6 +217,7 @@ static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, i
         place = c > 0 && pair == last ? place + 1 : 0;
         last = pair;
         own->names[c] = pair * MOST_PAIRS + place;
+        own->record[c] = k;
         take_contact(own, &t, c++, row);
     }
     own->first[c] = *row;

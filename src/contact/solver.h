@@ -88,13 +88,13 @@ typedef struct perp__contact_rows {
     int32_t contacts, rows, bilateral, bounded, gaps, is_scaled;
     int32_t *dims, *first, *H_rows, *G_rows, *gap_rows, *gap_sources, *modes;
     double *mu, *rolling, *spinning, *lower, *upper, *scale;
-    double *zeros;        /* w, b, H, G, r, u and start behind each other */
-    int64_t *names;       /* contacts, then rows with bounds: the same as long as it lasts */
-    int32_t *kept;        /* contacts: the simulator's dimension */
-    int32_t *places;      /* of the simulator's contacts: geoms, row, dimension; */
-    double *frictions;    /* coefficients */
-    int32_t *ids;         /* of rows with bounds, */
-    double *bounds;       /* and of dry friction */
+    double *zeros;          /* w, b, H, G, r, u and start behind each other */
+    int64_t *names;         /* contacts, then rows with bounds: the same as long as it lasts */
+    int32_t *kept, *record; /* contacts: the simulator's dimension, and which it is of its own */
+    int32_t *places;        /* of the simulator's contacts: geoms, row, dimension; */
+    double *frictions;      /* coefficients */
+    int32_t *ids;           /* of rows with bounds, */
+    double *bounds;         /* and of dry friction */
     int32_t *moves;       /* equations, the simulator's contacts: whether row or normal is not 0 */
     perp_matrix views[2]; /* H, G */
 } perp__contact_rows;
@@ -226,6 +226,9 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 
 /* Whether what step.source shows is what was arranged: rows.c. */
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
+
+/* w of contacts whose surfaces move; returns whether that changes: rows.c. */
+int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s);
 
 /* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);

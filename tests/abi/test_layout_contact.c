@@ -82,7 +82,7 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_watch, offset, 20, 4);
     FIELD(perp_contact_watch, stride, 24, 4);
     FIELD(perp_contact_watch, bytes, 28, 4);
-    SIZE(perp_contact_step, 408);
+    SIZE(perp_contact_step, 416);
     FIELD(perp_contact_step, struct_size, 0, 8);
     FIELD(perp_contact_step, n, 8, 4);
     FIELD(perp_contact_step, contacts, 12, 4);
@@ -141,13 +141,14 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_step, shift, 376, 8);
     FIELD(perp_contact_step, source, 384, 8);
     FIELD(perp_contact_step, first, 392, 8);
-    FIELD(perp_contact_step, moving, 400, 8);
+    FIELD(perp_contact_step, restitution, 400, 8);
+    FIELD(perp_contact_step, speeds, 408, 8);
 }
 
 static void test_contact_run(void **state)
 {
     (void)state;
-    SIZE(perp_contact_source, 72);
+    SIZE(perp_contact_source, 80);
     FIELD(perp_contact_source, struct_size, 0, 8);
     FIELD(perp_contact_source, counts, 8, 8);
     FIELD(perp_contact_source, contacts, 16, 8);
@@ -156,10 +157,11 @@ static void test_contact_run(void **state)
     FIELD(perp_contact_source, row_at, 32, 4);
     FIELD(perp_contact_source, dim_at, 36, 4);
     FIELD(perp_contact_source, friction_at, 40, 4);
-    FIELD(perp_contact_source, geoms, 44, 4);
-    FIELD(perp_contact_source, kinds, 48, 8);
-    FIELD(perp_contact_source, ids, 56, 8);
-    FIELD(perp_contact_source, bounds, 64, 8);
+    FIELD(perp_contact_source, surface_at, 44, 4);
+    FIELD(perp_contact_source, geoms, 48, 4);
+    FIELD(perp_contact_source, kinds, 56, 8);
+    FIELD(perp_contact_source, ids, 64, 8);
+    FIELD(perp_contact_source, bounds, 72, 8);
     SIZE(perp_contact_copy, 24);
     FIELD(perp_contact_copy, to, 0, 8);
     FIELD(perp_contact_copy, source, 8, 8);

@@ -19,7 +19,7 @@ enum { BODIES = 2, N = 3 * BODIES, MOST_ROWS = 1 + 3 * BODIES };
 #define MU 0.5
 
 typedef struct record {
-    double friction[5];
+    double friction[5], surface[3];
     int32_t geoms[2], row, dim;
 } record;
 
@@ -36,6 +36,7 @@ typedef struct simulator {
     double mass[N], M[N * N], place[N], velocity[N], force[N], push[N], time, room[2 * N];
     double f[N], v[N], acceleration[N], force_of_rows[N];
     double J[MOST_ROWS * N], gaps[MOST_ROWS], row_force[MOST_ROWS], bounds[MOST_ROWS];
+    double speeds[MOST_ROWS], belt;
     int32_t counts[5], kinds[MOST_ROWS], ids[MOST_ROWS];
     int32_t mass_sources[N * N], diagonal[N];
     record records[BODIES];
@@ -62,7 +63,7 @@ static void look(const void *model, void *data)
         row = 1;
     }
     for (int32_t k = 0; k < BODIES; k++) {
-        const record r = {{MU, MU, 0.0, 0.0, 0.0}, {-1, k}, row, 3};
+        const record r = {{MU, MU, 0.0, 0.0, 0.0}, {sim->belt, 0.0, 0.0}, {-1, k}, row, 3};
         double *J = sim->J + (size_t)row * N + 3 * (size_t)k;
 
         for (int32_t i = 0; i < 3; i++)
@@ -71,6 +72,7 @@ static void look(const void *model, void *data)
             continue;
         J[2] = J[N] = J[2 * N + 1] = 1.0;
         sim->gaps[row] = sim->place[3 * k + 2];
+        sim->speeds[row] = sim->velocity[3 * k + 2];
         sim->records[sim->counts[0]++] = r;
         row += 3;
     }
@@ -231,6 +233,40 @@ static void test_dry_friction_has_bounds(void **state)
     near(sim->velocity[0], 3.0 * H_STEP, CLOSE);
 }
 
+/* Moreau's law: what came with 2 leaves with 1. */
+static void test_a_mass_bounces(void **state)
+{
+    simulator *sim = *state;
+    const double *speeds = sim->speeds;
+
+    sim->place[5] = 1.0;
+    sim->velocity[2] = -2.0;
+    sim->step.restitution = 0.5, sim->step.speeds = &speeds;
+    assert_int_equal(steps(sim, 1), PERP_OK);
+    near(sim->velocity[2], 1.0, CLOSE);
+    sim->step.restitution = 2.0;
+    assert_int_equal(steps(sim, 1), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "restitution"));
+    sim->step.restitution = 0.5, sim->step.speeds = NULL;
+    sim->run.phase = PERP_CONTACT_PHASE_BEGIN, sim->place[2] = 0.0;
+    assert_int_equal(steps(sim, 1), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "step.speeds"));
+}
+
+/* The masses' surfaces move against the table: friction drives them back, until that is made up. */
+static void test_surfaces_move(void **state)
+{
+    simulator *sim = *state;
+
+    sim->source.surface_at = (int32_t)offsetof(record, surface);
+    sim->belt = 1.0;
+    assert_int_equal(steps(sim, 10), PERP_OK);
+    near(sim->velocity[0], -10.0 * H_STEP * MU * G, CLOSE);
+    assert_int_equal(steps(sim, 20), PERP_OK);
+    near(sim->velocity[0], -1.0, CLOSE);
+    near(sim->velocity[3], -1.0, CLOSE);
+}
+
 static void test_inputs_and_outputs_have_a_row_a_step(void **state)
 {
     simulator *sim = *state;
@@ -306,6 +342,8 @@ int main(void)
         TEST(test_a_mass_slides_to_rest_while_another_falls),
         TEST(test_what_lasts_keeps_its_impulse),
         TEST(test_dry_friction_has_bounds),
+        TEST(test_a_mass_bounces),
+        TEST(test_surfaces_move),
         TEST(test_inputs_and_outputs_have_a_row_a_step),
         TEST(test_slow_slips_are_looked_at),
         TEST(test_refusals),

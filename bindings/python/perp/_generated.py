@@ -448,6 +448,7 @@ class ContactSource(Structure):
         ("row_at", c_int32),
         ("dim_at", c_int32),
         ("friction_at", c_int32),
+        ("surface_at", c_int32),
         ("geoms", c_int32),
         ("kinds", c_void_p),
         ("ids", c_void_p),
@@ -515,7 +516,8 @@ class ContactStep(Structure):
         ("shift", c_void_p),
         ("source", POINTER(ContactSource)),
         ("first", c_void_p),
-        ("moving", c_void_p),
+        ("restitution", c_double),
+        ("speeds", c_void_p),
     ]
 
 

@@ -163,7 +163,12 @@ _TABLE: _Table = [
     ),
     ("geom adhesion", EXACT, _get("flg_adhesion"), "contacts pull with up to the given force"),
     (
-        "geom surfacevel", IGNORED, _get("flg_surfacevel"), "surfaces do not move",
+        "geom surfacevel", EXACT, lambda m: m.nv <= 120 and _get("flg_surfacevel")(m),
+        "what sticks has the surface's velocity",
+    ),
+    (
+        "geom surfacevel of large models", REFUSED,
+        lambda m: m.nv > 120 and _get("flg_surfacevel")(m), "more than 120 velocities",
     ),
     (
         "equality", EXACT,

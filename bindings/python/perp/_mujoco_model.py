@@ -132,6 +132,7 @@ class Layout(NamedTuple):
     pointers: dict[str, int]  # of mjData
     of_contacts: list[int]  # of mjContact
     stride: int
+    surface: int  # of mjContact; 0 in versions without
     counts: int  # of mjData: contacts, equations, rows of dry friction and of limits, all rows
     time: int
 
@@ -142,7 +143,7 @@ def layout() -> Layout:
     each costs half a microsecond to be asked for."""
     data = mj.MjData(mj.MjModel.from_xml_string(_SCENE))
     mj.mj_step1(data.model, data)
-    names = "efc_J", "efc_pos", "efc_force", "efc_type", *WATCHED, *PATTERN
+    names = "efc_J", "efc_pos", "efc_force", "efc_type", "efc_vel", *WATCHED, *PATTERN
     looked_for = {getattr(data, name).ctypes.data: name for name in names}
     first = data.contact.dist.ctypes.data
     looked_for[first] = "contact"
@@ -153,11 +154,13 @@ def layout() -> Layout:
             found[name] = place
         place += 8
     offsets = [getattr(data.contact, name).ctypes.data - first for name in OF_CONTACTS]
+    moving = getattr(data.contact, "surfacevel", None)
+    surface = 0 if moving is None else moving.ctypes.data - first
     counts = np.array([data.ncon, data.ne, data.nf, data.nl, data.nefc], dtype=np.int32)
     data.time = _SOME_TIME
     struct = ctypes.string_at(data._address, place)
     return Layout(
-        found, offsets, data.contact.dist.strides[0],
+        found, offsets, data.contact.dist.strides[0], surface,
         struct.index(counts.tobytes()), struct.index(np.float64(_SOME_TIME).tobytes()),
     )  # fmt: skip
 
@@ -182,5 +185,6 @@ def source(model: Any, data: Any, at: dict[str, Any]) -> ContactSource:
     found.contacts, found.stride = at["contact"], where.stride
     found.geoms_at, found.row_at, found.dim_at, found.friction_at = where.of_contacts
     found.geoms = model.ngeom
+    found.surface_at = where.surface if getattr(model, "flg_surfacevel", 0) else 0
     found.kinds, found.ids, found.bounds = at["efc_type"], at["efc_id"], at["efc_frictionloss"]
     return found

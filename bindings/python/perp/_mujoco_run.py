@@ -83,7 +83,7 @@ class Runner:
     @staticmethod
     def can(stepper: Any) -> bool:
         """Whether its steps need nothing of Python's between those of MuJoCo."""
-        changes = stepper.damping.changes or stepper.moves_surfaces
+        changes = stepper.damping.changes
         fast = stepper.model.opt.integrator == _model.FAST
         tumbles = fast and stepper.tumbling is not None
         senses = stepper.accelerates and (fast or stepper.model.dof_damping.any())

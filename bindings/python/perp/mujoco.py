@@ -72,6 +72,9 @@ class Stepper:
     slop: the overlap that contacts and limits keep, so that they are found again; None is a
         thousandth of the model's mean size.
 
+    restitution: the share of their normal speed with which what hits each other parts (Moreau's
+        law), 0 to 1.
+
     What the model asks for and a step can't do is refused here, by name; check() says how each of
     its features is treated. The model is not changed.
     """
@@ -86,10 +89,13 @@ class Stepper:
         time_limit: Optional[float] = None,
         correction: float = 0.2,
         slop: Optional[float] = None,
+        restitution: float = 0.0,
     ) -> None:
         refuse(model)
+        if not 0.0 <= restitution <= 1.0:
+            raise argument_error(f"restitution is {restitution}, expected 0 to 1")
         self.model = model
-        self.correction = correction
+        self.correction, self.restitution = correction, restitution
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
         self.dense = model.nv <= _model.DENSE
         self._entries = _model.entries_of_mass(model)
@@ -102,7 +108,6 @@ class Stepper:
         self.large = model.nv <= _model.DENSE and bool((trees > _BLOCK).any())
         more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
         self.advances = bool(model.na or model.nplugin or more)
-        self.moves_surfaces = False
         self.damping, self.borrowed = Damping(model), Borrowed(model)
         self.tumbling = Tumbling(model) if len(tumbling(model)) else None
         self._state = np.zeros(mj.mj_stateSize(model, _STATE))
@@ -116,6 +121,7 @@ class Stepper:
         self.solver = RowSolver(self.model.nv, *self._settings)
         self.solver.set_mass(*self._places_of_mass)
         self.solver.numbers.correction = self.correction
+        self.solver.numbers.restitution = self.restitution
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
         self.touching: Optional[Touching] = None
@@ -256,7 +262,8 @@ class Stepper:
         self.forget()
         if self.dense:
             self.solver.numbers.source = ctypes.pointer(_model.source(self.model, data, self._at))
-        for name, field in ("J", "efc_J"), ("gaps", "efc_pos"), ("row_force", "efc_force"):
+        fields = ("J", "efc_J"), ("gaps", "efc_pos"), ("speeds", "efc_vel")
+        for name, field in (*fields, ("row_force", "efc_force")):
             setattr(solver.numbers, name, self._at[field])
         damped = integrator != FAST and not flags & NO_EULER_DAMPING
         solver.bind(
@@ -397,10 +404,12 @@ def derivatives(
     eps, centered: of the differences of MuJoCo's forces; contacts are not differenced. settings: as
     for Stepper.
     verdict: "regular"; "degenerate", where the step is on the edge between two modes, and A and B
-    are of one of them; "singular", where v' is not determined.
+    are of one of them; "singular", where v' is not determined. Restitution and moving surfaces are refused.
     """
     if not eps > 0.0:
         raise argument_error(f"eps is {eps}, expected a number > 0")
+    if settings.get("restitution") or getattr(model, "flg_surfacevel", 0):
+        raise argument_error("restitution and moving surfaces (surfacevel) have no derivatives")
     kept = _linear.get(data)
     if kept is None or kept[1].model is not model or kept[0] != settings:
         made = Linearization(model, Stepper(model, **settings))

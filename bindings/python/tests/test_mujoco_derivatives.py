@@ -222,5 +222,7 @@ def test_refusals():
     model, data = state("a box rests")
     with pytest.raises(ValueError, match="eps is 0"):
         perp.mujoco.derivatives(model, data, eps=0.0)
+    with pytest.raises(ValueError, match="restitution"):
+        perp.mujoco.derivatives(model, data, restitution=0.5)
     with pytest.raises(ValueError, match="tol"):
         perp.mujoco.derivatives(model, data, tol=-1.0)
