@@ -66,7 +66,7 @@ class Runner:
     def __init__(self, stepper: Any, data: Any) -> None:
         stepper.bind(data)
         self._stepper, self._data = stepper, data
-        self._run = sized(ContactRun)
+        self._run, self._begun = sized(ContactRun), False
         self._kept: list[Any] = []
         run, model = self._run, stepper.model
         run.model, run.data = model._address, data._address
@@ -145,7 +145,9 @@ class Runner:
         run.inputs, run.input_count = self._copies(inputs, True), len(inputs)
         run.outputs, run.output_count = self._copies(outputs, False), len(outputs)
         run.steps, run.done, run.phase, run.unsolved, run.residual = steps, 0, 0, 0, 0.0
-        stepper.gather(data)  # what MuJoCo refuses, it refuses here
+        if not self._begun:  # what MuJoCo refuses, it refuses here
+            stepper.gather(data)
+            self._begun = True
         solver.numbers.warm = stepper.warm
         while run.done < steps:
             if not stepper.dense and stepper.touching is None:

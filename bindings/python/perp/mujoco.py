@@ -36,13 +36,13 @@ from ._mujoco_check import Feature, check, refuse, tumbling
 from ._mujoco_derivatives import Derivatives, Linearization
 from ._mujoco_model import FAST, NO_EULER_DAMPING, Borrowed, Damping, Tumbling
 from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
-from ._mujoco_run import Batch, Rollout, checked
+from ._mujoco_run import Batch, Rollout, Runner, checked
 from ._stepper import Array, Laws, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = [
     "Derivatives", "Feature", "Rollout", "Run", "Solved", "Stepper", "check", "contact_force", "derivatives",
-    "rollout", "simulate", "step", "view",
+    "rollout", "simulate", "step", "view", "wrap",
 ]  # fmt: skip
 
 NEARLY = 1e-6  # of what drives a step: slower may be at rest
@@ -116,12 +116,25 @@ class Stepper:
         late = model.sensor_needstage == _OF_ACCELERATIONS
         self.accelerates = bool((late & ~np.isin(model.sensor_type, _OF_FORCES)).any())
 
+    def steps(self, data: Any, count: int) -> bool:
+        """So many steps with the same control, in one call where rollout() makes one. Returns
+        whether all were solved."""
+        with self.borrowed:
+            if not Runner.can(self):
+                return all([self._step(data).ok for _ in range(count)])
+            self.bind(data)
+            if self._runner is None:
+                self._runner = Runner(self, data)
+            self._runner(count, [], [])
+            return self._runner.unsolved == 0
+
     def begin_anew(self) -> None:
         """As if nothing had been stepped before."""
         self.solver = RowSolver(self.model.nv, *self._settings)
         self.solver.set_mass(*self._places_of_mass)
         self.solver.numbers.correction = self.correction
         self.solver.numbers.restitution = self.restitution
+        self._runner: Optional[Runner] = None
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
         self._bound_by: tuple[int, int] = (-1, -1)
         self.touching: Optional[Touching] = None
@@ -258,7 +271,7 @@ class Stepper:
             return
         self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
         self._struct = ctypes.c_void_p(data._address)
-        self._at = _model.pointers(data)
+        self._at, self._runner = _model.pointers(data), None
         self.forget()
         if self.dense:
             self.solver.numbers.source = ctypes.pointer(_model.source(self.model, data, self._at))
@@ -485,6 +498,29 @@ def rollout(
     refuse(model)
     make = functools.partial(Stepper, model, **settings)
     return Batch(model, make, *checked(model, states, controls, steps)).run(threads)
+
+
+def wrap(env: Any, **settings: Any) -> Any:
+    """A MuJoCo environment of gymnasium, from now on stepped by perp; returns env.
+
+        env = perp.mujoco.wrap(gymnasium.make("Ant-v5"))
+
+    settings: as for Stepper.
+    """
+    inner = getattr(env, "unwrapped", env)
+    if not hasattr(inner, "_step_mujoco_simulation"):
+        raise argument_error("env is not a MuJoCo environment of gymnasium")
+    model, data = inner.model, inner.data
+    stepper = Stepper(model, **settings)
+
+    def advance(ctrl: ArrayLike, frames: int) -> None:
+        data.ctrl[:] = ctrl
+        stepper.steps(data, frames)
+        with stepper.borrowed:  # which reads contact forces
+            mj.mj_rnePostConstraint(model, data)
+
+    inner._step_mujoco_simulation = advance
+    return env
 
 
 def view(

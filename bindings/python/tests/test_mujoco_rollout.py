@@ -104,6 +104,42 @@ def test_what_rests_stays_at_rest():
     assert (run.states[0, -50:, 8:] == 0.0).all()
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_steps_in_one_call_are_steps(name):
+    model, states, controls = setup(name, 1, 1)
+    ends = []
+    for many in (False, True):
+        data, stepper = mujoco.MjData(model), perp.mujoco.Stepper(model)
+        mujoco.mj_setState(model, data, states[0], STATE)
+        data.ctrl[:] = controls[0, 0]
+        for _ in range(20):
+            if many:
+                assert stepper.steps(data, 5)
+            else:
+                assert all([stepper.step(data).ok for _ in range(5)])
+        ends.append(data.qpos.copy())
+    np.testing.assert_array_equal(*ends)
+
+
+def test_an_environment_is_stepped():
+    """An ant that lies still in perp's contact, and creeps in MuJoCo's."""
+    gymnasium = pytest.importorskip("gymnasium")
+    speeds = []
+    for wrap in (perp.mujoco.wrap, lambda env: env):
+        env = wrap(gymnasium.make("Ant-v5", terminate_when_unhealthy=False))
+        env.reset(seed=3)
+        for _ in range(120):
+            env.step(np.zeros(env.action_space.shape))
+        speeds.append(np.abs(env.unwrapped.data.qvel[:3]).max())
+        assert env.unwrapped.data.time == pytest.approx(120 * 0.05)
+    assert speeds[0] < 1e-6 < speeds[1]
+
+
+def test_what_is_no_environment_is_refused():
+    with pytest.raises(ValueError, match="env is not"):
+        perp.mujoco.wrap(object())
+
+
 def test_python_callbacks_are_called():
     model, states, controls = setup("Euler", 1, 20)
     calls = []
