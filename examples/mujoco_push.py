@@ -1,6 +1,7 @@
 """A finger pushes a box to a mark: iLQR with the derivatives of steps with exact contact.
 
-The finger is a motor on a slide, and friction of the floor stops the box. Needs MuJoCo: pip install 'perp[mujoco]'.
+The finger is a motor on a slide, and friction of the floor stops the box. Needs MuJoCo:
+pip install 'perp[mujoco]'.
 """
 
 import time

@@ -1,8 +1,8 @@
 """Derivatives of a step of a MuJoCo model: of its forces by differences, of its contacts in closed
 form.
 
-A step solves M (v' - v) = h f + H'r + G's with contact's laws on u = H v' + w. What M, f, H, G and w
-do where place, velocity, activation or control change is MuJoCo's: differences of its smooth
+A step solves M (v' - v) = h f + H'r + G's with contact's laws on u = H v' + w. What M, f, H, G and
+w do where place, velocity, activation or control change is MuJoCo's: differences of its smooth
 functions with v', r and s fixed, no contact solved. What v' does then is a linear system of the
 solution's active set (Pang and Stewart, Differential variational inequalities, Math. Program. 113,
 2008): rows that hold, and friction that turns with what slips.

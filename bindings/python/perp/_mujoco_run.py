@@ -42,7 +42,7 @@ class Copy(NamedTuple):
 def _functions() -> Any:
     """MuJoCo's own library, which the package has loaded; None where it is not found."""
     folder = os.path.dirname(mj.__file__)
-    found = [path for name in ("libmujoco*", "mujoco.dll") for path in glob.glob(f"{folder}/{name}")]
+    found = glob.glob(f"{folder}/libmujoco*") + glob.glob(f"{folder}/mujoco.dll")
     return ctypes.CDLL(found[0]) if found else None
 
 

@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 _SLIP = CONSTANTS["PERP_CONTACT_SLIP"]
+_DTYPES = {c_double: np.dtype(np.float64), c_int32: np.dtype(np.int32)}
 _PATIENCE = 32  # steps after which what holds is looked for again
 
 
@@ -211,9 +212,10 @@ class RowSolver(Handle):
 
     def _of(self, struct: Any, name: str, count: int, kind: Any = c_double) -> NDArray[Any]:
         at = getattr(struct, name)
+        dtype = _DTYPES[kind]
         if not count:
-            return np.zeros(0, dtype=kind)
-        return np.ndarray((count,), dtype=kind, buffer=(kind * count).from_address(at))
+            return np.zeros(0, dtype=dtype)
+        return np.ndarray((count,), dtype=dtype, buffer=(kind * count).from_address(at))
 
     @property
     def rows(self) -> int:

@@ -41,8 +41,8 @@ from ._stepper import Array, Laws, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
 __all__ = [
-    "Derivatives", "Feature", "Rollout", "Run", "Solved", "Stepper", "check", "contact_force", "derivatives",
-    "rollout", "simulate", "step", "view", "wrap",
+    "Derivatives", "Feature", "Rollout", "Run", "Solved", "Stepper", "check", "contact_force",
+    "derivatives", "rollout", "simulate", "step", "view", "wrap",
 ]  # fmt: skip
 
 NEARLY = 1e-6  # of what drives a step: slower may be at rest
@@ -220,7 +220,7 @@ class Stepper:
         does: it warns, and begins anew."""
         if not np.isfinite(data.qacc_smooth).all():
             if self._options.disableflags & _NO_RESETS:
-                raise argument_error("data has forces that are not finite, and autoreset is disabled")
+                raise argument_error("data has forces that are not finite, autoreset is disabled")
             data.qacc[:] = data.qacc_smooth
             mj.mj_checkAcc(self.model, data)
             self.forget()
@@ -417,7 +417,8 @@ def derivatives(
     eps, centered: of the differences of MuJoCo's forces; contacts are not differenced. settings: as
     for Stepper.
     verdict: "regular"; "degenerate", where the step is on the edge between two modes, and A and B
-    are of one of them; "singular", where v' is not determined. Restitution and moving surfaces are refused.
+    are of one of them; "singular", where v' is not determined. Restitution and moving surfaces are
+    refused.
     """
     if not eps > 0.0:
         raise argument_error(f"eps is {eps}, expected a number > 0")
