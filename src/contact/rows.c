@@ -344,7 +344,7 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
     laws->lower = own->lower, laws->upper = own->upper;
 }
 
-static perp_status check_source(perp_context *context, const perp_contact_step *s)
+perp_status perp__contact_check_source(perp_context *context, const perp_contact_step *s)
 {
     const perp_contact_source *source = s->source;
     perp_status status = PERP__CHECK(perp_contact_source, context, source);
@@ -384,7 +384,7 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
         status = perp__check_pointer(solver->context, "step.source", NULL);
     PERP__THEN(status, PERP__CHECK(perp_contact_laws, solver->context, laws));
     PERP__THEN(status, PERP__CHECK(perp_contact_dynamics, solver->context, dynamics));
-    PERP__THEN(status, check_source(solver->context, s));
+    PERP__THEN(status, perp__contact_check_source(solver->context, s));
     PERP__THEN(status, count(solver->context, s, own));
     PERP__THEN(status, perp__arena_fit(&own->arena, solver->context, lay_out, own));
     if (status != PERP_OK)

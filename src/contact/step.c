@@ -302,6 +302,8 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
     if (status == PERP_OK)
         s->was_known = s->is_other = 0;
     if (status == PERP_OK && s->source)
+        status = perp__contact_check_source(solver->context, s);
+    if (status == PERP_OK && s->source)
         s->is_other = !perp__contact_rows_last(solver, s);
     for (int32_t i = 0; status == PERP_OK && i < s->watch_count && !s->is_other; i++) {
         const perp_contact_watch *w = &s->watches[i];

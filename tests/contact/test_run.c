@@ -321,7 +321,16 @@ static void test_refusals(void **state)
     assert_int_equal(
         perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics),
         PERP_ERROR_ARGUMENT);
+    assert_int_equal(
+        perp_contact_solver_step(sim->solver, &sim->step, &sim->result, &sim->laws, &sim->dynamics),
+        PERP_ERROR_ARGUMENT);
     sim->source.counts = sim->counts;
+    sim->counts[2] = -1;
+    assert_int_equal(steps(sim, 0), PERP_OK); /* nothing is asked */
+    assert_int_equal(
+        perp_contact_solver_step(sim->solver, &sim->step, &sim->result, &sim->laws, &sim->dynamics),
+        PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "source.counts[2]"));
     look(NULL, sim);
     sim->records[0].dim = 5;
     assert_int_equal(
