@@ -1,16 +1,15 @@
-"""Perp's rows among MuJoCo's: which there are, by which laws, and what is the same as before."""
+"""Perp's rows among those of a sparse Jacobian of MuJoCo's: which there are, by which laws, and what
+is the same as before. Those of a dense one are arranged by the library (contact/rows.c)."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple, Optional
 
-import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _mujoco_model as _model
-from ._mujoco_model import entries_of_mass
-from ._stepper import Array, Laws, Pattern, Rows, RowSolver
+from ._stepper import Array, Laws, Pattern, Rows
 
 # MuJoCo's rows of a contact are normal, tangents, spin, roll, roll; perp's end with the spin. By
 # condim, padded.
@@ -45,7 +44,6 @@ class Touching(NamedTuple):
 
     key: tuple[Any, ...]
     rows: Rows
-    first: NDArray[Any]  # of each contact: its normal among H's rows
     names: NDArray[Any]  # of each contact and row with bounds: the same as long as it lasts
     there: NDArray[Any]  # (names, 6): which rows it has
     still: NDArray[Any]  # rows of J that are left out as they move nothing
@@ -56,7 +54,7 @@ def find_rows(key: tuple[Any, ...], model: Any, data: Any, h: float, all_move: b
     address, dim, geom, friction = contact.efc_address, contact.dim, contact.geom, contact.friction
     there, equations, still = address >= 0, np.arange(ne, dtype=np.int32), _NONE
     if not all_move:
-        moves, still = _moves(model, data), np.concatenate([equations, address[there]])
+        moves, still = _moves(data), np.concatenate([equations, address[there]])
         still, equations = still[~moves[still]], equations[moves[:ne]]
         there[there] = moves[address[there]]
     if not there.all():
@@ -76,10 +74,10 @@ def find_rows(key: tuple[Any, ...], model: Any, data: Any, h: float, all_move: b
         equations,
         np.concatenate([first, np.arange(count + nf, count + nb)]).astype(np.int32),
         _scale(friction, there, nb),
-        None if model.nv <= _model.DENSE else pattern(data),
+        pattern(data),
     )
     names = _names(model, geom, data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb])
-    return Touching(key, rows, first, names, all_there, still)
+    return Touching(key, rows, names, all_there, still)
 
 
 def _scale(friction: NDArray[Any], there: NDArray[Any], bounded: int) -> Optional[Array]:
@@ -112,19 +110,14 @@ def pattern(data: Any) -> Pattern:
     return Pattern(data.efc_J_rownnz.copy(), data.efc_J_rowadr.copy(), data.efc_J_colind.copy())
 
 
-def _moves(model: Any, data: Any) -> NDArray[Any]:
+def _moves(data: Any) -> NDArray[Any]:
     """Whether each row moves anything: a wall's contact with a planar robot may not."""
-    J = data.efc_J
-    if model.nv <= _model.DENSE:
-        return np.asarray(J.reshape(data.nefc, model.nv).any(1))
     row, places = pattern(data).places(np.arange(data.nefc))
-    return np.bincount(row, np.abs(J.ravel()[places]), data.nefc) > 0.0
+    return np.bincount(row, np.abs(data.efc_J.ravel()[places]), data.nefc) > 0.0
 
 
-def place_of_row(model: Any, data: Any, row: int) -> tuple[int, int]:
+def place_of_row(data: Any, row: int) -> tuple[int, int]:
     """Where a row of J begins, and how many entries it has."""
-    if model.nv <= _model.DENSE:
-        return row * model.nv, model.nv
     return int(data.efc_J_rowadr[row]), int(data.efc_J_rownnz[row])
 
 

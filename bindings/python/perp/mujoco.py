@@ -23,7 +23,7 @@ import weakref
 from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 try:
     import mujoco as mj  # type: ignore[import-untyped]
@@ -105,7 +105,7 @@ class Stepper:
         self.begin_anew()
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
-        self.large = model.nv <= _model.DENSE and bool((trees > _BLOCK).any())
+        self.large = self.dense and bool((trees > _BLOCK).any())
         more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
         self.advances = bool(model.na or model.nplugin or more)
         self.damping, self.borrowed = Damping(model), Borrowed(model)
@@ -359,7 +359,7 @@ class Stepper:
             kept.append(getattr(data, name).copy())
             places.append((at[name], 0, kept[-1].itemsize))
         for row in touching.still:  # zeros as long as they move nothing
-            begin, count = place_of_row(self.model, data, row)
+            begin, count = place_of_row(data, row)
             kept.append(np.zeros(count))
             places.append((at["efc_J"], 8 * begin, 8))
         solver.watch(places, kept)

@@ -5,6 +5,7 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco")
 
+import perp._mujoco_model  # noqa: E402
 import perp.mujoco  # noqa: E402
 
 NEW = tuple(map(int, mujoco.__version__.split(".")[:2])) >= (4, 0)
@@ -175,6 +176,19 @@ def test_they_are_those_of_whole_steps(name):
     assert mine.shape == expected.shape
     # of a step's tol 1e-12 over 1e-6, and of third derivatives, which grow as A does
     np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-5 * size)
+
+
+@pytest.mark.parametrize("name", ["a hopper slides", "a box rests", "an arm with dry friction"])
+def test_sparse_and_dense_are_the_same(name, monkeypatch):
+    model, data = state(name)
+    dense = perp.mujoco.derivatives(model, data)
+    monkeypatch.setattr(perp._mujoco_model, "DENSE", 0)
+    again = mujoco.MjData(model)
+    mujoco.mj_copyData(again, model, data)
+    sparse = perp.mujoco.derivatives(model, again)
+    # of answers to 1e-12 and differences of 1e-6
+    np.testing.assert_allclose(sparse.A, dense.A, rtol=0, atol=1e-6 * np.abs(dense.A).max())
+    assert sparse.verdict == dense.verdict
 
 
 def test_from_one_side_they_are_nearly_those_of_both():
