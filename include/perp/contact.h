@@ -312,12 +312,33 @@ typedef struct perp_contact_watch {
     int32_t count, offset, stride, bytes;
 } perp_contact_watch;
 
+/* Where a simulator has its contacts and the rows of its J, for perp_contact_solver_arrange: rows
+ * of equations, of dry friction, of limits, and then each contact's: normal, two tangents, spin,
+ * two of rolling, as many as its dimension says. */
+typedef struct perp_contact_source {
+    size_t struct_size;
+    const int32_t *counts; /* 5: contacts, equations, rows of dry friction, of limits, all rows */
+    const void *const *contacts; /* *contacts: one every `stride` bytes; in each at so many bytes */
+    int32_t stride;
+    int32_t geoms_at;    /* int32_t[2]: what touches, -1 to geoms - 1 */
+    int32_t row_at;      /* int32_t: its first row, -1: none */
+    int32_t dim_at;      /* int32_t: 1, 3, 4 or 6 */
+    int32_t friction_at; /* double[5]: of the tangents, spinning, rolling */
+    int32_t surface_at; /* double[3]: velocity of the second's surface against the first's along the
+                           tangents, and spin: added to u; 0: none move */
+    int32_t geoms;      /* different ones */
+    const int32_t *const *kinds; /* *kinds, *ids: what each row of dry friction and limits is of */
+    const int32_t *const *ids;
+    const double *const *bounds; /* *bounds: of each row: the largest force of its dry friction */
+} perp_contact_source;
+
 /* M, H and G are made of numbers of the simulator's, in places that stay as long as the same bodies
  * touch:
  *
  *   M = mass[mass_sources] + h damping on the diagonal,   H = J[H_sources] H_scale,
  *   G = J[G_sources],   f = M velocity + h force,
- *   w = max(gaps[gap_sources], 0) / h in the rows gap_rows,   b = (correction / h) gaps[G_rows].
+ *   w = max(gaps[gap_sources], 0) / h in the rows gap_rows,   b = (correction / h)
+ * gaps[G_rows].
  *
  * Arrays are the caller's. M, H and G are those that dynamics shows, any storage; a source < 0
  * leaves an entry of M as it is. Other rows of w are the caller's as well. */
@@ -366,9 +387,27 @@ typedef struct perp_contact_step {
                         what overlaps by more than slop away in a step, while rows without
                         overlap do not get one and G shift = 0; where overlaps contradict each
                         other, one between what they need; else as it was */
+    const perp_contact_source *source; /* perp_contact_solver_arrange goes by it, and is_other tells
+                                          whether it is to be called; NULL: `watches` do */
+    const int32_t *first;              /* contacts: their first rows; NULL: not known */
+    double restitution; /* of contacts whose gap is closed: u >= -restitution times what it was */
+    const double *const *speeds; /* *speeds: J_rows: J velocity; read where restitution > 0 */
 } perp_contact_step;
 
+PERP_API perp_status perp_contact_source_init(perp_contact_source *source, size_t size);
 PERP_API perp_status perp_contact_step_init(perp_contact_step *step, size_t size);
+
+/* Arranges the rows that step.source has now: those that move anything. What lasts keeps its
+ * impulse in step.start; others begin at 0. J is dense, row by row.
+ *
+ * Returns: PERP_OK, _ARGUMENT for an array that is missing or a place that cannot be, _MEMORY,
+ * _ABI, _HANDLE or _BUSY; then step, laws and dynamics are as they were. Out:     step: counts,
+ * H_rows, G_rows, gaps, first, row_scale, modes, H, G, w, b, r, u, start, by_rows. laws: all of
+ * contacts and bounds. dynamics: H and G. The arrays are the solver's, until the call after next.
+ */
+PERP_API perp_status perp_contact_solver_arrange(perp_contact_solver *solver,
+                                                 perp_contact_step *step, perp_contact_laws *laws,
+                                                 perp_contact_dynamics *dynamics) PERP_WARN_UNUSED;
 
 /* Gathers the numbers, sets the solver up and solves, and hands back what came of it; but where
  * something watched has changed says so and does no more.
@@ -387,6 +426,79 @@ PERP_API perp_status perp_contact_solver_step(
  * PERP_OK, _ARGUMENT, _NOT_FINITE, _ABI, _HANDLE or _BUSY. */
 PERP_API perp_status perp_contact_solver_hand_back(perp_contact_solver *solver,
                                                    perp_contact_step *step) PERP_WARN_UNUSED;
+
+/* Functions of the simulator's: a stage of its step, and place := place moved by velocity for h. */
+typedef void (*perp_contact_stage)(const void *model, void *data);
+typedef void (*perp_contact_integrate)(const void *model, double *place, const double *velocity,
+                                       double h);
+
+/* to := source, `count` numbers; in step k of a run one of them is `stride` k numbers further on:
+ * `source` of inputs, `to` of outputs. */
+typedef struct perp_contact_copy {
+    double *to, *source;
+    int32_t count, stride;
+} perp_contact_copy;
+
+enum perp_contact_wait {
+    PERP_CONTACT_WAIT_DONE = 0,  /* nothing is left to do */
+    PERP_CONTACT_WAIT_OTHER = 1, /* step.is_other, without step.source: rows are to be arranged */
+    PERP_CONTACT_WAIT_LOOK = 2 /* solved, not yet advanced: slow slips, or something nearly rests */
+};
+
+enum perp_contact_phase {
+    PERP_CONTACT_PHASE_BEGIN = 0, /* of a step */
+    PERP_CONTACT_PHASE_SOLVE = 1, /* `before` is done */
+    PERP_CONTACT_PHASE_MOVE = 2   /* solved */
+};
+
+/* Steps one after the other, without the caller. Each is: inputs are copied; `before`, up to mass,
+ * J, gaps and force; where there is `metric`, that, and then source := to of what `kept` copied
+ * before it, and metric_mass = metric_M - h metric_D[metric_places]; perp_contact_solver_step;
+ * `after`; `advance` or else *time += h, with place as it was before it; velocity := v; integrate
+ * with v, and `shift` where that is; outputs are copied. Where a step is known and nothing of it
+ * moves but time, place and velocity stay. Arrays are the caller's. */
+typedef struct perp_contact_run {
+    size_t struct_size;
+    const void *model;
+    void *data;
+    const perp_contact_stage *before, *after, *advance;
+    int32_t before_count, after_count, advance_count;
+    int32_t places;            /* of place */
+    perp_contact_stage metric; /* or NULL */
+    const double *metric_M, *metric_D;
+    double *metric_mass;
+    const int32_t *metric_places;
+    int32_t metric_count, kept_count;
+    const perp_contact_copy *kept;
+    double *place, *velocity, *time;
+    double *room; /* places and velocities: work */
+    perp_contact_integrate integrate;
+    const perp_contact_copy *inputs, *outputs;
+    int32_t input_count, output_count;
+    int32_t steps;    /* to be made */
+    int32_t done;     /* in and out */
+    int32_t phase;    /* in and out: PERP_CONTACT_PHASE_... of the next step */
+    int32_t wait;     /* out: PERP_CONTACT_WAIT_... */
+    int32_t patience; /* in and out: steps with slips before slow ones are looked at again */
+    double look_slip; /* slips slower than this times step.driven are slow, where step.first is */
+    double look_rest; /* faster than 0 and slower than this times h |drive| is nearly at rest */
+    const double *drive; /* n; or NULL: rest is not looked at */
+    int64_t unsolved;    /* in and out: steps without a good outcome */
+    double residual;     /* in and out: the largest */
+} perp_contact_run;
+
+PERP_API perp_status perp_contact_run_init(perp_contact_run *run, size_t size);
+
+/* Makes steps until `steps` are done or the caller is needed. step.warm becomes whether the
+ * last one is good, and stays where that is to be looked at.
+ *
+ * Returns: as perp_contact_solver_step, of the step that refuses, in its phase SOLVE; _ARGUMENT for
+ *          an array that is missing or a count below 0.
+ * Out:     laws, dynamics: as by perp_contact_solver_arrange, where step.source is. */
+PERP_API perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_run *run,
+                                             perp_contact_step *step, perp_contact_result *result,
+                                             perp_contact_laws *laws,
+                                             perp_contact_dynamics *dynamics) PERP_WARN_UNUSED;
 
 /* ---- derivatives of a solution -------------------------------------------------------------- */
 

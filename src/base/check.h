@@ -16,9 +16,11 @@
 #define PERP__LAST_perp_contact_dynamics G
 #define PERP__LAST_perp_contact_laws bounded
 #define PERP__LAST_perp_contact_result has_ray
+#define PERP__LAST_perp_contact_run residual
 #define PERP__LAST_perp_contact_sensitivity_info condition
 #define PERP__LAST_perp_contact_settings monitor_user
-#define PERP__LAST_perp_contact_step shift
+#define PERP__LAST_perp_contact_source bounds
+#define PERP__LAST_perp_contact_step speeds
 #define PERP__LAST_perp_context_settings log_user
 #define PERP__LAST_perp_joint_settings friction
 #define PERP__LAST_perp_joint_state friction

@@ -28,7 +28,6 @@ typedef struct perp__contact_call {
     const double *f, *w, *b; /* with dynamics */
     const double *q;         /* with W */
     const double *r0;
-    int32_t holds_itself; /* 1: the caller does: v and u are left as the impulses make them */
 } perp__contact_call;
 
 /* A solver without a problem; its settings; and its end: solver.c. */

@@ -19,6 +19,8 @@ static void release(void *object)
     perp__joint_block_release(&solver->joints);
     perp__contact_destroy(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
+    perp__arena_release(&solver->arranged[0].arena);
+    perp__arena_release(&solver->arranged[1].arena);
     perp__hold_release(&solver->hold);
     perp__statics_front_release(solver->context, solver->front);
     perp__bodies_release(&solver->bodies);
@@ -124,11 +126,8 @@ perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
 /* A solve of what was set up in this way, not in the other. */
 static perp_status solve(perp_contact_solver *solver, int32_t other, const perp__contact_call *call)
 {
-    perp__contact_call own = *call;
-
-    own.holds_itself = solver->settings.raw_velocity;
     if (solver->entrance != other)
-        return perp__contact_solve(solver, &own);
+        return perp__contact_solve(solver, call);
     return perp__refuse(solver->context,
                         "the solver was set up with %s: call perp_contact_solver_solve_%s",
                         other == PERP__ENTRANCE_DELASSUS ? "W" : "dynamics",
@@ -140,7 +139,7 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
                                                perp_contact_result *result, const double *f,
                                                const double *w, const double *b, const double *r0)
 {
-    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
+    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
 
     return PERP__CALL(perp__contact_enter(solver), solver->context,
                       solve(solver, PERP__ENTRANCE_DELASSUS, &call));
@@ -151,7 +150,7 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
                                                perp_contact_result *result, const double *q,
                                                const double *r0)
 {
-    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
+    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
 
     return PERP__CALL(perp__contact_enter(solver), solver->context,
                       solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
@@ -162,14 +161,12 @@ static perp_status solve_once(perp_context *context, const perp_contact_settings
                               const perp_contact_laws *laws, const perp_contact_dynamics *dynamics,
                               const perp_matrix *W, int32_t by_W, const perp__contact_call *call)
 {
-    perp__contact_call own = *call;
     perp_contact_solver *solver = NULL;
     perp_status status = perp__contact_create(context, &solver, settings);
 
-    own.holds_itself = status == PERP_OK && solver->settings.raw_velocity;
     PERP__THEN(status, by_W ? setup_delassus(solver, laws, W)
                             : perp__contact_setup(solver, laws, dynamics, NULL));
-    PERP__THEN(status, perp__contact_solve(solver, &own));
+    PERP__THEN(status, perp__contact_solve(solver, call));
     perp__contact_destroy(solver);
     return status;
 }
@@ -180,7 +177,7 @@ perp_status perp_contact_solve(perp_context *context, double *v, double *r, doub
                                const perp_contact_dynamics *dynamics, const double *f,
                                const double *w, const double *b, const double *r0)
 {
-    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
+    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
 
     return PERP__CALL(perp__enter(context), context,
                       solve_once(context, settings, laws, dynamics, NULL, 0, &call));
@@ -192,7 +189,7 @@ perp_status perp_contact_solve_delassus(perp_context *context, double *r, double
                                         const perp_contact_laws *laws, const perp_matrix *W,
                                         const double *q, const double *r0)
 {
-    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
+    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
 
     return PERP__CALL(perp__enter(context), context,
                       solve_once(context, settings, laws, NULL, W, 1, &call));

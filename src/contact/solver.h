@@ -80,6 +80,25 @@ typedef struct perp__contact_opening {
     double *push;                     /* whole */
 } perp__contact_opening;
 
+/* Rows as perp_contact_solver_arrange has arranged them: rows.c. */
+typedef struct perp__contact_rows {
+    perp__arena arena;
+    int32_t counts[5], n;
+    double h;
+    int32_t contacts, rows, bilateral, bounded, gaps, is_scaled;
+    int32_t *dims, *first, *H_rows, *G_rows, *gap_rows, *gap_sources, *modes;
+    double *mu, *rolling, *spinning, *lower, *upper, *scale;
+    double *zeros;          /* w, b, H, G, r, u and start behind each other */
+    int64_t *names;         /* contacts, then rows with bounds: the same as long as it lasts */
+    int32_t *kept, *record; /* contacts: the simulator's dimension, and which it is of its own */
+    int32_t *places;        /* of the simulator's contacts: geoms, row, dimension; */
+    double *frictions;      /* coefficients */
+    int32_t *ids;           /* of rows with bounds, */
+    double *bounds;         /* and of dry friction */
+    int32_t *moves;       /* equations, the simulator's contacts: whether row or normal is not 0 */
+    perp_matrix views[2]; /* H, G */
+} perp__contact_rows;
+
 struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
@@ -147,6 +166,8 @@ struct perp_contact_solver {
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
     perp__contact_opening opening;
+    perp__contact_rows arranged[2];
+    int32_t arranged_now;
     perp__joint_block joints; /* of rigid bodies: which rows repeat others; all, without contacts */
     perp__contact_polish polish;
     perp__hold hold;
@@ -206,6 +227,14 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth);
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
+
+/* What step.source shows, and whether that is what was arranged: rows.c. PERP_OK, _ARGUMENT, _ABI.
+ */
+perp_status perp__contact_check_source(perp_context *context, const perp_contact_step *s);
+int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s);
+
+/* w of contacts whose surfaces move; returns whether that changes: rows.c. */
+int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s);
 
 /* s->shift, of the problem that is set up: open.c. PERP_OK or a negative status. */
 perp_status perp__contact_open(perp_contact_solver *solver, perp_contact_step *s);

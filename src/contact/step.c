@@ -123,6 +123,8 @@ static perp_status check_arrays(perp_context *context, const perp_contact_step *
                   {"step.mass_sources", s->mass_sources, s->M_entries},
                   {"step.mass_diagonal", s->mass_diagonal, s->n},
                   {"step.velocity", s->velocity, s->n},
+                  {"step.speeds", s->speeds, s->restitution > 0.0 ? gaps : 0},
+                  {"*step.speeds", s->speeds ? *s->speeds : NULL, s->restitution > 0.0 ? gaps : 0},
                   {"step.force", s->force, s->n},
                   {"step.J", s->J, entries},
                   {"*step.J", s->J ? *s->J : NULL, entries},
@@ -202,6 +204,8 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         return perp__refuse(context, "step has a count below 0");
     if (!(s->h > 0.0 && s->h < INFINITY))
         return perp__refuse(context, "step.h is %g, expected a time > 0", s->h);
+    if (!(s->restitution >= 0.0 && s->restitution <= 1.0))
+        return perp__refuse(context, "step.restitution is %g, expected 0 to 1", s->restitution);
     if (s->shift && !(s->slop >= 0.0))
         return perp__refuse(context, "step.slop is %g, expected a length >= 0", s->slop);
     if (s->by_rows &&
@@ -274,6 +278,19 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
 }
 
+/* w of a row with a gap. */
+static double offset_of(const perp_contact_step *s, int32_t k)
+{
+    const int32_t source = s->gap_sources[k];
+    const double gap = (*s->gaps)[source];
+
+    if (!(gap <= 0.0))
+        return gap / s->h; /* NaN: NaN */
+    return s->restitution > 0.0 && k < s->contacts
+               ? s->restitution * fmin((*s->speeds)[source], 0.0)
+               : 0.0;
+}
+
 static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
                              perp_contact_result *result, const perp_contact_laws *laws,
                              const perp_contact_dynamics *dynamics)
@@ -284,6 +301,10 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
     /* 1. Whether the problem is another one than was told. */
     if (status == PERP_OK)
         s->was_known = s->is_other = 0;
+    if (status == PERP_OK && s->source)
+        status = perp__contact_check_source(solver->context, s);
+    if (status == PERP_OK && s->source)
+        s->is_other = !perp__contact_rows_last(solver, s);
     for (int32_t i = 0; status == PERP_OK && i < s->watch_count && !s->is_other; i++) {
         const perp_contact_watch *w = &s->watches[i];
         const char *seen = w->seen;
@@ -313,8 +334,10 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
         const double gap = (*s->gaps)[s->gap_sources[k]];
 
         s->least_gap = fmin(s->least_gap, gap);
-        changes |= put(&s->w[s->gap_rows[k]], gap <= 0.0 ? 0.0 : gap / s->h); /* NaN: NaN */
+        changes |= put(&s->w[s->gap_rows[k]], offset_of(s, k));
     }
+    if (s->source && s->source->surface_at > 0)
+        changes |= perp__contact_rows_move(solver, s);
     for (int32_t k = 0; k < s->bilateral; k++)
         changes |= put(&s->b[k], s->correction / s->h * (*s->gaps)[s->G_rows[k]]);
 

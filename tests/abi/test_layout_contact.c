@@ -82,7 +82,7 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_watch, offset, 20, 4);
     FIELD(perp_contact_watch, stride, 24, 4);
     FIELD(perp_contact_watch, bytes, 28, 4);
-    SIZE(perp_contact_step, 384);
+    SIZE(perp_contact_step, 416);
     FIELD(perp_contact_step, struct_size, 0, 8);
     FIELD(perp_contact_step, n, 8, 4);
     FIELD(perp_contact_step, contacts, 12, 4);
@@ -139,6 +139,72 @@ static void test_contact_step(void **state)
     FIELD(perp_contact_step, slop, 360, 8);
     FIELD(perp_contact_step, driven, 368, 8);
     FIELD(perp_contact_step, shift, 376, 8);
+    FIELD(perp_contact_step, source, 384, 8);
+    FIELD(perp_contact_step, first, 392, 8);
+    FIELD(perp_contact_step, restitution, 400, 8);
+    FIELD(perp_contact_step, speeds, 408, 8);
+}
+
+static void test_contact_run(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_source, 80);
+    FIELD(perp_contact_source, struct_size, 0, 8);
+    FIELD(perp_contact_source, counts, 8, 8);
+    FIELD(perp_contact_source, contacts, 16, 8);
+    FIELD(perp_contact_source, stride, 24, 4);
+    FIELD(perp_contact_source, geoms_at, 28, 4);
+    FIELD(perp_contact_source, row_at, 32, 4);
+    FIELD(perp_contact_source, dim_at, 36, 4);
+    FIELD(perp_contact_source, friction_at, 40, 4);
+    FIELD(perp_contact_source, surface_at, 44, 4);
+    FIELD(perp_contact_source, geoms, 48, 4);
+    FIELD(perp_contact_source, kinds, 56, 8);
+    FIELD(perp_contact_source, ids, 64, 8);
+    FIELD(perp_contact_source, bounds, 72, 8);
+    SIZE(perp_contact_copy, 24);
+    FIELD(perp_contact_copy, to, 0, 8);
+    FIELD(perp_contact_copy, source, 8, 8);
+    FIELD(perp_contact_copy, count, 16, 4);
+    FIELD(perp_contact_copy, stride, 20, 4);
+    SIZE(perp_contact_run, 248);
+    FIELD(perp_contact_run, struct_size, 0, 8);
+    FIELD(perp_contact_run, model, 8, 8);
+    FIELD(perp_contact_run, data, 16, 8);
+    FIELD(perp_contact_run, before, 24, 8);
+    FIELD(perp_contact_run, after, 32, 8);
+    FIELD(perp_contact_run, advance, 40, 8);
+    FIELD(perp_contact_run, before_count, 48, 4);
+    FIELD(perp_contact_run, after_count, 52, 4);
+    FIELD(perp_contact_run, advance_count, 56, 4);
+    FIELD(perp_contact_run, places, 60, 4);
+    FIELD(perp_contact_run, metric, 64, 8);
+    FIELD(perp_contact_run, metric_M, 72, 8);
+    FIELD(perp_contact_run, metric_D, 80, 8);
+    FIELD(perp_contact_run, metric_mass, 88, 8);
+    FIELD(perp_contact_run, metric_places, 96, 8);
+    FIELD(perp_contact_run, metric_count, 104, 4);
+    FIELD(perp_contact_run, kept_count, 108, 4);
+    FIELD(perp_contact_run, kept, 112, 8);
+    FIELD(perp_contact_run, place, 120, 8);
+    FIELD(perp_contact_run, velocity, 128, 8);
+    FIELD(perp_contact_run, time, 136, 8);
+    FIELD(perp_contact_run, room, 144, 8);
+    FIELD(perp_contact_run, integrate, 152, 8);
+    FIELD(perp_contact_run, inputs, 160, 8);
+    FIELD(perp_contact_run, outputs, 168, 8);
+    FIELD(perp_contact_run, input_count, 176, 4);
+    FIELD(perp_contact_run, output_count, 180, 4);
+    FIELD(perp_contact_run, steps, 184, 4);
+    FIELD(perp_contact_run, done, 188, 4);
+    FIELD(perp_contact_run, phase, 192, 4);
+    FIELD(perp_contact_run, wait, 196, 4);
+    FIELD(perp_contact_run, patience, 200, 4);
+    FIELD(perp_contact_run, look_slip, 208, 8);
+    FIELD(perp_contact_run, look_rest, 216, 8);
+    FIELD(perp_contact_run, drive, 224, 8);
+    FIELD(perp_contact_run, unsolved, 232, 8);
+    FIELD(perp_contact_run, residual, 240, 8);
 }
 
 static void test_contact_result(void **state)
@@ -184,6 +250,12 @@ static void test_values(void **state)
     VALUE(PERP_CONTACT_SLIP, 2);
     VALUE(PERP_CONTACT_LOWER, 3);
     VALUE(PERP_CONTACT_UPPER, 4);
+    VALUE(PERP_CONTACT_WAIT_DONE, 0);
+    VALUE(PERP_CONTACT_WAIT_OTHER, 1);
+    VALUE(PERP_CONTACT_WAIT_LOOK, 2);
+    VALUE(PERP_CONTACT_PHASE_BEGIN, 0);
+    VALUE(PERP_CONTACT_PHASE_SOLVE, 1);
+    VALUE(PERP_CONTACT_PHASE_MOVE, 2);
     VALUE(PERP_CONTACT_METHOD_AUTO, 0);
     VALUE(PERP_CONTACT_METHOD_SWEEP, 1);
     VALUE(PERP_CONTACT_METHOD_NEWTON, 2);
@@ -198,13 +270,10 @@ static void test_values(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_contact_laws),
-        cmocka_unit_test(test_contact_dynamics),
-        cmocka_unit_test(test_contact_progress),
-        cmocka_unit_test(test_contact_settings),
-        cmocka_unit_test(test_contact_result),
-        cmocka_unit_test(test_contact_step),
-        cmocka_unit_test(test_contact_sensitivity_info),
+        cmocka_unit_test(test_contact_laws),     cmocka_unit_test(test_contact_dynamics),
+        cmocka_unit_test(test_contact_progress), cmocka_unit_test(test_contact_settings),
+        cmocka_unit_test(test_contact_result),   cmocka_unit_test(test_contact_step),
+        cmocka_unit_test(test_contact_run),      cmocka_unit_test(test_contact_sensitivity_info),
         cmocka_unit_test(test_values),
     };
 

@@ -83,6 +83,12 @@ CONSTANTS: dict[str, int] = {
     "PERP_CONTACT_METHOD_PROXIMAL": 6,
     "PERP_CONTACT_CERTIFICATE_NONE": 0,
     "PERP_CONTACT_CERTIFICATE_INFEASIBLE": 1,
+    "PERP_CONTACT_WAIT_DONE": 0,
+    "PERP_CONTACT_WAIT_OTHER": 1,
+    "PERP_CONTACT_WAIT_LOOK": 2,
+    "PERP_CONTACT_PHASE_BEGIN": 0,
+    "PERP_CONTACT_PHASE_SOLVE": 1,
+    "PERP_CONTACT_PHASE_MOVE": 2,
     "PERP_STATICS_STANDS": 0,
     "PERP_STATICS_FALLS": 1,
     "PERP_STATICS_INDETERMINATE": 2,
@@ -420,6 +426,24 @@ class ContactWatch(Structure):
     ]
 
 
+class ContactSource(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("counts", c_void_p),
+        ("contacts", c_void_p),
+        ("stride", c_int32),
+        ("geoms_at", c_int32),
+        ("row_at", c_int32),
+        ("dim_at", c_int32),
+        ("friction_at", c_int32),
+        ("surface_at", c_int32),
+        ("geoms", c_int32),
+        ("kinds", c_void_p),
+        ("ids", c_void_p),
+        ("bounds", c_void_p),
+    ]
+
+
 class ContactStep(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -478,6 +502,67 @@ class ContactStep(Structure):
         ("slop", c_double),
         ("driven", c_double),
         ("shift", c_void_p),
+        ("source", POINTER(ContactSource)),
+        ("first", c_void_p),
+        ("restitution", c_double),
+        ("speeds", c_void_p),
+    ]
+
+
+ContactStage = CFUNCTYPE(None, c_void_p, c_void_p)
+
+
+ContactIntegrate = CFUNCTYPE(None, c_void_p, c_void_p, c_void_p, c_double)
+
+
+class ContactCopy(Structure):
+    _fields_ = [
+        ("to", c_void_p),
+        ("source", c_void_p),
+        ("count", c_int32),
+        ("stride", c_int32),
+    ]
+
+
+class ContactRun(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("model", c_void_p),
+        ("data", c_void_p),
+        ("before", POINTER(ContactStage)),
+        ("after", POINTER(ContactStage)),
+        ("advance", POINTER(ContactStage)),
+        ("before_count", c_int32),
+        ("after_count", c_int32),
+        ("advance_count", c_int32),
+        ("places", c_int32),
+        ("metric", ContactStage),
+        ("metric_M", c_void_p),
+        ("metric_D", c_void_p),
+        ("metric_mass", c_void_p),
+        ("metric_places", c_void_p),
+        ("metric_count", c_int32),
+        ("kept_count", c_int32),
+        ("kept", POINTER(ContactCopy)),
+        ("place", c_void_p),
+        ("velocity", c_void_p),
+        ("time", c_void_p),
+        ("room", c_void_p),
+        ("integrate", ContactIntegrate),
+        ("inputs", POINTER(ContactCopy)),
+        ("outputs", POINTER(ContactCopy)),
+        ("input_count", c_int32),
+        ("output_count", c_int32),
+        ("steps", c_int32),
+        ("done", c_int32),
+        ("phase", c_int32),
+        ("wait", c_int32),
+        ("patience", c_int32),
+        ("look_slip", c_double),
+        ("look_rest", c_double),
+        ("drive", c_void_p),
+        ("unsolved", c_int64),
+        ("residual", c_double),
     ]
 
 
@@ -1219,7 +1304,10 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_contact_settings": ContactSettings,
     "perp_contact_result": ContactResult,
     "perp_contact_watch": ContactWatch,
+    "perp_contact_source": ContactSource,
     "perp_contact_step": ContactStep,
+    "perp_contact_copy": ContactCopy,
+    "perp_contact_run": ContactRun,
     "perp_contact_sensitivity_info": ContactSensitivityInfo,
     "perp_statics_settings": StaticsSettings,
     "perp_statics_result": StaticsResult,
@@ -1354,12 +1442,21 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
         POINTER(ContactSettings), POINTER(ContactLaws), POINTER(Matrix), c_void_p, c_void_p
     ]),
+    "perp_contact_source_init": (c_int32, [POINTER(ContactSource), c_size_t]),
     "perp_contact_step_init": (c_int32, [POINTER(ContactStep), c_size_t]),
+    "perp_contact_solver_arrange": (c_int32, [
+        ContactSolverPointer, POINTER(ContactStep), POINTER(ContactLaws), POINTER(ContactDynamics)
+    ]),
     "perp_contact_solver_step": (c_int32, [
         ContactSolverPointer, POINTER(ContactStep), POINTER(ContactResult), POINTER(ContactLaws),
         POINTER(ContactDynamics)
     ]),
     "perp_contact_solver_hand_back": (c_int32, [ContactSolverPointer, POINTER(ContactStep)]),
+    "perp_contact_run_init": (c_int32, [POINTER(ContactRun), c_size_t]),
+    "perp_contact_solver_run": (c_int32, [
+        ContactSolverPointer, POINTER(ContactRun), POINTER(ContactStep), POINTER(ContactResult),
+        POINTER(ContactLaws), POINTER(ContactDynamics)
+    ]),
     "perp_contact_sensitivity_info_init": (c_int32, [POINTER(ContactSensitivityInfo), c_size_t]),
     "perp_contact_sensitivity_create": (c_int32, [
         ContextPointer, POINTER(ContactSensitivityPointer), POINTER(ContactSensitivityInfo),

@@ -7,7 +7,7 @@ perp_contact_solver_step in perp/contact.h.
 
 from __future__ import annotations
 
-from ctypes import addressof, byref, c_void_p, pointer
+from ctypes import addressof, byref, c_double, c_int32, c_void_p, pointer
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
@@ -19,6 +19,7 @@ from ._generated import (
     CONSTANTS,
     ContactDynamics,
     ContactLaws,
+    ContactRun,
     ContactSettings,
     ContactSolverPointer,
     ContactStep,
@@ -34,6 +35,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 _SLIP = CONSTANTS["PERP_CONTACT_SLIP"]
+_DTYPES = {c_double: np.dtype(np.float64), c_int32: np.dtype(np.int32)}
 _PATIENCE = 32  # steps after which what holds is looked for again
 
 
@@ -81,7 +83,7 @@ class Rows(NamedTuple):
     laws: Laws
     H: Indices
     G: Indices
-    gaps: Indices  # the rows of H that have gaps
+    gaps: Indices  # the rows of H that have gaps: each contact's first, and others
     scale: Optional[Array] = None  # of each row of H
     pattern: Optional[Pattern] = None  # of a sparse J
 
@@ -112,7 +114,7 @@ class RowSolver(Handle):
         self._settings = sized(ContactSettings)
         _fill(self._settings, method, "exact", tol, max_iterations, limit)
         super().__init__(byref(self._settings))
-        self.n = n
+        self.n, self.tol = n, tol
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
         self._views = M, H, _ = sized(Matrix), sized(Matrix), sized(Matrix)
         self._dynamics.n, self._laws.dim = n, 3
@@ -127,13 +129,11 @@ class RowSolver(Handle):
             shift=self._shift,
         )  # fmt: skip
         self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
-        self._patience = self._pause = 0
+        self.patience = self._pause = 0
         self.known = self.is_other = False
         self._watched: Any = [], None, []
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
-        self.r = self.start = np.zeros(0)
-        self.rows = 0
 
     @property
     def shift(self) -> Optional[Array]:
@@ -165,44 +165,112 @@ class RowSolver(Handle):
     def arrange(self, rows: Rows, J_rows: int) -> None:
         """Other rows touch; start is 0."""
         laws, numbers, n = rows.laws, self.numbers, self.n
-        self.rows, bilateral = len(rows.H), len(rows.G)
-        size = self.rows + bilateral
-        entries, of_H, of_G = (self.rows * n, bilateral * n), None, None
+        count, bilateral = len(rows.H), len(rows.G)
+        size = count + bilateral
+        entries, of_H, of_G = (count * n, bilateral * n), None, None
         if rows.pattern is not None:
             of_H = _Entries(rows.H, n, rows.scale, rows.pattern)
             of_G = _Entries(rows.G, n, None, rows.pattern)
             entries = len(of_H.sources), len(of_G.sources)
             self.bind(H_sources=of_H.sources, H_scale=of_H.scale, G_sources=of_G.sources)
-        self.modes, sources = np.zeros(size + 1, dtype=np.int32), rows.H[rows.gaps]
-        self._kept = laws, rows, of_H, of_G, sources
-        self.r, self.u, self.start, self.w, H = self._lay_out(
-            r=size, u=size, start=size, w=self.rows, H=entries[0], b=bilateral, G=entries[1]
-        )[:5]  # fmt: skip
-        self.H = H if of_H else H.reshape(self.rows, n)
+        modes, sources = np.zeros(size + 1, dtype=np.int32), rows.H[rows.gaps]
+        first = rows.gaps[: len(laws.dims)]
+        self._lay_out(
+            r=size, u=size, start=size, w=count, H=entries[0], b=bilateral, G=entries[1]
+        )  # fmt: skip
+        self._kept = laws, rows, of_H, of_G, sources, modes, first, self._zeros
         self._laws.contacts, self._laws.bounded = len(laws.dims), len(laws.lower)
         for name, array in zip(Laws._fields, laws):
             setattr(self._laws, name, _arrays.address(array) if len(array) else None)
-        self._view(self._views[1], numbers.H, self.rows, *_pattern_of(of_H))
+        self._view(self._views[1], numbers.H, count, *_pattern_of(of_H))
         self._view(self._views[2], numbers.G, bilateral, *_pattern_of(of_G))
+        self._dynamics.H = pointer(self._views[1])
         self._dynamics.G = pointer(self._views[2]) if bilateral else None
-        numbers.contacts, numbers.rows, numbers.bilateral = len(laws.dims), self.rows, bilateral
+        numbers.contacts, numbers.rows, numbers.bilateral = len(laws.dims), count, bilateral
         numbers.H_entries, numbers.G_entries = entries
         numbers.by_rows = rows.pattern is None
         numbers.gap_count, numbers.J_rows, numbers.rests = len(rows.gaps), J_rows, 0
         self.bind(
             H_rows=rows.H, row_scale=rows.scale, G_rows=rows.G, gap_rows=rows.gaps,
-            gap_sources=sources, modes=self.modes,
+            gap_sources=sources, modes=modes, first=first,
         )  # fmt: skip
 
-    def _lay_out(self, **counts: int) -> list[Array]:
+    def _lay_out(self, **counts: int) -> None:
         """Zeros, behind each other, where the step is told of them."""
-        zeros = np.zeros(sum(counts.values()) + 1)
-        first, place, arrays = _arrays.address(zeros), 0, []
+        self._zeros = np.zeros(sum(counts.values()) + 1)
+        first, place = _arrays.address(self._zeros), 0
         for name, count in counts.items():
-            setattr(self.numbers, name, first + zeros.itemsize * place)
-            arrays.append(zeros[place : place + count])
+            setattr(self.numbers, name, first + 8 * place)
             place += count
-        return arrays
+
+    def arrange_from_source(self) -> None:
+        """The rows that the simulator has now, where numbers.source says."""
+        step, _, laws, dynamics = self._by_reference
+        self._call(library.perp_contact_solver_arrange, step, laws, dynamics)
+
+    # What is arranged, where the step has it: views that last until other rows are.
+
+    def _of(self, struct: Any, name: str, count: int, kind: Any = c_double) -> NDArray[Any]:
+        at = getattr(struct, name)
+        dtype = _DTYPES[kind]
+        if not count:
+            return np.zeros(0, dtype=dtype)
+        return np.ndarray((count,), dtype=dtype, buffer=(kind * count).from_address(at))
+
+    @property
+    def rows(self) -> int:
+        return int(self.numbers.rows)
+
+    @property
+    def _size(self) -> int:
+        return int(self.numbers.rows + self.numbers.bilateral)
+
+    @property
+    def r(self) -> Array:
+        return self._of(self.numbers, "r", self._size)
+
+    @property
+    def u(self) -> Array:
+        return self._of(self.numbers, "u", self._size)
+
+    @property
+    def start(self) -> Array:
+        return self._of(self.numbers, "start", self._size)
+
+    @property
+    def w(self) -> Array:
+        return self._of(self.numbers, "w", self.rows)
+
+    @property
+    def H(self) -> Array:
+        """Dense: a row each; sparse: the entries."""
+        H = self._of(self.numbers, "H", self.numbers.H_entries)
+        return H.reshape(self.rows, self.n) if self.numbers.by_rows else H
+
+    @property
+    def modes(self) -> NDArray[Any]:
+        """Of contacts and rows with bounds."""
+        return self._of(self.numbers, "modes", self._laws.contacts + self._laws.bounded, c_int32)
+
+    @property
+    def first(self) -> NDArray[Any]:
+        """Of each contact: its normal among H's rows."""
+        return self._of(self.numbers, "first", self._laws.contacts, c_int32)
+
+    @property
+    def laws(self) -> Laws:
+        laws = self._laws
+        of_contacts = [self._of(laws, x, laws.contacts) for x in ("mu", "rolling", "spinning")]
+        bounds = [self._of(laws, x, laws.bounded) for x in ("lower", "upper")]
+        return Laws(self._of(laws, "dims", laws.contacts, c_int32), *of_contacts, *bounds)
+
+    @property
+    def row_scale(self) -> Optional[Array]:
+        return self._of(self.numbers, "row_scale", self.rows) if self.numbers.row_scale else None
+
+    def kept_rows(self, name: str, count: int) -> NDArray[Any]:
+        """Places of rows in numbers: H_rows, G_rows, gap_rows."""
+        return self._of(self.numbers, name, count, c_int32)
 
     def watch(self, places: list[tuple[int, int, int]], kept: list[NDArray[Any]]) -> None:
         """What the rows that were arranged go by, as it is: copies of arrays, and for each where
@@ -242,48 +310,68 @@ class RowSolver(Handle):
             return self._how
         self.is_other = bool(numbers.is_other)
         if not self.is_other:
-            end = self.result
-            good = end.outcome in GOOD_OUTCOMES
-            self._how = Solved(
-                OUTCOMES[end.outcome], good, end.residual, end.iterations,
-                CONTACT_METHODS[end.method],
-            )  # fmt: skip
+            self._how = self._ended()
         return self._how
+
+    def run(self, run: ContactRun) -> Solved:
+        """Steps within a run, as far as it goes without help: perp_contact_solver_run. Returns how
+        the last one ended."""
+        solver, structs = self._alive(), self._by_reference
+        with self._lock:
+            status = library.perp_contact_solver_run(solver, byref(run), *structs)
+            if status:
+                self._context.check(status)
+        self.known, self.is_other = bool(self.numbers.was_known), bool(self.numbers.is_other)
+        if not self.is_other and not self.known:
+            self._how = self._ended()
+        return self._how
+
+    def watch_nothing(self) -> None:
+        """No rows are arranged yet: the next step is told that they are others."""
+        self._nothing = c_void_p(None), np.zeros(1)
+        self.watch([(addressof(self._nothing[0]), 0, 8)], [self._nothing[1]])
+
+    def _ended(self) -> Solved:
+        end = self.result
+        return Solved(
+            OUTCOMES[end.outcome], end.outcome in GOOD_OUTCOMES, end.residual, end.iterations,
+            CONTACT_METHODS[end.method],
+        )  # fmt: skip
 
     def _hand_back(self) -> None:
         self._call(library.perp_contact_solver_hand_back, self._by_reference[0])
 
-    def settle(self, how: Solved, first: NDArray[Any]) -> Solved:
+    def settle(self, how: Solved) -> Solved:
         """Looks for impulses that hold what no longer slides.
 
         What slid to rest has impulses on the rims of their cones, and those are an answer to the
         next step, too: slower than tol can tell from rest, but not 0.0. Where several contacts
         bear a body there are others inside the cones, and newton, which keeps away from rims,
         finds them.
-
-        first: the contacts' normals among the rows.
         """
-        self._patience -= 1
-        if self._patience > 0 or not self.numbers.slips:
+        self.patience -= 1
+        if self.patience > 0 or not self.numbers.slips:
             return how
-        laws, slips = self._kept[0], self.modes[: len(first)] == _SLIP
-        of_contacts = np.abs(self.u[: self.rows - len(laws.lower)])
+        first = self.first
+        slips = self.modes[: len(first)] == _SLIP
+        of_contacts = np.abs(self.u[: self.rows - self._laws.bounded])
         speeds = np.maximum.reduceat(of_contacts, first)[slips]
         tol = self._settings.tol
         if speeds.max() > 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
+        laws = self.laws
         turns = laws.rolling.any() or laws.spinning.any()
-        again = self._solve_by("auto" if turns else "newton", 1e-3 * tol)
+        again = self.solve_by("auto" if turns else "newton", 1e-3 * tol)
         if again.ok and self.numbers.slips < slips.sum():
             return again
-        self._patience = _PATIENCE
+        self.patience = _PATIENCE
         self.v[:], self.r[:], self.u[:], self.modes[:] = kept
         self._how = how
         self._hand_back()
         return how
 
-    def _solve_by(self, method: str, tol: float) -> Solved:
+    def solve_by(self, method: str, tol: float) -> Solved:
         """Once, from no start."""
         mine = self._settings
         other = ContactSettings.from_buffer_copy(mine)

@@ -17,134 +17,47 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
 import time as _clock
 import weakref
 from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 try:
     import mujoco as mj  # type: ignore[import-untyped]
 except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
-from . import _arrays
-from ._stepper import Array, Laws, Pattern, Rows, RowSolver, Solved
+from . import _mujoco_model as _model
+from ._errors import argument_error
+from ._mujoco_check import Feature, check, refuse, tumbling
+from ._mujoco_derivatives import Derivatives, Linearization
+from ._mujoco_model import FAST, NO_EULER_DAMPING, Borrowed, Damping, Tumbling
+from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
+from ._mujoco_run import Batch, Rollout, Runner, checked
+from ._stepper import Array, Laws, Rows, RowSolver, Solved
 from ._words import ContactMethod
 
-__all__ = ["Run", "Solved", "Stepper", "simulate", "step", "view"]
+__all__ = [
+    "Derivatives", "Feature", "Rollout", "Run", "Solved", "Stepper", "check", "contact_force",
+    "derivatives", "rollout", "simulate", "step", "view", "wrap",
+]  # fmt: skip
 
-_DENSE = 120  # velocities up to which matrices are dense
+NEARLY = 1e-6  # of what drives a step: slower may be at rest
 _BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
-_ELLIPTIC = int(mj.mjtCone.mjCONE_ELLIPTIC)
-_AS_DENSE, _AS_SPARSE = int(mj.mjtJacobian.mjJAC_DENSE), int(mj.mjtJacobian.mjJAC_SPARSE)
-_IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT), int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
-_NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
-
-# MuJoCo's rows of a contact are normal, tangents, spin, roll, roll; perp's end with the spin. By
-# condim, padded.
-_ROWS = np.full((7, 6), -1)
-_ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
-_THERE = _ROWS >= 0
-_COUNTS = _THERE.sum(1)
-_DIMS = np.array([0, 1, 0, 3, 3, 0, 3], dtype=np.int32)
-# Sliding, rolling, spinning: where MuJoCo has a contact's, and what condim leaves of them.
-_FRICTIONS = np.array([0, 3, 2])
-_HAS = np.array([[0] * 3, [0] * 3, [0] * 3, [1, 0, 0], [1, 0, 1], [0] * 3, [1] * 3], dtype=float)
-_NONE = np.zeros(0, dtype=np.int32)
-_PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
-
-
-def _set_mass(model: Any, solver: RowSolver) -> None:
-    """M from its lower triangle, as MuJoCo has it."""
-    n = model.nv
-    row = np.repeat(np.arange(n), model.M_rownnz)
-    entry = np.arange(len(row)) + np.repeat(
-        model.M_rowadr - np.cumsum(model.M_rownnz) + model.M_rownnz, model.M_rownnz
+_NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
+_STATE = int(mj.mjtState.mjSTATE_FULLPHYSICS)
+_OF_ACCELERATIONS = int(mj.mjtStage.mjSTAGE_ACC)
+_OF_FORCES = [  # late as well, but without accelerations
+    int(getattr(mj.mjtSensor, f"mjSENS_{name}"))
+    for name in (
+        "TOUCH", "CONTACT", "ACTUATORFRC", "JOINTACTFRC", "TENDONACTFRC", "JOINTLIMITFRC",
+        "TENDONLIMITFRC",
     )
-    column = model.M_colind[entry]
-    below = row != column
-    rows = np.concatenate([row, column[below]])
-    columns = np.concatenate([column, row[below]])
-    sources = np.concatenate([entry, entry[below]])
-    if n <= _DENSE:
-        dense = np.full((n, n), -1, dtype=np.int32)
-        dense[rows, columns] = sources
-        solver.set_mass(dense.ravel(), (np.arange(n) * (n + 1)).astype(np.int32))
-        return
-    order = np.lexsort((rows, columns))
-    rows, columns, sources = (x[order].astype(np.int32) for x in (rows, columns, sources))
-    starts = np.searchsorted(columns, np.arange(n + 1)).astype(np.int32)
-    solver.set_mass(sources, np.flatnonzero(rows == columns).astype(np.int32), starts, rows)
-
-
-class _Touching(NamedTuple):
-    """Perp's rows among MuJoCo's, as long as the same things touch."""
-
-    key: tuple[Any, ...]
-    rows: Rows
-    first: NDArray[Any]  # of each contact: its normal among H's rows
-    names: NDArray[Any]  # of each contact and row with bounds: the same as long as it lasts
-    there: NDArray[Any]  # (names, 6): which rows it has
-    still: NDArray[Any]  # rows of J that are left out as they move nothing
-
-
-def _touching(key: tuple[Any, ...], model: Any, data: Any, h: float, all_move: bool) -> _Touching:
-    contact, ne, nf, nb = data.contact, data.ne, data.nf, data.nf + data.nl
-    address, dim, geom, friction = contact.efc_address, contact.dim, contact.geom, contact.friction
-    there, equations, still = address >= 0, np.arange(ne, dtype=np.int32), _NONE
-    if not all_move:
-        moves, still = _moves(model, data), np.concatenate([equations, address[there]])
-        still, equations = still[~moves[still]], equations[moves[:ne]]
-        there[there] = moves[address[there]]
-    if not there.all():
-        address, dim, geom, friction = address[there], dim[there], geom[there], friction[there]
-    all_there = _THERE[np.concatenate([dim, np.ones(nb, dtype=np.int32)])]
-    there, counts = all_there[: len(dim)], _COUNTS[dim]
-    order = (address[:, None] + _ROWS[dim])[there]
-    first, count = np.cumsum(counts) - counts, len(order)
-    limits = np.zeros((2, nb))
-    limits[1, :nf] = h * data.efc_frictionloss[ne : ne + nf]
-    limits[1, nf:] = np.inf
-    limits[0, :nf] -= limits[1, :nf]
-    laws = Laws(_DIMS[dim], *(friction[:, _FRICTIONS] * _HAS[dim]).T.copy(), *limits)
-    rows = Rows(
-        laws,
-        np.concatenate([order, np.arange(ne, ne + nb)]).astype(np.int32),
-        equations,
-        np.concatenate([first, np.arange(count + nf, count + nb)]).astype(np.int32),
-        _scale(friction, there, nb),
-        None if model.nv <= _DENSE else _pattern(data),
-    )
-    names = _names(model, geom, data.efc_type[ne : ne + nb], data.efc_id[ne : ne + nb])
-    return _Touching(key, rows, first, names, all_there, still)
-
-
-def _scale(friction: NDArray[Any], there: NDArray[Any], bounded: int) -> Optional[Array]:
-    """Of the rows: a second direction in units in which its coefficient is the first one's."""
-    second, first = friction[:, 1::3], friction[:, 0:4:3]
-    if ((second == first) | ~there[:, 2:5:2]).all():
-        return None
-    scale = np.ones(there.shape)
-    scale[:, 2:5:2] = second / first
-    return np.concatenate([scale[there], np.ones(bounded)])
-
-
-def _names(model: Any, geom: NDArray[Any], kind: NDArray[Any], which: NDArray[Any]) -> Any:
-    pair = (geom[:, 0].astype(np.int64) + 1) * (model.ngeom + 2) + geom[:, 1]
-    rows = 8 * which.astype(np.int64) + kind
-    # an upper and a lower limit of one joint: the second is another
-    return np.concatenate([pair * _PAIRS + _place(pair), -1 - 2 * rows - _place(rows)])
-
-
-def _place(names: NDArray[Any]) -> Any:
-    """Among those that follow each other and are the same."""
-    place = np.arange(len(names))
-    if len(names) > 1:
-        begins = names[1:] != names[:-1]
-        place[1:] -= np.maximum.accumulate(place[1:] * begins)
-    return place
+    if hasattr(mj.mjtSensor, f"mjSENS_{name}")
+]  # fmt: skip
 
 
 class Stepper:
@@ -159,8 +72,11 @@ class Stepper:
     slop: the overlap that contacts and limits keep, so that they are found again; None is a
         thousandth of the model's mean size.
 
-    The model's cone is set to elliptic: perp's rows are stored as those, and MuJoCo's functions
-    read them so.
+    restitution: the share of their normal speed with which what hits each other parts (Moreau's
+        law), 0 to 1.
+
+    What the model asks for and a step can't do is refused here, by name; check() says how each of
+    its features is treated. The model is not changed.
     """
 
     def __init__(
@@ -173,205 +89,297 @@ class Stepper:
         time_limit: Optional[float] = None,
         correction: float = 0.2,
         slop: Optional[float] = None,
+        restitution: float = 0.0,
     ) -> None:
+        refuse(model)
+        if not 0.0 <= restitution <= 1.0:
+            raise argument_error(f"restitution is {restitution}, expected 0 to 1")
         self.model = model
-        self.correction = correction
+        self.correction, self.restitution = correction, restitution
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
-        self._solver = RowSolver(model.nv, method, tol, max_iterations, time_limit)
-        _set_mass(model, self._solver)
-        self._solver.numbers.correction = correction
-        self._mass = np.zeros(model.nC)  # of implicit integrators
-        self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
-        self._bound_by: tuple[int, int] = (-1, -1)
-        self._touching: Optional[_Touching] = None
-        self._warm, self._all_move = False, True
+        self.dense = model.nv <= _model.DENSE
+        self._entries = _model.entries_of_mass(model)
+        self._places_of_mass = places_of_mass(model, self._entries)
+        self._settings = method, tol, max_iterations, time_limit
+        self.mass = np.zeros(model.nC)  # of implicit integrators
+        self.begin_anew()
         # those whose zeros the library leaves alone
         trees = np.bincount(model.dof_treeid) if model.nv else _NONE
-        self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
-        self._advances = bool(model.na or model.nplugin or getattr(model, "nhistory", 0))
+        self.large = self.dense and bool((trees > _BLOCK).any())
+        more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
+        self.advances = bool(model.na or model.nplugin or more)
+        self.damping, self.borrowed = Damping(model), Borrowed(model)
+        self.tumbling = Tumbling(model) if len(tumbling(model)) else None
+        self._state = np.zeros(mj.mj_stateSize(model, _STATE))
         # what costs a tenth of a microsecond or two to be asked for in every step
-        self._options, self._senses = model.opt, bool(model.nsensor)
-        self._jacobian = _AS_DENSE if model.nv <= _DENSE else _AS_SPARSE
+        self._options, self.senses = model.opt, bool(model.nsensor)
+        late = model.sensor_needstage == _OF_ACCELERATIONS
+        self.accelerates = bool((late & ~np.isin(model.sensor_type, _OF_FORCES)).any())
+
+    def steps(self, data: Any, count: int) -> bool:
+        """So many steps with the same control, in one call where rollout() makes one. Returns
+        whether all were solved."""
+        with self.borrowed:
+            if not Runner.can(self):
+                return all([self._step(data).ok for _ in range(count)])
+            self.bind(data)
+            if self._runner is None:
+                self._runner = Runner(self, data)
+            self._runner(count, [], [])
+            return self._runner.unsolved == 0
+
+    def begin_anew(self) -> None:
+        """As if nothing had been stepped before."""
+        self.solver = RowSolver(self.model.nv, *self._settings)
+        self.solver.set_mass(*self._places_of_mass)
+        self.solver.numbers.correction = self.correction
+        self.solver.numbers.restitution = self.restitution
+        self._runner: Optional[Runner] = None
+        self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
+        self._bound_by: tuple[int, int] = (-1, -1)
+        self.touching: Optional[Touching] = None
+        self.warm, self.all_move = False, True
 
     def step(self, data: Any) -> Solved:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
-        model, options, solver = self.model, self._options, self._solver
-        h = options.timestep
-        options.cone, options.jacobian = _ELLIPTIC, self._jacobian
+        with self.borrowed:
+            return self._step(data)
+
+    def gather(self, data: Any) -> None:
+        """All of a step before its contacts are solved."""
+        model, options = self.model, self._options
         mj.mj_step1(model, data)
         mj.mj_fwdActuation(model, data)
         mj.mj_fwdAcceleration(model, data)
-        place = self._bind(data, options, h)
-        try:
-            how = self._solve(data, h)
-        except ValueError:  # a contact that moved something does so no more?
-            self._touching, self._warm, self._all_move = None, False, False
-            how = self._solve(data, h)
-        touching, numbers, known = self._touching, solver.numbers, solver.known
-        assert touching is not None
-        if not known:
-            if self._warm and how.ok and numbers.slips:
-                how = solver.settle(how, touching.first)
-            if self._large and how.ok and solver.may_hold() and self._nearly_rests(data, h):
-                solver.hold()
-            self._warm = how.ok
-        if self._senses:
-            mj.mj_sensorAcc(model, data)
-        shift = solver.shift
-        if known and shift is None and not self._advances and place is None:
-            data.time += h  # qvel and qpos would become what they are
-        else:
-            self._advance(data, h, place, shift)
+        self._bind(data, options, options.timestep)
+
+    def answer(self, data: Any) -> Solved:
+        """The contacts of a step as sharply as can be, with impulses away from the rims of cones
+        where there are such, from no start."""
+        self.gather(data)
+        self.forget()
+        how = self._solve_any(data)
+        turns = self.solver.laws
+        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
+        solver = self.solver
+        kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
+        if solver.rows and not solver.solve_by(method, 1e-12).ok:
+            solver.v[:], solver.r[:], solver.u[:], solver.modes[:] = kept
         return how
 
-    def _bind(self, data: Any, options: Any, h: float) -> Optional[Array]:
-        """Where the step's numbers are. Returns qpos where data has been advanced for the implicit
-        part of MuJoCo's integrator, in all but place and velocity."""
-        model, solver = self.model, self._solver
-        integrator, flags, place = options.integrator, options.disableflags, None
-        if self._bound() is not data or self._bound_by != (integrator, flags):
-            self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
-            self._at, self._touching = _pointers(data), None
-            for name, field in ("J", "efc_J"), ("gaps", "efc_pos"), ("row_force", "efc_force"):
-                setattr(solver.numbers, name, self._at[field])
-            implicit = integrator in _IMPLICIT
-            damped = not implicit and not flags & _NO_EULER_DAMPING
-            solver.bind(
-                mass=self._mass if implicit else data.M,
-                damping=model.dof_damping if damped else None,
-                velocity=data.qvel, force=data.qfrc_smooth, acceleration=data.qacc,
-                force_of_rows=data.qfrc_constraint,
-            )  # fmt: skip
-        if integrator in _IMPLICIT:
-            place, v = data.qpos.copy(), data.qvel.copy()
-            mj.mj_implicit(model, data)
-            data.qpos[:], data.qvel[:] = place, v
-            np.subtract(data.M, h * data.qDeriv[model.mapD2M], out=self._mass)
-        solver.numbers.h, solver.numbers.slop = h, self.slop
-        return place
+    def force(self, data: Any) -> Array:
+        """The forces of a step in the metric."""
+        if self._options.integrator == FAST and self.tumbling is not None:
+            return self.tumbling.force
+        return np.asarray(data.qfrc_smooth)
 
-    def _solve(self, data: Any, h: float) -> Solved:
+    def rebind(self, data: Any) -> None:
+        """What is implicit in the metric, at data's state."""
+        self._bind(data, self._options, self._options.timestep)
+
+    def times(self, data: Any, x: Array) -> Array:
+        """The metric, times x."""
+        options = self._options
+        if options.integrator == FAST:
+            rows, columns, sources = self._entries
+            return np.bincount(rows, self.mass[sources] * x[columns], len(x))
+        product = np.empty(len(x))
+        mj.mj_mulM(self.model, data, product, x)
+        if not options.disableflags & NO_EULER_DAMPING:
+            product += options.timestep * self.damping.diagonal * x
+        return product
+
+    def metric(self, data: Any) -> Array:
+        """M with what is implicit, dense."""
+        options, n = self._options, self.model.nv
+        fast = options.integrator == FAST
+        rows, columns, sources = self._entries
+        M = np.zeros((n, n))
+        M[rows, columns] = (self.mass if fast else data.M)[sources]
+        if not fast and not options.disableflags & NO_EULER_DAMPING:
+            M[range(n), range(n)] += options.timestep * self.damping.diagonal
+        return M
+
+    def _step(self, data: Any) -> Solved:
+        self.gather(data)
+        how = self.solve(data)
+        if not self.solver.known:
+            how = self.look(data, how)
+        if self.senses:
+            self._sense(data)
+        shift = self.solver.shift
+        if self.solver.known and shift is None and not self.advances:
+            data.time += self._options.timestep  # qvel and qpos would become what they are
+        else:
+            self._advance(data, self._options.timestep, shift)
+        return how
+
+    def solve(self, data: Any) -> Solved:
+        """The contacts of a step that has been gathered. Where forces are no numbers, what MuJoCo
+        does: it warns, and begins anew."""
+        if not np.isfinite(data.qacc_smooth).all():
+            if self._options.disableflags & _NO_RESETS:
+                raise argument_error("data has forces that are not finite, autoreset is disabled")
+            data.qacc[:] = data.qacc_smooth
+            mj.mj_checkAcc(self.model, data)
+            self.forget()
+            self.gather(data)
+        return self._solve_any(data)
+
+    def forget(self) -> None:
+        """The next step has no start."""
+        self.touching, self.warm = None, False
+        self.solver.numbers.w = None  # the arranged rows are others'
+
+    def look(self, data: Any, how: Solved) -> Solved:
+        """Whether what nearly rests does."""
+        solver = self.solver
+        if self.warm and how.ok and solver.numbers.slips:
+            how = solver.settle(how)
+        if self.large and how.ok and self._nearly_rests(data) and solver.may_hold():
+            solver.hold()
+        self.warm = how.ok
+        return how
+
+    def _sense(self, data: Any) -> None:
+        """Accelerations as MuJoCo's sensors have them: of the forces, before implicit damping."""
+        data.flg_rnepost = 0
+        mean = data.qacc.copy() if self.accelerates else None
+        if mean is not None and mean.any():
+            force = (data.qfrc_smooth + data.qfrc_constraint)[None]
+            acceleration = np.empty_like(force)
+            mj.mj_solveM(self.model, data, acceleration, force)
+            data.qacc[:] = acceleration[0]
+        mj.mj_sensorAcc(self.model, data)
+        if mean is not None:
+            data.qacc[:] = mean
+
+    def _bind(self, data: Any, options: Any, h: float) -> None:
+        """Where the step's numbers are, and what of its metric changes."""
+        self.bind(data)
+        if options.integrator == FAST:  # only what it knows of the forces' derivatives is of use
+            self._linearise(data, h)
+        elif self.damping.changes:
+            self.damping.update(data.qvel)
+        self.solver.numbers.h, self.solver.numbers.slop = h, self.slop
+
+    def bind(self, data: Any) -> None:
+        options, solver = self._options, self.solver
+        integrator, flags = options.integrator, options.disableflags
+        if self._bound() is data and self._bound_by == (integrator, flags):
+            return
+        self._bound, self._bound_by = weakref.ref(data), (integrator, flags)
+        self._struct = ctypes.c_void_p(data._address)
+        self._at, self._runner = _model.pointers(data), None
+        self.forget()
+        if self.dense:
+            self.solver.numbers.source = ctypes.pointer(_model.source(self.model, data, self._at))
+        fields = ("J", "efc_J"), ("gaps", "efc_pos"), ("speeds", "efc_vel")
+        for name, field in (*fields, ("row_force", "efc_force")):
+            setattr(solver.numbers, name, self._at[field])
+        damped = integrator != FAST and not flags & NO_EULER_DAMPING
+        solver.bind(
+            mass=self.mass if integrator == FAST else data.M,
+            damping=self.damping.diagonal if damped else None,
+            velocity=data.qvel, force=self.force(data), acceleration=data.qacc,
+            force_of_rows=data.qfrc_constraint,
+        )  # fmt: skip
+
+    def _linearise(self, data: Any, h: float) -> None:
+        model = self.model
+        mj.mj_getState(model, data, self._state, _STATE)
+        data.qfrc_constraint[:] = 0.0
+        mj.mj_implicit(model, data)
+        free = data.qvel.copy()
+        mj.mj_setState(model, data, self._state, _STATE)
+        np.subtract(data.M, h * data.qDeriv[model.mapD2M], out=self.mass)
+        if self.tumbling:
+            self.tumbling.update(data, (free - data.qvel) / h, self.mass)
+
+    def _solve_any(self, data: Any) -> Solved:
+        try:
+            return self._solve(data)
+        except ValueError:  # a contact that moved something does so no more?
+            if self.dense or not self.all_move:
+                raise
+            self.forget()
+            self.all_move = False
+            return self._solve(data)
+
+    def _solve(self, data: Any) -> Solved:
         """With the rows of the last step, where the same things touch."""
-        solver, key = self._solver, (data.ne, data.nf, data.nl, data.ncon, h)
-        if self._touching is not None and key == self._touching.key:
-            how = solver.step(self._warm)
+        solver = self.solver
+        if self.dense or self._is_as_before(data):
+            how = solver.step(self.warm)
             if not solver.is_other:
                 return how
-        self._take_rows(_touching(key, self.model, data, h, self._all_move), data)
-        return solver.step(self._warm)
+        self.arrange(data)
+        return solver.step(self.warm)
 
-    def _take_rows(self, touching: _Touching, data: Any) -> None:
+    def _is_as_before(self, data: Any) -> bool:
+        key = data.ne, data.nf, data.nl, data.ncon, self._options.timestep
+        return self.touching is not None and key == self.touching.key
+
+    def arrange(self, data: Any) -> None:
+        """The rows of what touches now."""
+        if self.dense:
+            self.solver.arrange_from_source()
+            return
+        h = self._options.timestep
+        key = data.ne, data.nf, data.nl, data.ncon, h
+        self._take_rows(find_rows(key, self.model, data, h, self.all_move), data)
+
+    @property
+    def rows(self) -> Rows:
+        """Those that are arranged."""
+        solver, numbers = self.solver, self.solver.numbers
+        if not self.dense:
+            assert self.touching is not None
+            return self.touching.rows
+        places = ("H_rows", "rows"), ("G_rows", "bilateral"), ("gap_rows", "gap_count")
+        copies = [solver.kept_rows(x, getattr(numbers, count)).copy() for x, count in places]
+        scale = solver.row_scale
+        laws = Laws(*(x.copy() for x in solver.laws))
+        return Rows(laws, *copies, None if scale is None else scale.copy())
+
+    def _take_rows(self, touching: Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""
-        solver, last, at, layout = self._solver, self._touching, self._at, _layout()
-        old = solver.start
+        solver, last, at, layout = self.solver, self.touching, self._at, _model.layout()
+        old = solver.start.copy()
         solver.arrange(touching.rows, data.nefc)
         if last is not None:
-            _hand_over(solver.start, touching, old, last)
-        self._touching, contact = touching, data.contact
-        kept = [getattr(contact, name).copy() for name in _OF_CONTACTS]
+            hand_over(solver.start, touching, old, last)
+        self.touching, contact = touching, data.contact
+        kept = [getattr(contact, name).copy() for name in _model.OF_CONTACTS]
         places = [(at["contact"], offset, layout.stride) for offset in layout.of_contacts]
-        for name in _WATCHED if self.model.nv <= _DENSE else _WATCHED + _PATTERN:
+        kept.insert(0, np.array([data.ncon, data.ne, data.nf, data.nl, data.nefc], dtype=np.int32))
+        places.insert(0, (ctypes.addressof(self._struct), layout.counts, 4))
+        for name in _model.WATCHED + _model.PATTERN:
             kept.append(getattr(data, name).copy())
             places.append((at[name], 0, kept[-1].itemsize))
         for row in touching.still:  # zeros as long as they move nothing
-            begin, count = _place_of_row(self.model, data, row)
+            begin, count = place_of_row(data, row)
             kept.append(np.zeros(count))
             places.append((at["efc_J"], 8 * begin, 8))
         solver.watch(places, kept)
 
-    def _nearly_rests(self, data: Any, h: float) -> bool:
+    def _nearly_rests(self, data: Any) -> bool:
         """Whether a search for what is held is worth its cost: it says nothing of what is."""
-        fastest = self._solver.numbers.fastest
-        return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
+        drive = self._options.timestep * np.abs(data.qacc_smooth).max()
+        return bool(0.0 < self.solver.numbers.fastest < NEARLY * drive)
 
-    def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
+    def _advance(self, data: Any, h: float, shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
-        model, v = self.model, self._solver.v
-        if place is None and self._advances:
+        model, v = self.model, self.solver.v
+        if self.advances:
             place = data.qpos.copy()
             mj.mj_Euler(model, data)
-        elif place is None:
-            data.time += h
-        if place is not None:
             data.qpos[:] = place
+        else:
+            data.time += h
         data.qvel[:] = v
         mj.mj_integratePos(model, data.qpos, v if shift is None else v + shift, h)
-
-
-def _pattern(data: Any) -> Pattern:
-    return Pattern(data.efc_J_rownnz.copy(), data.efc_J_rowadr.copy(), data.efc_J_colind.copy())
-
-
-def _moves(model: Any, data: Any) -> NDArray[Any]:
-    """Whether each row moves anything: a wall's contact with a planar robot may not."""
-    J = data.efc_J
-    if model.nv <= _DENSE:
-        return np.asarray(J.reshape(data.nefc, model.nv).any(1))
-    row, places = _pattern(data).places(np.arange(data.nefc))
-    return np.bincount(row, np.abs(J.ravel()[places]), data.nefc) > 0.0
-
-
-def _place_of_row(model: Any, data: Any, row: int) -> tuple[int, int]:
-    """Where a row of J begins, and how many entries it has."""
-    if model.nv <= _DENSE:
-        return row * model.nv, model.nv
-    return int(data.efc_J_rowadr[row]), int(data.efc_J_rownnz[row])
-
-
-def _hand_over(start: Array, now: _Touching, old: Array, last: _Touching) -> None:
-    """The impulses of what touched already."""
-    count, before = len(now.rows.H), np.zeros(last.there.shape)
-    if len(last.names) and len(now.names):
-        before[last.there] = old[: len(last.rows.H)]
-        order = np.argsort(last.names)
-        place = np.minimum(np.searchsorted(last.names[order], now.names), len(order) - 1)
-        same = last.names[order[place]] == now.names
-        start[:count] = np.where(same[:, None], before[order[place]], 0.0)[now.there]
-        if len(now.rows.G) == len(last.rows.G):
-            start[count:] = old[len(last.rows.H) :]
-
-
-_OF_CONTACTS = "geom", "efc_address", "friction"
-_WATCHED, _PATTERN = ("efc_id", "efc_frictionloss"), ("efc_J_rownnz", "efc_J_colind")
-
-
-class _Layout(NamedTuple):
-    """Where MuJoCo's structs have what a step reads, in bytes."""
-
-    pointers: dict[str, int]  # of mjData
-    of_contacts: list[int]  # of mjContact
-    stride: int
-
-
-@functools.lru_cache(maxsize=None)
-def _layout() -> _Layout:
-    """Found in a small scene, where all of these are there. Its arrays move from step to step, and
-    each costs half a microsecond to be asked for."""
-    data = mj.MjData(mj.MjModel.from_xml_string(_SCENE))
-    mj.mj_step1(data.model, data)
-    names = "efc_J", "efc_pos", "efc_force", *_WATCHED, *_PATTERN
-    looked_for = {getattr(data, name).ctypes.data: name for name in names}
-    first = data.contact.dist.ctypes.data
-    looked_for[first] = "contact"
-    found, place = {}, 0  # type: dict[str, int], int
-    while len(found) < len(looked_for):
-        name = looked_for.get(ctypes.c_uint64.from_address(data._address + place).value)
-        if name is not None:
-            found[name] = place
-        place += 8
-    offsets = [getattr(data.contact, name).ctypes.data - first for name in _OF_CONTACTS]
-    return _Layout(found, offsets, data.contact.dist.strides[0])
-
-
-_SCENE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" size="1 1 1"/>
-<body><freejoint/><geom size=".1"/></body><body pos="0 0 1"><freejoint/><geom size=".1"/></body>
-<body pos="0 0 1.1"><freejoint/><geom size=".1"/></body></worldbody></mujoco>"""
-
-
-def _pointers(data: Any) -> dict[str, Any]:
-    """Where data has its pointers to these arrays."""
-    return {name: data._address + k for name, k in _layout().pointers.items()}
 
 
 _kept: weakref.WeakKeyDictionary[Any, tuple[Any, Stepper]] = weakref.WeakKeyDictionary()
@@ -384,6 +392,43 @@ def step(model: Any, data: Any, **settings: Any) -> Solved:
     if kept is None or kept[1].model is not model or kept[0] != settings:
         kept = _kept[data] = settings, Stepper(model, **settings)
     return kept[1].step(data)
+
+
+def contact_force(model: Any, data: Any, contact: int) -> Array:
+    """The force and torque of a contact of the last step, in its frame, normal first:
+    mujoco.mj_contactForce for any cone of the model."""
+    if not 0 <= contact < data.ncon:
+        raise argument_error(f"contact is {contact}, expected 0 to {data.ncon - 1}")
+    wrench = np.zeros(6)
+    with Borrowed(model):
+        mj.mj_contactForce(model, data, contact, wrench)
+    return wrench
+
+
+_linear: weakref.WeakKeyDictionary[Any, tuple[Any, Linearization]] = weakref.WeakKeyDictionary()
+
+
+def derivatives(
+    model: Any, data: Any, *, eps: float = 1e-6, centered: bool = True, **settings: Any
+) -> Derivatives:
+    """Of the step that step(model, data) would make from no start, by data's state and control:
+    mujoco.mjd_transitionFD's A and B. data is left as it is.
+
+    eps, centered: of the differences of MuJoCo's forces; contacts are not differenced. settings: as
+    for Stepper.
+    verdict: "regular"; "degenerate", where the step is on the edge between two modes, and A and B
+    are of one of them; "singular", where v' is not determined. Restitution and moving surfaces are
+    refused.
+    """
+    if not eps > 0.0:
+        raise argument_error(f"eps is {eps}, expected a number > 0")
+    if settings.get("restitution") or getattr(model, "flg_surfacevel", 0):
+        raise argument_error("restitution and moving surfaces (surfacevel) have no derivatives")
+    kept = _linear.get(data)
+    if kept is None or kept[1].model is not model or kept[0] != settings:
+        made = Linearization(model, Stepper(model, **settings))
+        kept = _linear[data] = settings, made
+    return kept[1](data, eps, centered)
 
 
 class Run(NamedTuple):
@@ -430,6 +475,53 @@ def simulate(
             speeds.append(data.qvel.copy())
     seconds = _clock.perf_counter() - began
     return Run(np.array(times), np.array(places), np.array(speeds), outcomes, worst, seconds)
+
+
+def rollout(
+    model: Any,
+    states: ArrayLike,
+    controls: Optional[ArrayLike] = None,
+    *,
+    steps: Optional[int] = None,
+    threads: Optional[int] = None,
+    **settings: Any,
+) -> Rollout:
+    """Steps the model from many states, as mujoco.rollout does; the same bits at any number of
+    threads, and those of Stepper.step from each state.
+
+    states: (starts, mj_stateSize(model, mjSTATE_FULLPHYSICS)), or one.
+    controls: (starts, steps, nu), or (steps, nu) for all; None: so many steps with none.
+    threads: None is one a processor. settings: as for Stepper.
+    """
+    threads = os.cpu_count() or 1 if threads is None else threads
+    if threads < 1:
+        raise argument_error(f"threads is {threads}, expected 1 or more")
+    refuse(model)
+    make = functools.partial(Stepper, model, **settings)
+    return Batch(model, make, *checked(model, states, controls, steps)).run(threads)
+
+
+def wrap(env: Any, **settings: Any) -> Any:
+    """A MuJoCo environment of gymnasium, from now on stepped by perp; returns env.
+
+        env = perp.mujoco.wrap(gymnasium.make("Ant-v5"))
+
+    settings: as for Stepper.
+    """
+    inner = getattr(env, "unwrapped", env)
+    if not hasattr(inner, "_step_mujoco_simulation"):
+        raise argument_error("env is not a MuJoCo environment of gymnasium")
+    model, data = inner.model, inner.data
+    stepper = Stepper(model, **settings)
+
+    def advance(ctrl: ArrayLike, frames: int) -> None:
+        data.ctrl[:] = ctrl
+        stepper.steps(data, frames)
+        with stepper.borrowed:  # which reads contact forces
+            mj.mj_rnePostConstraint(model, data)
+
+    inner._step_mujoco_simulation = advance
+    return env
 
 
 def view(

@@ -214,7 +214,7 @@ class Stepper:
         count = len(joined.gaps)
         how = solver.step(self._warm)
         if self._warm and how.ok and count:
-            how = solver.settle(how, self._rows.gaps[:count])
+            how = solver.settle(how)
         self._warm = how.ok
         after, shift = solver.v.copy(), solver.shift
         moved = after if shift is None else after + shift
@@ -248,7 +248,7 @@ class Stepper:
             np.zeros(count), np.concatenate([np.zeros(len(limits)), bounds[0]]),
             np.concatenate([np.full(len(limits), np.inf), bounds[1]]),
         )  # fmt: skip
-        before = dict(zip(self._names.tolist(), self._parts(solver.r)))
+        before = dict(zip(self._names.tolist(), self._parts(solver.r.copy())))
         size = 3 * count + len(limits) + len(self._dry)
         numbers = np.arange(size + equations, dtype=np.int32)
         opens = [3 * np.arange(count), 3 * count + np.arange(len(limits))]

@@ -9,6 +9,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco")
 
 import perp  # noqa: E402
+import perp._mujoco_model  # noqa: E402
 import perp._stepper  # noqa: E402
 import perp.mujoco  # noqa: E402
 
@@ -195,7 +196,7 @@ def test_forces_are_those_that_mujoco_reads():
         perp.mujoco.step(model, data)
     weight, force, wrench = np.zeros(3), np.zeros(3), np.zeros(6)
     for k in range(data.ncon):
-        mujoco.mj_contactForce(model, data, k, wrench)
+        wrench[:] = perp.mujoco.contact_force(model, data, k)
         force += data.contact.frame[k].reshape(3, 3).T @ wrench[:3]
     weight[:] = 2.0 * model.opt.gravity
     np.testing.assert_allclose(force, -weight, atol=1e-6 * G)  # tol of 1e-8 a step, a few rows
@@ -310,7 +311,7 @@ def test_sparse_and_dense_are_the_same(monkeypatch):
     body, speeds = boxes(25)
     runs = []
     for most in (0, 1000):
-        monkeypatch.setattr(perp.mujoco, "_DENSE", most)
+        monkeypatch.setattr(perp._mujoco_model, "DENSE", most)
         model, data = scene(body)
         data.qvel[:] = 0.2 * speeds
         runs.append(perp.mujoco.simulate(model, data, 0.3))
@@ -326,7 +327,7 @@ def test_many_boxes_on_a_slope_rest():
     model, data = scene(body, 'gravity="3 0 -9.4"')
     data.qvel[:] = 0.1  # they slide to rest first
     run = perp.mujoco.simulate(model, data, 1.5)
-    assert model.nv > perp.mujoco._DENSE and run.ok
+    assert model.nv > perp._mujoco_model.DENSE and run.ok
     assert (run.qvel[-100:] == 0.0).all()
 
 
@@ -406,7 +407,7 @@ def test_what_touches_already_keeps_its_impulses(monkeypatch):
         '<body pos="1 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     )
     stepper, starts = perp.mujoco.Stepper(model), []
-    solver, step = stepper._solver, stepper._solver.step
+    solver, step = stepper.solver, stepper.solver.step
     monkeypatch.setattr(solver, "step", lambda w: starts.append(solver.start.copy()) or step(w))
     while data.ncon <= 4:
         before = solver.r.copy()

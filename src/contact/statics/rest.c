@@ -36,7 +36,7 @@ static int32_t is_slow(const perp_contact_solver *s)
 {
     const perp__contact_call *call = s->call;
     double driven = 0.0, fastest = 0.0;
-    int32_t slips = !call->holds_itself;
+    int32_t slips = !s->settings.raw_velocity;
 
     for (int32_t k = 0; k < s->contacts; k++)
         slips |= s->best.modes[k] == PERP_CONTACT_SLIP;

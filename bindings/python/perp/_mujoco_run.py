@@ -1,0 +1,300 @@
+"""Many steps of a MuJoCo model in one call, without Python between them: perp_contact_solver_run
+with MuJoCo's own functions as its stages. Python is asked where other things touch."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import glob
+import os
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Callable, NamedTuple, Optional
+
+import mujoco as mj  # type: ignore[import-untyped]
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _arrays
+from . import _mujoco_model as _model
+from ._errors import argument_error
+from ._generated import CONSTANTS, ContactCopy, ContactIntegrate, ContactRun, ContactStage
+from ._library import library
+from ._structures import sized
+
+Array = NDArray[np.float64]
+
+_SOLVE, _MOVE = CONSTANTS["PERP_CONTACT_PHASE_SOLVE"], CONSTANTS["PERP_CONTACT_PHASE_MOVE"]
+_OTHER, _LOOK = CONSTANTS["PERP_CONTACT_WAIT_OTHER"], CONSTANTS["PERP_CONTACT_WAIT_LOOK"]
+_NEARLY = 1e-6  # of what drives a step: slower may be at rest
+_SLOW = 100.0  # times tol: slower slips may be held
+
+
+class Copy(NamedTuple):
+    """Numbers of data, and theirs in each step: a row of `rows`."""
+
+    data: Array
+    rows: Array
+
+
+@functools.lru_cache(maxsize=None)
+def _functions() -> Any:
+    """MuJoCo's own library, which the package has loaded; None where it is not found."""
+    folder = os.path.dirname(mj.__file__)
+    found = glob.glob(f"{folder}/libmujoco*") + glob.glob(f"{folder}/mujoco.dll")
+    return ctypes.CDLL(found[0]) if found else None
+
+
+def _stages(*names: str) -> Any:
+    functions = _functions()
+    stages = [ctypes.cast(getattr(functions, name), ContactStage) for name in names]
+    return (ContactStage * max(len(stages), 1))(*stages), len(stages)
+
+
+_GETTERS = [getattr(mj, name) for name in dir(mj) if name.startswith("get_mjcb_")]
+
+
+def has_callbacks() -> bool:
+    """Whether MuJoCo calls functions of Python's."""
+    return any(get() is not None for get in _GETTERS)
+
+
+class Runner:
+    """Runs of one stepper on one data."""
+
+    def __init__(self, stepper: Any, data: Any) -> None:
+        stepper.bind(data)
+        self._stepper, self._data = stepper, data
+        self._run, self._begun = sized(ContactRun), False
+        self._kept: list[Any] = []
+        run, model = self._run, stepper.model
+        run.model, run.data = model._address, data._address
+        run.places, run.time = model.nq, data._address + _model.layout().time
+        room = self._keep(np.zeros(model.nq + model.nv))
+        for name, array in ("place", data.qpos), ("velocity", data.qvel), ("room", room):
+            setattr(run, name, _arrays.address(array))
+        run.integrate = ctypes.cast(_functions().mj_integratePos, ContactIntegrate)
+        run.look_slip = _SLOW * stepper.solver.tol
+        if stepper.large:
+            run.look_rest, run.drive = _NEARLY, _arrays.address(data.qacc_smooth)
+        self._set_stages()
+
+    @staticmethod
+    def can(stepper: Any) -> bool:
+        """Whether its steps need nothing of Python's between those of MuJoCo."""
+        changes = stepper.damping.changes
+        fast = stepper.model.opt.integrator == _model.FAST
+        tumbles = fast and stepper.tumbling is not None
+        senses = stepper.accelerates and (fast or stepper.model.dof_damping.any())
+        return not (changes or tumbles or senses or has_callbacks() or _functions() is None)
+
+    def _keep(self, thing: Any) -> Any:
+        self._kept.append(thing)
+        return thing
+
+    def _set_stages(self) -> None:
+        run, stepper = self._run, self._stepper
+        after = ["mj_rnePostConstraint"] if stepper.accelerates else []
+        after += ["mj_sensorAcc"] if stepper.senses else []
+        stages = {
+            "before": ["mj_step1", "mj_fwdActuation", "mj_fwdAcceleration"],
+            "after": after,
+            "advance": ["mj_Euler"] if stepper.advances else [],
+        }
+        for name, functions in stages.items():
+            array, count = self._keep(_stages(*functions))
+            setattr(run, name, array)
+            setattr(run, name + "_count", count)
+        if stepper.model.opt.integrator == _model.FAST:
+            self._set_metric()
+
+    def _set_metric(self) -> None:
+        """What implicitfast takes implicitly."""
+        run, data, model = self._run, self._data, self._stepper.model
+        run.metric = self._keep(_stages("mj_implicit"))[0][0]
+        places = self._keep(np.asarray(model.mapD2M, dtype=np.int32))
+        arrays = {
+            "metric_M": data.M, "metric_D": data.qDeriv, "metric_mass": self._stepper.mass,
+            "metric_places": places,
+        }  # fmt: skip
+        for name, array in arrays.items():
+            setattr(run, name, _arrays.address(array))
+        run.metric_count = len(places)
+        names = "qpos", "qvel", "act", "history", "plastic", "plugin_state"
+        state = [getattr(data, name) for name in names if hasattr(data, name)]
+        kept = [(_arrays.address(x), x.size) for x in state if x.size] + [(run.time, 1)]
+        copies = self._keep((ContactCopy * len(kept))())
+        for copy, (at, count) in zip(copies, kept):
+            copy.to, copy.count = _arrays.address(self._keep(np.zeros(count))), count
+            copy.source = at
+        run.kept, run.kept_count = copies, len(kept)
+
+    def _copies(self, copies: Sequence[Copy], inward: bool) -> Any:
+        array = (ContactCopy * max(len(copies), 1))()
+        for one, (data, rows) in zip(array, copies):
+            at, out = _arrays.address(data), rows.ctypes.data
+            one.to, one.source = (at, out) if inward else (out, at)
+            one.count, one.stride = data.size, rows.strides[0] // rows.itemsize
+        return array
+
+    def __call__(self, steps: int, inputs: Sequence[Copy], outputs: Sequence[Copy]) -> None:
+        """So many steps, each with a row of the inputs, and with one of the outputs behind it."""
+        run, stepper, data = self._run, self._stepper, self._data
+        solver = stepper.solver
+        run.inputs, run.input_count = self._copies(inputs, True), len(inputs)
+        run.outputs, run.output_count = self._copies(outputs, False), len(outputs)
+        run.steps, run.done, run.phase, run.unsolved, run.residual = steps, 0, 0, 0, 0.0
+        if not self._begun:  # what MuJoCo refuses, it refuses here
+            stepper.gather(data)
+            self._begun = True
+        solver.numbers.warm = stepper.warm
+        while run.done < steps:
+            if not stepper.dense and stepper.touching is None:
+                solver.watch_nothing()
+            try:
+                how = solver.run(run)
+            except ValueError:
+                if run.phase != _SOLVE:
+                    raise
+                stepper.warm = bool(solver.numbers.warm)
+                self._moved(stepper.solve(data), run)
+                continue
+            if run.wait == _OTHER:
+                stepper.arrange(data)
+            elif run.wait == _LOOK:
+                stepper.warm = bool(solver.numbers.warm)
+                solver.patience = run.patience + 1
+                self._moved(how, run)
+            stepper.warm = bool(solver.numbers.warm)
+
+    def _moved(self, how: Any, run: Any) -> None:
+        """Solved here: the rest of the step is the run's."""
+        stepper = self._stepper
+        if not stepper.solver.known:
+            stepper.look(self._data, how)
+        run.patience = max(stepper.solver.patience, 0)
+        run.phase, stepper.solver.numbers.warm = _MOVE, stepper.warm
+
+    @property
+    def unsolved(self) -> int:
+        return int(self._run.unsolved)
+
+    @property
+    def residual(self) -> float:
+        return float(self._run.residual)
+
+
+class Rollout(NamedTuple):
+    """What rollout() saw. Rows belong to starts, and in them to steps."""
+
+    states: Array  # (starts, steps, mj_stateSize(model, mjSTATE_FULLPHYSICS))
+    sensors: Array  # (starts, steps, nsensordata)
+    unsolved: NDArray[Any]  # of each start: how many steps had no good outcome
+    residual: Array  # of each: the worst one
+
+    @property
+    def ok(self) -> bool:
+        """Whether every step was solved, or as near as a double can come."""
+        return not self.unsolved.any()
+
+
+_STATE = int(mj.mjtState.mjSTATE_FULLPHYSICS)
+# Of that state, in its order; what a version of MuJoCo does not have is not in its state.
+_PARTS = "qpos", "qvel", "act", "history", "plugin_state", "plastic"
+
+
+class Batch:
+    """One model from many states, each in one thread from begin to end, so that bits do not depend
+    on how many there are."""
+
+    def __init__(self, model: Any, make: Callable[[], Any], states: Array, controls: Array) -> None:
+        self._model, self._make = model, make
+        self._states, self._controls = states, controls
+        starts, steps = controls.shape[:2]
+        size = states.shape[1]
+        self.result = Rollout(
+            np.zeros((starts, steps, size)), np.zeros((starts, steps, model.nsensordata)),
+            np.zeros(starts, dtype=int), np.zeros(starts),
+        )  # fmt: skip
+        self._own = threading.local()
+
+    def run(self, threads: int) -> Rollout:
+        starts = range(len(self._controls))
+        with _model.Borrowed(self._model):
+            if threads == 1:
+                for k in starts:
+                    self._one(k)
+            else:
+                with ThreadPoolExecutor(threads) as pool:
+                    list(pool.map(self._one, starts))
+        return self.result
+
+    def _one(self, k: int) -> None:
+        model, own = self._model, self._own
+        if not hasattr(own, "data"):
+            own.data, own.stepper = mj.MjData(model), self._make()
+        data, stepper = own.data, own.stepper
+        stepper.begin_anew()
+        mj.mj_resetData(model, data)
+        mj.mj_setState(model, data, self._states[k], _STATE)
+        inputs = [Copy(data.ctrl, self._controls[k])] if model.nu else []
+        steps = self._controls.shape[1]
+        if Runner.can(stepper):
+            runner = Runner(stepper, data)
+            runner(steps, inputs, self._outputs(k, data))
+            self.result.unsolved[k], self.result.residual[k] = runner.unsolved, runner.residual
+        else:
+            self._by_steps(k, stepper, data)
+
+    def _outputs(self, k: int, data: Any) -> list[Copy]:
+        states, sensors = self.result.states[k], self.result.sensors[k]
+        time = np.frombuffer(_memory(data._address + _model.layout().time), dtype=np.float64)
+        outputs, begin = [Copy(time, states[:, :1])], 1
+        for name in _PARTS:
+            part = getattr(data, name, np.zeros(0))
+            if part.size:
+                outputs.append(Copy(part, states[:, begin : begin + part.size]))
+                begin += part.size
+        return outputs + ([Copy(data.sensordata, sensors)] if sensors.size else [])
+
+    def _by_steps(self, k: int, stepper: Any, data: Any) -> None:
+        result = self.result
+        for step, control in enumerate(self._controls[k]):
+            data.ctrl[:] = control
+            how = stepper.step(data)
+            result.unsolved[k] += not how.ok
+            result.residual[k] = max(result.residual[k], how.residual)
+            mj.mj_getState(self._model, data, result.states[k, step], _STATE)
+            result.sensors[k, step] = data.sensordata
+
+
+def _memory(address: int) -> Any:
+    """One number there."""
+    return (ctypes.c_double * 1).from_address(address)
+
+
+def checked(model: Any, states: Any, controls: Any, steps: Optional[int]) -> tuple[Array, Array]:
+    """(starts, size of a state) and (starts, steps, nu), from what may be one of each for all."""
+    size = mj.mj_stateSize(model, _STATE)
+    states = np.atleast_2d(_arrays.real(states, "states"))
+    if states.ndim != 2 or states.shape[1] != size:
+        raise argument_error(f"states has shape {states.shape}, expected (starts, {size})")
+    if controls is None:
+        if steps is None:
+            raise argument_error("controls is None, and so is steps")
+        controls = np.zeros((1, steps, model.nu))
+    controls = _arrays.real(controls, "controls")
+    controls = controls[None] if controls.ndim == 2 else controls
+    if controls.ndim != 3 or controls.shape[2] != model.nu:
+        shape = f"(starts, steps, {model.nu})"
+        raise argument_error(f"controls has shape {controls.shape}, expected {shape}")
+    if steps is not None and steps != controls.shape[1]:
+        raise argument_error(f"steps is {steps}, but controls has {controls.shape[1]}")
+    starts = max(len(states), len(controls))
+    if not {len(states), len(controls)} <= {1, starts}:
+        raise argument_error(f"states are {len(states)}, but controls {len(controls)}")
+    return (
+        np.ascontiguousarray(np.broadcast_to(states, (starts, size))),
+        np.ascontiguousarray(np.broadcast_to(controls, (starts, *controls.shape[1:]))),
+    )

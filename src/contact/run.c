@@ -1,0 +1,202 @@
+/* Steps of a simulator one after the other (perp/contact.h): its own stages, called here, around
+ * perp_contact_solver_step. Nothing here but their order. */
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/outcome.h"
+#include "contact/solver.h"
+
+PERP__INIT(perp_contact_run)
+
+static void call_stages(const perp_contact_run *run, const perp_contact_stage *stages,
+                        int32_t count)
+{
+    for (int32_t k = 0; k < count; k++)
+        stages[k](run->model, run->data);
+}
+
+static void put_in(const perp_contact_run *run)
+{
+    for (int32_t k = 0; k < run->input_count; k++) {
+        const perp_contact_copy *c = &run->inputs[k];
+
+        memcpy(c->to, c->source + (ptrdiff_t)run->done * c->stride,
+               (size_t)c->count * sizeof *c->to);
+    }
+}
+
+static void take_out(const perp_contact_run *run)
+{
+    for (int32_t k = 0; k < run->output_count; k++) {
+        const perp_contact_copy *c = &run->outputs[k];
+
+        memcpy(c->to + (ptrdiff_t)run->done * c->stride, c->source,
+               (size_t)c->count * sizeof *c->to);
+    }
+}
+
+/* The mass with what the simulator's integrator takes implicitly, and the state as it was. */
+static void make_metric(const perp_contact_run *run, double h)
+{
+    for (int32_t k = 0; k < run->kept_count; k++)
+        memcpy(run->kept[k].to, run->kept[k].source,
+               (size_t)run->kept[k].count * sizeof *run->kept[k].to);
+    run->metric(run->model, run->data);
+    for (int32_t k = 0; k < run->kept_count; k++)
+        memcpy(run->kept[k].source, run->kept[k].to,
+               (size_t)run->kept[k].count * sizeof *run->kept[k].to);
+    for (int32_t k = 0; k < run->metric_count; k++)
+        run->metric_mass[k] = run->metric_M[k] - h * run->metric_D[run->metric_places[k]];
+}
+
+/* Of the contacts that slip, the largest |u| of a row; rows of contacts end where bounds begin. */
+static double fastest_slip(const perp_contact_step *s, int32_t bounded)
+{
+    double fastest = 0.0;
+
+    for (int32_t k = 0; k < s->contacts; k++) {
+        const int32_t end = k + 1 < s->contacts ? s->first[k + 1] : s->rows - bounded;
+
+        for (int32_t i = s->first[k]; s->modes[k] == PERP_CONTACT_SLIP && i < end; i++)
+            fastest = fmax(fastest, fabs(s->u[i]));
+    }
+    return fastest;
+}
+
+/* Whether the caller wants to look at an answer: where another one might be at rest. */
+static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
+                          int32_t was_warm)
+{
+    double drive = 0.0;
+
+    if (s->first && was_warm && s->slips > 0) {
+        run->patience -= run->patience > 0;
+        if (run->patience == 0 && fastest_slip(s, bounded) <= run->look_slip * s->driven)
+            return 1;
+    }
+    for (int32_t i = 0; run->drive && i < s->n; i++)
+        drive = fmax(drive, fabs(run->drive[i]));
+    return s->fastest > 0.0 && s->fastest < run->look_rest * s->h * drive;
+}
+
+static void move(perp_contact_run *run, const perp_contact_step *s)
+{
+    double *velocity = run->room + run->places;
+    const int32_t shifts = s->shift && s->shifts;
+
+    call_stages(run, run->after, run->after_count);
+    if (s->was_known && !shifts && run->advance_count == 0) {
+        *run->time += s->h; /* place and velocity would become what they are */
+        return;
+    }
+    memcpy(run->room, run->place, (size_t)run->places * sizeof *run->place);
+    call_stages(run, run->advance, run->advance_count);
+    if (run->advance_count == 0)
+        *run->time += s->h;
+    memcpy(run->place, run->room, (size_t)run->places * sizeof *run->place);
+    memcpy(run->velocity, s->v, (size_t)s->n * sizeof *s->v);
+    for (int32_t i = 0; i < s->n; i++)
+        velocity[i] = shifts ? s->v[i] + s->shift[i] : s->v[i];
+    run->integrate(run->model, run->place, velocity, s->h);
+}
+
+static perp_status check_run(perp_context *context, const perp_contact_run *run)
+{
+    const struct {
+        const char *name;
+        const void *array;
+        int32_t count;
+    } arrays[] = {{"run.before", run->before, run->before_count},
+                  {"run.after", run->after, run->after_count},
+                  {"run.advance", run->advance, run->advance_count},
+                  {"run.kept", run->kept, run->kept_count},
+                  {"run.inputs", run->inputs, run->input_count},
+                  {"run.outputs", run->outputs, run->output_count},
+                  {"run.place", run->place, run->places},
+                  {"run.velocity", run->velocity, 1},
+                  {"run.time", run->time, 1},
+                  {"run.room", run->room, 1},
+                  {"run.metric_M", run->metric_M, run->metric_count},
+                  {"run.metric_D", run->metric_D, run->metric_count},
+                  {"run.metric_mass", run->metric_mass, run->metric_count},
+                  {"run.metric_places", run->metric_places, run->metric_count}};
+
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        if (arrays[k].count < 0)
+            return perp__refuse(context, "%s has a count below 0", arrays[k].name);
+        if (arrays[k].count > 0 && !arrays[k].array)
+            return perp__check_pointer(context, arrays[k].name, NULL);
+    }
+    if (!run->integrate)
+        return perp__refuse(context, "run.integrate is NULL");
+    if (run->done < 0 || run->phase < 0 || run->phase > PERP_CONTACT_PHASE_MOVE)
+        return perp__refuse(context, "run.done or run.phase is below 0 or no phase");
+    return PERP_OK;
+}
+
+static perp_status check(perp_contact_solver *solver, const perp_contact_run *run,
+                         const perp_contact_step *step, const perp_contact_result *result,
+                         const perp_contact_laws *laws)
+{
+    perp_status status = PERP__CHECK(perp_contact_run, solver->context, run);
+
+    PERP__THEN(status, PERP__CHECK(perp_contact_step, solver->context, step));
+    PERP__THEN(status, PERP__CHECK(perp_contact_result, solver->context, result));
+    PERP__THEN(status, PERP__CHECK(perp_contact_laws, solver->context, laws));
+    PERP__THEN(status, check_run(solver->context, run));
+    return status;
+}
+
+perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_run *run,
+                                    perp_contact_step *step, perp_contact_result *result,
+                                    perp_contact_laws *laws, perp_contact_dynamics *dynamics)
+{
+    perp_status status = PERP__CALL(perp__contact_enter(solver), solver->context,
+                                    check(solver, run, step, result, laws));
+
+    if (status != PERP_OK)
+        return status;
+    run->wait = PERP_CONTACT_WAIT_DONE;
+    while (run->done < run->steps) {
+        if (run->phase == PERP_CONTACT_PHASE_BEGIN) {
+            put_in(run);
+            call_stages(run, run->before, run->before_count);
+            if (run->metric)
+                make_metric(run, step->h);
+            run->phase = PERP_CONTACT_PHASE_SOLVE;
+        }
+        if (run->phase == PERP_CONTACT_PHASE_SOLVE) {
+            const int32_t was_warm = step->warm;
+
+            status = perp_contact_solver_step(solver, step, result, laws, dynamics);
+            if (status != PERP_OK)
+                return status;
+            if (step->is_other && step->source) {
+                status = perp_contact_solver_arrange(solver, step, laws, dynamics);
+                if (status != PERP_OK)
+                    return status;
+                continue;
+            }
+            run->wait = step->is_other ? PERP_CONTACT_WAIT_OTHER : PERP_CONTACT_WAIT_DONE;
+            if (step->is_other)
+                return PERP_OK;
+            run->phase = PERP_CONTACT_PHASE_MOVE;
+            step->warm = perp__is_good(result->outcome);
+            if (!step->was_known) {
+                run->unsolved += !step->warm;
+                run->residual = fmax(run->residual, result->residual);
+                if (step->warm && wants_look(run, step, laws->bounded, was_warm)) {
+                    step->warm = was_warm;
+                    run->wait = PERP_CONTACT_WAIT_LOOK;
+                    return PERP_OK;
+                }
+            }
+        }
+        move(run, step);
+        take_out(run);
+        run->done++;
+        run->phase = PERP_CONTACT_PHASE_BEGIN;
+    }
+    return PERP_OK;
+}
