@@ -255,9 +255,17 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
                          perp_contact_result *result, const perp_contact_laws *laws,
                          const perp_contact_dynamics *dynamics)
 {
-    const perp__contact_call call = {
-        s->v, s->r, s->u, s->modes, NULL, result, s->f, s->w, s->b, NULL, s->warm ? s->start : NULL,
-        0};
+    const perp__contact_call call = {s->v,
+                                     s->r,
+                                     s->u,
+                                     s->modes,
+                                     NULL,
+                                     result,
+                                     s->f,
+                                     s->w,
+                                     s->b,
+                                     NULL,
+                                     s->warm ? s->start : NULL};
     const int32_t keeps = s->warm && s->rests && !changes;
     double *momentum;
     perp_status status = PERP_OK;

@@ -298,8 +298,7 @@ static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_i
                          const double *f, const double *w, const double *b, const double *r)
 {
     perp_contact_result result;
-    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result,
-                                     f,    w,    b,    NULL,     r,    0};
+    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result, f, w, b, NULL, r};
     perp_status status = perp_contact_result_init(&result, sizeof result);
 
     if (status == PERP_OK && s->size > 0)
