@@ -35,6 +35,7 @@ static inline void perp__stay(perp__path *path)
     memset(path->mean, 0, sizeof path->mean);
     path->mean[0] = path->mean[4] = path->mean[8] = 1.0;
     memcpy(path->turn, path->mean, sizeof path->turn);
+    path->stays = 1;
 }
 
 /* rows.c: before: the coordinate of a moment before, from which turns are counted. */

@@ -26,25 +26,24 @@ static double tolerance_of(const perp__joint_view *view, int32_t is_length)
 
 /* What joint i lacks in the next states, of equations and limits. A sum of lengths, in which what
  * is rounding does not count. */
-static double error_of(const perp_world *world, int32_t i)
+static double error_of(const perp_world *world, perp__joint *joint)
 {
-    const perp__joint *joint = &world->joints[i];
-    const perp__joint_state *state = &world->joint_states[i];
+    const perp__joint_state *state = perp__state_of(world, joint);
     const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
-    perp__joint_view view;
+    perp__joint_view *view = &joint->end;
     double sum = 0.0, excess;
 
-    perp__view_of_states(world, joint, world->next, state->coordinate, &view);
-    for (int32_t k = 0; k < view.count; k++) {
+    perp__view_of_states(world, joint, world->next, state->coordinate, view);
+    for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
-        if (fabs(view.error[k]) > tolerance_of(&view, is_length))
-            sum += fabs(view.error[k]) * (is_length ? 1.0 : view.size);
+        if (fabs(view->error[k]) > tolerance_of(view, is_length))
+            sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
     }
-    excess = fmax(fmax(state->lower - view.coordinate, view.coordinate - state->upper), 0.0);
-    if (excess > tolerance_of(&view, !turns))
-        sum += excess * (turns ? view.size : 1.0);
-    return sum;
+    excess = fmax(fmax(state->lower - view->coordinate, view->coordinate - state->upper), 0.0);
+    if (excess > tolerance_of(view, !turns))
+        sum += excess * (turns ? view->size : 1.0);
+    return joint->lack = sum;
 }
 
 static double errors_of(const perp_world *world, const perp__island *island)
@@ -52,7 +51,7 @@ static double errors_of(const perp_world *world, const perp__island *island)
     double sum = 0.0;
 
     for (int32_t i = 0; i < island->joints; i++)
-        sum += error_of(world, world->joint_order[island->first_joint + i]);
+        sum += error_of(world, perp__island_joint(world, island, i));
     return sum;
 }
 
@@ -62,7 +61,7 @@ double perp__joint_errors(const perp_world *world)
 
     for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i))
-            sum += error_of(world, i);
+            sum += world->joints[i].lack;
     return sum;
 }
 
@@ -71,7 +70,8 @@ int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
     return errors_of(world, island) > 0.0;
 }
 
-static void add_row(perp_world *world, const perp__joint *joint, double row[2][6], double error,
+static void add_row(perp_world *world, const perp__joint *joint, const double row[2][6],
+                    double error,
                     double sign)
 {
     perp__island_work *work = &world->work;
@@ -92,7 +92,8 @@ static void add_row(perp_world *world, const perp__joint *joint, double row[2][6
 }
 
 /* What bodies that move as they are told make of a row. */
-static double told_rate(const perp_world *world, const perp__joint *joint, double row[2][6])
+static double told_rate(const perp_world *world, const perp__joint *joint,
+                        const double row[2][6])
 {
     double rate = 0.0;
 
@@ -117,17 +118,14 @@ static void add_rows(perp_world *world, const perp__island *island, row_kind whi
         const perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
         const int32_t equal = state->lower == state->upper;
-        double(*last)[6], beyond[2];
-        perp__joint_view view;
+        const perp__joint_view *view = &joint->end;
+        const double(*last)[6] = view->rows[PERP__JOINT_ROWS];
+        const double beyond[2] = {state->lower - view->coordinate, view->coordinate - state->upper};
 
-        perp__view_of_states(world, joint, world->next, state->coordinate, &view);
-        last = view.rows[PERP__JOINT_ROWS];
-        beyond[0] = state->lower - view.coordinate;
-        beyond[1] = view.coordinate - state->upper;
-        for (int32_t k = 0; k < view.count && which != LIMITS; k++)
-            add_row(world, joint, view.rows[k],
-                    which == RATES ? told_rate(world, joint, view.rows[k]) : view.error[k], 1.0);
-        if (!perp__has_direction(&view) || (equal && which == LIMITS))
+        for (int32_t k = 0; k < view->count && which != LIMITS; k++)
+            add_row(world, joint, view->rows[k],
+                    which == RATES ? told_rate(world, joint, view->rows[k]) : view->error[k], 1.0);
+        if (!perp__has_direction(view) || (equal && which == LIMITS))
             continue;
         if (equal)
             add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : -beyond[0],
@@ -190,14 +188,9 @@ static int32_t shut_limits(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
-        perp__joint_view view;
-
-        if (state->lower == -INFINITY && state->upper == INFINITY)
-            continue;
-        perp__view_of_states(world, joint, world->next, state->coordinate, &view);
         for (int32_t k = 0; k < 2; k++)
-            if (!joint->closing[k] &&
-                (k == 0 ? view.coordinate < state->lower : view.coordinate > state->upper)) {
+            if (!joint->closing[k] && (k == 0 ? joint->end.coordinate < state->lower
+                                              : joint->end.coordinate > state->upper)) {
                 joint->closing[k] = 1;
                 came++;
             }
@@ -260,6 +253,7 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
             continue;
         }
         go_there(world, island, 0.0);
+        (void)errors_of(world, island);
         if (came == 0)
             break;
     }
@@ -506,8 +500,10 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
                     perp__energy_rounding(world, world->body_order[island->first_body + k]);
         if (lost < 0.0)
             lost = fmin(lost + work_of_motors(world, island), 0.0);
-        if (lost < 0.0 && !is_driven(world, island))
-            closed |= take_energy(world, island, -lost);
+        if (lost < 0.0 && !is_driven(world, island) && take_energy(world, island, -lost)) {
+            (void)errors_of(world, island);
+            closed = 1;
+        }
         for (int32_t k = 0; k < island->bodies && closed; k++)
             perp__place_body(world, world->next, world->body_order[island->first_body + k], 1);
         *changed |= closed || lost < 0.0;

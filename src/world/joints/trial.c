@@ -77,6 +77,7 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
     perp__stay(path);
     if (t == 0.0 || (perp__is_zero3(spin) && perp__is_zero3(world->motions[body].trial)))
         return;
+    path->stays = 0;
     pose_along(world, body, 0.0, &path->from);
     for (int32_t i = 0; i < 3; i++)
         for (int32_t j = 0; j < 3; j++)
