@@ -16,12 +16,18 @@
 
 #include "world/joints/joints.h"
 
-/* Errors, in sizes and radians, that are worth removing. */
+/* Errors, in sizes and radians, that are worth removing, also where sweeps left more of contacts.
+ */
 #define TOLERANCE 1e-12
+#define SWEPT 1e-9
 
-static double tolerance_of(const perp__joint_view *view, int32_t is_length)
+static double tolerance_of(const perp_world *world, const perp__joint *joint, int32_t is_length)
 {
-    return is_length ? fmax(TOLERANCE * view->size, view->rounding) : TOLERANCE;
+    const perp__joint_view *view = &joint->end;
+    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
+    const double most = swept ? SWEPT : TOLERANCE;
+
+    return is_length ? fmax(most * view->size, view->rounding) : most;
 }
 
 /* What joint i lacks in the next states, of equations and limits. A sum of lengths, in which what
@@ -37,11 +43,11 @@ static double error_of(const perp_world *world, perp__joint *joint)
     for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
-        if (fabs(view->error[k]) > tolerance_of(view, is_length))
+        if (fabs(view->error[k]) > tolerance_of(world, joint, is_length))
             sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
     }
     excess = fmax(fmax(state->lower - view->coordinate, view->coordinate - state->upper), 0.0);
-    if (excess > tolerance_of(view, !turns))
+    if (excess > tolerance_of(world, joint, !turns))
         sum += excess * (turns ? view->size : 1.0);
     return joint->lack = sum;
 }
