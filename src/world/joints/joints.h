@@ -51,8 +51,9 @@ int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32
 void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
 /* From here on the joints' poses are to be those of the velocities now. */
 void perp__aim_joints(perp_world *world, const perp__island *island);
-/* How far limits are at the beginning of an interval, and which are reached, or would be with twice
- * the velocity now after `ahead`. */
+/* How far limits are at the beginning of an interval, and which are reached; where `ahead` is not 0
+ * those as well that twice the velocity now may reach after it, and a quarter of a radian more: so
+ * that one solve is enough. */
 void perp__find_limits(perp_world *world, const perp__island *island, double ahead);
 /* Joints along an interval of length t, inertia at its end, by the motion found so far; t = 0:
  * where they are. */
