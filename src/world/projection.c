@@ -301,7 +301,7 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     PERP__THEN(status, perp__build_islands(world, &world->overlaps));
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {
-        if (!overlaps(world, &world->islands[i]) && !perp__lacks_joints(world, &world->islands[i]))
+        if (!perp__lacks_joints(world, &world->islands[i]) && !overlaps(world, &world->islands[i]))
             continue;
         status = project_island(world, &world->islands[i], longest, equally, &stays);
         *left += stays;

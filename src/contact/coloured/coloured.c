@@ -182,7 +182,7 @@ static void run_passes(job *at)
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
-    if (!at->step->pushed) {
+    if (!at->step->pushed && at->problem->warm) {
         run_pass(at, PERP__COLOURED_ADD, c->y);
         perp__joint_block_add(&c->joints, c->y);
     }
@@ -286,7 +286,7 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
     job at = {c, problem, step, 0, NULL, NULL, NULL, 1.0};
     perp_status status = perp__coloured_pack(c, problem);
 
-    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, problem));
+    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, problem, problem->again));
     if (status != PERP_OK)
         return status;
     if (is_shared(c))

@@ -27,28 +27,53 @@ static void lay_out_rows(perp__arena *arena, void *object)
         memset(b->P, 0, 16 * rows * sizeof *b->P);
 }
 
+int32_t perp__splits(const double *C, int32_t width)
+{
+    int32_t splits = width == 6 && C[0] == C[7] && C[0] == C[14];
+
+    for (int32_t i = 0; i < width && splits; i++)
+        for (int32_t j = 0; j < width; j++)
+            if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
+                splits = 0;
+    return splits;
+}
+
+static int32_t moves(const perp__rigid_problem *problem, int32_t body)
+{
+    return body >= 0 && body < problem->bodies;
+}
+
+/* J C of a row of a body. */
+static void turn_row(double *P, const double *J, const double *C, int32_t width, int32_t splits)
+{
+    for (int32_t j = 0; j < 3 && splits; j++) {
+        P[j] = J[j] * C[0];
+        P[3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
+    }
+    for (int32_t k = 0; k < width && !splits; k++)
+        for (int32_t j = 0; j < width && J[k] != 0.0; j++)
+            P[j] += J[k] * C[width * k + j];
+}
+
 /* Row i of the unit g as row n of the block; returns whether it had the same P before. What moves
  * by itself has the number behind the others, whose y are 0. */
 static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem,
-                        const perp__rigid_rows *g, int32_t i, int32_t n)
+                        const perp__rigid_rows *g, const int32_t *splits, int32_t i, int32_t n)
 {
     const int32_t width = problem->width;
     double P[16] = {0.0}, *old = b->P + 16 * n;
     int32_t bodies[2], same;
 
-    b->w[n] = g->bias[i];
     for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = g->body[side], moves = body >= 0 && body < problem->bodies;
+        const int32_t body = g->body[side], is_free = moves(problem, body);
         const double *J = g->rows[side][i],
-                     *C = problem->factors + (moves ? width * width * body : 0);
+                     *C = problem->factors + (is_free ? width * width * body : 0);
 
-        bodies[side] = moves ? body : problem->bodies;
-        for (int32_t k = 0; k < width && body >= 0; k++)
-            if (!moves)
-                b->w[n] += J[k] * problem->free[width * body + k];
-            else if (J[k] != 0.0)
-                for (int32_t j = 0; j < width; j++)
-                    P[8 * side + j] += J[k] * C[width * k + j];
+        bodies[side] = is_free ? body : problem->bodies;
+        if (is_free)
+            turn_row(P + 8 * side, J, C, width, splits[side]);
+        for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
+            b->w[n] += J[k] * problem->free[width * body + k];
     }
     same = !memcmp(old, P, sizeof P) && !memcmp(b->body + 2 * n, bodies, sizeof bodies);
     memcpy(old, P, sizeof P);
@@ -93,8 +118,9 @@ static void find_lane(perp__joint_block *b, int32_t n)
  * where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K left
  * the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
-                                     const perp__rigid_problem *problem)
+                                     const perp__rigid_problem *problem, int32_t again)
 {
+    const int32_t square = problem->width * problem->width;
     double ridge = RIDGE;
     int32_t rows = 0, same = b->factored && b->most_angle == b->last_angle;
     size_t size;
@@ -112,12 +138,23 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     status = perp__arena_fit_sizes(&b->arena, context, lay_out_rows, b, &b->fitted, &size, 1);
     if (status != PERP_OK)
         return status;
-    for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
-        for (int32_t i = 0; i < problem->rows[k].dim; i++, b->rows++) {
-            same &= read_row(b, problem, &problem->rows[k], i, b->rows);
-            find_lane(b, b->rows);
+    again = again && same && problem->carriers == 0;
+    for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++) {
+        const perp__rigid_rows *g = &problem->rows[k];
+        int32_t splits[2];
+
+        for (int32_t side = 0; side < 2 && !again; side++)
+            splits[side] = moves(problem, g->body[side]) &&
+                           perp__splits(problem->factors + square * g->body[side], problem->width);
+        for (int32_t i = 0; i < g->dim; i++, b->rows++) {
+            b->w[b->rows] = g->bias[i];
             b->r[b->rows] = b->last[b->rows] = problem->warm ? problem->warm[3 * k + i] : 0.0;
+            if (again)
+                continue;
+            same &= read_row(b, problem, g, splits, i, b->rows);
+            find_lane(b, b->rows);
         }
+    }
     b->factored = same;
     if (same)
         return PERP_OK;

@@ -204,15 +204,9 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     c->bodies = problem->bodies;
     c->width = width;
     /* 1. Whether C is a multiple of the identity beside a 3 by 3 block. */
-    for (int32_t body = 0; body < problem->bodies; body++) {
-        const double *C = problem->factors + width * width * body;
-
-        c->splits[body] = width == 6 && C[0] == C[7] && C[0] == C[14];
-        for (int32_t i = 0; i < width && c->splits[body]; i++)
-            for (int32_t j = 0; j < width; j++)
-                if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
-                    c->splits[body] = 0;
-    }
+    for (int32_t body = 0; body < problem->bodies; body++)
+        c->splits[body] =
+            (int8_t)perp__splits(problem->factors + width * width * body, width);
     /* 2. Pairs of at most four points, by colour. */
     for (int32_t k = 0, end; k < problem->contacts; k = end) {
         const int32_t *body = problem->rows[k].body;

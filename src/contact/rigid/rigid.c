@@ -73,7 +73,7 @@ static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem
     if (problem->joints == 0 || (problem->contacts > 0 && !problem->yields))
         return PERP_OK;
     s->joints.most_angle = problem->yields ? PLACED : 0.0;
-    status = perp__joint_block_set_up(&s->joints, s->context, problem);
+    status = perp__joint_block_set_up(&s->joints, s->context, problem, 0);
     for (int32_t n = 0; status == PERP_OK && problem->yields && n < s->joints.rows; n++)
         if (perp__joint_block_repeats(&s->joints, n))
             s->bodies.compliance[first + n] += YIELDS / (s->joints.scale[n] * s->joints.scale[n]);

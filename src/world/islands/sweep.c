@@ -314,7 +314,7 @@ static int32_t gives_energy(const perp_world *world, const perp__island *island)
     double size;
 
     return world->work.carriers == 0 && perp__work_of_rows(world, island, world->work.units,
-                                                           &size) > perp__exact_tol(world) * size;
+                                                           &size) > perp__swept_tol(world) * size;
 }
 
 /* Rows where the trial motion takes the joints, and passes over all of them; work.moving then. */

@@ -57,6 +57,8 @@ typedef struct perp__joint {
     int32_t changed;      /* the last step left something else to start from, or to tell */
     /* of the step at hand */
     perp__joint_view middle;              /* between both ends of the trial motion */
+    perp__joint_view end;                 /* in the next states */
+    double lack;                          /* of it there */
     double turning[PERP__JOINT_ROWS + 1]; /* what rows change till its end makes of velocities */
     double gap[2];                        /* lower, upper: at the start of the step */
     int32_t came[2];                      /* it moves towards them then */
@@ -78,6 +80,7 @@ typedef struct perp__path {
     perp__placement from, to;
     double mean[9];
     double turn[9]; /* R of `to` = turn R of `from` */
+    int32_t stays;  /* where it ends */
 } perp__path;
 
 /* One unit of the problem at hand: `dim` impulses of a joint from `slot` on. */

@@ -35,6 +35,7 @@ static inline void perp__stay(perp__path *path)
     memset(path->mean, 0, sizeof path->mean);
     path->mean[0] = path->mean[4] = path->mean[8] = 1.0;
     memcpy(path->turn, path->mean, sizeof path->turn);
+    path->stays = 1;
 }
 
 /* rows.c: before: the coordinate of a moment before, from which turns are counted. */
@@ -50,8 +51,9 @@ int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32
 void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known);
 /* From here on the joints' poses are to be those of the velocities now. */
 void perp__aim_joints(perp_world *world, const perp__island *island);
-/* How far limits are at the beginning of an interval, and which are reached, or would be with twice
- * the velocity now after `ahead`. */
+/* How far limits are at the beginning of an interval, and which are reached; where `ahead` is not 0
+ * those as well that twice the velocity now may reach after it, and a quarter of a radian more: so
+ * that one solve is enough. */
 void perp__find_limits(perp_world *world, const perp__island *island, double ahead);
 /* Joints along an interval of length t, inertia at its end, by the motion found so far; t = 0:
  * where they are. */
@@ -86,9 +88,12 @@ void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
- * which are equations; work.impulse: their impulses. *residual: what rows lack beside their terms.
- */
-perp_status perp__solve_equations(perp_world *world, const perp__island *island, double *residual);
+ * which are equations; work.impulse: their impulses. The first pass is their answer, as many more
+ * at most take what its rounding left. *residual: what rows lack beside their terms; NULL: not
+ * asked for. */
+#define PERP__REFINED 64
+perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t passes,
+                                  double *residual);
 
 /* step.c */
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */

@@ -16,35 +16,40 @@
 
 #include "world/joints/joints.h"
 
-/* Errors, in sizes and radians, that are worth removing. */
+/* Errors, in sizes and radians, that are worth removing, also where sweeps left more of contacts.
+ */
 #define TOLERANCE 1e-12
+#define SWEPT 1e-9
 
-static double tolerance_of(const perp__joint_view *view, int32_t is_length)
+static double tolerance_of(const perp_world *world, const perp__joint *joint, int32_t is_length)
 {
-    return is_length ? fmax(TOLERANCE * view->size, view->rounding) : TOLERANCE;
+    const perp__joint_view *view = &joint->end;
+    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
+    const double most = swept ? SWEPT : TOLERANCE;
+
+    return is_length ? fmax(most * view->size, view->rounding) : most;
 }
 
 /* What joint i lacks in the next states, of equations and limits. A sum of lengths, in which what
  * is rounding does not count. */
-static double error_of(const perp_world *world, int32_t i)
+static double error_of(const perp_world *world, perp__joint *joint)
 {
-    const perp__joint *joint = &world->joints[i];
-    const perp__joint_state *state = &world->joint_states[i];
+    const perp__joint_state *state = perp__state_of(world, joint);
     const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
-    perp__joint_view view;
+    perp__joint_view *view = &joint->end;
     double sum = 0.0, excess;
 
-    perp__view_of_states(world, joint, world->next, state->coordinate, &view);
-    for (int32_t k = 0; k < view.count; k++) {
+    perp__view_of_states(world, joint, world->next, state->coordinate, view);
+    for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
-        if (fabs(view.error[k]) > tolerance_of(&view, is_length))
-            sum += fabs(view.error[k]) * (is_length ? 1.0 : view.size);
+        if (fabs(view->error[k]) > tolerance_of(world, joint, is_length))
+            sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
     }
-    excess = fmax(fmax(state->lower - view.coordinate, view.coordinate - state->upper), 0.0);
-    if (excess > tolerance_of(&view, !turns))
-        sum += excess * (turns ? view.size : 1.0);
-    return sum;
+    excess = fmax(fmax(state->lower - view->coordinate, view->coordinate - state->upper), 0.0);
+    if (excess > tolerance_of(world, joint, !turns))
+        sum += excess * (turns ? view->size : 1.0);
+    return joint->lack = sum;
 }
 
 static double errors_of(const perp_world *world, const perp__island *island)
@@ -52,7 +57,7 @@ static double errors_of(const perp_world *world, const perp__island *island)
     double sum = 0.0;
 
     for (int32_t i = 0; i < island->joints; i++)
-        sum += error_of(world, world->joint_order[island->first_joint + i]);
+        sum += error_of(world, perp__island_joint(world, island, i));
     return sum;
 }
 
@@ -62,7 +67,7 @@ double perp__joint_errors(const perp_world *world)
 
     for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i))
-            sum += error_of(world, i);
+            sum += world->joints[i].lack;
     return sum;
 }
 
@@ -71,7 +76,8 @@ int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
     return errors_of(world, island) > 0.0;
 }
 
-static void add_row(perp_world *world, const perp__joint *joint, double row[2][6], double error,
+static void add_row(perp_world *world, const perp__joint *joint, const double row[2][6],
+                    double error,
                     double sign)
 {
     perp__island_work *work = &world->work;
@@ -92,7 +98,8 @@ static void add_row(perp_world *world, const perp__joint *joint, double row[2][6
 }
 
 /* What bodies that move as they are told make of a row. */
-static double told_rate(const perp_world *world, const perp__joint *joint, double row[2][6])
+static double told_rate(const perp_world *world, const perp__joint *joint,
+                        const double row[2][6])
 {
     double rate = 0.0;
 
@@ -117,17 +124,14 @@ static void add_rows(perp_world *world, const perp__island *island, row_kind whi
         const perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
         const int32_t equal = state->lower == state->upper;
-        double(*last)[6], beyond[2];
-        perp__joint_view view;
+        const perp__joint_view *view = &joint->end;
+        const double(*last)[6] = view->rows[PERP__JOINT_ROWS];
+        const double beyond[2] = {state->lower - view->coordinate, view->coordinate - state->upper};
 
-        perp__view_of_states(world, joint, world->next, state->coordinate, &view);
-        last = view.rows[PERP__JOINT_ROWS];
-        beyond[0] = state->lower - view.coordinate;
-        beyond[1] = view.coordinate - state->upper;
-        for (int32_t k = 0; k < view.count && which != LIMITS; k++)
-            add_row(world, joint, view.rows[k],
-                    which == RATES ? told_rate(world, joint, view.rows[k]) : view.error[k], 1.0);
-        if (!perp__has_direction(&view) || (equal && which == LIMITS))
+        for (int32_t k = 0; k < view->count && which != LIMITS; k++)
+            add_row(world, joint, view->rows[k],
+                    which == RATES ? told_rate(world, joint, view->rows[k]) : view->error[k], 1.0);
+        if (!perp__has_direction(view) || (equal && which == LIMITS))
             continue;
         if (equal)
             add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : -beyond[0],
@@ -151,12 +155,15 @@ void perp__add_joint_errors(perp_world *world, const perp__island *island)
 
 /* ---- closing ---- */
 
-/* A pass more or less doubles the digits; one that has to be shortened to this takes nothing. */
+/* A pass more or less doubles the digits; one that has to be shortened to this takes nothing. As
+ * long as the rows of the first one leave no more of the errors than this, they serve again. */
 #define PASSES 32
+#define FAST 0x1p-4
 #define SHORTEST 0x1p-6
 
-/* Inertia and rows where the island is; bodies at rest. */
-static void pose(perp_world *world, const perp__island *island, row_kind which)
+/* Inertia and rows where the island is, or but for the errors again those of the last call; bodies
+ * at rest. */
+static void pose(perp_world *world, const perp__island *island, row_kind which, int32_t again)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -167,12 +174,15 @@ static void pose(perp_world *world, const perp__island *island, row_kind which)
 
         work->members[i] = body;
         work->before[i] = world->next[body];
+        if (again)
+            continue;
         perp__rotation_of(world, &world->next[body], R);
         perp__write_factor(world, body, R, work->factors + n * n * i);
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     memset(work->now, 0, (size_t)(n * island->bodies) * sizeof *work->now);
     work->units = work->carriers = 0;
+    work->set_up = again;
     add_rows(world, island, which);
 }
 
@@ -184,14 +194,9 @@ static int32_t shut_limits(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
-        perp__joint_view view;
-
-        if (state->lower == -INFINITY && state->upper == INFINITY)
-            continue;
-        perp__view_of_states(world, joint, world->next, state->coordinate, &view);
         for (int32_t k = 0; k < 2; k++)
-            if (!joint->closing[k] &&
-                (k == 0 ? view.coordinate < state->lower : view.coordinate > state->upper)) {
+            if (!joint->closing[k] && (k == 0 ? joint->end.coordinate < state->lower
+                                              : joint->end.coordinate > state->upper)) {
                 joint->closing[k] = 1;
                 came++;
             }
@@ -223,8 +228,8 @@ static void go_there(perp_world *world, const perp__island *island, double share
  * passes, or halved where there are none; as long as any does. */
 static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
 {
-    double error = errors_of(world, island), left, residual;
-    int32_t came;
+    double error = errors_of(world, island), left;
+    int32_t came, again = 0;
 
     if (error == 0.0)
         return PERP_OK;
@@ -235,8 +240,8 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         double share = 1.0;
         perp_status status;
 
-        pose(world, island, CLOSING);
-        status = perp__solve_equations(world, island, &residual);
+        pose(world, island, CLOSING, again);
+        status = perp__solve_equations(world, island, 1, NULL);
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);
@@ -247,12 +252,14 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
             go_there(world, island, share);
             left = errors_of(world, island);
         }
+        again = came == 0 && left < FAST * error;
         if (left < error) {
             error = left;
             *changed = 1;
             continue;
         }
         go_there(world, island, 0.0);
+        (void)errors_of(world, island);
         if (came == 0)
             break;
     }
@@ -441,14 +448,14 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    double kept[3], twist[6], before, after, residual;
+    double kept[3], twist[6], before, after;
     perp_status status;
 
     velocity_to_keep(world, island, kept);
     before = kinetic_beside(world, island, kept);
     if (before == 0.0)
         return PERP_OK;
-    pose(world, island, RATES);
+    pose(world, island, RATES, 0);
     for (int32_t i = 0; i < island->bodies; i++) {
         const perp__state *state = &world->next[work->members[i]];
 
@@ -456,7 +463,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
         perp__copy3(twist + 3, state->angular_velocity);
         perp__coordinates_of(world, twist, work->free + n * i);
     }
-    status = perp__solve_equations(world, island, &residual);
+    status = perp__solve_equations(world, island, PERP__REFINED, NULL);
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -499,8 +506,10 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
                     perp__energy_rounding(world, world->body_order[island->first_body + k]);
         if (lost < 0.0)
             lost = fmin(lost + work_of_motors(world, island), 0.0);
-        if (lost < 0.0 && !is_driven(world, island))
-            closed |= take_energy(world, island, -lost);
+        if (lost < 0.0 && !is_driven(world, island) && take_energy(world, island, -lost)) {
+            (void)errors_of(world, island);
+            closed = 1;
+        }
         for (int32_t k = 0; k < island->bodies && closed; k++)
             perp__place_body(world, world->next, world->body_order[island->first_body + k], 1);
         *changed |= closed || lost < 0.0;

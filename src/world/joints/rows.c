@@ -86,7 +86,10 @@ static void add_turn(double *row, const pair_of_poses *at, int32_t side, double 
 {
     double seen[3], moment[3];
 
-    perp__apply3(seen, at->path[side]->mean, x);
+    if (at->path[side]->stays)
+        perp__copy3(seen, x);
+    else
+        perp__apply3(seen, at->path[side]->mean, x);
     perp__cross(moment, end, seen);
     perp__add3(row + 3, sign, moment);
 }
@@ -180,15 +183,22 @@ static double place_side(const perp__joint *joint, int32_t side, const perp__pat
     double arm[3];
 
     at->path[side] = path;
-    perp__apply3(arm, path->from.rotation, anchor);
     perp__apply3(view->arms[side], path->to.rotation, anchor);
+    for (int32_t k = 0; k < 3; k++)
+        perp__apply3(at->ends[side][k], path->to.rotation, joint->axes[side][k]);
+    if (path->stays) {
+        for (int32_t k = 0; k < 3; k++)
+            at->p[side][k] = path->to.position[k] + view->arms[side][k];
+        memcpy(at->axes[side], at->ends[side], sizeof at->axes[side]);
+        return perp__largest3(path->to.position) + perp__length3(view->arms[side]);
+    }
+    perp__apply3(arm, path->from.rotation, anchor);
     for (int32_t k = 0; k < 3; k++) {
         double from[3];
 
         at->p[side][k] = 0.5 * ((path->from.position[k] + arm[k]) +
                                 (path->to.position[k] + view->arms[side][k]));
         perp__apply3(from, path->from.rotation, joint->axes[side][k]);
-        perp__apply3(at->ends[side][k], path->to.rotation, joint->axes[side][k]);
         for (int32_t i = 0; i < 3; i++)
             at->axes[side][k][i] = 0.5 * (from[i] + at->ends[side][k][i]);
     }

@@ -28,13 +28,10 @@ int32_t perp__swings(const perp_world *world, const perp__island *island)
     return 1;
 }
 
-/* Passes over equations, at most: the first is their answer, the others take what its rounding left
- * as long as that is halved. */
-#define PASSES 64
-
-perp_status perp__solve_equations(perp_world *world, const perp__island *island, double *residual)
+perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t most,
+                                  double *residual)
 {
-    perp__passes passes = {.h = 1.0, .passes = PASSES, .measures = 1};
+    perp__passes passes = {.h = 1.0, .passes = most, .measures = residual != NULL};
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status;
@@ -44,7 +41,8 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
     perp__receive(world, &answer);
     problem.warm = NULL;
     status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &passes);
-    *residual = status == PERP_OK ? answer.tested : INFINITY;
+    if (residual)
+        *residual = status == PERP_OK ? answer.tested : INFINITY;
     return status;
 }
 
@@ -79,7 +77,7 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
     }
 
     /* 2. the velocities, and what they are worth */
-    status = perp__solve_equations(world, island, &evidence.tested);
+    status = perp__solve_equations(world, island, PERP__REFINED, &evidence.tested);
     evidence.own = evidence.tested;
     evidence.backward = evidence.tested;
     verdict->stands = 0;

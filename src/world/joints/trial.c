@@ -77,6 +77,7 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
     perp__stay(path);
     if (t == 0.0 || (perp__is_zero3(spin) && perp__is_zero3(world->motions[body].trial)))
         return;
+    path->stays = 0;
     pose_along(world, body, 0.0, &path->from);
     for (int32_t i = 0; i < 3; i++)
         for (int32_t j = 0; j < 3; j++)
@@ -309,7 +310,9 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
             joint->gap[which] = gap > rounding ? gap : 0.0;
             joint->came[which] = (which == 0 ? rate : -rate) < -STILL * terms;
             joint->reached[which] =
-                gap <= rounding || gap < (which == 0 ? -2.0 : 2.0) * ahead * rate;
+                gap <= rounding ||
+                (ahead > 0.0 && gap < fmax((which == 0 ? -2.0 : 2.0) * ahead * rate, 0.0) +
+                                          FAR * (turns ? 1.0 : view.size));
         }
     }
 }
@@ -381,7 +384,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     /* 2. again for limits that it reached, and until it is settled; what turns too far to settle,
      * or farther from round to round, has the rows of the interval's beginning at last */
     lost = !(rounds->swerve <= FAR) && !(rounds->change <= before);
-    if (!lost && reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
+    if (!lost && rounds->most > 1 && reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
         rounds->done = 0;
         rounds->change = INFINITY;
         return 1;
