@@ -79,6 +79,8 @@ perp_status perp__contact_rest(perp_contact_solver *s)
     s->rests = 1;
     perp__contact_keep(s, &point);
     memcpy(s->best.modes, s->rest_modes, (size_t)s->contacts);
+    if (s->settings.raw_velocity)
+        return PERP_OK;
     if (s->n > 0)
         memset(s->best_v, 0, (size_t)s->n * sizeof *s->best_v);
     for (int32_t i = 0; i < s->size; i++)
