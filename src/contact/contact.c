@@ -496,7 +496,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     status = has_bounds ? find_within(solver, &given, &own, deadline)
                         : perp__contact_find(solver, &given, deadline);
     PERP__THEN(status, perp__contact_rest(solver));
-    if (status == PERP_OK && !solver->rests && !solver->settings.raw_velocity && (call->v || call->u))
+    if (status == PERP_OK && !solver->rests && !solver->settings.raw_velocity &&
+        (call->v || call->u))
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
         perp__contact_write_out(solver, call, started);

@@ -205,8 +205,7 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     c->width = width;
     /* 1. Whether C is a multiple of the identity beside a 3 by 3 block. */
     for (int32_t body = 0; body < problem->bodies; body++)
-        c->splits[body] =
-            (int8_t)perp__splits(problem->factors + width * width * body, width);
+        c->splits[body] = (int8_t)perp__splits(problem->factors + width * width * body, width);
     /* 2. Pairs of at most four points, by colour. */
     for (int32_t k = 0, end; k < problem->contacts; k = end) {
         const int32_t *body = problem->rows[k].body;

@@ -16,17 +16,13 @@
 
 #include "world/joints/joints.h"
 
-/* Errors, in sizes and radians, that are worth removing, also where sweeps left more of contacts.
- */
+/* Errors, in sizes and radians, that are worth removing; and those of equations where sweeps left
+ * more of contacts. */
 #define TOLERANCE 1e-12
 #define SWEPT 1e-9
 
-static double tolerance_of(const perp_world *world, const perp__joint *joint, int32_t is_length)
+static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
 {
-    const perp__joint_view *view = &joint->end;
-    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
-    const double most = swept ? SWEPT : TOLERANCE;
-
     return is_length ? fmax(most * view->size, view->rounding) : most;
 }
 
@@ -37,17 +33,18 @@ static double error_of(const perp_world *world, perp__joint *joint)
     const perp__joint_state *state = perp__state_of(world, joint);
     const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
     perp__joint_view *view = &joint->end;
+    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
     double sum = 0.0, excess;
 
     perp__view_of_states(world, joint, world->next, state->coordinate, view);
     for (int32_t k = 0; k < view->count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
-        if (fabs(view->error[k]) > tolerance_of(world, joint, is_length))
+        if (fabs(view->error[k]) > tolerance_of(view, swept ? SWEPT : TOLERANCE, is_length))
             sum += fabs(view->error[k]) * (is_length ? 1.0 : view->size);
     }
     excess = fmax(fmax(state->lower - view->coordinate, view->coordinate - state->upper), 0.0);
-    if (excess > tolerance_of(world, joint, !turns))
+    if (excess > tolerance_of(view, TOLERANCE, !turns))
         sum += excess * (turns ? view->size : 1.0);
     return joint->lack = sum;
 }
@@ -77,8 +74,7 @@ int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
 }
 
 static void add_row(perp_world *world, const perp__joint *joint, const double row[2][6],
-                    double error,
-                    double sign)
+                    double error, double sign)
 {
     perp__island_work *work = &world->work;
     perp__rigid_rows *rows = &work->rows[work->units++];
@@ -98,8 +94,7 @@ static void add_row(perp_world *world, const perp__joint *joint, const double ro
 }
 
 /* What bodies that move as they are told make of a row. */
-static double told_rate(const perp_world *world, const perp__joint *joint,
-                        const double row[2][6])
+static double told_rate(const perp_world *world, const perp__joint *joint, const double row[2][6])
 {
     double rate = 0.0;
 

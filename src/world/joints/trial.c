@@ -384,7 +384,8 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     /* 2. again for limits that it reached, and until it is settled; what turns too far to settle,
      * or farther from round to round, has the rows of the interval's beginning at last */
     lost = !(rounds->swerve <= FAR) && !(rounds->change <= before);
-    if (!lost && rounds->most > 1 && reach_limits(world, island, t) > 0 && rounds->extra++ < EXTRA_ROUNDS) {
+    if (!lost && rounds->most > 1 && reach_limits(world, island, t) > 0 &&
+        rounds->extra++ < EXTRA_ROUNDS) {
         rounds->done = 0;
         rounds->change = INFINITY;
         return 1;
