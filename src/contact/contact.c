@@ -380,7 +380,7 @@ static perp_status search(perp_contact_solver *solver)
     if (status == PERP_OK && !ends_the_search(solver) && solver->contacts == 0 &&
         solver->entrance == PERP__ENTRANCE_RIGID)
         status = perp__rigid_meet_joints(solver);
-    if (status == PERP_OK && begins_with_sweeps(solver))
+    if (status == PERP_OK && begins_with_sweeps(solver) && !solver->call->r0)
         status = look_at_rest(solver);
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
        early; never with a budget that is used up. */
@@ -495,7 +495,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->is_far = 0;
     status = has_bounds ? find_within(solver, &given, &own, deadline)
                         : perp__contact_find(solver, &given, deadline);
-    PERP__THEN(status, perp__contact_rest(solver));
+    if (status == PERP_OK && (call->v || call->u))
+        status = perp__contact_rest(solver);
     if (status == PERP_OK && !solver->rests && !solver->settings.raw_velocity &&
         (call->v || call->u))
         status = perp__contact_hold_best(solver);
