@@ -11,6 +11,9 @@
 /* Products of a factorisation up to which doubled precision is tried: some 20 ms. */
 #define MOST_PRODUCTS 1.5e6
 
+/* A product in doubled precision takes about as long as so many in doubles. */
+#define DOUBLED_PRODUCT 20.0
+
 /* A pivot beside its diagonal entry that is none: its coordinate is one that nothing pushes, or a
  * combination of others, and stays 0. Margins of 1e-13 have pivots of 1e-26. */
 #define NONE 1e-27
@@ -95,7 +98,7 @@ static int32_t first_place(const perp__statics *s, int32_t place)
 perp_status perp__statics_go_doubled(perp__statics *s, int32_t *goes)
 {
     const int32_t width = s->rows->width, n = s->rows->nodes * width;
-    double products = 0.0;
+    double products = 0.0, most = MOST_PRODUCTS;
     perp_status status;
 
     *goes = 0;
@@ -107,7 +110,9 @@ perp_status perp__statics_go_doubled(perp__statics *s, int32_t *goes)
         products += 0.5 * row * row;
         s->envelope += (size_t)(i - width * first + 1);
     }
-    if (s->doubled || !(products <= MOST_PRODUCTS))
+    if (s->fronts.most_products > 0.0)
+        most = fmin(most, s->fronts.most_products / DOUBLED_PRODUCT);
+    if (s->doubled || !(products <= most))
         return PERP_OK;
     status = perp__arena_fit(&s->doubled_arena, s->context, lay_out, s);
     for (int32_t i = 0; status == PERP_OK && i < n; i++) {

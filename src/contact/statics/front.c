@@ -21,6 +21,10 @@ PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "in
 /* Factorisations of a decision at most: some 30 do. */
 #define MOST_ITERATIONS 100
 
+/* Where time is limited: a decision takes some thirty factorisations at a product a nanosecond. */
+#define SOME_FACTORS 30.0
+#define PRODUCTS_A_SECOND 1e9
+
 /* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
 #define NOISE 1e-12
 
@@ -49,6 +53,7 @@ struct perp__statics_front {
     double *values, *forces, *loads, *r, *v;
     perp__statics_rows own; /* its rows: those that can carry something */
     perp__statics *statics; /* NULL until it is first needed */
+    double most_products;   /* of a factorisation; 0: no limit */
 };
 
 typedef struct perp__statics_front front;
@@ -388,8 +393,12 @@ static perp_status decide(front *a, const perp__statics_aim *given, perp__static
 
     if (status == PERP_OK && !a->statics && !(a->statics = perp__statics_create(a->context)))
         status = PERP_ERROR_MEMORY;
-    PERP__THEN(status, perp__statics_set_up(a->statics, &a->own));
-    if (status != PERP_OK)
+    if (status == PERP_OK) {
+        perp__statics_limit(a->statics, a->most_products);
+        status = perp__statics_set_up(a->statics, &a->own);
+    }
+    answer->verdict = PERP_STATICS_INDETERMINATE;
+    if (status != PERP_OK || perp__statics_is_too_large(a->statics))
         return status;
     answer->r = a->r;
     answer->v = a->v;
@@ -442,7 +451,7 @@ perp_status perp_contact_statics(perp_context *context, double *r, double *v,
 
 perp_status perp__statics_rests(perp_context *context, front **kept, const perp_contact_laws *laws,
                                 const perp__dynamics *dynamics, const double *f, const double *w,
-                                double *r, int32_t *rests)
+                                double seconds, double *r, int32_t *rests)
 {
     const perp__statics_aim aim = {PERP_STATICS_LEAST, MOST_ITERATIONS, 0, NULL};
     perp__statics_answer answer = {0};
@@ -463,6 +472,7 @@ perp_status perp__statics_rests(perp_context *context, front **kept, const perp_
     a->f = f;
     a->w = w;
     a->lost = 0;
+    a->most_products = seconds < INFINITY ? PRODUCTS_A_SECOND / SOME_FACTORS * seconds : 0.0;
     a->own.units = laws->contacts + dynamics->G.rows;
     status = decide(a, &aim, &answer, r, NULL);
     *rests = status == PERP_OK && answer.verdict == PERP_STATICS_STANDS;

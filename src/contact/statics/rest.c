@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "contact/law.h"
 #include "contact/solver.h"
 #include "contact/statics/statics.h"
@@ -58,14 +59,15 @@ perp_status perp__contact_rest(perp_contact_solver *s)
                                     .rolling = s->rolls ? s->rolling : NULL,
                                     .spinning = s->spins ? s->spinning : NULL};
     perp__contact_candidate point = {.evidence = s->evidence, .method = s->best.method};
+    const double seconds = s->deadline > 0.0 ? s->deadline - perp__now() : INFINITY;
     int32_t rests;
     perp_status status;
 
-    if (!perp__contact_may_rest(s) || !is_slow(s))
+    if (!perp__contact_may_rest(s) || !(seconds > 0.0) || !is_slow(s))
         return PERP_OK;
     s->asked_rest = 1;
-    status = perp__statics_rests(s->context, &s->front, &laws, &s->dynamics, call->f, call->w, s->r,
-                                 &rests);
+    status = perp__statics_rests(s->context, &s->front, &laws, &s->dynamics, call->f, call->w,
+                                 seconds, s->r, &rests);
     if (status != PERP_OK || !rests)
         return status;
 

@@ -93,11 +93,13 @@ int32_t perp__statics_adjust(perp__statics *statics, const perp__statics_rows *r
 
 /* Whether velocities of 0 answer dynamics with the forces f, contacts without bounds, and w that is
  * 0 but for the normals of open ones; then r: the least impulses that balance them: front.c. What
- * it works in is made at the first call, into *kept. PERP_OK or _MEMORY. */
+ * it works in is made at the first call, into *kept; what takes longer than `seconds` is not begun.
+ * PERP_OK or _MEMORY. */
 typedef struct perp__statics_front perp__statics_front;
 perp_status perp__statics_rests(perp_context *context, perp__statics_front **kept,
                                 const perp_contact_laws *laws, const perp__dynamics *dynamics,
-                                const double *f, const double *w, double *r, int32_t *rests);
+                                const double *f, const double *w, double seconds, double *r,
+                                int32_t *rests);
 void perp__statics_front_release(perp_context *context, perp__statics_front *kept);
 
 #endif
