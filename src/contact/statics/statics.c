@@ -223,7 +223,7 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
                                const perp__statics_aim *aim, perp__statics_end *end)
 {
     perp_status status = PERP_OK;
-    int32_t again, dropped = 0, guesses = 0;
+    int32_t again, dropped = 0, first = 1, guessed = 0;
 
     do {
         double room = 0.0;
@@ -241,14 +241,15 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
         answer->margin = room;
         if (*end < PERP__STATICS_ENDED)
             break;
-        if (!s->doubled && guesses++ == 0)
-            again = dropped = drop_idle(s) > 0;
+        if (first)
+            again = dropped = guessed = drop_idle(s) > 0;
+        first = 0;
         if (!again)
             status = perp__statics_go_doubled(s, &again);
-        if (again && s->doubled) {
+        if (guessed && s->doubled) {
             memset(s->idle, 0, (size_t)s->rows->units * sizeof *s->idle);
             perp__statics_build_cones(s);
-            dropped = 0;
+            dropped = guessed = 0;
         }
         if (status == PERP_OK && !again) {
             again = drop_idle(s) > 0;
