@@ -180,7 +180,7 @@ static perp_status look_at_rest(perp_contact_solver *solver)
     solver->problem.chosen = 0;
     for (int32_t sweeps = FIRST_LOOK; sweeps < FIRST_SWEEPS && status == PERP_OK; sweeps *= 4) {
         if (ends_the_search(solver) || !perp__contact_may_rest(solver) ||
-            (most > 0 && slot->spent + sweeps >= most))
+            (most > 0 && slot->spent + 4 * sweeps > most))
             break;
         solver->problem.iteration_limit = sweeps;
         status = run_once(solver, slot, FROM_BEST, 0, &worth);

@@ -640,3 +640,59 @@ def test_safety_of_a_load_on_the_edge_of_its_cone():
     H = np.array([[2.0, -2.0], [-3.0, 2.0]])
     told = perp.statics(H, np.array([-2.0, 2.0]), mu=0.75, dim=2, load=np.array([1.0, 2.0]))
     assert np.isnan(told.safety) or told.safety == np.inf
+
+
+def column(seed):
+    """Bodies on one another, each on 1 to 4 contacts anywhere below it: H, G, f, mu. A shove, loads
+    that impulses on the edges of their cones balance, and rows of joints, also twice the same."""
+    rng = np.random.default_rng(seed)
+    count, blocks, G = int(rng.integers(2, 12)), [], None
+    masses = 10.0 ** rng.uniform(-2, 2, count)
+    for a in range(count):
+        below = a - 1 if rng.random() < 0.8 else -1
+        for _ in range(int(rng.integers(1, 5))):
+            point = np.array([*rng.uniform(-0.5, 0.5, 2), -0.5])
+            normal = np.array([*rng.normal(0, 0.2, 2), 1.0])
+            normal /= np.linalg.norm(normal)
+            block = np.zeros((3, 6 * count))
+            block[:, 6 * a : 6 * a + 6] = point_rows(point, normal)
+            if below >= 0:
+                opposite = -np.array(point_rows(point + (0, 0, a - below), normal))
+                block[:, 6 * below : 6 * below + 6] = opposite
+            blocks.append(block)
+    H = np.vstack(blocks)
+    mu = rng.choice([0.0, 0.3, 0.7, 1.5], len(blocks))
+    f = np.zeros(6 * count)
+    f[2::6] = -9.81 * masses
+    if rng.random() < 0.3:
+        f[rng.integers(len(f))] += rng.normal() * 10 * masses.mean()
+    if rng.random() < 0.4:
+        r = np.zeros((len(blocks), 3))
+        r[:, 0] = np.abs(rng.normal(size=len(r))) * (rng.random(len(r)) < 0.7)
+        way = rng.uniform(0, 2 * np.pi, len(r))
+        edge = mu * r[:, 0] * rng.choice([0.0, 0.5, 0.99, 1.0], len(r))
+        r[:, 1], r[:, 2] = edge * np.cos(way), edge * np.sin(way)
+        f = -H.T @ r.ravel()
+    if rng.random() < 0.5:
+        G = np.zeros((int(rng.integers(1, 5)), len(f)))
+        for row in G:
+            a = 6 * int(rng.integers(count))
+            row[a : a + 6] = rng.normal(size=6)
+        G = np.vstack([G, G[:1]]) if rng.random() < 0.5 else G
+    return H, G, f, mu
+
+
+@pytest.mark.parametrize("first", range(0, 240, 20))
+def test_columns_by_their_certificates(first):
+    """Contacts that carry nothing, edges and repeated rows come together here: every answer proves
+    itself. The two verdicts exclude each other, so that one with its certificate is right."""
+    verdicts = []
+    for seed in range(first, first + 20):
+        H, G, f, mu = column(seed)
+        r = perp.statics(H, f, mu, bilateral=G)
+        verdicts.append(r.verdict)
+        if r.verdict == "stands":
+            check_balance(r, H, f, mu, 3, G)
+        elif r.verdict == "falls":
+            check_certificate(r, H, f, mu, 3, G)
+    assert verdicts.count("indeterminate") < 10  # loads on edges have no margin
