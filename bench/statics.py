@@ -239,7 +239,7 @@ def run_perp(scene: Scene, accuracy: str) -> tuple[list[float], float]:
 def run_mujoco(scene: Scene) -> tuple[list[float], float]:
     import mujoco
 
-    spec, planes = mujoco.MjSpec(), 0
+    spec = mujoco.MjSpec()
     spec.option.cone, spec.option.timestep = mujoco.mjtCone.mjCONE_ELLIPTIC, 0.01
     for k, part in enumerate(scene.parts):
         shape = part.shapes[0]
@@ -247,7 +247,6 @@ def run_mujoco(scene: Scene) -> tuple[list[float], float]:
         if shape.kind == "plane":
             spec.worldbody.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_PLANE, size=(40, 40, 1), **told)
-            planes += 1
             continue
         body = spec.worldbody.add_body(pos=part.position, quat=part.turn)
         body.add_freejoint()

@@ -130,6 +130,17 @@ perp_status perp__check_pointer(perp_context *context, const char *name, const v
     return perp__refuse(context, "%s is NULL", name);
 }
 
+perp_status perp__check_arrays(perp_context *context, const perp__array *arrays, size_t count)
+{
+    for (size_t k = 0; k < count; k++) {
+        if (arrays[k].count < 0)
+            return perp__refuse(context, "%s has a count below 0", arrays[k].name);
+        if (arrays[k].count > 0 && !arrays[k].array)
+            return perp__check_pointer(context, arrays[k].name, NULL);
+    }
+    return PERP_OK;
+}
+
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count)
 {

@@ -162,6 +162,15 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
     }
 
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
+
+/* Of many arguments: no count is below 0, and where it is more there is an array. */
+typedef struct perp__array {
+    const char *name;
+    const void *array;
+    int32_t count;
+} perp__array;
+perp_status perp__check_arrays(perp_context *context, const perp__array *arrays, size_t count);
+
 /* x NULL: an argument that is optional. */
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count);

@@ -232,7 +232,8 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     if (status != PERP_OK || !suits)
         return status;
     solver->running = step->method;
-    solver->problem.iteration_limit = step->limit;
+    /* first sweeps are also those that were looked at */
+    solver->problem.iteration_limit = step->limit > 0 ? step->limit - slot->spent : 0;
     solver->problem.leads = step->limit > 0;
     solver->problem.chosen = is_chosen;
     status = fit(solver, slot);

@@ -103,31 +103,25 @@ static void move(perp_contact_run *run, const perp_contact_step *s)
 
 static perp_status check_run(perp_context *context, const perp_contact_run *run)
 {
-    const struct {
-        const char *name;
-        const void *array;
-        int32_t count;
-    } arrays[] = {{"run.before", run->before, run->before_count},
-                  {"run.after", run->after, run->after_count},
-                  {"run.advance", run->advance, run->advance_count},
-                  {"run.kept", run->kept, run->kept_count},
-                  {"run.inputs", run->inputs, run->input_count},
-                  {"run.outputs", run->outputs, run->output_count},
-                  {"run.place", run->place, run->places},
-                  {"run.velocity", run->velocity, 1},
-                  {"run.time", run->time, 1},
-                  {"run.room", run->room, 1},
-                  {"run.metric_M", run->metric_M, run->metric_count},
-                  {"run.metric_D", run->metric_D, run->metric_count},
-                  {"run.metric_mass", run->metric_mass, run->metric_count},
-                  {"run.metric_places", run->metric_places, run->metric_count}};
+    const perp__array arrays[] = {{"run.before", run->before, run->before_count},
+                                  {"run.after", run->after, run->after_count},
+                                  {"run.advance", run->advance, run->advance_count},
+                                  {"run.kept", run->kept, run->kept_count},
+                                  {"run.inputs", run->inputs, run->input_count},
+                                  {"run.outputs", run->outputs, run->output_count},
+                                  {"run.place", run->place, run->places},
+                                  {"run.velocity", run->velocity, 1},
+                                  {"run.time", run->time, 1},
+                                  {"run.room", run->room, 1},
+                                  {"run.metric_M", run->metric_M, run->metric_count},
+                                  {"run.metric_D", run->metric_D, run->metric_count},
+                                  {"run.metric_mass", run->metric_mass, run->metric_count},
+                                  {"run.metric_places", run->metric_places, run->metric_count}};
 
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
-        if (arrays[k].count < 0)
-            return perp__refuse(context, "%s has a count below 0", arrays[k].name);
-        if (arrays[k].count > 0 && !arrays[k].array)
-            return perp__check_pointer(context, arrays[k].name, NULL);
-    }
+    const perp_status status = perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
+
+    if (status != PERP_OK)
+        return status;
     if (!run->integrate)
         return perp__refuse(context, "run.integrate is NULL");
     if (run->done < 0 || run->phase < 0 || run->phase > PERP_CONTACT_PHASE_MOVE)

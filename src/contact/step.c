@@ -115,44 +115,38 @@ static perp_status check_arrays(perp_context *context, const perp_contact_step *
 {
     const int32_t sides = s->rows + s->bilateral, gaps = s->gap_count + s->bilateral;
     const int32_t entries = s->H_entries + s->G_entries;
-    const struct {
-        const char *name;
-        const void *array;
-        int32_t count;
-    } arrays[] = {{"step.mass", s->mass, s->M_entries},
-                  {"step.mass_sources", s->mass_sources, s->M_entries},
-                  {"step.mass_diagonal", s->mass_diagonal, s->n},
-                  {"step.velocity", s->velocity, s->n},
-                  {"step.speeds", s->speeds, s->restitution > 0.0 ? gaps : 0},
-                  {"*step.speeds", s->speeds ? *s->speeds : NULL, s->restitution > 0.0 ? gaps : 0},
-                  {"step.force", s->force, s->n},
-                  {"step.J", s->J, entries},
-                  {"*step.J", s->J ? *s->J : NULL, entries},
-                  {"step.gaps", s->gaps, gaps},
-                  {"*step.gaps", s->gaps ? *s->gaps : NULL, gaps},
-                  {"step.H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries},
-                  {"step.G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries},
-                  {"step.gap_rows", s->gap_rows, s->gap_count},
-                  {"step.gap_sources", s->gap_sources, s->gap_count},
-                  {"step.H_rows", s->H_rows, s->rows},
-                  {"step.G_rows", s->G_rows, s->bilateral},
-                  {"step.M", s->M, s->M_entries},
-                  {"step.H", s->H, s->H_entries},
-                  {"step.G", s->G, s->G_entries},
-                  {"step.f", s->f, s->n},
-                  {"step.w", s->w, s->rows},
-                  {"step.b", s->b, s->bilateral},
-                  {"step.v", s->v, s->n},
-                  {"step.r", s->r, sides},
-                  {"step.start", s->start, sides},
-                  {"step.modes", s->modes, s->contacts},
-                  {"step.acceleration", s->acceleration, s->n},
-                  {"step.force_of_rows", s->force_of_rows, s->n}};
+    const perp__array arrays[] = {
+        {"step.mass", s->mass, s->M_entries},
+        {"step.mass_sources", s->mass_sources, s->M_entries},
+        {"step.mass_diagonal", s->mass_diagonal, s->n},
+        {"step.velocity", s->velocity, s->n},
+        {"step.speeds", s->speeds, s->restitution > 0.0 ? gaps : 0},
+        {"*step.speeds", s->speeds ? *s->speeds : NULL, s->restitution > 0.0 ? gaps : 0},
+        {"step.force", s->force, s->n},
+        {"step.J", s->J, entries},
+        {"*step.J", s->J ? *s->J : NULL, entries},
+        {"step.gaps", s->gaps, gaps},
+        {"*step.gaps", s->gaps ? *s->gaps : NULL, gaps},
+        {"step.H_sources", s->H_sources, s->by_rows ? 0 : s->H_entries},
+        {"step.G_sources", s->G_sources, s->by_rows ? 0 : s->G_entries},
+        {"step.gap_rows", s->gap_rows, s->gap_count},
+        {"step.gap_sources", s->gap_sources, s->gap_count},
+        {"step.H_rows", s->H_rows, s->rows},
+        {"step.G_rows", s->G_rows, s->bilateral},
+        {"step.M", s->M, s->M_entries},
+        {"step.H", s->H, s->H_entries},
+        {"step.G", s->G, s->G_entries},
+        {"step.f", s->f, s->n},
+        {"step.w", s->w, s->rows},
+        {"step.b", s->b, s->bilateral},
+        {"step.v", s->v, s->n},
+        {"step.r", s->r, sides},
+        {"step.start", s->start, sides},
+        {"step.modes", s->modes, s->contacts},
+        {"step.acceleration", s->acceleration, s->n},
+        {"step.force_of_rows", s->force_of_rows, s->n}};
 
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
-        if (arrays[k].count > 0 && !arrays[k].array)
-            return perp__check_pointer(context, arrays[k].name, NULL);
-    return PERP_OK;
+    return perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
 }
 
 /* Places are 0 <= place < most. */

@@ -21,10 +21,6 @@ PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "in
 /* Factorisations of a decision at most: some 30 do. */
 #define MOST_ITERATIONS 100
 
-/* Where time is limited: a decision takes some thirty factorisations at a product a nanosecond. */
-#define SOME_FACTORS 30.0
-#define PRODUCTS_A_SECOND 1e9
-
 /* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
 #define NOISE 1e-12
 
@@ -472,7 +468,7 @@ perp_status perp__statics_rests(perp_context *context, front **kept, const perp_
     a->f = f;
     a->w = w;
     a->lost = 0;
-    a->most_products = seconds < INFINITY ? PRODUCTS_A_SECOND / SOME_FACTORS * seconds : 0.0;
+    a->most_products = seconds < INFINITY ? perp__statics_products(seconds) : 0.0;
     a->own.units = laws->contacts + dynamics->G.rows;
     status = decide(a, &aim, &answer, r, NULL);
     *rests = status == PERP_OK && answer.verdict == PERP_STATICS_STANDS;

@@ -80,7 +80,6 @@ perp_status perp__contact_rest(perp_contact_solver *s)
         return status;
     s->rests = 1;
     perp__contact_keep(s, &point);
-    memcpy(s->best.modes, s->rest_modes, (size_t)s->contacts);
     if (s->settings.raw_velocity)
         return PERP_OK;
     if (s->n > 0)

@@ -71,6 +71,13 @@ void perp__statics_destroy(perp__statics *statics);
 void perp__statics_limit(perp__statics *statics, double most_products);
 int32_t perp__statics_is_too_large(const perp__statics *statics);
 
+/* Products of one factorisation with which a decision, some thirty of them, takes so long, at a
+ * product a nanosecond. */
+static inline double perp__statics_products(double seconds)
+{
+    return seconds * (1e9 / 30.0);
+}
+
 /* The rows of a problem: orders and lays out; they stay the caller's, in place until the last call
  * for them. PERP_OK or _MEMORY. */
 perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);

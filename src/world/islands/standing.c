@@ -15,7 +15,6 @@
 /* Products of a factorisation up to which it is asked whether an island stands: some .4 s, for a
  * heap in space of about 1500 bodies. */
 #define MOST_PRODUCTS 2e9
-#define MOST_FACTORS 30.0
 
 void perp__standing_release(perp__standing *standing)
 {
@@ -247,15 +246,14 @@ static perp__statics *find_statics(perp_world *world, const uint64_t key[2], int
 
 /* ---- the question ---- */
 
-/* Within what a step may cost: where it has a time limit, decisions of which some thirty
- * factorisations fit in at a product a nanosecond. */
+/* Within what a step may cost: where it has a time limit, decisions that fit in. */
 static perp_status set_up(const perp_world *world, perp__statics *statics,
                           const perp__statics_rows *rows)
 {
     double most = MOST_PRODUCTS;
 
     if (world->budget.limited)
-        most = fmin(most, 1e9 / MOST_FACTORS * world->settings.time_limit);
+        most = fmin(most, perp__statics_products(world->settings.time_limit));
     perp__statics_limit(statics, most);
     return perp__statics_set_up(statics, rows);
 }

@@ -28,9 +28,6 @@
  */
 #define SETTLING 0.1
 
-/* Passes where the time is over: the fewest of any level. */
-#define LATE 16
-
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
 
@@ -93,7 +90,8 @@ int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
 static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
 {
     perp__island_work *work = &world->work;
-    const int32_t passes = perp__is_time_over(world) ? LATE : perp__level_of(world)->passes;
+    const int32_t passes = perp__is_time_over(world) ? perp__levels[PERP_ACCURACY_FAST].passes
+                                                     : perp__level_of(world)->passes;
 
     memset(step, 0, sizeof *step);
     step->h = h;

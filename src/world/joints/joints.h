@@ -89,11 +89,11 @@ void perp__end_swing(perp_world *world, const perp__island *island, double t,
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
  * which are equations; work.impulse: their impulses. The first pass is their answer, as many more
- * at most take what its rounding left. *residual: what rows lack beside their terms; NULL: not
- * asked for. */
+ * at most take what its rounding left. same: bodies and units are those of the last call, but for
+ * biases. *residual: what rows lack beside their terms; NULL: not asked for. */
 #define PERP__REFINED 64
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t passes,
-                                  double *residual);
+                                  int32_t same, double *residual);
 
 /* step.c */
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */

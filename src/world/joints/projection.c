@@ -177,7 +177,7 @@ static void pose(perp_world *world, const perp__island *island, row_kind which, 
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     memset(work->now, 0, (size_t)(n * island->bodies) * sizeof *work->now);
     work->units = work->carriers = 0;
-    work->set_up = again;
+    work->set_up = 0;
     add_rows(world, island, which);
 }
 
@@ -236,7 +236,7 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         perp_status status;
 
         pose(world, island, CLOSING, again);
-        status = perp__solve_equations(world, island, 1, NULL);
+        status = perp__solve_equations(world, island, 1, again, NULL);
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);
@@ -458,7 +458,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
         perp__copy3(twist + 3, state->angular_velocity);
         perp__coordinates_of(world, twist, work->free + n * i);
     }
-    status = perp__solve_equations(world, island, PERP__REFINED, NULL);
+    status = perp__solve_equations(world, island, PERP__REFINED, 0, NULL);
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < island->bodies; i++) {
