@@ -207,7 +207,8 @@ def hung(random: Random, size: Optional[int]) -> Scene:
     scene = Scene(random.uniform(0.2, 0.9))
     scene.notes["way"] = way
     density, high = spread(random, 100, 8000), 2.0
-    ceiling = scene.add("static", (0, 0, 3 * high), Shape("box", (5, 5, 0.5)))
+    above = 3 * high + 0.4 * (size or 0)  # of all boxes
+    ceiling = scene.add("static", (0, 0, above), Shape("box", (5, 5, 0.5)))
     if way == "chain":
         return hang_chain(scene, random, size or random.randint(1, 6), ceiling, density)
     half = (random.uniform(0.5, 1.0), random.uniform(0.3, 0.6), 0.05)

@@ -194,7 +194,7 @@ PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_un
     for (int32_t l = 0; l < unit->links; l++) {
         const perp__statics_link *link = &s->rows->link[unit->link + l];
         const double *A = link_rows(s, link);
-        double *at = to + (size_t)link->node * (size_t)width;
+        double *restrict at = to + (size_t)link->node * (size_t)width;
 
         for (int32_t k = 0; k < unit->rows; k++)
             for (int32_t i = 0; i < width; i++)
@@ -254,6 +254,32 @@ PERP__MULTIVERSION(push_all,
         else
             add_rows(s, unit, width, factor, x, to);
     }
+}
+
+PERP__KERNEL static void add_sizes(const perp__statics *s, int32_t width)
+{
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+
+        for (int32_t l = 0; l < unit->links; l++) {
+            const perp__statics_link *link = &s->rows->link[unit->link + l];
+            const double *A = link_rows(s, link), *x = s->x + unit->row;
+            double *restrict at = s->terms + (size_t)link->node * (size_t)width;
+
+            for (int32_t k = 0; k < unit->rows; k++)
+                for (int32_t i = 0; i < width; i++)
+                    at[i] += fabs(A[k * width + i] * x[k]);
+        }
+    }
+}
+
+/* terms += |A| |x| */
+PERP__MULTIVERSION_SHARED(perp__statics_add_terms, (const perp__statics *s), (s))
+{
+    if (s->rows->width == 6)
+        add_sizes(s, 6);
+    else
+        add_sizes(s, s->rows->width);
 }
 
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,

@@ -105,6 +105,8 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
+/* terms += |A| |x| */
+void perp__statics_add_terms(const perp__statics *s);
 /* dx := S^-1 (p + A'dy) */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);

@@ -279,18 +279,7 @@ double perp__statics_unbalance(perp__statics *s)
     perp__statics_find_unbalance(s);
     for (size_t i = 0; i < n; i++)
         s->terms[i] = fabs(s->b[i]) + (s->aim == PERP__AIM_LOAD ? fabs(s->s * s->c[i]) : 0.0);
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-
-        for (int32_t l = 0; l < unit->links; l++) {
-            const perp__statics_link *link = &s->rows->link[unit->link + l];
-
-            for (int32_t k = 0; k < unit->rows; k++)
-                for (int32_t i = 0; i < width; i++)
-                    s->terms[link->node * width + i] += fabs(
-                        s->rows->values[link->at + (size_t)(k * width + i)] * s->x[unit->row + k]);
-        }
-    }
+    perp__statics_add_terms(s);
 
     /* 2. For each place in the order of elimination, the largest terms of its part. */
     for (int32_t i = 0; i < s->rows->nodes; i++)

@@ -82,6 +82,8 @@ static inline double perp__statics_products(double seconds)
  * for them. PERP_OK or _MEMORY. */
 perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);
 
+/* Of what falls: impulses within the cones of contacts, near to balance. r: size. */
+void perp__statics_nearest(perp__statics *s, double *r);
 /* Decides. forces: nodes by width. PERP_OK or _MEMORY. */
 perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *answer,
                                  const double *forces, const perp__statics_aim *aim);

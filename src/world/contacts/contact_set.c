@@ -152,6 +152,7 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t made, double least)
 {
+    const int32_t first = world->contacts.count;
     perp_status status =
         perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
@@ -164,6 +165,8 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
                        &points[k]);
         world->contacts.count++;
     }
+    if (status == PERP_OK && !repeats(world, pair))
+        perp__hand_over(world, pair, first, world->contacts.count - first);
     return status;
 }
 
@@ -230,6 +233,8 @@ static void write_share(perp_world *world, perp__share *share, double h)
             write_touching(world, number, last, pair, k, point++);
             last = &world->contacts.contacts[number++];
         }
+        if (!repeats(world, pair))
+            perp__hand_over(world, pair, pair->first_now, pair->made);
     }
 }
 

@@ -20,13 +20,30 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
     return perp__grow(world->context, "the contacts", &world->memory_capacity, count, arrays, 2);
 }
 
-/* What the last step gave to the point, along its axes now; the same bits where these are. */
+/* What a point of the last step was given, along the axes of a point now; the same bits where these
+ * are. */
+static void turn_impulse(const perp_world *world, const perp__memory *memory,
+                         const perp__world_contact *contact, double *out)
+{
+    perp__world_contact then;
+    double impulse[3] = {0.0, 0.0, 0.0};
+
+    if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
+        perp__copy3(out, memory->impulse);
+        return;
+    }
+    perp__copy3(then.axes[0], memory->normal);
+    perp__contact_frame(world, &then);
+    for (int32_t k = 0; k < 3; k++)
+        perp__add3(impulse, memory->impulse[k], then.axes[k]);
+    for (int32_t k = 0; k < 3; k++)
+        out[k] = perp__dot3(contact->axes[k], impulse);
+}
+
 void perp__recall(const perp_world *world, const perp__pair *pair,
                   const perp__world_contact *contact, double *warm, double *base)
 {
     const perp__memory *memory = NULL;
-    perp__world_contact then;
-    double impulse[3] = {0.0, 0.0, 0.0};
 
     for (int32_t i = pair->first_kept; i >= 0 && !memory; i = world->kept[i].next)
         if (world->kept[i].memory.feature == contact->feature)
@@ -36,17 +53,40 @@ void perp__recall(const perp_world *world, const perp__pair *pair,
             memory = &world->memories[pair->first_memory + i];
     if (!memory)
         return;
-    if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
-        perp__copy3(warm, memory->impulse);
+    turn_impulse(world, memory, contact, warm);
+    if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0)
         perp__copy3(base, memory->base);
-        return;
+}
+
+/* What a point carried whose feature is not there any more goes on to the nearest: where edges lie
+ * on each other, rounding decides what a point is called. */
+void perp__hand_over(const perp_world *world, const perp__pair *pair, int32_t first, int32_t count)
+{
+    const perp__contact_set *set = &world->contacts;
+
+    for (int32_t m = pair->first_memory; m < pair->first_memory + pair->memories; m++) {
+        const perp__memory *memory = &world->memories[m];
+        double least = INFINITY, turned[3];
+        int32_t nearest = -1;
+
+        for (int32_t i = first; i < first + count && least > -1.0; i++) {
+            const perp__world_contact *contact = &set->contacts[i];
+            double apart[3];
+
+            perp__subtract3(apart, contact->position, memory->position);
+            if (contact->feature == memory->feature) {
+                least = -1.0;
+            } else if (perp__length3(apart) < least) {
+                least = perp__length3(apart);
+                nearest = i;
+            }
+        }
+        if (least < 0.0 || nearest < 0 || perp__is_zero3(memory->impulse))
+            continue;
+        turn_impulse(world, memory, &set->contacts[nearest], turned);
+        perp__add3(set->responses[nearest].warm, 1.0, turned);
+        perp__copy3(set->responses[nearest].remembered, set->responses[nearest].warm);
     }
-    perp__copy3(then.axes[0], memory->normal);
-    perp__contact_frame(world, &then);
-    for (int32_t k = 0; k < 3; k++)
-        perp__add3(impulse, memory->impulse[k], then.axes[k]);
-    for (int32_t k = 0; k < 3; k++)
-        warm[k] = perp__dot3(contact->axes[k], impulse);
 }
 
 /* ---- points that are those of the last step ---- */
@@ -165,6 +205,7 @@ void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *m
     memory->second = contact->shape_b;
     memory->feature = contact->feature;
     perp__copy3(memory->normal, contact->axes[0]);
+    perp__copy3(memory->position, contact->position);
     perp__copy3(memory->impulse, set->responses[i].next);
     perp__copy3(memory->base, set->responses[i].base);
 }

@@ -185,22 +185,22 @@ static void find_forces(perp_world *world, const perp__island *island,
 
 /* ---- factors ---- */
 
-static void mix(uint64_t key[2], const void *data, size_t bytes)
+/* Four words side by side: each chain's products wait for nothing but its own. */
+static void mix(uint64_t *key, const void *data, size_t bytes)
 {
+    const size_t words = bytes / sizeof(uint64_t);
     const char *from = data;
 
-    for (size_t at = 0; at + sizeof(uint64_t) <= bytes; at += sizeof(uint64_t)) {
-        uint64_t word;
+    for (size_t at = 0; at < words; at++) {
+        uint64_t word, *own = &key[at % PERP__STANDING_WORDS];
 
-        memcpy(&word, from + at, sizeof word);
-        key[0] = (key[0] ^ word) * 0x9E3779B97F4A7C15u;
-        key[0] ^= key[0] >> 29;
-        key[1] = (key[1] + word) * 0xC2B2AE3D27D4EB4Fu;
-        key[1] ^= key[1] >> 31;
+        memcpy(&word, from + at * sizeof word, sizeof word);
+        *own = (*own ^ word) * 0x9E3779B97F4A7C15u;
+        *own ^= *own >> 29;
     }
 }
 
-static void find_key(const perp_world *world, const perp__statics_rows *rows, uint64_t key[2])
+static void find_key(const perp_world *world, const perp__statics_rows *rows, uint64_t *key)
 {
     const perp__island_work *work = &world->work;
     size_t numbers = 0;
@@ -209,8 +209,10 @@ static void find_key(const perp_world *world, const perp__statics_rows *rows, ui
         if (rows->unit[i].links > 0)
             numbers = rows->link[rows->unit[i].link + rows->unit[i].links - 1].at +
                       (size_t)(rows->unit[i].rows * rows->width);
-    key[0] = 0x243F6A8885A308D3u ^ (uint64_t)rows->nodes;
-    key[1] = 0x13198A2E03707344u ^ (uint64_t)rows->size;
+    for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
+        key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
+    key[0] ^= (uint64_t)rows->nodes;
+    key[1] ^= (uint64_t)rows->size;
     for (int32_t i = 0; i < rows->units; i++)
         mix(key, &rows->unit[i], sizeof rows->unit[i]);
     mix(key, rows->link, (size_t)rows->links * sizeof *rows->link);
@@ -219,15 +221,15 @@ static void find_key(const perp_world *world, const perp__statics_rows *rows, ui
 }
 
 /* The workspace with this key, or the one that was used longest ago. */
-static perp__statics *find_statics(perp_world *world, const uint64_t key[2], int32_t *is_known)
+static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32_t *is_known)
 {
     perp__standing *standing = world->standing;
+    const size_t bytes = sizeof standing->key[0];
     int32_t oldest = 0;
 
     *is_known = 0;
     for (int32_t i = 0; i < PERP__STANDING_KEPT; i++) {
-        if (key && standing->statics[i] && standing->key[i][0] == key[0] &&
-            standing->key[i][1] == key[1]) {
+        if (key && standing->statics[i] && memcmp(standing->key[i], key, bytes) == 0) {
             *is_known = 1;
             oldest = i;
             break;
@@ -239,7 +241,7 @@ static perp__statics *find_statics(perp_world *world, const uint64_t key[2], int
         standing->statics[oldest] = perp__statics_create(world->context);
     standing->used[oldest] = ++standing->clock;
     if (!*is_known)
-        standing->key[oldest][0] = standing->key[oldest][1] = 0;
+        memset(standing->key[oldest], 0, bytes);
     standing->last = oldest;
     return standing->statics[oldest];
 }
@@ -306,6 +308,54 @@ static void take_answer(perp_world *world, const perp__island *island, int32_t d
     memcpy(work->v, work->still, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
+/* Twice the energy that forces and impulses r make, as if each body turned alike about all axes. */
+static double energy_made(const perp_world *world, const perp__island *island, const double *r)
+{
+    const perp__island_work *work = &world->work;
+    const perp__statics_rows *rows = &work->stand_rows;
+    const int32_t n = rows->width;
+    double *made = work->solved, sum = 0.0;
+
+    memcpy(made, work->stand_forces, (size_t)(n * island->bodies) * sizeof *made);
+    for (int32_t u = 0; u < rows->units; u++)
+        for (int32_t l = 0; l < rows->unit[u].links; l++) {
+            const perp__statics_link *link = &rows->link[rows->unit[u].link + l];
+
+            for (int32_t i = 0; i < rows->unit[u].rows * n; i++)
+                made[n * link->node + i % n] +=
+                    r[rows->unit[u].row + i / n] * rows->values[link->at + (size_t)i];
+        }
+    for (int32_t i = 0; i < n * island->bodies; i++)
+        sum += made[i] * made[i] * world->bodies[work->members[i / n]].inverse_mass;
+    return sum;
+}
+
+/* Where solvers begin what falls: at impulses next to balance, if they leave less to be done than
+ * those of the last step. */
+static void start_from(perp_world *world, const perp__island *island, perp__statics *statics)
+{
+    perp__island_work *work = &world->work;
+    const perp__statics_rows *rows = &work->stand_rows;
+    double last;
+
+    memset(work->stand_r, 0, (size_t)rows->size * sizeof *work->stand_r);
+    for (int32_t i = 0; i < work->count; i++)
+        for (int32_t k = 0; k < work->stand_units[i].rows; k++)
+            work->stand_r[work->stand_units[i].row + k] = work->warm[3 * i + k];
+    last = energy_made(world, island, work->stand_r);
+    perp__statics_nearest(statics, work->stand_r);
+    if (!(energy_made(world, island, work->stand_r) < last))
+        return;
+    for (int32_t i = 0; i < work->count; i++) {
+        double *warm = perp__step_response(world, island, work->chosen[i])->warm;
+
+        for (int32_t k = 0; k < 3; k++)
+            warm[k] =
+                k < work->stand_units[i].rows ? work->stand_r[work->stand_units[i].row + k] : 0.0;
+        perp__copy3(work->warm + 3 * i, warm);
+    }
+}
+
 perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict, int32_t *stands)
 {
@@ -314,6 +364,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp__statics_answer answer = {0};
     perp__statics_rows *rows = &work->stand_rows;
     perp__statics *statics;
+    perp__carrying begun;
     int32_t is_known, decided = 0;
     perp_status status = PERP_OK;
 
@@ -325,7 +376,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     answer.r = work->stand_r;
     answer.verdict = PERP_STATICS_INDETERMINATE;
     if (recall_base(world, island)) {
-        uint64_t key[2];
+        uint64_t key[PERP__STANDING_WORDS];
 
         find_key(world, rows, key);
         statics = find_statics(world, key, &is_known);
@@ -348,6 +399,10 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         decided = 1;
         perp__spend(world, answer.iterations);
     }
+    if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS &&
+        perp__begins_standing(world, island, &begun))
+        start_from(world, island, statics);
+    verdict->falls = answer.verdict == PERP_STATICS_FALLS;
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
         verdict->asked = rows->size;
         return status;

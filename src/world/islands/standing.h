@@ -8,11 +8,11 @@
 
 /* Factors of the islands that stood last: one costs a factorisation to make anew, and its key is
  * made of all that goes into it, so that which of them are here changes no bit. */
-enum { PERP__STANDING_KEPT = 8 };
+enum { PERP__STANDING_KEPT = 8, PERP__STANDING_WORDS = 4 };
 
 typedef struct perp__standing {
     perp__statics *statics[PERP__STANDING_KEPT];
-    uint64_t key[PERP__STANDING_KEPT][2]; /* 0, 0: none */
+    uint64_t key[PERP__STANDING_KEPT][PERP__STANDING_WORDS]; /* 0: none */
     uint64_t used[PERP__STANDING_KEPT], clock;
     int32_t last; /* the one that was asked for last */
 } perp__standing;
