@@ -206,7 +206,7 @@ static void test_pile_slides(void **state)
  * of a fall: known to the share itself, for bricks above it are at their limit, too. */
 static void test_falls_slowly(void **state)
 {
-    static const double shares[] = {1e-8, 1e-6, 1e-4};
+    static const double shares[] = {2e-9, 1e-6, 1e-4};
     const int count = 15;
 
     (void)state;

@@ -114,8 +114,8 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
 }
 
 /* By all that there is, as far as the budget goes. */
-static perp_status solve(perp_world *world, const perp__island *island, int32_t falls,
-                         perp__rigid_answer *answer, perp__rigid_problem *problem)
+static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem)
 {
     double tol = perp__exact_tol(world);
     perp_status status;
@@ -133,7 +133,7 @@ static perp_status solve(perp_world *world, const perp__island *island, int32_t 
         world->settings.accuracy == PERP_ACCURACY_EXACT)
         status = solve_thoroughly(world, island, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome))
-        status = perp__hold_island(world, island, falls, answer, problem, tol);
+        status = perp__hold_island(world, island, answer, problem, tol);
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__rest_joints(world, island, answer, problem);
     world->work.set_up = status == PERP_OK;
@@ -169,7 +169,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
-        status = solve(world, island, verdict->falls, &answer, &problem);
+        status = solve(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

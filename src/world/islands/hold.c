@@ -99,9 +99,8 @@ int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island
     return rests;
 }
 
-/* Velocities in what the rows that hold leave free, where they are an answer as well. What falls
- * does not rest, however slowly it falls. */
-perp_status perp__hold_island(perp_world *world, const perp__island *island, int32_t falls,
+/* Velocities in what the rows that hold leave free, where they are an answer as well. */
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol)
 {
@@ -119,7 +118,7 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island, int
         return status;
     perp__raise_to(&evidence.own, largest_change(world, island, work->solved, work->strength));
     outcome = perp__gate(&evidence, tol, answer->outcome);
-    if (perp__is_good(outcome) && !(falls && perp__is_zero(work->v, (int32_t)numbers))) {
+    if (perp__is_good(outcome)) {
         answer->outcome = perp__worse_outcome(outcome, answer->outcome);
         return PERP_OK;
     }

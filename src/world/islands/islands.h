@@ -149,7 +149,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 /* hold.c */
 /* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
  * answer->held. */
-perp_status perp__hold_island(perp_world *world, const perp__island *island, int32_t falls,
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);
 /* The sizes of the terms that each body's velocity is made of. */

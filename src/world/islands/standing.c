@@ -402,7 +402,6 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS &&
         perp__begins_standing(world, island, &begun))
         start_from(world, island, statics);
-    verdict->falls = answer.verdict == PERP_STATICS_FALLS;
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
         verdict->asked = rows->size;
         return status;
