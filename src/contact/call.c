@@ -110,11 +110,9 @@ int32_t perp__contact_tick(void *user, int64_t iterations, double residual)
             return 1;
         }
     }
-    if (solver->deadline > 0.0 && perp__now() > solver->deadline) {
+    if (perp__is_past(solver->deadline))
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
-        return 1;
-    }
-    return 0;
+    return solver->ended == PERP_OUTCOME_TIME_LIMIT;
 }
 
 int32_t perp__contact_polish_step(perp_contact_solver *solver)

@@ -40,8 +40,7 @@ static void start_from(perp_lcp_solver *solver, const double *z0)
     }
 }
 
-/* Whether a candidate takes the place of the best so far. A verified ray is an answer: only a
- * solution beats it. */
+/* A verified ray is an answer: only a solution beats it. */
 static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
                          perp_outcome outcome)
 {
@@ -65,7 +64,8 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
                            const perp__lcp_iterate *iterate, const double *z0)
 {
     const int32_t is_polished = solver->settings.polish && said != PERP_OUTCOME_RAY &&
-                                !step->rough && !iterate->far_off && !perp__is_late(solver);
+                                !step->rough && !iterate->far_off &&
+                                !perp__is_past(solver->deadline);
     const double tol = solver->settings.tol;
     perp__evaluation worth;
     perp_status status = PERP_OK;
@@ -84,8 +84,7 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
             }
             said = PERP_OUTCOME_STALLED;
         }
-        /* 2. The polish; but a point of a loose tolerance is there, or the method goes on from it,
-         * which costs less than to polish what is unsettled. */
+        /* 2. The polish, but of loose tolerances, or where the method goes on for less. */
         if (is_polished && isfinite(worth.tested) &&
             !(tol >= PERP__ROUGH_TOLERANCE && worth.tested <= tol && may_go_on(solver))) {
             if (!iterate->has_places)
@@ -116,15 +115,15 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
 
 /* ---- the search ---- */
 
-/* What is left to do when a time limit ends a method: the last point and the start are evaluated,
- * each by two passes over M that take twice as long as reading it. */
-#define LAST_READINGS 8.0
+/* In residuals: those of the last point and the start; to read M into a method's own form. */
+#define LAST_RESIDUALS 2.0
+#define FIRST_RESIDUALS 4.0
 
 /* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
 #define PERP__EXACT (4.0 * DBL_EPSILON)
 #define PERP__LOOSE 1e-8
 
-/* Keeps solver->ray if it stands the check. The last word on it comes after all attempts. */
+/* Keeps solver->ray if it stands the check. */
 static int32_t keep_ray(perp_lcp_solver *solver)
 {
     double largest;
@@ -132,8 +131,9 @@ static int32_t keep_ray(perp_lcp_solver *solver)
     if (!perp__ray_verify(solver))
         return 0;
     solver->rays++;
-    solver->best_certificate =
-        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
+    solver->best_certificate = !perp__is_past(solver->deadline) && perp__ray_certificate(solver)
+                                   ? PERP_CERTIFICATE_INFEASIBLE
+                                   : PERP_CERTIFICATE_NONE;
     largest = perp__largest(solver->z, solver->n);
     for (int32_t i = 0; i < solver->n; i++)
         solver->best_ray[i] = solver->z[i] / largest;
@@ -174,12 +174,7 @@ static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *s
     return found;
 }
 
-int32_t perp__is_late(const perp_lcp_solver *solver)
-{
-    return solver->deadline > 0.0 && perp__now() > solver->deadline;
-}
-
-/* A step that has used up its share has reached a limit, but not the caller's. */
+/* A share that is used up is a limit, but not the caller's. */
 static perp_outcome own_limit(const perp_lcp_solver *solver, perp_outcome said)
 {
     return said == PERP_OUTCOME_TIME_LIMIT && solver->ended < 0 ? PERP_OUTCOME_ITERATION_LIMIT
@@ -197,11 +192,13 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
                                  .covering = solver->covering,
                                  .warm = z0 != NULL,
                                  .attempt = attempt,
-                                 .rays = solver->rays};
-    perp_status status;
+                                 .rays = solver->rays,
+                                 .outcome = PERP_OUTCOME_TIME_LIMIT};
+    perp_status status = PERP_OK;
 
     start_from(solver, z0);
-    status = slot->method->solve(slot->space.work, &iterate);
+    if (perp__lcp_has_time(&solver->control, FIRST_RESIDUALS))
+        status = slot->method->solve(slot->space.work, &iterate);
     if (status == PERP_OK && solver->control.aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
     if (status != PERP_OK)
@@ -223,7 +220,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     /* 2. Whether the monitor or the clock ended the solve; not only a step's share of its time. */
     if (iterate.outcome == PERP_OUTCOME_STOPPED)
         solver->ended = PERP_OUTCOME_STOPPED;
-    else if (perp__is_late(solver))
+    else if (perp__is_past(solver->deadline))
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
     /* 3. The candidate. */
     if (attempt + 1 == slot->method->attempts || solver->ended >= 0)
@@ -232,9 +229,8 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     status = perp__consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
     if (*paused && solver->best.method == step->method && !perp__is_good(solver->best.outcome)) {
         /* a pause was not the method's last word; only the gate says anything good */
-        const perp_outcome last = own_limit(solver, iterate.outcome);
-
-        solver->best.outcome = perp__is_good(last) ? PERP_OUTCOME_STALLED : last;
+        solver->best.outcome = perp__is_good(iterate.outcome) ? PERP_OUTCOME_STALLED
+                                                              : own_limit(solver, iterate.outcome);
     }
     *paused = iterate.paused;
     *iterations = iterate.iterations;
@@ -250,8 +246,7 @@ static int32_t ends_the_search(const perp_lcp_solver *solver)
             solver->best_certificate != PERP_CERTIFICATE_NONE);
 }
 
-/* A method with all its attempts. A ray that proves infeasibility ends them; any other is believed
- * only if another covering vector ends in a verified ray too. */
+/* All attempts. A ray that proves nothing is believed if another covering vector ends in one. */
 static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, const double *z0)
 {
     const perp_lcp_settings *settings = &solver->settings;
@@ -287,8 +282,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
         if (status != PERP_OK)
             break;
         if (!paused && solver->refused && may_go_on(solver)) {
-            /* 2. It stopped where the first witness is content: where the second is not, it goes on
-             * from there, up to a hundredth and a ten-thousandth of tol. */
+            /* 2. The second witness is not content: on from there, to tol / 100 and / 10,000. */
             solver->problem.tol *= 1e-2;
             start = solver->z;
         } else {
@@ -312,8 +306,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     return status;
 }
 
-/* Where Lemke's method has ended in a ray that proves nothing, as it always does on games: the same
- * from each of Lemke and Howson's starts; any may be the one that does not end in a ray. */
+/* Lemke's method ends in a ray on games: the same from each of Lemke and Howson's starts. */
 static perp_status play(perp_lcp_solver *solver)
 {
     /* a path from such a start is as long as any, not as one from next to the solution */
@@ -334,8 +327,23 @@ static perp_status play(perp_lcp_solver *solver)
     return status;
 }
 
-/* What needs no method: small problems, and a start that names the right index set. Where that
- * solves the problem best.method says by what. */
+/* With a limit: a product with a vector without zeros tells what a residual takes; those of the end
+ * are taken off. Returns 0 if there is no time for anything else. */
+static int32_t keep_time(perp_lcp_solver *solver)
+{
+    const double begun = perp__now();
+
+    if (solver->deadline == 0.0 || begun > solver->deadline)
+        return solver->deadline == 0.0;
+    for (int32_t i = 0; i < solver->n; i++)
+        solver->z[i] = 1.0;
+    perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
+    solver->control.residual = perp__now() - begun;
+    solver->deadline -= LAST_RESIDUALS * solver->control.residual;
+    return !perp__is_past(solver->deadline);
+}
+
+/* Small problems, and starts with the right index set. best.method says what solved it. */
 static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
 {
     const int32_t method = solver->settings.method;
@@ -346,7 +354,7 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
 
     /* 1. The shortest way; a monitor that ends it ends the methods, too. */
     solver->control.method = PERP_LCP_LEMKE;
-    if (method == PERP_LCP_AUTO && !perp__is_late(solver) &&
+    if (method == PERP_LCP_AUTO && !perp__is_past(solver->deadline) &&
         perp__lcp_tick(&solver->control, 1, INFINITY) < 0 &&
         perp__small_solve(solver, z0, &worth)) {
         outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
@@ -356,17 +364,23 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
             return PERP_OK;
         }
     }
-    /* 2. What all others need: the structure of a sparse matrix, once a set-up. */
+    /* 2. What all others need: the time to tell what a point is worth, and the structure of a
+     * sparse matrix, once a set-up. */
     solver->spent = 0;
+    if (!keep_time(solver)) {
+        solver->ended = PERP_OUTCOME_TIME_LIMIT;
+        start_from(solver, z0);
+        worth = perp__evaluate(solver);
+        keep(solver, &worth, perp__lcp_judge(solver, &worth, PERP_OUTCOME_TIME_LIMIT),
+             method == PERP_LCP_AUTO ? PERP_LCP_POLISH : method);
+        return PERP_OK;
+    }
     if (M->column_starts) {
         if (solver->block_read != solver->setups) {
             solver->block_read = 0;
             status = perp__sparse_block_read(&solver->block, M, solver->factors);
             solver->block_read = status == PERP_OK ? solver->setups : 0;
         }
-        if (solver->deadline > 0.0)
-            solver->deadline -=
-                LAST_READINGS * solver->block.pace * (double)M->column_starts[solver->n];
         perp__sparse_block_restart(&solver->block, solver->deadline);
     }
     if (status == PERP_OK && solver->settings.polish)
@@ -413,13 +427,12 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
     /* 4. A solve that failed returns the best point it met; the start is one of them, unless an
-     * index set was solved as well as doubles can and the residual only tells how large the numbers
-     * are. */
+     * index set was solved as well as doubles can. */
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
         perp__evaluation worth;
 
-        if (solver->ended < 0 && solver->block.late)
+        if (solver->ended < 0 && (solver->block.late || solver->control.late))
             solver->ended = PERP_OUTCOME_TIME_LIMIT;
         if (solver->ended >= 0)
             solver->best.outcome = solver->ended;
@@ -431,6 +444,15 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
                  solver->best.method);
     }
     return status;
+}
+
+void perp__open_control(perp_lcp_solver *solver, double started)
+{
+    solver->deadline = solver->settings.time_limit;
+    solver->deadline += solver->deadline > 0.0 ? started : 0.0;
+    solver->control = (perp__lcp_control){.monitor = solver->settings.monitor,
+                                          .monitor_user = solver->settings.monitor_user,
+                                          .deadline = solver->deadline};
 }
 
 perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
@@ -456,12 +478,7 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
         return status;
     /* 2. The solve. */
     perp__scale_problem(solver, q);
-    memset(&solver->control, 0, sizeof solver->control);
-    solver->control.monitor = solver->settings.monitor;
-    solver->control.monitor_user = solver->settings.monitor_user;
-    solver->deadline =
-        solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
-    solver->control.deadline = solver->deadline;
+    perp__open_control(solver, started);
     status = search(solver, z0);
     if (status != PERP_OK)
         return status;

@@ -36,8 +36,10 @@ typedef struct perp__lcp_control {
     perp_lcp_monitor monitor;
     void *monitor_user;
     double deadline; /* on perp__now()'s clock; 0: none */
+    double residual; /* with a deadline: seconds that M z + q takes */
     int32_t method;
     int32_t aborted; /* the monitor returned a negative number */
+    int32_t late;    /* there was no time for something that would have been next */
 } perp__lcp_control;
 
 typedef struct perp__lcp_problem {
@@ -116,6 +118,22 @@ extern const perp__lcp_method perp__lcp_active_set_sparse;
 /* Calls the monitor and looks at the deadline. Returns -1 to go on, or the outcome to stop with
  * (stopped, time_limit); control->aborted tells an abort. Reads the clock only with a deadline. */
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual);
+
+/* Whether there is time for what takes as long as so many residuals: what would end too late is not
+ * begun. */
+int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals);
+
+/* The same for products of dense blocks: one takes 0.1 to 0.2 of an entry in a residual. */
+static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double products, double n)
+{
+    return perp__lcp_has_time(control, 0.25 * products / (n * n));
+}
+
+static inline int32_t perp__lcp_may_factor(perp__lcp_control *control, double count, int32_t halves,
+                                           double n)
+{
+    return perp__lcp_may_multiply(control, count * count * count / (halves ? 6.0 : 3.0), n);
+}
 
 /* Scaled M, or `sign` times that, as a dense column-major n by n array. */
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension);

@@ -4,25 +4,19 @@
 
 #include "lcp/solver.h"
 
-/* Largest n for which `auto` goes on to Lemke's method on a sparse matrix: n pivots from a cold
- * start take half a minute there. */
+/* Largest n for Lemke's method on a sparse matrix: n pivots take half a minute there. */
 #define PERP__LARGEST_PATH 16384
-/* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
- * bench/lcp_obstacle.c takes the same time by both. */
+/* Above this Newton's method is first on sparse problems (bench/lcp_obstacle.c). */
 #define PERP__SMALL_SPARSE 64
 /* From this size on it pays to ask whether sweeps alone will do. */
 #define PERP__LARGE_SPARSE 1000
 
-/* Below this size a direct solve costs less than the sweeps would. */
-#define PERP__ROUGH_SIZE 100
-/* Sweeps that cost about as much as half a direct solve: n / 16 passes over a dense matrix; a
- * sparse factorisation has no such law, and on obstacle problems 64 sweeps are a fifth of it. */
+#define PERP__ROUGH_SIZE 100 /* below it a direct solve costs less than the sweeps would */
+/* A fifth of a factorisation on obstacle problems; of a dense one n / 16 sweeps are half. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
-/* The rate of sweeps counts after so many. */
-#define PERP__FIRST_LOOK 4
+#define PERP__FIRST_LOOK 4 /* the rate of sweeps counts after so many */
 
-/* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that
- * many n^3, some seconds, and some more steps. */
+/* Newton's steps on a dense matrix where pivoting has failed: that many n^3, and some more. */
 #define PERP__NEWTON_WORK 1e11
 #define PERP__NEWTON_STEPS 30
 
@@ -35,9 +29,8 @@ static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
     return count + 1;
 }
 
-/* Sweeps after which the residual of a diagonally dominant problem is below tol: each takes the
- * largest error to its rows' off-diagonal share at most, and in the mean to the square of that.
- * INFINITY where nothing is promised. */
+/* Sweeps after which a diagonally dominant problem's residual is below tol: each leaves the rows'
+ * off-diagonal share at most, in the mean its square. INFINITY where nothing is promised. */
 static double sweeps_needed(const perp_lcp_solver *solver)
 {
     double share = 0.0;

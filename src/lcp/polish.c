@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "lcp/solver.h"
 #include "linalg/blas.h"
 
@@ -73,7 +74,8 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
         *regular = status == PERP_OK;
         return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
     }
-    for (int32_t c = 0; c < count; c++) {
+    *regular = perp__lcp_may_factor(&solver->control, count, 0, solver->n);
+    for (int32_t c = 0; c < count && *regular; c++) {
         double *column = p->block + (size_t)c * (size_t)count;
         const int32_t j = active[c];
         int32_t r = 0;
@@ -94,7 +96,7 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
         }
         column[c] += rho;
     }
-    *regular = perp__lu_factor(count, p->block, count > 0 ? count : 1, p->pivots) == 0;
+    *regular = *regular && perp__lu_factor(count, p->block, count > 0 ? count : 1, p->pivots) == 0;
     return PERP_OK;
 }
 
@@ -121,8 +123,8 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
     const int32_t dense = uses_dense(solver);
     double last = INFINITY;
 
-    for (int32_t round = 0; round < PERP__REFINEMENTS && count > 0 && !perp__is_late(solver);
-         round++) {
+    for (int32_t round = 0;
+         round < PERP__REFINEMENTS && count > 0 && !perp__is_past(solver->deadline); round++) {
         double largest = 0.0, rate, z_largest = 0.0;
         perp_status status = PERP_OK;
 
@@ -268,8 +270,8 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
         int32_t count = 0, moved = 0;
         perp__evaluation worth;
 
-        if (round > 0 && perp__is_late(solver))
-            break; /* one factorisation is what a time limit may be exceeded by */
+        if (perp__is_past(solver->deadline))
+            break;
         /* 1. Rows that are not between the bounds go to theirs. */
         for (int32_t i = 0; i < solver->n; i++) {
             const double bound =
@@ -324,7 +326,8 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
     for (size_t k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
         status = attempt(solver, rounds, proximal[k], &best, &wanders);
-        if (status != PERP_OK || perp__is_exact(solver, &best) || wanders || perp__is_late(solver))
+        if (status != PERP_OK || perp__is_exact(solver, &best) || wanders ||
+            perp__is_past(solver->deadline))
             break;
         recall(solver);
     }

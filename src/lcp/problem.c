@@ -27,9 +27,16 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
         if (answer != 0)
             return PERP_OUTCOME_STOPPED;
     }
-    if (control->deadline > 0.0 && perp__now() > control->deadline)
-        return PERP_OUTCOME_TIME_LIMIT;
-    return -1;
+    return perp__is_past(control->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
+}
+
+int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals)
+{
+    if (!control || control->deadline == 0.0 ||
+        perp__now() + control->residual * residuals <= control->deadline)
+        return 1;
+    control->late = 1;
+    return 0;
 }
 
 PERP__MULTIVERSION(dense_from_columns,

@@ -108,17 +108,18 @@ static int32_t proves_infeasible(perp_lcp_solver *solver)
          * of doubles */
         for (int32_t k = 0; k < count; k++) {
             const int32_t at = M->column_starts ? M->column_starts[j] + k : 0;
-            const double value =
-                M->column_starts
-                    ? M->values[at]
-                    : M->values[(size_t)k * M->row_stride + (size_t)j * M->column_stride];
-            double entry, share;
+            double value, entry, share;
 
             i = M->column_starts ? M->row_indices[at] : k;
+            if (y[i] == 0.0)
+                continue;
+            value = M->column_starts
+                        ? M->values[at]
+                        : M->values[(size_t)k * M->row_stride + (size_t)j * M->column_stride];
             entry = perp__shift(value, solver->exponents[i] + solver->exponents[j]);
             share = fabs(entry * y[i]);
             perp__accumulate(&high, &low, entry, y[i]);
-            if (value != 0.0 && y[i] != 0.0 && !(share >= PERP__LEAST_PRODUCT))
+            if (value != 0.0 && !(share >= PERP__LEAST_PRODUCT))
                 share = low = NAN;
             terms += share;
         }

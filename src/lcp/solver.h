@@ -111,8 +111,8 @@ struct perp_lcp_solver {
     int64_t block_read;       /* the set-up it was read from */
 };
 
-/* True once the time limit has passed. Reads the clock only where there is a limit. */
-int32_t perp__is_late(const perp_lcp_solver *solver);
+/* The monitor and the time limit of a call that began then. */
+void perp__open_control(perp_lcp_solver *solver, double started);
 
 /* Scales q and the bounds into q_scaled, lower_scaled, upper_scaled; finds omega. */
 void perp__scale_problem(perp_lcp_solver *solver, const double *q);

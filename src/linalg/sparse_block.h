@@ -15,8 +15,7 @@
 #define PERP__ROUGH 1e-6
 
 enum perp__sparse_kind {
-    PERP__SPARSE_UNKNOWN = 0,
-    PERP__SPARSE_TRIDIAGONAL,
+    PERP__SPARSE_TRIDIAGONAL = 1,
     PERP__SPARSE_SYMMETRIC, /* with a positive diagonal: Cholesky, or LU where that breaks down */
     PERP__SPARSE_GENERAL
 };

@@ -214,6 +214,10 @@ static void check_systems(int both)
                 regular++;
                 if (t.summary.reason == PERP_MECHANISM_ALWAYS_ONE)
                     assert_int_equal(e.count, 1);
+                /* all patterns were looked at: what is known to have two answers is told */
+                for (j = 0; j < contacts; j++)
+                    if (!s.slides[j] && s.mu_static[j] > s.mu[j])
+                        assert_int_not_equal(t.summary.reason, PERP_MECHANISM_UNDECIDED);
             } else if (t.summary.families == 0) { /* patterns without a unique point have none */
                 for (j = 0; j < e.count; j++)
                     assert_true(is_among(&t, e.f[j], e.u[j], 2 * contacts));

@@ -330,3 +330,25 @@ def test_zero_sum_games(storage, degenerate):
         )
         assert x @ A @ y == pytest.approx(program.fun, abs=1e-7)  # of linprog
         assert (x @ A).max() - (A @ y).min() <= 1e-9
+
+
+@pytest.mark.parametrize("method", ["auto", "lemke", "pgs", "fischer", "active_set"])
+def test_a_limit_that_is_used_up_begins_nothing(method):
+    """No pivot, no sweep, no factorisation, no proof of a ray: the start, with its true residual."""
+    g = np.random.default_rng(4)
+    n = 40
+    A = g.uniform(1, 2, (n, n))
+    game = np.block([[np.zeros((n, n)), A], [A.T, np.zeros((n, n))]])
+    definite = A @ A.T + np.eye(n)
+    laplacian = sp.diags([-1.0, 2.5, -1.0], [-7, 0, 7], shape=(400, 400)).tocsc()
+    for M in (game, definite, laplacian):
+        if M is game and method == "pgs":
+            continue  # it needs a positive diagonal
+        q = -g.uniform(1, 2, M.shape[0])
+        z0 = g.uniform(0, 1, len(q))
+        for start in (None, z0):
+            r = perp.lcp(M, q, z0=start, method=method, time_limit=1e-12)
+            z = np.zeros(len(q)) if start is None else z0
+            assert (r.outcome, r.iterations) == ("time_limit", 0), (method, M.shape)
+            assert np.array_equal(r.z, z)
+            assert r.natural_residual == pytest.approx(np.abs(np.minimum(z, M @ z + q)).max())

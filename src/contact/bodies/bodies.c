@@ -373,9 +373,3 @@ void perp__bodies_own_free(const perp__bodies *b, int32_t block, double *y)
     else
         memcpy(y, b->free + at, (size_t)b->width * sizeof *y);
 }
-
-void perp__bodies_find_free(const perp__bodies *b)
-{
-    for (int32_t k = 0; b->C && k < b->blocks; k++)
-        perp__bodies_own_free(b, k, b->free + (size_t)k * (size_t)b->width);
-}

@@ -82,8 +82,6 @@ perp_status perp__bodies_setup_rigid(perp__bodies *bodies,
 
 /* Keeps L^-1 f, the velocities without contact, from which sweeps guess what comes to rest. */
 void perp__bodies_force(const perp__bodies *bodies, const double *f);
-/* Makes `free` where it is not kept: of rigid bodies. */
-void perp__bodies_find_free(const perp__bodies *bodies);
 
 /* u := W r + q in working precision; q may be NULL. */
 void perp__bodies_multiply(const perp__bodies *bodies, const double *r, const double *q, double *u);

@@ -360,7 +360,9 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     const size_t width = (size_t)s->width, square = width * width;
     const size_t begin = (size_t)s->graph_starts[part->block];
     const size_t end = (size_t)s->graph_starts[part->last_block];
+    const perp__contact_control *control = s->common.problem->control;
 
+    s->fronts.deadline = control ? control->deadline : 0.0;
     memset(s->fronts.values + begin * square, 0, (end - begin) * square * sizeof(double));
     for (int32_t b = part->block; b < part->last_block; b++) {
         double *own = s->fronts.values + (size_t)perp__fronts_edge(&s->fronts, b, b) * square;

@@ -49,6 +49,7 @@ void perp__active_block_begin(perp__active_block *b, const perp__lcp_problem *pr
         b->M.row_stride = 1;
     }
     b->factors = problem->factors;
+    b->control = problem->control;
     b->symmetric = symmetric;
     b->transposed = b->M.row_stride != 1;
     b->count = b->kept = b->changes = 0;
@@ -121,6 +122,8 @@ static enum perp__block_state factor(perp__active_block *b, const int8_t *places
     b->kept = b->changes = 0;
     if (count == 0)
         return PERP__BLOCK_READY;
+    if (!perp__lcp_may_factor(b->control, count, b->symmetric, b->M.rows))
+        return PERP__BLOCK_SINGULAR;
     /* 2. Cholesky's factors of the lower triangle, where M is symmetric. */
     b->by_cholesky = b->symmetric;
     if (b->by_cholesky) {
@@ -217,6 +220,8 @@ static int32_t update(perp__active_block *b, const int8_t *places)
         if (b->changes > most || b->kept + fresh > b->capacity)
             return 0;
     }
+    if (!perp__lcp_may_multiply(b->control, (double)fresh * b->count * b->count, b->M.rows))
+        return 0;
     for (i = 0, q = 0; i < b->M.rows; i++) {
         if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
             continue;

@@ -23,6 +23,7 @@ enum perp__block_state {
 typedef struct perp__active_block {
     perp__matrix M;        /* dense; not scaled, unless factors is NULL */
     const double *factors; /* D */
+    perp__lcp_control *control;
     int32_t symmetric;     /* up to rounding */
     int32_t definite;      /* accept blocks only that M positive definite could have */
     int32_t by_cholesky;   /* how the block is factored */

@@ -179,11 +179,7 @@ static perp_status run(perp__lcp_all *all, const double *q)
     int32_t finite = 1;
     perp_status status;
 
-    memset(&solver->control, 0, sizeof solver->control);
-    solver->control.monitor = solver->settings.monitor;
-    solver->control.monitor_user = solver->settings.monitor_user;
-    if (solver->settings.time_limit > 0.0)
-        solver->control.deadline = started + solver->settings.time_limit;
+    perp__open_control(solver, started);
     all->limit = solver->settings.max_iterations;
     perp__scale_problem(solver, q);
     status = all_prepare(all);

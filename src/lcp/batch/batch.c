@@ -59,11 +59,6 @@ static void leave_unsolved(const batch *b, int64_t problem)
     b->answers.residuals[problem] = INFINITY;
 }
 
-static int32_t is_late(const batch *b)
-{
-    return b->deadline > 0.0 && perp__now() > b->deadline;
-}
-
 /* One problem by a solver of its own, with what is left of the call's time. */
 static perp_status solve_alone(batch_worker *worker, int64_t problem)
 {
@@ -75,7 +70,7 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
     perp_lcp_result result;
     perp_status status = PERP_OK;
 
-    if (is_late(b)) {
+    if (perp__is_past(b->deadline)) {
         leave_unsolved(b, problem);
         return PERP_OK;
     }
@@ -132,7 +127,7 @@ static void work(int32_t which, void *workers)
             perp__arena_fit(&worker->arena, &worker->context, perp__batch_group_layout, g);
     }
     for (int64_t at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
-        const int32_t late = is_late(b);
+        const int32_t late = perp__is_past(b->deadline);
         int32_t takes[8] = {0};
 
         if (b->kernel && !late) {

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/outcome.h"
 
 #define ITERATIONS 500 /* default limit */
@@ -127,7 +128,7 @@ static void sweeps(perp__fischer_state *f, int32_t count)
     const perp__lcp_problem *p = f->common.problem;
     double last = f->best_residual;
 
-    for (int32_t k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count && !perp__is_past(p->control->deadline); k++) {
         for (int32_t j = 0; j < p->n; j++) {
             const double z = f->z[j];
             double diagonal = perp__diagonal_entry(&f->S.S, j);
@@ -168,7 +169,7 @@ static void extragradient(perp__fischer_state *f, int32_t steps)
     double *y = f->correction, *wy = f->work;
     double t = 1.0;
 
-    for (int32_t k = 0; k < steps; k++) {
+    for (int32_t k = 0; k < steps && !perp__is_past(p->control->deadline); k++) {
         double ratio = look_ahead(f, t, y, wy);
 
         for (int32_t shrink = 0; shrink < SHRINKS && !(ratio <= SLACK); shrink++) {
@@ -193,7 +194,8 @@ static void improve_start(perp__fischer_state *f, const start *first)
         sweeps(f, first->steps);
     else
         extragradient(f, first->steps);
-    for (int32_t k = 0; k < first->jacobi; k++) { /* z := mid(l, u, z - w_i / |S_i|_1) */
+    for (int32_t k = 0; k < first->jacobi && !perp__is_past(p->control->deadline);
+         k++) { /* z := mid(l, u, z - w_i / |S_i|_1) */
         for (int32_t i = 0; i < p->n; i++) {
             const double s = p->row_norms[i] > 0.0 ? p->row_norms[i] : 1.0;
 

@@ -110,6 +110,8 @@ perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const doub
                                                    count > 0 ? weights[active[0]] : 0.0)
                        : perp__sparse_block_factor_with(block, active, count, weights);
     }
+    if (!perp__lcp_may_factor(matrix->problem->control, count, matrix->symmetric, matrix->S.rows))
+        return PERP__FACTOR_SINGULAR;
     if (matrix->symmetric) {
         matrix->by = PERP__FISCHER_CHOLESKY;
         fill_dense(matrix, weights);

@@ -281,6 +281,15 @@ static perp_status advance(perp__lemke *l, perp_outcome *outcome)
     return status;
 }
 
+/* Whether there is time for the next exchange; it may be one that the whole tableau waits for. */
+static int32_t may_exchange(perp__lemke *l)
+{
+    const perp__tableau *t = &l->tableau;
+    const int32_t waits = l->basis == &perp__lemke_dense && t->pending + 1 >= t->delay;
+
+    return perp__lcp_may_multiply(l->head.problem->control, waits * (double)t->delay, 1.0);
+}
+
 perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most)
 {
     const perp__lcp_problem *p = l->head.problem;
@@ -318,6 +327,8 @@ perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, 
             outcome = PERP_OUTCOME_ITERATION_LIMIT;
         else if (iterate->iterations % 16 == 1)
             outcome = perp__lcp_tick(p->control, l->spent + iterate->iterations, INFINITY);
+        else if (!may_exchange(l))
+            outcome = PERP_OUTCOME_TIME_LIMIT;
         if (outcome < 0)
             status = advance(l, &outcome);
         if (outcome >= 0 && outcome != PERP_OUTCOME_SOLVED)

@@ -14,7 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/pgs/sweep.h"
@@ -378,11 +377,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
                              ? 0
                              : RESTARTS_MOST;
         work->gradient.norm = 0.0;
-        if (perp__is_past(
-                problem->control->deadline)) /* to read the matrix takes some sweeps' time */
-            outcome = PERP_OUTCOME_TIME_LIMIT;
-        else
-            read_problem(work, iterate->z);
+        read_problem(work, iterate->z);
     }
     iterate->has_places = 0;
     while (outcome < 0 && !iterate->paused && work->sweeps < limit) {

@@ -104,8 +104,8 @@ static void find_reason(const perp__acceleration *a, perp_mechanism_summary *sum
         : a->has_negative                                 ? PERP_MECHANISM_COUPLED
         : summary->inertia <= PERP__ACCELERATION_SINGULAR ? PERP_MECHANISM_ZERO_INERTIA
         : a->has_singular                                 ? PERP_MECHANISM_REDUNDANT
-        : !decide                                         ? PERP_MECHANISM_UNDECIDED
         : loose >= 0                                      ? PERP_MECHANISM_STATIC_FRICTION
+        : !decide                                         ? PERP_MECHANISM_UNDECIDED
                                                           : PERP_MECHANISM_ALWAYS_ONE;
     summary->contact = summary->reason == PERP_MECHANISM_NEGATIVE_INERTIA ||
                                summary->reason == PERP_MECHANISM_ZERO_INERTIA
