@@ -196,6 +196,10 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         s->H_entries < 0 || s->G_entries < 0 || s->gap_count < 0 || s->J_rows < 0 ||
         s->watch_count < 0)
         return perp__refuse(context, "step has a count below 0");
+    if ((int64_t)s->rows + s->bilateral > INT32_MAX ||
+        (int64_t)s->gap_count + s->bilateral > INT32_MAX ||
+        (int64_t)s->H_entries + s->G_entries > INT32_MAX)
+        return perp__refuse(context, "step has counts that make more than 2^31 together");
     if (!(s->h > 0.0 && s->h < INFINITY))
         return perp__refuse(context, "step.h is %g, expected a time > 0", s->h);
     if (!(s->restitution >= 0.0 && s->restitution <= 1.0))
