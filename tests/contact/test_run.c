@@ -378,9 +378,12 @@ static void test_names(void **state)
         assert_true(sim->step.start[i] == 1.0 + i);
     for (int32_t i = 0; i < 3; i++)
         assert_true(sim->step.start[size - 6 + i] == 1.0 + size - 3 + i);
+    many[0].row = 0; /* one more of the pair: it begins at 0 */
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_true(sim->step.start[size - 9] == 1.0 + size - 9 && sim->step.start[size - 6] == 0.0);
     many[MANY - 1].geoms[0] = 5;
     assert_int_equal(arrange(sim), PERP_OK);
-    assert_true(sim->step.start[size - 6] == 0.0);
+    assert_true(sim->step.start[size - 3] == 0.0);
 }
 
 /* Contacts that share their rows: more numbers than can be counted, of a J that is small. */
