@@ -263,9 +263,7 @@ static void take_rows(perp__contact_rows *own, const perp_contact_step *s, int32
 
 static double *start_of(const perp__contact_rows *own)
 {
-    const size_t size = (size_t)own->rows + (size_t)own->bilateral;
-
-    return own->zeros + size * ((size_t)own->n + 3);
+    return own->zeros + ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 3);
 }
 
 /* The impulses of contact or row `item` by slots; where they begin among the rows. */
@@ -336,9 +334,8 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
     s->contacts = own->contacts, s->rows = own->rows, s->bilateral = own->bilateral;
     s->H_entries = own->rows * own->n, s->G_entries = own->bilateral * own->n;
     s->gap_count = own->gaps, s->J_rows = own->counts[ALL_ROWS], s->by_rows = 1, s->rests = 0;
-    s->H_rows = own->H_rows, s->G_rows = own->G_rows, s->row_scale = NULL;
-    if (own->is_scaled)
-        s->row_scale = own->scale;
+    s->H_rows = own->H_rows, s->G_rows = own->G_rows,
+    s->row_scale = own->is_scaled ? own->scale : NULL;
     s->gap_rows = own->gap_rows, s->gap_sources = own->gap_sources;
     s->first = own->first, s->modes = own->modes;
     s->watch_count = 0;
