@@ -38,12 +38,17 @@ static touch read_contact(const perp_contact_source *source, int32_t k)
 
 static int32_t moves(const perp_contact_step *s, int32_t row)
 {
-    const double *at = *s->J + (size_t)row * (size_t)s->n;
+    return perp__largest_or_nan(*s->J + (size_t)row * (size_t)s->n, s->n) != 0.0;
+}
 
-    for (int32_t k = 0; k < s->n; k++)
-        if (at[k] != 0.0)
-            return 1;
-    return 0;
+/* A normal that is noise (as to the equilibration) beside its tangents moves nothing. */
+static int32_t contact_moves(const perp_contact_step *s, const touch *t)
+{
+    const double *at = *s->J + (ptrdiff_t)t->row * s->n;
+    const int32_t all = (t->dim < 3 ? 1 : 3) * s->n;
+
+    return t->row >= 0 &&
+           !(perp__largest_or_nan(at, s->n) <= 0x1p-40 * perp__largest_or_nan(at, all));
 }
 
 static int32_t contact_is_same(const perp__contact_rows *own, const perp_contact_step *s, int32_t k)
@@ -53,7 +58,7 @@ static int32_t contact_is_same(const perp__contact_rows *own, const perp_contact
 
     return t.geoms[0] == seen[0] && t.geoms[1] == seen[1] && t.row == seen[2] && t.dim == seen[3] &&
            memcmp(t.friction, own->frictions + 5 * (size_t)k, sizeof t.friction) == 0 &&
-           (t.row >= 0 && moves(s, t.row)) == own->moves[own->counts[EQUATIONS] + k];
+           contact_moves(s, &t) == own->moves[own->counts[EQUATIONS] + k];
 }
 
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
@@ -164,7 +169,7 @@ static perp_status count(perp_context *context, const perp_contact_step *s, perp
     int64_t rows = (int64_t)counts[FRICTIONS] + counts[LIMITS];
 
     own->n = s->n, own->h = s->h;
-    own->contacts = own->bilateral = 0, own->bounded = (int32_t)rows;
+    own->contacts = own->bilateral = own->is_scaled = 0, own->bounded = (int32_t)rows;
     own->gaps = counts[LIMITS];
     for (int32_t i = 0; i < counts[EQUATIONS]; i++)
         own->bilateral += moves(s, i);
@@ -175,7 +180,7 @@ static perp_status count(perp_context *context, const perp_contact_step *s, perp
 
         if (status != PERP_OK)
             return status;
-        if (t.row >= 0 && moves(s, t.row))
+        if (contact_moves(s, &t))
             own->contacts++, own->gaps++, rows += rows_of[t.dim];
     }
     if (rows + own->bilateral > INT32_MAX / ((int64_t)s->n + 4))
@@ -186,13 +191,12 @@ static perp_status count(perp_context *context, const perp_contact_step *s, perp
 
 static void take_contact(perp__contact_rows *own, const touch *t, int32_t c, int32_t *row)
 {
-    own->first[c] = *row;
+    own->first[c] = own->gap_rows[c] = *row;
     own->kept[c] = t->dim;
     own->dims[c] = t->dim == 1 ? 1 : 3;
     own->mu[c] = t->dim >= 3 ? t->friction[0] : 0.0;
     own->spinning[c] = t->dim >= 4 ? t->friction[2] : 0.0;
     own->rolling[c] = t->dim == 6 ? t->friction[3] : 0.0;
-    own->gap_rows[c] = *row;
     own->gap_sources[c] = t->row;
     for (int32_t slot = 0; slot < SLOTS; slot++)
         if (row_of[t->dim][slot] >= 0) {
@@ -218,7 +222,7 @@ static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, i
 
     for (int32_t k = 0; k < own->counts[CONTACTS]; k++) {
         const touch t = read_contact(s->source, k);
-        const int32_t there = t.row >= 0 && moves(s, t.row);
+        const int32_t there = contact_moves(s, &t);
 
         memcpy(own->places + 4 * (size_t)k, (int32_t[]){t.geoms[0], t.geoms[1], t.row, t.dim},
                4 * sizeof *own->places);
@@ -255,8 +259,7 @@ static void take_rows(perp__contact_rows *own, const perp_contact_step *s, int32
         own->H_rows[(*row)++] = from;
     }
     for (int32_t i = 0; i < own->counts[EQUATIONS]; i++) {
-        own->moves[i] = moves(s, i);
-        if (own->moves[i])
+        if ((own->moves[i] = moves(s, i)) != 0)
             own->G_rows[equation++] = i;
     }
 }
@@ -394,7 +397,6 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     PERP__THEN(status, perp__arena_fit(&own->arena, solver->context, lay_out, own));
     if (status != PERP_OK)
         return status;
-    own->is_scaled = 0;
     memset(own->zeros, 0,
            ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 4) * sizeof(double));
     take_contacts(own, s, &row);

@@ -196,8 +196,7 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         s->H_entries < 0 || s->G_entries < 0 || s->gap_count < 0 || s->J_rows < 0 ||
         s->watch_count < 0)
         return perp__refuse(context, "step has a count below 0");
-    if ((int64_t)s->rows + s->bilateral > INT32_MAX ||
-        (int64_t)s->gap_count + s->bilateral > INT32_MAX ||
+    if ((int64_t)(s->rows > s->gap_count ? s->rows : s->gap_count) + s->bilateral > INT32_MAX ||
         (int64_t)s->H_entries + s->G_entries > INT32_MAX)
         return perp__refuse(context, "step has counts that make more than 2^31 together");
     if (!(s->h > 0.0 && s->h < INFINITY))

@@ -164,6 +164,11 @@ static perp_status steps(simulator *sim, int32_t count)
                                    &sim->dynamics);
 }
 
+static perp_status arrange(simulator *sim)
+{
+    return perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics);
+}
+
 #define near(is, should, tolerance) assert_true(fabs((is) - (should)) <= (tolerance))
 #define TEST(f) cmocka_unit_test_setup_teardown(f, setup, teardown)
 
@@ -217,6 +222,20 @@ static void test_what_lasts_keeps_its_impulse(void **state)
         perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics), PERP_OK);
     assert_int_equal(sim->step.contacts, 1);
     assert_true(sim->step.start[0] == 0.25);
+}
+
+/* A normal of rounding beside its tangents is none; one of 1e-9 bears. */
+static void test_a_normal_of_rounding_bears_nothing(void **state)
+{
+    simulator *sim = *state;
+
+    look(NULL, sim);
+    sim->J[2] = 1e-17;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.contacts, 1);
+    sim->J[2] = 1e-9;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.contacts, 2);
 }
 
 static void test_dry_friction_has_bounds(void **state)
@@ -303,11 +322,6 @@ static void test_slow_slips_are_looked_at(void **state)
                      PERP_OK);
     assert_int_equal(sim->run.done, 5);
     near(sim->velocity[0], 1.0 - 5.0 * H_STEP * MU * G, CLOSE);
-}
-
-static perp_status arrange(simulator *sim)
-{
-    return perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics);
 }
 
 /* Along the second tangent alone, and none. */
@@ -453,6 +467,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(test_a_mass_slides_to_rest_while_another_falls),
         TEST(test_what_lasts_keeps_its_impulse),
+        TEST(test_a_normal_of_rounding_bears_nothing),
         TEST(test_dry_friction_has_bounds),
         TEST(test_a_mass_bounces),
         TEST(test_surfaces_move),
