@@ -326,7 +326,7 @@ typedef struct perp_contact_source {
     int32_t friction_at; /* double[5]: of the tangents, spinning, rolling */
     int32_t surface_at; /* double[3]: velocity of the second's surface against the first's along the
                            tangents, and spin: added to u; 0: none move */
-    int32_t geoms;      /* different ones */
+    int32_t geoms;      /* different ones; not read */
     const int32_t *const *kinds; /* *kinds, *ids: what each row of dry friction and limits is of */
     const int32_t *const *ids;
     const double *const *bounds; /* *bounds: of each row: the largest force of its dry friction */

@@ -9,7 +9,7 @@
 PERP__INIT(perp_contact_source)
 
 enum { CONTACTS, EQUATIONS, FRICTIONS, LIMITS, ALL_ROWS };
-enum { SLOTS = 6, MOST_PAIRS = 64 };
+enum { SLOTS = 6, NAME = 3 };
 
 /* Of a contact of so many dimensions: its rows here, as places among the simulator's. Slots are
  * normal, tangents, rolling, spin. */
@@ -38,12 +38,17 @@ static touch read_contact(const perp_contact_source *source, int32_t k)
 
 static int32_t moves(const perp_contact_step *s, int32_t row)
 {
-    const double *at = *s->J + (size_t)row * (size_t)s->n;
+    return perp__largest_or_nan(*s->J + (size_t)row * (size_t)s->n, s->n) != 0.0;
+}
 
-    for (int32_t k = 0; k < s->n; k++)
-        if (at[k] != 0.0)
-            return 1;
-    return 0;
+/* A normal that is noise (as to the equilibration) beside its tangents moves nothing. */
+static int32_t contact_moves(const perp_contact_step *s, const touch *t)
+{
+    const double *at = *s->J + (ptrdiff_t)t->row * s->n;
+    const int32_t all = (t->dim < 3 ? 1 : 3) * s->n;
+
+    return t->row >= 0 &&
+           !(perp__largest_or_nan(at, s->n) <= 0x1p-40 * perp__largest_or_nan(at, all));
 }
 
 static int32_t contact_is_same(const perp__contact_rows *own, const perp_contact_step *s, int32_t k)
@@ -53,7 +58,7 @@ static int32_t contact_is_same(const perp__contact_rows *own, const perp_contact
 
     return t.geoms[0] == seen[0] && t.geoms[1] == seen[1] && t.row == seen[2] && t.dim == seen[3] &&
            memcmp(t.friction, own->frictions + 5 * (size_t)k, sizeof t.friction) == 0 &&
-           (t.row >= 0 && moves(s, t.row)) == own->moves[own->counts[EQUATIONS] + k];
+           contact_moves(s, &t) == own->moves[own->counts[EQUATIONS] + k];
 }
 
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
@@ -80,10 +85,7 @@ int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_co
 }
 
 /* Slots of the tangents and the spin, among the three of a surface. */
-static int32_t surface_of(int32_t slot)
-{
-    return slot == 1 || slot == 2 ? slot - 1 : slot == 5 ? 2 : -1;
-}
+static const int32_t surface_of[SLOTS] = {-1, 0, 1, -1, -1, 2};
 
 int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_contact_step *s)
 {
@@ -98,7 +100,7 @@ int32_t perp__contact_rows_move(const perp_contact_solver *solver, const perp_co
 
         memcpy(velocity, at, sizeof velocity);
         for (int32_t slot = 0; slot < SLOTS; slot++) {
-            const int32_t k = surface_of(slot);
+            const int32_t k = surface_of[slot];
 
             if (row_of[own->kept[c]][slot] < 0)
                 continue;
@@ -133,61 +135,68 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, 4 * all + 1, &own->places);
     PERP__DOUBLES(arena, 5 * all + 1, &own->frictions);
     PERP__INTEGERS(arena, (size_t)own->counts[EQUATIONS] + all + 1, &own->moves);
-    own->names = perp__arena_take(arena, contacts + bounded + 1, sizeof *own->names);
-}
-
-static perp_status refuse_contact(perp_context *context, int32_t k, const touch *t)
-{
-    return perp__refuse(context, "source: contact %d has dimension %d and row %d", (int)k,
-                        (int)t->dim, (int)t->row);
-}
-
-/* How many there are of what. */
-static perp_status count(perp_context *context, const perp_contact_step *s, perp__contact_rows *own)
-{
-    const perp_contact_source *source = s->source;
-    const int32_t *counts = memcpy(own->counts, source->counts, sizeof own->counts);
-
-    own->n = s->n, own->h = s->h;
-    own->contacts = own->bilateral = 0;
-    own->bounded = counts[FRICTIONS] + counts[LIMITS];
-    own->rows = own->bounded;
-    own->gaps = counts[LIMITS];
-    for (int32_t i = 0; i < counts[EQUATIONS]; i++)
-        own->bilateral += moves(s, i);
-    for (int32_t k = 0; k < counts[CONTACTS]; k++) {
-        const touch t = read_contact(source, k);
-
-        if (t.row < 0)
-            continue;
-        if (t.dim < 0 || t.dim > 6 || rows_of[t.dim] == 0 ||
-            t.row > counts[ALL_ROWS] - rows_of[t.dim])
-            return refuse_contact(context, k, &t);
-        if (moves(s, t.row))
-            own->contacts++, own->gaps++, own->rows += rows_of[t.dim];
-    }
-    return PERP_OK;
+    PERP__INTEGERS(arena, NAME * (contacts + bounded) + 1, &own->names);
 }
 
 /* A second direction in units in which its coefficient is the first one's. */
 static double scale_of(const touch *t, int32_t slot)
 {
-    const double *mu = t->friction;
-    const double scale = slot == 2 ? mu[1] / mu[0] : slot == 4 ? mu[4] / mu[3] : 1.0;
-    const int32_t same = slot == 2 ? mu[1] == mu[0] : slot == 4 ? mu[4] == mu[3] : 1;
+    const double *mu = t->friction + (slot == 4 ? 3 : 0);
 
-    return same ? 1.0 : scale;
+    return (slot != 2 && slot != 4) || mu[1] == mu[0] ? 1.0 : mu[1] / mu[0];
+}
+
+static perp_status check_contact(perp_context *context, int32_t k, const touch *t, int32_t rows)
+{
+    if (t->dim < 0 || t->dim > 6 || rows_of[t->dim] == 0 || t->row > rows - rows_of[t->dim])
+        return perp__refuse(context, "source: contact %d has dimension %d and row %d", (int)k,
+                            (int)t->dim, (int)t->row);
+    for (int32_t slot = 2; slot <= 4; slot += 2) {
+        const double scale = row_of[t->dim][slot] >= 0 ? scale_of(t, slot) : 1.0;
+
+        if (!(scale >= 0.0 && scale < INFINITY))
+            return perp__refuse(context, "source: contact %d has friction %g beside %g", (int)k,
+                                t->friction[slot == 2 ? 1 : 4], t->friction[slot == 2 ? 0 : 3]);
+    }
+    return PERP_OK;
+}
+
+/* How many there are of what. Counts of numbers fit what a step has them in. */
+static perp_status count(perp_context *context, const perp_contact_step *s, perp__contact_rows *own)
+{
+    const perp_contact_source *source = s->source;
+    const int32_t *counts = memcpy(own->counts, source->counts, sizeof own->counts);
+    int64_t rows = (int64_t)counts[FRICTIONS] + counts[LIMITS];
+
+    own->n = s->n, own->h = s->h;
+    own->contacts = own->bilateral = own->is_scaled = 0, own->bounded = (int32_t)rows;
+    own->gaps = counts[LIMITS];
+    for (int32_t i = 0; i < counts[EQUATIONS]; i++)
+        own->bilateral += moves(s, i);
+    for (int32_t k = 0; k < counts[CONTACTS]; k++) {
+        const touch t = read_contact(source, k);
+        const perp_status status =
+            t.row < 0 ? PERP_OK : check_contact(context, k, &t, counts[ALL_ROWS]);
+
+        if (status != PERP_OK)
+            return status;
+        if (contact_moves(s, &t))
+            own->contacts++, own->gaps++, rows += rows_of[t.dim];
+    }
+    if (rows + own->bilateral > INT32_MAX / ((int64_t)s->n + 4))
+        return perp__refuse(context, "source: so many rows have more than 2^31 numbers");
+    own->rows = (int32_t)rows;
+    return PERP_OK;
 }
 
 static void take_contact(perp__contact_rows *own, const touch *t, int32_t c, int32_t *row)
 {
-    own->first[c] = *row;
+    own->first[c] = own->gap_rows[c] = *row;
     own->kept[c] = t->dim;
     own->dims[c] = t->dim == 1 ? 1 : 3;
     own->mu[c] = t->dim >= 3 ? t->friction[0] : 0.0;
     own->spinning[c] = t->dim >= 4 ? t->friction[2] : 0.0;
     own->rolling[c] = t->dim == 6 ? t->friction[3] : 0.0;
-    own->gap_rows[c] = *row;
     own->gap_sources[c] = t->row;
     for (int32_t slot = 0; slot < SLOTS; slot++)
         if (row_of[t->dim][slot] >= 0) {
@@ -197,16 +206,23 @@ static void take_contact(perp__contact_rows *own, const touch *t, int32_t c, int
         }
 }
 
+/* By what an item is known to last: two numbers, and its place among neighbours with the same. */
+static void name_item(perp__contact_rows *own, int32_t item, int32_t first, int32_t second)
+{
+    int32_t *name = own->names + NAME * (size_t)item;
+    const int32_t *before = name - NAME;
+
+    name[0] = first, name[1] = second;
+    name[2] = item > 0 && memcmp(before, name, 2 * sizeof *name) == 0 ? before[2] + 1 : 0;
+}
+
 static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, int32_t *row)
 {
-    int64_t last = -1, place = 0;
     int32_t c = 0;
 
     for (int32_t k = 0; k < own->counts[CONTACTS]; k++) {
         const touch t = read_contact(s->source, k);
-        const int32_t there = t.row >= 0 && moves(s, t.row);
-        const int64_t pair =
-            ((int64_t)t.geoms[0] + 1) * ((int64_t)s->source->geoms + 2) + t.geoms[1];
+        const int32_t there = contact_moves(s, &t);
 
         memcpy(own->places + 4 * (size_t)k, (int32_t[]){t.geoms[0], t.geoms[1], t.row, t.dim},
                4 * sizeof *own->places);
@@ -214,9 +230,7 @@ static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, i
         own->moves[own->counts[EQUATIONS] + k] = there;
         if (!there)
             continue;
-        place = c > 0 && pair == last ? place + 1 : 0;
-        last = pair;
-        own->names[c] = pair * MOST_PAIRS + place;
+        name_item(own, c, t.geoms[0], t.geoms[1]);
         own->record[c] = k;
         take_contact(own, &t, c++, row);
     }
@@ -227,17 +241,14 @@ static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, i
 static void take_rows(perp__contact_rows *own, const perp_contact_step *s, int32_t *row)
 {
     const int32_t *kinds = *s->source->kinds, *ids = *s->source->ids;
-    int64_t last = 0, place = 0;
     int32_t gap = own->contacts, equation = 0;
 
     for (int32_t k = 0; k < own->bounded; k++) {
         const int32_t from = own->counts[EQUATIONS] + k, limits = k >= own->counts[FRICTIONS];
         const double most = limits ? INFINITY : own->h * (*s->source->bounds)[from];
-        const int64_t name = 8 * (int64_t)ids[from] + kinds[from];
 
-        place = k > 0 && name == last ? place + 1 : 0;
-        last = name;
-        own->names[own->contacts + k] = -1 - 2 * name - place;
+        /* kinds as numbers that no geom has */
+        name_item(own, own->contacts + k, INT32_MIN + (kinds[from] & INT32_MAX), ids[from]);
         own->ids[k] = ids[from];
         own->bounds[k] = limits ? 0.0 : (*s->source->bounds)[from];
         own->lower[k] = limits ? 0.0 : -most;
@@ -248,17 +259,14 @@ static void take_rows(perp__contact_rows *own, const perp_contact_step *s, int32
         own->H_rows[(*row)++] = from;
     }
     for (int32_t i = 0; i < own->counts[EQUATIONS]; i++) {
-        own->moves[i] = moves(s, i);
-        if (own->moves[i])
+        if ((own->moves[i] = moves(s, i)) != 0)
             own->G_rows[equation++] = i;
     }
 }
 
 static double *start_of(const perp__contact_rows *own)
 {
-    const size_t size = (size_t)own->rows + (size_t)own->bilateral;
-
-    return own->zeros + size * ((size_t)own->n + 3);
+    return own->zeros + ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 3);
 }
 
 /* The impulses of contact or row `item` by slots; where they begin among the rows. */
@@ -296,7 +304,8 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
         for (int32_t tried = 0; tried < olds; tried++) {
             const int32_t was = (next + tried) % olds;
 
-            if (old->names[was] == own->names[item]) {
+            if (memcmp(old->names + NAME * (size_t)was, own->names + NAME * (size_t)item,
+                       NAME * sizeof *own->names) == 0) {
                 hand_over_one(own, item, old, was);
                 next = was + 1;
                 break;
@@ -328,9 +337,8 @@ static void show(perp__contact_rows *own, perp_contact_step *s, perp_contact_law
     s->contacts = own->contacts, s->rows = own->rows, s->bilateral = own->bilateral;
     s->H_entries = own->rows * own->n, s->G_entries = own->bilateral * own->n;
     s->gap_count = own->gaps, s->J_rows = own->counts[ALL_ROWS], s->by_rows = 1, s->rests = 0;
-    s->H_rows = own->H_rows, s->G_rows = own->G_rows, s->row_scale = NULL;
-    if (own->is_scaled)
-        s->row_scale = own->scale;
+    s->H_rows = own->H_rows, s->G_rows = own->G_rows,
+    s->row_scale = own->is_scaled ? own->scale : NULL;
     s->gap_rows = own->gap_rows, s->gap_sources = own->gap_sources;
     s->first = own->first, s->modes = own->modes;
     s->watch_count = 0;
@@ -367,8 +375,8 @@ perp_status perp__contact_check_source(perp_context *context, const perp_contact
         return perp__refuse(context, "*source.kinds, *source.ids or *source.bounds is NULL");
     if (source->counts[ALL_ROWS] > 0 && (!s->J || !*s->J))
         return perp__check_pointer(context, "step.J", NULL);
-    if (s->n < 0 || !(s->h > 0.0))
-        return perp__refuse(context, "step.n or step.h is below 0");
+    if (s->n < 0 || !(s->h > 0.0 && s->h < INFINITY))
+        return perp__refuse(context, "step.n or step.h is below 0 or no number");
     return PERP_OK;
 }
 
@@ -389,7 +397,6 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
     PERP__THEN(status, perp__arena_fit(&own->arena, solver->context, lay_out, own));
     if (status != PERP_OK)
         return status;
-    own->is_scaled = 0;
     memset(own->zeros, 0,
            ((size_t)own->rows + (size_t)own->bilateral) * ((size_t)own->n + 4) * sizeof(double));
     take_contacts(own, s, &row);

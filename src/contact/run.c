@@ -101,6 +101,24 @@ static void move(perp_contact_run *run, const perp_contact_step *s)
     run->integrate(run->model, run->place, velocity, s->h);
 }
 
+static perp_status check_copies(perp_context *context, const char *name,
+                                const perp_contact_copy *copies, int32_t count)
+{
+    for (int32_t k = 0; k < count; k++)
+        if (copies[k].count < 0 || !copies[k].to || !copies[k].source)
+            return perp__refuse(context, "run.%s[%d] has a NULL or a number below 0", name, (int)k);
+    return PERP_OK;
+}
+
+static perp_status check_stages(perp_context *context, const char *name,
+                                const perp_contact_stage *stages, int32_t count)
+{
+    for (int32_t k = 0; k < count; k++)
+        if (!stages[k])
+            return perp__refuse(context, "run.%s[%d] is NULL", name, (int)k);
+    return PERP_OK;
+}
+
 static perp_status check_run(perp_context *context, const perp_contact_run *run)
 {
     const perp__array arrays[] = {{"run.before", run->before, run->before_count},
@@ -109,7 +127,7 @@ static perp_status check_run(perp_context *context, const perp_contact_run *run)
                                   {"run.kept", run->kept, run->kept_count},
                                   {"run.inputs", run->inputs, run->input_count},
                                   {"run.outputs", run->outputs, run->output_count},
-                                  {"run.place", run->place, run->places},
+                                  {"run.place", run->place, 1},
                                   {"run.velocity", run->velocity, 1},
                                   {"run.time", run->time, 1},
                                   {"run.room", run->room, 1},
@@ -118,14 +136,20 @@ static perp_status check_run(perp_context *context, const perp_contact_run *run)
                                   {"run.metric_mass", run->metric_mass, run->metric_count},
                                   {"run.metric_places", run->metric_places, run->metric_count}};
 
-    const perp_status status = perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
+    perp_status status = perp__check_arrays(context, arrays, sizeof arrays / sizeof *arrays);
 
+    PERP__THEN(status, check_stages(context, "before", run->before, run->before_count));
+    PERP__THEN(status, check_stages(context, "after", run->after, run->after_count));
+    PERP__THEN(status, check_stages(context, "advance", run->advance, run->advance_count));
+    PERP__THEN(status, check_copies(context, "kept", run->kept, run->kept_count));
+    PERP__THEN(status, check_copies(context, "inputs", run->inputs, run->input_count));
+    PERP__THEN(status, check_copies(context, "outputs", run->outputs, run->output_count));
     if (status != PERP_OK)
         return status;
     if (!run->integrate)
         return perp__refuse(context, "run.integrate is NULL");
-    if (run->done < 0 || run->phase < 0 || run->phase > PERP_CONTACT_PHASE_MOVE)
-        return perp__refuse(context, "run.done or run.phase is below 0 or no phase");
+    if (run->places < 0 || run->done < 0 || run->phase < 0 || run->phase > PERP_CONTACT_PHASE_MOVE)
+        return perp__refuse(context, "run.places, run.done or run.phase is below 0 or no phase");
     return PERP_OK;
 }
 

@@ -196,6 +196,9 @@ static perp_status check_counts(perp_context *context, const perp_contact_step *
         s->H_entries < 0 || s->G_entries < 0 || s->gap_count < 0 || s->J_rows < 0 ||
         s->watch_count < 0)
         return perp__refuse(context, "step has a count below 0");
+    if ((int64_t)(s->rows > s->gap_count ? s->rows : s->gap_count) + s->bilateral > INT32_MAX ||
+        (int64_t)s->H_entries + s->G_entries > INT32_MAX)
+        return perp__refuse(context, "step has counts that make more than 2^31 together");
     if (!(s->h > 0.0 && s->h < INFINITY))
         return perp__refuse(context, "step.h is %g, expected a time > 0", s->h);
     if (!(s->restitution >= 0.0 && s->restitution <= 1.0))
@@ -249,17 +252,9 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
                          perp_contact_result *result, const perp_contact_laws *laws,
                          const perp_contact_dynamics *dynamics)
 {
-    const perp__contact_call call = {s->v,
-                                     s->r,
-                                     s->u,
-                                     s->modes,
-                                     NULL,
-                                     result,
-                                     s->f,
-                                     s->w,
-                                     s->b,
-                                     NULL,
-                                     s->warm ? s->start : NULL};
+    const double *start = s->warm ? s->start : NULL;
+    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, result,
+                                     s->f, s->w, s->b, NULL,     start};
     const int32_t keeps = s->warm && s->rests && !changes;
     double *momentum;
     perp_status status = PERP_OK;

@@ -13,6 +13,7 @@
  * tangents no more than friction can. |W_kj| is at most sqrt(t_k t_j) where W is semidefinite: a
  * contact with more, of another or of itself, in a W that no mechanics has, excuses nobody. */
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "contact/law.h"
@@ -201,20 +202,12 @@ static void widen(perp_contact_solver *solver, double *wide)
 
 static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_worth *worth)
 {
-    const double numbers[] = {worth->natural,
-                              worth->tested,
-                              worth->backward,
-                              worth->signorini_velocity,
-                              worth->signorini_impulse,
-                              worth->cone,
-                              worth->dissipation_velocity,
-                              worth->dissipation_impulse,
-                              worth->bilateral};
-    const size_t size = (size_t)solver->size;
+    const size_t size = (size_t)solver->size, n = (size_t)solver->n;
 
-    return perp__all_finite(numbers, sizeof numbers / sizeof *numbers) &&
+    return perp__all_finite(&worth->tested,
+                            offsetof(perp__contact_worth, sound) / sizeof(double)) &&
            perp__all_finite(solver->r, size) && perp__all_finite(solver->u, size) &&
-           perp__all_finite(solver->v, (size_t)solver->n);
+           perp__all_finite(solver->v, n);
 }
 
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)

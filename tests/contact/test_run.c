@@ -164,6 +164,11 @@ static perp_status steps(simulator *sim, int32_t count)
                                    &sim->dynamics);
 }
 
+static perp_status arrange(simulator *sim)
+{
+    return perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics);
+}
+
 #define near(is, should, tolerance) assert_true(fabs((is) - (should)) <= (tolerance))
 #define TEST(f) cmocka_unit_test_setup_teardown(f, setup, teardown)
 
@@ -217,6 +222,20 @@ static void test_what_lasts_keeps_its_impulse(void **state)
         perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics), PERP_OK);
     assert_int_equal(sim->step.contacts, 1);
     assert_true(sim->step.start[0] == 0.25);
+}
+
+/* A normal of rounding beside its tangents is none; one of 1e-9 bears. */
+static void test_a_normal_of_rounding_bears_nothing(void **state)
+{
+    simulator *sim = *state;
+
+    look(NULL, sim);
+    sim->J[2] = 1e-17;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.contacts, 1);
+    sim->J[2] = 1e-9;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_int_equal(sim->step.contacts, 2);
 }
 
 static void test_dry_friction_has_bounds(void **state)
@@ -305,6 +324,102 @@ static void test_slow_slips_are_looked_at(void **state)
     near(sim->velocity[0], 1.0 - 5.0 * H_STEP * MU * G, CLOSE);
 }
 
+/* Along the second tangent alone, and none. */
+static void refuse_friction(simulator *sim)
+{
+    const double bad[3][2] = {{0.0, 0.5}, {0.5, -0.5}, {0.5, NAN}};
+
+    for (int32_t k = 0; k < 3; k++) {
+        look(NULL, sim);
+        memcpy(sim->records[1].friction, bad[k], sizeof bad[k]);
+        assert_int_equal(arrange(sim), PERP_ERROR_ARGUMENT);
+        assert_non_null(strstr(perp_context_message(sim->context), "contact 1 has friction"));
+    }
+    look(NULL, sim);
+    sim->records[1].friction[0] = sim->records[1].friction[1] = 0.0;
+    assert_int_equal(arrange(sim), PERP_OK);
+    sim->records[1].row = sim->counts[4] - 2; /* one row of its three is not there */
+    assert_int_equal(arrange(sim), PERP_ERROR_ARGUMENT);
+    look(NULL, sim);
+}
+
+static void refuse_stages(simulator *sim)
+{
+    const perp_contact_stage none = NULL;
+    perp_contact_copy copy = {sim->push, sim->push, -1, 0};
+
+    sim->run.after = &none, sim->run.after_count = 1;
+    assert_int_equal(steps(sim, 1), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "run.after[0]"));
+    sim->run.after_count = 0;
+    sim->run.inputs = &copy, sim->run.input_count = 1;
+    assert_int_equal(steps(sim, 1), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "run.inputs[0]"));
+    copy.count = 0, copy.to = NULL;
+    assert_int_equal(steps(sim, 1), PERP_ERROR_ARGUMENT);
+    sim->run.input_count = 0;
+    sim->run.places = -1;
+    assert_int_equal(steps(sim, 1), PERP_ERROR_ARGUMENT);
+    sim->run.places = N;
+}
+
+/* The impulses of contacts of one pair go to the same ones again, those of other pairs, and of more
+ * than 64 contacts of one, to nobody else. */
+static void test_names(void **state)
+{
+    simulator *sim = *state;
+    enum { MANY = 70 };
+    record many[MANY];
+    const int32_t size = 3 * MANY;
+    double J[3 * MANY * N], gaps[3 * MANY] = {0};
+
+    look(NULL, sim);
+    for (int32_t k = 0; k < MANY; k++) {
+        many[k] = sim->records[k == MANY - 1];
+        many[k].row = 3 * k;
+        memcpy(J + 3 * k * N, sim->J + (k == MANY - 1) * 3 * N, sizeof(double[3 * N]));
+    }
+    many[MANY - 1].geoms[1] = INT32_MAX;
+    sim->at_records = many, sim->at_J = J, sim->at_gaps = gaps;
+    sim->counts[0] = MANY, sim->counts[4] = size;
+    sim->step.row_force = NULL;
+    assert_int_equal(arrange(sim), PERP_OK);
+    for (int32_t i = 0; i < size; i++)
+        sim->step.start[i] = 1.0 + i;
+    many[0].row = -1; /* the first of the pair is gone: the others move up */
+    assert_int_equal(arrange(sim), PERP_OK);
+    for (int32_t i = 0; i < size - 6; i++)
+        assert_true(sim->step.start[i] == 1.0 + i);
+    for (int32_t i = 0; i < 3; i++)
+        assert_true(sim->step.start[size - 6 + i] == 1.0 + size - 3 + i);
+    many[0].row = 0; /* one more of the pair: it begins at 0 */
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_true(sim->step.start[size - 9] == 1.0 + size - 9 && sim->step.start[size - 6] == 0.0);
+    many[MANY - 1].geoms[0] = 5;
+    assert_int_equal(arrange(sim), PERP_OK);
+    assert_true(sim->step.start[size - 3] == 0.0);
+}
+
+/* Contacts that share their rows: more numbers than can be counted, of a J that is small. */
+static void test_too_many_numbers_are_refused(void **state)
+{
+    simulator *sim = *state;
+    enum { MANY = 700, WIDE = 1 << 20 };
+    static record many[MANY];
+    static double J[3 * WIDE];
+
+    look(NULL, sim);
+    for (int32_t k = 0; k < MANY; k++)
+        many[k] = sim->records[0], many[k].row = 0;
+    J[0] = 1.0;
+    sim->at_records = many, sim->at_J = J;
+    sim->counts[0] = MANY, sim->counts[4] = 3, sim->step.n = WIDE;
+    assert_int_equal(arrange(sim), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(sim->context), "2^31"));
+    sim->at_records = sim->records, sim->at_J = sim->J, sim->step.n = N;
+    assert_int_equal(steps(sim, 1), PERP_OK);
+}
+
 static void test_refusals(void **state)
 {
     simulator *sim = *state;
@@ -337,6 +452,8 @@ static void test_refusals(void **state)
         perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics),
         PERP_ERROR_ARGUMENT);
     assert_non_null(strstr(perp_context_message(sim->context), "dimension 5"));
+    refuse_friction(sim);
+    refuse_stages(sim);
     sim->step.source = NULL;
     assert_int_equal(
         perp_contact_solver_arrange(sim->solver, &sim->step, &sim->laws, &sim->dynamics),
@@ -350,11 +467,14 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(test_a_mass_slides_to_rest_while_another_falls),
         TEST(test_what_lasts_keeps_its_impulse),
+        TEST(test_a_normal_of_rounding_bears_nothing),
         TEST(test_dry_friction_has_bounds),
         TEST(test_a_mass_bounces),
         TEST(test_surfaces_move),
         TEST(test_inputs_and_outputs_have_a_row_a_step),
         TEST(test_slow_slips_are_looked_at),
+        TEST(test_names),
+        TEST(test_too_many_numbers_are_refused),
         TEST(test_refusals),
     };
 

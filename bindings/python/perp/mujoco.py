@@ -178,27 +178,37 @@ class Stepper:
         """What is implicit in the metric, at data's state."""
         self._bind(data, self._options, self._options.timestep)
 
+    def metric_mass(self, data: Any) -> Array:
+        """The metric's entries, without the damping that Euler adds."""
+        return self.mass if self._options.integrator == FAST else np.asarray(data.M)
+
+    def times_mass(self, mass: Array, x: Array) -> Array:
+        """The metrics of such entries, a row each, times x."""
+        rows, columns, sources = self._entries
+        spread = np.zeros((mass.shape[1], len(x)))
+        np.add.at(spread, (sources, rows), x[columns])
+        return mass @ spread + self._implicit() * x
+
+    def _implicit(self) -> Any:
+        """What Euler adds to the diagonal."""
+        options = self._options
+        if options.integrator == FAST or options.disableflags & NO_EULER_DAMPING:
+            return 0.0
+        return options.timestep * self.damping.diagonal
+
     def times(self, data: Any, x: Array) -> Array:
         """The metric, times x."""
-        options = self._options
-        if options.integrator == FAST:
-            rows, columns, sources = self._entries
-            return np.bincount(rows, self.mass[sources] * x[columns], len(x))
-        product = np.empty(len(x))
-        mj.mj_mulM(self.model, data, product, x)
-        if not options.disableflags & NO_EULER_DAMPING:
-            product += options.timestep * self.damping.diagonal * x
-        return product
+        rows, columns, sources = self._entries
+        mass = self.metric_mass(data)
+        return np.bincount(rows, mass[sources] * x[columns], len(x)) + self._implicit() * x
 
     def metric(self, data: Any) -> Array:
         """M with what is implicit, dense."""
-        options, n = self._options, self.model.nv
-        fast = options.integrator == FAST
+        n = self.model.nv
         rows, columns, sources = self._entries
         M = np.zeros((n, n))
-        M[rows, columns] = (self.mass if fast else data.M)[sources]
-        if not fast and not options.disableflags & NO_EULER_DAMPING:
-            M[range(n), range(n)] += options.timestep * self.damping.diagonal
+        M[rows, columns] = self.metric_mass(data)[sources]
+        M[range(n), range(n)] += self._implicit()
         return M
 
     def _step(self, data: Any) -> Solved:

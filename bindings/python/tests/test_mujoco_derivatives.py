@@ -209,6 +209,45 @@ def test_where_nothing_touches_they_are_mujocos():
     np.testing.assert_allclose(found.B, B, atol=1e-7)
 
 
+FACES = """<body pos="-.0399 0 .5"><geom type="box" size=".01 .03 .03"/></body>
+<body pos=".0399 0 .5"><joint type="slide" axis="-1 0 0"/><geom type="box" size=".01 .03 .03"/>
+</body><body pos="0 0 .5"><freejoint/><geom type="box" size=".03 .03 .03" mass=".2"/></body>"""
+
+
+def test_faces_that_lie_on_each_other():
+    """A turned box loses corners of a contact either way, which whole steps do not feel: it is held
+    by faces and stays."""
+    model = load(FACES)
+    data = mujoco.MjData(model)
+    data.qfrc_applied[0] = 5.0
+    perp.mujoco.simulate(model, data, 0.1)
+    found = perp.mujoco.derivatives(model, data)
+    assert found.verdict == "degenerate"
+    assert np.isfinite(found.A).all()
+    expected, n = differences(model, data, 1e-6), model.nv
+    places = [0, 1, 2, 3]  # the slide, and the box's way along the faces and through them
+    np.testing.assert_allclose(found.A[n:, n:], expected[n:, n : 2 * n], atol=1e-6)
+    np.testing.assert_allclose(found.A[np.ix_(places, places)][1:], np.eye(4)[1:], atol=1e-2)
+
+
+CLAMPED = (
+    ARM.format(a='actuatorfrcrange="-1 1" actuatorfrclimited="true"', b=HINGE),
+    '<actuator><motor joint="a" gear="2"/><motor joint="a"/><motor joint="b"/></actuator>',
+)
+
+
+def test_what_actuators_share_is_differenced():
+    """A limit of a joint's whole actuation: two motors' forces are not their own."""
+    model = load(*CLAMPED)
+    data = mujoco.MjData(model)
+    for control, reaches in (0.2, True), (0.9, False):
+        data.ctrl[:] = control
+        found = perp.mujoco.derivatives(model, data)
+        expected = differences(model, data, 1e-6)[:, 2 * model.nv :]
+        np.testing.assert_allclose(found.B, expected, atol=1e-7)
+        assert found.B[:, 0].any() == reaches
+
+
 def test_on_an_edge_they_are_degenerate():
     """A block that friction just holds: pulled with mu m g."""
     model = load(

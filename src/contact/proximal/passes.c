@@ -5,23 +5,14 @@
 #include "contact/dynamics/half.h"
 #include "contact/law.h"
 #include "contact/proximal/proximal.h"
+#include "linalg/blas.h"
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
 /* P x; in lanes where rows are as long as a part. */
 static inline double times(int32_t width, int32_t whole, const double *P, const double *x)
 {
-    perp__lanes even = {0.0}, odd = {0.0};
-    double sum = 0.0;
-
-    for (int32_t j = 0; whole && j < width; j += PERP__WHOLE_STEP) {
-        even += PERP__CONST_LANES_AT(P + j) * PERP__CONST_LANES_AT(x + j);
-        odd += PERP__CONST_LANES_AT(P + j + 4) * PERP__CONST_LANES_AT(x + j + 4);
-    }
-    even += odd;
-    for (int32_t j = 0; !whole && j < width; j++)
-        sum += P[j] * x[j];
-    return whole ? (even[0] + even[1]) + (even[2] + even[3]) : sum;
+    return whole ? perp__lanes_dot(P, x, width) : perp__dot(P, x, width);
 }
 
 /* u := J v + q of constraint k */
@@ -348,6 +339,29 @@ PERP__KERNEL static void add_one(int32_t width, int32_t d, perp__proximal *s, in
     }
 }
 
+/* The same of a part that is one block: all rows that slope at once. */
+static void add_whole(perp__proximal *s, const perp__proximal_part *part)
+{
+    const int32_t width = s->width, most = part->last_row - part->row;
+    const int32_t slot = s->slots[s->slot_starts[part->constraint]];
+    int32_t rows = 0;
+
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        const int32_t d = s->starts[k + 1] - s->starts[k];
+        const double *K = perp__proximal_slope(s, k), *J = s->values + s->value_starts[k];
+
+        if (*K == 0.0)
+            continue;
+        memcpy(s->sloping + rows * width, J, (size_t)(d * width) * sizeof *J);
+        for (int32_t c = 0; c < width; c++)
+            for (int32_t i = 0; i < d; i++)
+                s->images[c * most + rows + i] = -row_of(s, d, width, K + i, J + c);
+        rows += d;
+    }
+    perp__gemm_subtract(width, width, rows, s->sloping, width, s->images, most,
+                        s->fronts.values + (size_t)slot * (size_t)(width * width), width);
+}
+
 PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
 {
     for (int32_t k = part->constraint; k < part->last_constraint; k++)
@@ -370,12 +384,12 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
         for (size_t i = 0; i < width; i++)
             own[i * (width + 1)] = 1.0;
     }
-    add(s, part);
+    (s->whole && !s->by_rows ? add_whole : add)(s, part);
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
-/* The tested residual of a constraint at x = P(x): that of the law, in the problem's terms but for
- * omega; of a row of any sign here. */
+/* The tested residual of a constraint at x = P(x): that of the law, in the problem's terms
+ * but for omega; of a row of any sign here. */
 static double find_tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
 {
     const perp__contact_problem *problem = s->common.problem;

@@ -232,18 +232,13 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_proximal = {
-    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,       0, 0, check,
-    perp__proximal_layout,        solve_proximal,         release,
-};
+    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,      0, 0, check,
+    perp__proximal_layout,        solve_proximal,         release};
 
-const perp__contact_method perp__contact_admm = {
-    PERP_CONTACT_METHOD_ADMM,
-    sizeof(perp__proximal),
-    1,
-    0,
-    0,
-    check,
-    perp__proximal_layout,
-    solve_admm,
-    release,
-};
+const perp__contact_method perp__contact_admm = {.id = PERP_CONTACT_METHOD_ADMM,
+                                                 .work_size = sizeof(perp__proximal),
+                                                 .attempts = 1,
+                                                 .check = check,
+                                                 .layout = perp__proximal_layout,
+                                                 .solve = solve_admm,
+                                                 .release = release};

@@ -63,6 +63,7 @@ typedef struct perp__proximal {
     int32_t *piece_blocks;     /* own */
     int64_t *value_starts;     /* constraints: the pieces of one follow each other */
     double *values;            /* as in bodies.h, scaled */
+    double *sloping, *images;  /* parts that are blocks, not by rows: rows with K, and -K J */
     int64_t *slot_starts;      /* constraints */
     int32_t *slots;            /* pieces by pieces of each constraint: edges of the graph */
     int32_t *graph_starts, *graph; /* of blocks that share a constraint */

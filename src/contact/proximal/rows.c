@@ -172,6 +172,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->piece_blocks = perp__arena_take(arena, most.pieces, sizeof(int32_t));
     s->value_starts = perp__arena_take(arena, constraints, sizeof(int64_t));
     s->values = perp__arena_take(arena, most.entries, sizeof(double));
+    PERP__DOUBLES(arena, s->whole ? most.entries : 0, &s->sloping, &s->images);
     s->slot_starts = perp__arena_take(arena, constraints, sizeof(int64_t));
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));

@@ -35,21 +35,11 @@ void perp__mixing_before(perp__mixing *mixing, const double *r)
     memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
 }
 
-PERP__MULTIVERSION(dot, (const double *a, const double *b, int32_t n, double *result),
-                   (a, b, n, result))
+PERP__MULTIVERSION_SHARED(perp__sweep_dot,
+                          (const double *a, const double *b, int32_t n, double *result),
+                          (a, b, n, result))
 {
-    perp__lanes even = PERP__SAME_LANES(0.0), odd = PERP__SAME_LANES(0.0);
-    double rest = 0.0;
-    int32_t i = 0;
-
-    for (; i + 8 <= n; i += 8) {
-        even += PERP__CONST_LANES_AT(a + i) * PERP__CONST_LANES_AT(b + i);
-        odd += PERP__CONST_LANES_AT(a + i + 4) * PERP__CONST_LANES_AT(b + i + 4);
-    }
-    for (; i < n; i++)
-        rest += a[i] * b[i];
-    even += odd;
-    *result = ((even[0] + even[1]) + (even[2] + even[3])) + rest;
+    *result = perp__lanes_dot(a, b, n);
 }
 
 /* f := weights (r - before) with F := f - f of the last sweep, R := r - r of the last sweep */
@@ -97,7 +87,7 @@ static int32_t least_squares(const perp__mixing *m, double *x)
 
     for (int32_t i = 0; i < n; i++) {
         ridge += RIDGE * m->gram[i][i];
-        dot(m->F + (size_t)i * (size_t)m->size, m->f, m->size, &x[i]);
+        perp__sweep_dot(m->F + (size_t)i * (size_t)m->size, m->f, m->size, &x[i]);
     }
     for (int32_t i = 0; i < n; i++)
         for (int32_t j = 0; j <= i; j++) {
@@ -141,13 +131,13 @@ void perp__mixing_after(perp__mixing *m, const double *weights, double *r, doubl
             m->count++;
     }
     for (int32_t k = 0; k < m->count && m->has_last; k++) {
-        dot(m->F + (size_t)k * size, F, m->size, &m->gram[at][k]);
+        perp__sweep_dot(m->F + (size_t)k * size, F, m->size, &m->gram[at][k]);
         m->gram[k][at] = m->gram[at][k];
     }
     m->has_last = 1;
 
     /* 2. The next start; all is forgotten but the last sweep where |f| has grown. */
-    dot(m->f, m->f, m->size, &norm);
+    perp__sweep_dot(m->f, m->f, m->size, &norm);
     if (!(norm <= m->norm))
         m->count = m->next = 0;
     m->norm = norm;

@@ -100,8 +100,7 @@ static double row_times(const perp__sweep_work *work, int32_t i, const double *r
         for (int64_t k = start; k < end; k++)
             sum[k % 4] += W[k] * r[work->columns[k]];
     else
-        for (int64_t k = start; k < end; k++)
-            sum[(k - start) % 4] += W[k] * r[k - start];
+        perp__sweep_dot(W + start, r, (int32_t)(end - start), &sum[1]);
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 

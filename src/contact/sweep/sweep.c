@@ -199,12 +199,10 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
     return work->status;
 }
 
-const perp__contact_method perp__contact_sweep = {PERP_CONTACT_METHOD_SWEEP,
-                                                  sizeof(perp__sweep_work),
-                                                  1,
-                                                  0,
-                                                  1,
-                                                  check,
-                                                  perp__sweep_layout,
-                                                  solve,
-                                                  NULL};
+const perp__contact_method perp__contact_sweep = {.id = PERP_CONTACT_METHOD_SWEEP,
+                                                  .work_size = sizeof(perp__sweep_work),
+                                                  .attempts = 1,
+                                                  .lays_out_by_size = 1,
+                                                  .check = check,
+                                                  .layout = perp__sweep_layout,
+                                                  .solve = solve};

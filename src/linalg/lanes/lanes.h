@@ -8,6 +8,8 @@
 #include <math.h>
 #include <stdint.h>
 
+#include "linalg/lanes/multiversion.h"
+
 /* At any address, beside any other type. */
 typedef double perp__lanes __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t perp__lane_bits __attribute__((vector_size(32), aligned(8), may_alias));
@@ -40,5 +42,22 @@ typedef double perp__lane_pair __attribute__((vector_size(16), aligned(8), may_a
 /* Inside of an if: keeps the branch where the compiler would take the minimum of two numbers, and
  * wait for it. A branch is predicted. */
 #define PERP__KEEP_BRANCH() __asm__ volatile("")
+
+/* sum_k a_k b_k in the turns of two lanes: for kernels. */
+PERP__KERNEL static double perp__lanes_dot(const double *a, const double *b, int32_t n)
+{
+    perp__lanes even = {0.0}, odd = {0.0};
+    double rest = 0.0;
+    int32_t i = 0;
+
+    for (; i + 8 <= n; i += 8) {
+        even += PERP__CONST_LANES_AT(a + i) * PERP__CONST_LANES_AT(b + i);
+        odd += PERP__CONST_LANES_AT(a + i + 4) * PERP__CONST_LANES_AT(b + i + 4);
+    }
+    for (; i < n; i++)
+        rest += a[i] * b[i];
+    even += odd;
+    return ((even[0] + even[1]) + (even[2] + even[3])) + rest;
+}
 
 #endif
