@@ -157,7 +157,7 @@ static int32_t is_paid_for(const perp_world *world, const perp__island *island)
 
         deep = deep || perp__is_deep(contact);
     }
-    return (rests && deep) || perp__is_driven(world, &world->overlaps, island);
+    return (rests && deep) || perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC);
 }
 
 /* Shifts are shorter where they would take more energy than the step lost: what is left of the

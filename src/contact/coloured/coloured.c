@@ -172,43 +172,32 @@ static void fill_piece(int32_t i, void *data)
     perp__coloured_fill(at->c, at->problem, at->step, first[0], first[1]);
 }
 
-/* 1/2 y'y + r'w of what the passes begin with, less that of no impulses: what solves contacts and
- * joints is not above 0. */
-static double weigh_start(const perp__coloured *c)
-{
-    double sum = 0.0;
-
-    for (size_t i = 0; i < 8 * (size_t)c->bodies; i++)
-        sum += 0.5 * (c->y[i] - c->free[i]) * (c->y[i] + c->free[i]);
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t l = 0; l < PERP__GROUP; l++)
-            sum += c->point[p].r[0][l] * c->point[p].bias[l] +
-                   c->point[p].r[1][l] * c->point[p].w[1][l] +
-                   c->point[p].r[2][l] * c->point[p].w[2][l];
-    for (int32_t n = 0; n < c->joints.rows; n++)
-        sum += c->joints.r[n] * c->joints.w[n];
-    return sum;
-}
-
-/* The impulses that are known; or none, where these are farther from any answer, as those may be
- * by which joints that say the same, or contacts that jam, press each other. */
+/* The impulses that are known; or none, where 1/2 y'y + r'w is above that of none, and so they are
+ * farther from any answer, as those may be by which joints that say the same press each other. */
 static void push_start(job *at)
 {
     perp__coloured *c = at->c;
+    perp__rigid_problem none = *at->problem;
+    job without = {c, &none, at->step, 0, NULL, NULL, NULL, 1.0};
+    double more = 0.0;
 
     run_pass(at, PERP__COLOURED_ADD, c->y);
     perp__joint_block_add(&c->joints, c->y);
-    if (weigh_start(c) <= 0.0)
-        return;
-    memcpy(c->y, c->free, 8 * (size_t)c->rows * sizeof *c->y);
-    for (int32_t p = 0; p < c->points; p++) {
-        const int32_t *contact = c->point[p].contact;
-
+    for (size_t i = 0; i < 8 * (size_t)c->bodies; i++)
+        more += 0.5 * (c->y[i] - c->free[i]) * (c->y[i] + c->free[i]);
+    for (int32_t p = 0; p < c->points; p++)
         for (int32_t l = 0; l < PERP__GROUP; l++)
-            for (int32_t i = contact[l] >= 0 && at->problem->rows[contact[l]].bounded; i < 3; i++)
-                c->point[p].r[i][l] = c->point[p].last[i][l] = 0.0;
-    }
-    perp__joint_block_clear(&c->joints);
+            for (int32_t i = 0; i < 3; i++)
+                more += c->point[p].r[i][l] * (i == 0 ? c->point[p].bias[l] : c->point[p].w[i][l]);
+    for (int32_t n = 0; n < c->joints.rows; n++)
+        more += c->joints.r[n] * c->joints.w[n];
+    if (more <= 0.0)
+        return;
+    none.warm = NULL;
+    run_pieces(&without, 0, c->colour_first[c->colour_count], fill_piece);
+    memcpy(c->y, c->free, 8 * (size_t)c->rows * sizeof *c->y);
+    for (int32_t n = 0; n < c->joints.rows; n++)
+        c->joints.r[n] = c->joints.last[n] = 0.0;
 }
 
 static void run_passes(job *at)
@@ -221,7 +210,7 @@ static void run_passes(job *at)
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
-    if (!at->step->pushed && at->problem->warm)
+    if (at->problem->warm)
         push_start(at);
     memcpy(c->moved, c->y, size);
     memcpy(c->before, c->y, size);

@@ -214,12 +214,6 @@ void perp__joint_block_add(const perp__joint_block *b, double *y)
     push(b, 1.0, b->r, y);
 }
 
-void perp__joint_block_clear(perp__joint_block *b)
-{
-    memset(b->r, 0, (size_t)b->rows * sizeof *b->r);
-    memset(b->last, 0, (size_t)b->rows * sizeof *b->last);
-}
-
 /* b->x := P y in the units of the rows, lane by lane. */
 PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
 {

@@ -51,9 +51,6 @@ int32_t perp__joint_block_repeats(const perp__joint_block *block, int32_t n);
 
 void perp__joint_block_release(perp__joint_block *block);
 
-/* r := 0. */
-void perp__joint_block_clear(perp__joint_block *block);
-
 /* y += P' r. */
 void perp__joint_block_add(const perp__joint_block *block, double *y);
 

@@ -343,47 +343,31 @@ double perp__work_of_motors(const perp_world *world, const perp__island *island)
     return sum;
 }
 
-int32_t perp__is_driven(const perp_world *world, const perp__contact_set *set,
-                        const perp__island *island)
+int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
+                      const perp__island *island, int32_t least)
 {
-    for (int32_t i = 0; i < island->joints; i++) {
-        const perp__joint *joint = perp__island_joint(world, island, i);
+    int32_t tied = 0;
 
-        if (world->bodies[joint->body[0]].kind == PERP_BODY_KINEMATIC ||
-            world->bodies[joint->body[1]].kind == PERP_BODY_KINEMATIC)
-            return 1;
+    for (int32_t i = 0; i < island->joints && !tied; i++) {
+        const int32_t *body = perp__island_joint(world, island, i)->body;
+        tied = world->bodies[body[0]].kind >= least || world->bodies[body[1]].kind >= least;
     }
-    for (int32_t i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts && !tied; i++) {
         const perp__world_contact *contact = perp__island_contact(world, set, island, i);
-
-        if (world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
-            world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC)
-            return 1;
+        tied = world->bodies[contact->body_a].kind >= least ||
+               world->bodies[contact->body_b].kind >= least;
     }
-    return 0;
+    return tied;
 }
 
 /* The velocity of the mass centre of what flies freely; 0 of what is tied to something. */
 static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
 {
+    const int32_t tied = perp__is_tied(world, &world->contacts, island, PERP_BODY_STATIC);
     double mass = 0.0, momentum[3] = {0.0, 0.0, 0.0};
-    int32_t tied = 0;
 
-    for (int32_t i = 0; i < island->joints; i++) {
-        const perp__joint *joint = perp__island_joint(world, island, i);
-
-        tied |=
-            !perp__is_dynamic(world, joint->body[0]) || !perp__is_dynamic(world, joint->body[1]);
-    }
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        tied |=
-            !perp__is_dynamic(world, contact->body_a) || !perp__is_dynamic(world, contact->body_b);
-    }
     for (int32_t i = 0; i < island->bodies && !tied; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-
         mass += world->bodies[body].mass;
         perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
     }
@@ -439,25 +423,25 @@ static double energy_given(const perp_world *world, const perp__island *island)
     return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
 }
 
-/* An excess over all that moves came from the way, as far as velocities were solved: then bodies
- * stay where they were, and what their velocities have beyond those that they had is too much.
- * Returns whether they do. */
-static int32_t keep_energy(perp_world *world, const perp__island *island, double excess)
+/* More than all that moves came from the way, as far as velocities were solved: then bodies stay
+ * where they were, and what is too much is what their velocities gained. Returns whether they do.
+ */
+static int32_t keep_energy(perp_world *world, const perp__island *island, double given)
 {
     double kept[3];
     int32_t stays;
 
     velocity_to_keep(world, island, kept);
-    stays = isfinite(excess) && excess >= kinetic_beside(world, island, kept);
+    stays = isfinite(given) && given >= kinetic_beside(world, island, kept);
     for (int32_t i = 0; i < island->bodies && stays; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        perp__state *state = &world->next[body];
+        const perp__state now = world->next[body];
 
-        perp__copy3(state->position, world->states[body].position);
-        memcpy(state->orientation, world->states[body].orientation, sizeof state->orientation);
-        state->angle = world->states[body].angle;
+        world->next[body] = world->states[body];
+        perp__copy3(world->next[body].velocity, now.velocity);
+        perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
     }
-    take_energy(world, island, stays ? energy_given(world, island) : excess);
+    take_energy(world, island, stays ? energy_given(world, island) : given);
     return stays;
 }
 
@@ -519,9 +503,10 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
 
         if (island->joints > 0)
             status = end_joints(world, island, &closed);
-        given = energy_given(world, island);
-        if (given > 0.0 && !perp__is_driven(world, &world->contacts, island) &&
-            keep_energy(world, island, given)) {
+        given = perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC)
+                    ? 0.0
+                    : energy_given(world, island);
+        if (given > 0.0 && keep_energy(world, island, given)) {
             (void)errors_of(world, island);
             closed = 1;
         }
