@@ -183,6 +183,7 @@ static void push_start(job *at)
 
     run_pass(at, PERP__COLOURED_ADD, c->y);
     perp__joint_block_add(&c->joints, c->y);
+    (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
     for (size_t i = 0; i < 8 * (size_t)c->bodies; i++)
         more += 0.5 * (c->y[i] - c->free[i]) * (c->y[i] + c->free[i]);
     for (int32_t p = 0; p < c->points; p++)

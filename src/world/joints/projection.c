@@ -436,7 +436,6 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
     for (int32_t i = 0; i < island->bodies && stays; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const perp__state now = world->next[body];
-
         world->next[body] = world->states[body];
         perp__copy3(world->next[body].velocity, now.velocity);
         perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
