@@ -140,13 +140,11 @@ static void apply(perp_world *world, const perp__island *island)
 }
 
 /* Whether the shifts may take more than the step lost: that is the work of who put bodies at rest
- * deep into others, or moves what they touch, and joints are kept at any price. */
+ * deep into others, or moves what they touch. */
 static int32_t is_paid_for(const perp_world *world, const perp__island *island)
 {
     int32_t rests = 1, deep = 0;
 
-    if (island->joints > 0)
-        return 1;
     for (int32_t i = 0; i < island->bodies && rests; i++) {
         const perp__motion *motion = perp__island_motion(world, island, i);
 
@@ -157,19 +155,16 @@ static int32_t is_paid_for(const perp_world *world, const perp__island *island)
         const perp__world_contact *contact =
             perp__island_contact(world, &world->overlaps, island, i);
 
-        if (world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
-            world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC)
-            return 1;
         deep = deep || perp__is_deep(contact);
     }
-    return rests && deep;
+    return (rests && deep) || perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC);
 }
 
 /* Shifts are shorter where they would take more energy than the step lost: what is left of the
  * overlap is taken out as more is lost, and what rests stays as it is. */
-static void keep_energy(perp_world *world, const perp__island *island)
+static void keep_energy(const perp_world *world, const perp__island *island)
 {
-    double lost = 0.0, needed = 0.0;
+    double lost = perp__work_of_motors(world, island), needed = 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];

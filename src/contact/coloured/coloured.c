@@ -172,6 +172,35 @@ static void fill_piece(int32_t i, void *data)
     perp__coloured_fill(at->c, at->problem, at->step, first[0], first[1]);
 }
 
+/* The impulses that are known; or none, where 1/2 y'y + r'w is above that of none, and so they are
+ * farther from any answer, as those may be by which joints that say the same press each other. */
+static void push_start(job *at)
+{
+    perp__coloured *c = at->c;
+    perp__rigid_problem none = *at->problem;
+    job without = {c, &none, at->step, 0, NULL, NULL, NULL, 1.0};
+    double more = 0.0;
+
+    run_pass(at, PERP__COLOURED_ADD, c->y);
+    perp__joint_block_add(&c->joints, c->y);
+    (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
+    for (size_t i = 0; i < 8 * (size_t)c->bodies; i++)
+        more += 0.5 * (c->y[i] - c->free[i]) * (c->y[i] + c->free[i]);
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t l = 0; l < PERP__GROUP; l++)
+            for (int32_t i = 0; i < 3; i++)
+                more += c->point[p].r[i][l] * (i == 0 ? c->point[p].bias[l] : c->point[p].w[i][l]);
+    for (int32_t n = 0; n < c->joints.rows; n++)
+        more += c->joints.r[n] * c->joints.w[n];
+    if (more <= 0.0)
+        return;
+    none.warm = NULL;
+    run_pieces(&without, 0, c->colour_first[c->colour_count], fill_piece);
+    memcpy(c->y, c->free, 8 * (size_t)c->rows * sizeof *c->y);
+    for (int32_t n = 0; n < c->joints.rows; n++)
+        c->joints.r[n] = c->joints.last[n] = 0.0;
+}
+
 static void run_passes(job *at)
 {
     perp__coloured *c = at->c;
@@ -182,10 +211,8 @@ static void run_passes(job *at)
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
-    if (!at->step->pushed && at->problem->warm) {
-        run_pass(at, PERP__COLOURED_ADD, c->y);
-        perp__joint_block_add(&c->joints, c->y);
-    }
+    if (at->problem->warm)
+        push_start(at);
     memcpy(c->moved, c->y, size);
     memcpy(c->before, c->y, size);
     c->momentum = 0.0;

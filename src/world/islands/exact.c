@@ -113,9 +113,9 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
     return status;
 }
 
-/* By all that there is, as far as the budget goes. */
+/* By all that there is, as the budget goes: in vain once a step, as what comes later only adds. */
 static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem)
+                         perp__rigid_problem *problem, int32_t *in_vain)
 {
     double tol = perp__exact_tol(world);
     perp_status status;
@@ -129,9 +129,11 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     if (status == PERP_OK && !perp__is_good(answer->outcome) && island->joints > 1 &&
         world->settings.accuracy == PERP_ACCURACY_EXACT)
         status = solve_yielding(world, answer, problem);
-    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT)
+    if (status == PERP_OK && !perp__is_good(answer->outcome) && !*in_vain &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT) {
         status = solve_thoroughly(world, island, answer, problem);
+        *in_vain = !perp__is_good(answer->outcome);
+    }
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
     if (status == PERP_OK && perp__is_good(answer->outcome))
@@ -169,7 +171,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
-        status = solve(world, island, &answer, &problem);
+        status = solve(world, island, &answer, &problem, &verdict->in_vain);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

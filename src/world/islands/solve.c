@@ -64,13 +64,13 @@ static void leave_alone(perp_world *world, const perp__island *island)
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const int32_t exact = perp__is_worth_exact(world, island), asked = verdict->asked;
+    const perp__verdict before = {.asked = verdict->asked, .in_vain = verdict->in_vain};
+    const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
     perp__carrying carrying;
     perp_status status = PERP_OK;
 
-    memset(verdict, 0, sizeof *verdict);
-    verdict->asked = asked;
+    *verdict = before;
     verdict->jointed = island->joints > 0;
     if (island->joints == 0) {
         if (perp__lies_still(world, island, verdict))
@@ -86,8 +86,7 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
         if (status != PERP_OK || !perp__is_worth_both(world, island) ||
             (perp__is_good(verdict->outcome) && !verdict->settles))
             return status;
-        memset(verdict, 0, sizeof *verdict);
-        verdict->asked = asked;
+        *verdict = before;
         verdict->jointed = island->joints > 0;
     }
     perp__begin_joints(world, island, h, known);
@@ -105,6 +104,8 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     world->budget.contacts -= island->contacts + island->joints;
     if (fresh == 0)
         return PERP_OK;
+    for (int32_t k = 0; k < island->bodies; k++)
+        verdict.in_vain |= perp__island_motion(world, island, k)->verdict.in_vain;
     status = solve_island(world, island, h, &verdict);
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts; k++) {

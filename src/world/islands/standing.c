@@ -308,50 +308,18 @@ static void take_answer(perp_world *world, const perp__island *island, int32_t d
     memcpy(work->v, work->still, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
-/* Twice the energy that forces and impulses r make, as if each body turned alike about all axes. */
-static double energy_made(const perp_world *world, const perp__island *island, const double *r)
-{
-    const perp__island_work *work = &world->work;
-    const perp__statics_rows *rows = &work->stand_rows;
-    const int32_t n = rows->width;
-    double *made = work->solved, sum = 0.0;
-
-    memcpy(made, work->stand_forces, (size_t)(n * island->bodies) * sizeof *made);
-    for (int32_t u = 0; u < rows->units; u++)
-        for (int32_t l = 0; l < rows->unit[u].links; l++) {
-            const perp__statics_link *link = &rows->link[rows->unit[u].link + l];
-
-            for (int32_t i = 0; i < rows->unit[u].rows * n; i++)
-                made[n * link->node + i % n] +=
-                    r[rows->unit[u].row + i / n] * rows->values[link->at + (size_t)i];
-        }
-    for (int32_t i = 0; i < n * island->bodies; i++)
-        sum += made[i] * made[i] * world->bodies[work->members[i / n]].inverse_mass;
-    return sum;
-}
-
-/* Where solvers begin what falls: at impulses next to balance, if they leave less to be done than
- * those of the last step. */
+/* Solvers of what falls begin at impulses next to balance. */
 static void start_from(perp_world *world, const perp__island *island, perp__statics *statics)
 {
     perp__island_work *work = &world->work;
-    const perp__statics_rows *rows = &work->stand_rows;
-    double last;
 
-    memset(work->stand_r, 0, (size_t)rows->size * sizeof *work->stand_r);
-    for (int32_t i = 0; i < work->count; i++)
-        for (int32_t k = 0; k < work->stand_units[i].rows; k++)
-            work->stand_r[work->stand_units[i].row + k] = work->warm[3 * i + k];
-    last = energy_made(world, island, work->stand_r);
     perp__statics_nearest(statics, work->stand_r);
-    if (!(energy_made(world, island, work->stand_r) < last))
-        return;
     for (int32_t i = 0; i < work->count; i++) {
+        const perp__statics_unit *unit = &work->stand_units[i];
         double *warm = perp__step_response(world, island, work->chosen[i])->warm;
 
         for (int32_t k = 0; k < 3; k++)
-            warm[k] =
-                k < work->stand_units[i].rows ? work->stand_r[work->stand_units[i].row + k] : 0.0;
+            warm[k] = k < unit->rows ? work->stand_r[unit->row + k] : 0.0;
         perp__copy3(work->warm + 3 * i, warm);
     }
 }

@@ -125,6 +125,14 @@ int32_t perp__has_direction(const perp__joint_view *view);
 /* Takes what joints lack out of the positions of the step's islands, while these are there, and
  * lets no island gain energy, also one of contacts alone. *changed: next states are others. */
 perp_status perp__end_islands(perp_world *world, int32_t *changed);
+
+/* The most that the island's motors can do in a step; infinite of those whose force is. */
+double perp__work_of_motors(const perp_world *world, const perp__island *island);
+
+/* Whether a joint, or a contact of the set, ties the island to a body of this kind or a later one.
+ */
+int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
+                      const perp__island *island, int32_t least);
 /* The same without energy, of the islands at hand. */
 perp_status perp__close_joints(perp_world *world);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */

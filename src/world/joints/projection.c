@@ -323,9 +323,8 @@ static double rate_of(const perp_world *world, const perp__joint *joint, const p
     return rate;
 }
 
-/* The most that motors can do in a step; infinite of those whose force is. One of the speed 0 takes
- * energy, as friction does. */
-static double work_of_motors(const perp_world *world, const perp__island *island)
+/* One of the speed 0 takes energy, as friction does. */
+double perp__work_of_motors(const perp_world *world, const perp__island *island)
 {
     double sum = 0.0;
 
@@ -344,47 +343,31 @@ static double work_of_motors(const perp_world *world, const perp__island *island
     return sum;
 }
 
-/* Whether something that moves as it is told acts on the island. */
-static int32_t is_driven(const perp_world *world, const perp__island *island)
+int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
+                      const perp__island *island, int32_t least)
 {
-    for (int32_t i = 0; i < island->joints; i++) {
-        const perp__joint *joint = perp__island_joint(world, island, i);
+    int32_t tied = 0;
 
-        if (world->bodies[joint->body[0]].kind == PERP_BODY_KINEMATIC ||
-            world->bodies[joint->body[1]].kind == PERP_BODY_KINEMATIC)
-            return 1;
+    for (int32_t i = 0; i < island->joints && !tied; i++) {
+        const int32_t *body = perp__island_joint(world, island, i)->body;
+        tied = world->bodies[body[0]].kind >= least || world->bodies[body[1]].kind >= least;
     }
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
-            world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC)
-            return 1;
+    for (int32_t i = 0; i < island->contacts && !tied; i++) {
+        const perp__world_contact *contact = perp__island_contact(world, set, island, i);
+        tied = world->bodies[contact->body_a].kind >= least ||
+               world->bodies[contact->body_b].kind >= least;
     }
-    return 0;
+    return tied;
 }
 
 /* The velocity of the mass centre of what flies freely; 0 of what is tied to something. */
 static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
 {
+    const int32_t tied = perp__is_tied(world, &world->contacts, island, PERP_BODY_STATIC);
     double mass = 0.0, momentum[3] = {0.0, 0.0, 0.0};
-    int32_t tied = 0;
 
-    for (int32_t i = 0; i < island->joints; i++) {
-        const perp__joint *joint = perp__island_joint(world, island, i);
-
-        tied |=
-            !perp__is_dynamic(world, joint->body[0]) || !perp__is_dynamic(world, joint->body[1]);
-    }
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        tied |=
-            !perp__is_dynamic(world, contact->body_a) || !perp__is_dynamic(world, contact->body_b);
-    }
     for (int32_t i = 0; i < island->bodies && !tied; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-
         mass += world->bodies[body].mass;
         perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
     }
@@ -408,33 +391,56 @@ static double kinetic_beside(const perp_world *world, const perp__island *island
     return kinetic;
 }
 
-/* Takes so much of it; an energy beyond the range of doubles tells nothing. More than there is came
- * from the way, as far as velocities were solved: then bodies stay where they were. Returns whether
- * they do. */
-static int32_t take_energy(perp_world *world, const perp__island *island, double excess)
+/* Takes so much of it; an energy beyond the range of doubles tells nothing. */
+static void take_energy(perp_world *world, const perp__island *island, double excess)
 {
     double kept[3], kinetic, share = 1.0;
-    int32_t stays;
 
     velocity_to_keep(world, island, kept);
     kinetic = kinetic_beside(world, island, kept);
-    stays = isfinite(excess) && excess >= kinetic;
-    if (!stays && isfinite(excess / kinetic)) /* nothing has none to get back */
-        share = sqrt(1.0 - excess / kinetic);
+    if (isfinite(excess / kinetic)) /* nothing has none to get back */
+        share = sqrt(fmax(1.0 - excess / kinetic, 0.0));
     for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        perp__state *state = &world->next[body];
+        perp__state *state = &world->next[world->body_order[island->first_body + i]];
 
-        if (stays) {
-            perp__copy3(state->position, world->states[body].position);
-            memcpy(state->orientation, world->states[body].orientation, sizeof state->orientation);
-            state->angle = world->states[body].angle;
-        }
         for (int32_t k = 0; k < 3; k++) {
             state->velocity[k] = kept[k] + share * (state->velocity[k] - kept[k]);
             state->angular_velocity[k] *= share;
         }
     }
+}
+
+/* What the step gave it beyond the work of forces and motors. */
+static double energy_given(const perp_world *world, const perp__island *island)
+{
+    double lost = 0.0;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        lost += perp__energy_lost(world, body) + perp__energy_rounding(world, body);
+    }
+    return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
+}
+
+/* More than all that moves came from the way, as far as velocities were solved: then bodies stay
+ * where they were, and what is too much is what their velocities gained. Returns whether they do.
+ */
+static int32_t keep_energy(perp_world *world, const perp__island *island, double given)
+{
+    double kept[3];
+    int32_t stays;
+
+    velocity_to_keep(world, island, kept);
+    stays = isfinite(given) && given >= kinetic_beside(world, island, kept);
+    for (int32_t i = 0; i < island->bodies && stays; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const perp__state now = world->next[body];
+        world->next[body] = world->states[body];
+        perp__copy3(world->next[body].velocity, now.velocity);
+        perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
+    }
+    take_energy(world, island, stays ? energy_given(world, island) : given);
     return stays;
 }
 
@@ -470,7 +476,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     }
     after = kinetic_beside(world, island, kept);
     if (after < before && after > 0.0 && begins_on_joints(world, island))
-        (void)take_energy(world, island, after - before);
+        take_energy(world, island, after - before);
     return PERP_OK;
 }
 
@@ -491,23 +497,21 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
     *changed = 0;
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
-        double lost = 0.0;
+        double given;
         int32_t closed = 0;
 
         if (island->joints > 0)
             status = end_joints(world, island, &closed);
-        for (int32_t k = 0; k < island->bodies; k++)
-            lost += perp__energy_lost(world, world->body_order[island->first_body + k]) +
-                    perp__energy_rounding(world, world->body_order[island->first_body + k]);
-        if (lost < 0.0)
-            lost = fmin(lost + work_of_motors(world, island), 0.0);
-        if (lost < 0.0 && !is_driven(world, island) && take_energy(world, island, -lost)) {
+        given = perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC)
+                    ? 0.0
+                    : energy_given(world, island);
+        if (given > 0.0 && keep_energy(world, island, given)) {
             (void)errors_of(world, island);
             closed = 1;
         }
         for (int32_t k = 0; k < island->bodies && closed; k++)
             perp__place_body(world, world->next, world->body_order[island->first_body + k], 1);
-        *changed |= closed || lost < 0.0;
+        *changed |= closed || given > 0.0;
     }
     return status;
 }
