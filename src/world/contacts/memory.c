@@ -177,6 +177,8 @@ void perp__find_memories(perp_world *world)
 
         if (i == 0 || memory->first != memory[-1].first || memory->second != memory[-1].second) {
             pair = find_pair(world, memory->first, memory->second);
+            if (pair && pair->memories > 0)
+                pair = NULL; /* what fell asleep in that step is there twice */
             if (pair)
                 pair->first_memory = i;
         }
