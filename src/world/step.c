@@ -24,10 +24,7 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
     world->roles = perp__arena_take(arena, count, sizeof *world->roles);
     world->next = perp__arena_take(arena, count, sizeof *world->next);
-    world->lively = perp__arena_take(arena, count, sizeof *world->lively);
-    world->parent = perp__arena_take(arena, count, sizeof *world->parent);
-    world->moved = perp__arena_take(arena, count, sizeof *world->moved);
-    world->body_order = perp__arena_take(arena, count, sizeof *world->body_order);
+    PERP__INTEGERS(arena, count, &world->lively, &world->parent, &world->moved, &world->body_order);
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
     world->fitted_bodies = world->body_capacity;
     for (size_t i = 0; world->motions && i < count; i++)

@@ -416,40 +416,6 @@ static void test_linear(void **state)
         }
 }
 
-/* A stack on ice, without friction, ten times as many boxes as are solved for together, that slides
- * and turns: each moves as it did, and is at 0.0 in all other coordinates. Its rows are taken up
- * once, and 3 of the 4 of a face do. */
-static void test_ice(void **state)
-{
-    for (int planar = 0; planar < 2; planar++) {
-        const int32_t boxes = 160, turning = planar ? -1 : 5;
-        fixture f;
-
-        (void)state;
-        open_fixture(&f, planar);
-        for (int32_t i = 0; i < boxes; i++) {
-            rigid_box(&f.s, 0.0, 0.0, i + 0.5, unit_half, i % 2 ? 0.1 : 10.0, NULL);
-            rigid_face(&f.s, i == 0 ? RIGID_GROUND : i - 1, i, -0.5, 0.5, -0.5, 0.5, i, 0.0);
-            f.s.free[f.s.width * i] = 0.3;
-            if (turning > 0)
-                f.s.free[f.s.width * i + turning] = -0.7;
-        }
-        solve(&f, 1e-6);
-        for (int32_t i = 0; i < boxes; i++)
-            for (int32_t k = 0; k < f.s.width; k++) {
-                const int stopped = planar ? k > 0 : k >= 2 && k <= 4;
-                const double free = k == 0 ? 0.3 : k == turning ? -0.7 : 0.0;
-
-                /* C C^-1 of a factor rounds thrice */
-                if (!(fabs(v_of(&f, i)[k] - free) <= (stopped ? 0.0 : 3 * DBL_EPSILON * 0.7)))
-                    fail_msg("planar %d box %d coordinate %d: off by %g", planar, (int)i, (int)k,
-                             v_of(&f, i)[k] - free);
-            }
-        assert_true(f.solver->solver->hold.taken_up <= 4 * boxes);
-        close_fixture(&f);
-    }
-}
-
 /* Without friction on a lift: what stops the lowest box is no rest, all rise. */
 static void test_lift(void **state)
 {
@@ -608,14 +574,13 @@ static void test_projection(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_piles_rest), cmocka_unit_test(test_threshold),
-        cmocka_unit_test(test_carriers),   cmocka_unit_test(test_two_carriers),
-        cmocka_unit_test(test_slip),       cmocka_unit_test(test_cards),
-        cmocka_unit_test(test_legs),       cmocka_unit_test(test_redundant),
-        cmocka_unit_test(test_linear),     cmocka_unit_test(test_ice),
-        cmocka_unit_test(test_lift),       cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_pushed),     cmocka_unit_test(test_false_modes),
-        cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_piles_rest),  cmocka_unit_test(test_threshold),
+        cmocka_unit_test(test_carriers),    cmocka_unit_test(test_two_carriers),
+        cmocka_unit_test(test_slip),        cmocka_unit_test(test_cards),
+        cmocka_unit_test(test_legs),        cmocka_unit_test(test_redundant),
+        cmocka_unit_test(test_linear),      cmocka_unit_test(test_lift),
+        cmocka_unit_test(test_projection),  cmocka_unit_test(test_pushed),
+        cmocka_unit_test(test_false_modes), cmocka_unit_test(test_slope),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -255,10 +255,8 @@ static void test_falls_slowly(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_overhang),
-        cmocka_unit_test(test_slope),
-        cmocka_unit_test(test_pile),
-        cmocka_unit_test(test_pile_slides),
+        cmocka_unit_test(test_overhang),     cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_pile),         cmocka_unit_test(test_pile_slides),
         cmocka_unit_test(test_falls_slowly),
     };
 

@@ -41,14 +41,13 @@ static void layout_blocks(perp__arena *arena, void *object)
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
 }
 
-static void layout_pieces(perp__arena *arena, void *object)
+void perp__bodies_layout_pieces(perp__arena *arena, void *object)
 {
     perp__bodies *b = object;
     const size_t pieces = (size_t)b->pieces;
 
-    b->block_constraints = perp__arena_take(arena, pieces, sizeof *b->block_constraints);
+    PERP__INTEGERS(arena, pieces, &b->block_constraints, &b->piece_blocks);
     b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);
-    b->piece_blocks = perp__arena_take(arena, pieces, sizeof *b->piece_blocks);
     b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
     b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
     b->coupling = perp__arena_take(arena, (size_t)(b->most_rows * b->most_rows), sizeof(double));
@@ -251,7 +250,7 @@ static perp_status fill_pieces(perp__bodies *b, const perp__bodies_input *input)
         b->entries += count * (b->rows[k + 1] - b->rows[k]) * width;
         b->piece_starts[k + 1] += b->piece_starts[k];
     }
-    status = perp__arena_fit(&b->pieces_arena, b->context, layout_pieces, b);
+    status = perp__arena_fit(&b->pieces_arena, b->context, perp__bodies_layout_pieces, b);
     if (status != PERP_OK)
         return status;
 

@@ -16,17 +16,11 @@ static void lay_out_lists(perp__arena *arena, void *object)
     const size_t bodies = (size_t)c->most_bodies + PERP__COLOURED_PIECES;
     const size_t contacts = (size_t)c->most_contacts;
 
-    c->y = perp__arena_take(arena, 8 * bodies, sizeof *c->y);
-    c->free = perp__arena_take(arena, 8 * bodies, sizeof *c->free);
-    c->before = perp__arena_take(arena, 8 * bodies, sizeof *c->before);
-    c->moved = perp__arena_take(arena, 8 * bodies, sizeof *c->moved);
+    PERP__DOUBLES(arena, 8 * bodies, &c->y, &c->free, &c->before, &c->moved);
     c->back = perp__arena_take(arena, bodies, sizeof *c->back);
     c->splits = perp__arena_take(arena, bodies, sizeof *c->splits);
     c->colours = perp__arena_take(arena, bodies, sizeof *c->colours);
-    c->pair_first = perp__arena_take(arena, contacts, sizeof *c->pair_first);
-    c->pair_points = perp__arena_take(arena, contacts, sizeof *c->pair_points);
-    c->pair_key = perp__arena_take(arena, contacts, sizeof *c->pair_key);
-    c->pair_order = perp__arena_take(arena, contacts, sizeof *c->pair_order);
+    PERP__INTEGERS(arena, contacts, &c->pair_first, &c->pair_points, &c->pair_key, &c->pair_order);
 }
 
 static void lay_out_points(perp__arena *arena, void *object)

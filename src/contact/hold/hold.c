@@ -198,7 +198,7 @@ static void add_row(perp__hold *h, int32_t constraint, int32_t i)
         const int32_t block = b->piece_blocks[piece];
 
         if (h->is_held[block])
-            target -= perp__hold_along(h, block, P);
+            target -= perp__dot(P, h->y + (size_t)block * (size_t)b->width, b->width);
         else
             memcpy(row + h->cluster[block], P,
                    (size_t)perp__bodies_unknowns(b, block) * sizeof *row);
@@ -225,7 +225,7 @@ static void gather(perp__hold *h, const int32_t *members, int32_t count)
             }
 }
 
-void perp__hold_loose(perp__hold *h, const int32_t *members, int32_t count)
+static void find_loose(perp__hold *h, const int32_t *members, int32_t count)
 {
     const perp__bodies *b = h->bodies;
     const int32_t width = b->width;
@@ -262,7 +262,7 @@ static void pad(const perp__hold *h, int32_t block, const double *columns, doubl
  * and those alone whose targets are 0. */
 static void move(perp__hold *h, const int32_t *members, int32_t count)
 {
-    perp__hold_loose(h, members, count);
+    find_loose(h, members, count);
     perp__held_rows_free(&h->dense, h->loose);
     for (int32_t m = 0; m < count; m++) {
         const int32_t block = members[m], n = perp__bodies_unknowns(h->bodies, block);
@@ -423,8 +423,7 @@ static void solve_clusters(perp__hold *h)
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
 static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
 {
-    const size_t room = (size_t)h->bodies->width * (size_t)h->bodies->width;
-    double *basis = h->basis + (size_t)block * room;
+    double *basis = h->basis + (size_t)block * (size_t)(h->bodies->width * h->bodies->width);
     double x[PERP__BODY_WIDTH_MOST], square = perp__dot(row, row, width), before;
     const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
 
@@ -450,22 +449,12 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
     return 1;
 }
 
-int32_t perp__hold_take_up(perp__hold *h, int32_t block, const double *row)
+static int32_t take_up(perp__hold *h, int32_t block, const double *row)
 {
     return h->bodies->width == 6 ? take_up_row(h, block, row, 6)
            : h->bodies->width == 3
                ? take_up_row(h, block, row, 3)
                : take_up_row(h, block, row, perp__bodies_unknowns(h->bodies, block));
-}
-
-void perp__hold_block(perp__hold *h, int32_t block)
-{
-    if (h->source[block] != PERP__HOLD_SEVERAL && carry(h, block, h->source[block])) {
-        follow(h, block, h->source[block]);
-    } else {
-        h->cluster[block] = 0;
-        solve_cluster(h, &block, 1);
-    }
 }
 
 /* A constraint all blocks of which are held but one, which takes up its rows until there are
@@ -486,21 +475,25 @@ static void visit(perp__hold *h, int32_t constraint, int32_t *tail)
     root = h->pushed[constraint] ? PERP__HOLD_SEVERAL : root_beside(h, constraint, block);
     row = b->values + b->piece_values[piece];
     for (int32_t i = 0; i < h->holds[constraint] && h->rank[block] < most; i++, row += b->width) {
-        if (!perp__hold_take_up(h, block, row))
+        if (!take_up(h, block, row))
             continue;
         if (h->source[block] == PERP__HOLD_UNSET)
             h->source[block] = root;
         else if (h->source[block] != PERP__HOLD_SEVERAL && !is_same(h, h->source[block], root))
             h->source[block] = PERP__HOLD_SEVERAL;
     }
-    if (h->rank[block] == most)
-        perp__hold_block(h, block);
+    if (h->rank[block] == most && h->source[block] != PERP__HOLD_SEVERAL &&
+        carry(h, block, h->source[block])) {
+        follow(h, block, h->source[block]);
+    } else if (h->rank[block] == most) {
+        h->cluster[block] = 0;
+        solve_cluster(h, &block, 1);
+    }
     if (h->is_held[block])
         h->queue[(*tail)++] = block;
 }
 
-/* From what impulses do not move to all that is held by what is held; then what is stopped in part,
- * and what is left. */
+/* From what impulses do not move to all that is held by what is held; then what is left. */
 void perp__hold_run(perp__hold *h)
 {
     const perp__bodies *b = h->bodies;
@@ -521,6 +514,5 @@ void perp__hold_run(perp__hold *h)
         for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
             visit(h, b->block_constraints[at], &tail);
     }
-    perp__hold_settle(h);
     solve_clusters(h);
 }

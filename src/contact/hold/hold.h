@@ -11,10 +11,9 @@
  *
  * No system of all bodies is ever solved. A body is held as soon as its rows to what is held
  * already have full rank: rows are taken up one by one, at most 36 products each, until 6 are
- * independent, and bodies follow one another as in a breadth-first search from the ground. Where
- * fewer are, as without friction, rows to a body whose own rows already stop it along them are as
- * good as rows to what is held (settled.c). What is left falls into clusters of bodies that rows
- * still join. Small ones are solved densely; larger ones keep the velocities they have. */
+ * independent, and bodies follow one another as in a breadth-first search from the ground. What is
+ * left falls into clusters of bodies that rows still join. Small ones are solved densely; larger
+ * ones keep the velocities they have. */
 #ifndef PERP_CONTACT_HOLD_H
 #define PERP_CONTACT_HOLD_H
 
@@ -69,18 +68,5 @@ perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies);
 
 /* v and root. The bodies' free velocities are those of the last load. */
 void perp__hold_run(perp__hold *hold);
-
-/* Takes up a row of the block; returns 1 if it is independent of those before. And what follows
- * once they have full rank: where they lead to one motion, that is the block's own. */
-int32_t perp__hold_take_up(perp__hold *hold, int32_t block, const double *row);
-void perp__hold_block(perp__hold *hold, int32_t block);
-
-/* loose := C^-1 v_free + what does not hold, of these blocks, each from its `cluster` on. */
-void perp__hold_loose(perp__hold *hold, const int32_t *members, int32_t count);
-
-/* settled.c: bodies that rows stop in part, each by itself. And the speed along a row of one that
- * is held. */
-void perp__hold_settle(perp__hold *hold);
-double perp__hold_along(const perp__hold *hold, int32_t block, const double *row);
 
 #endif

@@ -11,7 +11,7 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__bodies *b = object;
     const size_t constraints = (size_t)b->constraints, size = (size_t)b->size;
-    const size_t padded = (size_t)b->blocks * (size_t)b->width, pieces = 2 * constraints;
+    const size_t padded = (size_t)b->blocks * (size_t)b->width;
 
     b->rows = perp__arena_take(arena, constraints + 1, sizeof *b->rows);
     b->constraint_of = perp__arena_take(arena, size, sizeof *b->constraint_of);
@@ -21,14 +21,7 @@ static void layout(perp__arena *arena, void *object)
         perp__arena_take(arena, (padded > constraints ? padded : constraints) + 1, sizeof *b->mark);
     PERP__DOUBLES(arena, padded, &b->y, &b->free);
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
-    b->block_constraints = perp__arena_take(arena, pieces, sizeof *b->block_constraints);
-    b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);
-    b->piece_blocks = perp__arena_take(arena, pieces, sizeof *b->piece_blocks);
-    b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
-    b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
-    b->coupling = perp__arena_take(arena, 9, sizeof(double));
-    b->squares = perp__arena_take(arena, pieces, sizeof *b->squares);
-    b->values = perp__arena_take(arena, 2 * size, (size_t)b->width * sizeof *b->values);
+    perp__bodies_layout_pieces(arena, b);
 }
 
 /* P := J C, one row after the other; the sums in the order of J's columns. */
@@ -127,6 +120,8 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     b->v_free = problem->free;
     b->most_pieces = 2;
     b->most_rows = 3;
+    b->pieces = 2 * (int64_t)b->constraints; /* at most */
+    b->entries = 2 * (int64_t)b->size * b->width;
     sizes[0] = (size_t)b->constraints;
     sizes[1] = (size_t)b->size;
     sizes[2] = (size_t)b->size * (size_t)b->width;

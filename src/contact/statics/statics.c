@@ -439,12 +439,13 @@ void perp__statics_nearest(perp__statics *s, double *r)
         const perp__cone *cone = &s->cones[c];
         const perp__statics_unit *unit = &s->rows->unit[cone->unit];
         const double *x = s->x + unit->row;
-        double *own = r + unit->row, size;
+        const double size =
+            perp__length2(unit->tangents > 0 ? x[1] : 0.0, unit->tangents > 1 ? x[2] : 0.0);
+        double *own = r + unit->row;
 
         if (unit->kind != PERP__STATICS_CONE || !(x[0] > 0.0))
             continue;
         own[0] = s->scale * x[0];
-        size = perp__length2(unit->tangents > 0 ? x[1] : 0.0, unit->tangents > 1 ? x[2] : 0.0);
         for (int32_t k = 1; k <= unit->tangents; k++)
             own[k] = s->scale * x[k] * (size > unit->mu * x[0] ? unit->mu * x[0] / size : 1.0);
     }

@@ -66,12 +66,11 @@ void perp__hand_over(const perp_world *world, const perp__pair *pair, int32_t fi
 
     for (int32_t m = pair->first_memory; m < pair->first_memory + pair->memories; m++) {
         const perp__memory *memory = &world->memories[m];
-        double least = INFINITY, turned[3];
+        double least = INFINITY, apart[3], turned[3];
         int32_t nearest = -1;
 
         for (int32_t i = first; i < first + count && least > -1.0; i++) {
             const perp__world_contact *contact = &set->contacts[i];
-            double apart[3];
 
             perp__subtract3(apart, contact->position, memory->position);
             if (contact->feature == memory->feature) {
@@ -85,7 +84,7 @@ void perp__hand_over(const perp_world *world, const perp__pair *pair, int32_t fi
             continue;
         turn_impulse(world, memory, &set->contacts[nearest], turned);
         perp__add3(set->responses[nearest].warm, 1.0, turned);
-        perp__copy3(set->responses[nearest].remembered, set->responses[nearest].warm);
+        perp__add3(set->responses[nearest].remembered, 1.0, turned);
     }
 }
 
@@ -177,10 +176,10 @@ void perp__find_memories(perp_world *world)
 
         if (i == 0 || memory->first != memory[-1].first || memory->second != memory[-1].second) {
             pair = find_pair(world, memory->first, memory->second);
-            if (pair && pair->memories > 0)
-                pair = NULL; /* what fell asleep in that step is there twice */
-            if (pair)
+            if (pair && pair->memories == 0)
                 pair->first_memory = i;
+            else
+                pair = NULL; /* what fell asleep in that step is there twice */
         }
         if (pair)
             pair->memories++;

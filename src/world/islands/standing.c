@@ -188,13 +188,10 @@ static void find_forces(perp_world *world, const perp__island *island,
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
-    const size_t words = bytes / sizeof(uint64_t);
-    const char *from = data;
-
-    for (size_t at = 0; at < words; at++) {
+    for (size_t at = 0; at < bytes / sizeof(uint64_t); at++) {
         uint64_t word, *own = &key[at % PERP__STANDING_WORDS];
 
-        memcpy(&word, from + at * sizeof word, sizeof word);
+        memcpy(&word, (const char *)data + at * sizeof word, sizeof word);
         *own = (*own ^ word) * 0x9E3779B97F4A7C15u;
         *own ^= *own >> 29;
     }
@@ -211,8 +208,7 @@ static void find_key(const perp_world *world, const perp__statics_rows *rows, ui
                       (size_t)(rows->unit[i].rows * rows->width);
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
-    key[0] ^= (uint64_t)rows->nodes;
-    key[1] ^= (uint64_t)rows->size;
+    key[0] ^= (uint64_t)rows->nodes << 32 | (uint32_t)rows->size;
     for (int32_t i = 0; i < rows->units; i++)
         mix(key, &rows->unit[i], sizeof rows->unit[i]);
     mix(key, rows->link, (size_t)rows->links * sizeof *rows->link);
@@ -224,12 +220,12 @@ static void find_key(const perp_world *world, const perp__statics_rows *rows, ui
 static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32_t *is_known)
 {
     perp__standing *standing = world->standing;
-    const size_t bytes = sizeof standing->key[0];
     int32_t oldest = 0;
 
     *is_known = 0;
     for (int32_t i = 0; i < PERP__STANDING_KEPT; i++) {
-        if (key && standing->statics[i] && memcmp(standing->key[i], key, bytes) == 0) {
+        if (key && standing->statics[i] &&
+            memcmp(standing->key[i], key, sizeof standing->key[i]) == 0) {
             *is_known = 1;
             oldest = i;
             break;
@@ -241,7 +237,7 @@ static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32
         standing->statics[oldest] = perp__statics_create(world->context);
     standing->used[oldest] = ++standing->clock;
     if (!*is_known)
-        memset(standing->key[oldest], 0, bytes);
+        memset(standing->key[oldest], 0, sizeof standing->key[oldest]);
     standing->last = oldest;
     return standing->statics[oldest];
 }
@@ -319,8 +315,7 @@ static void start_from(perp_world *world, const perp__island *island, perp__stat
         double *warm = perp__step_response(world, island, work->chosen[i])->warm;
 
         for (int32_t k = 0; k < 3; k++)
-            warm[k] = k < unit->rows ? work->stand_r[unit->row + k] : 0.0;
-        perp__copy3(work->warm + 3 * i, warm);
+            work->warm[3 * i + k] = warm[k] = k < unit->rows ? work->stand_r[unit->row + k] : 0.0;
     }
 }
 
