@@ -320,13 +320,12 @@ typedef struct perp_contact_source {
     const int32_t *counts; /* 5: contacts, equations, rows of dry friction, of limits, all rows */
     const void *const *contacts; /* *contacts: one every `stride` bytes; in each at so many bytes */
     int32_t stride;
-    int32_t geoms_at;    /* int32_t[2]: what touches, -1 to geoms - 1 */
+    int32_t geoms_at;    /* int32_t[2]: numbers of what touches, by which contacts are known */
     int32_t row_at;      /* int32_t: its first row, -1: none */
     int32_t dim_at;      /* int32_t: 1, 3, 4 or 6 */
     int32_t friction_at; /* double[5]: of the tangents, spinning, rolling */
     int32_t surface_at; /* double[3]: velocity of the second's surface against the first's along the
                            tangents, and spin: added to u; 0: none move */
-    int32_t geoms;      /* different ones; not read */
     const int32_t *const *kinds; /* *kinds, *ids: what each row of dry friction and limits is of */
     const int32_t *const *ids;
     const double *const *bounds; /* *bounds: of each row: the largest force of its dry friction */

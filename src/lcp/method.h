@@ -123,7 +123,7 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
  * begun. */
 int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals);
 
-/* The same for products of dense blocks: one takes 0.1 to 0.2 of an entry in a residual. */
+/* The same for products of dense blocks: one takes .08 to .55 of an entry in a residual. */
 static inline int32_t perp__lcp_may_multiply(perp__lcp_control *control, double products, double n)
 {
     return perp__lcp_has_time(control, 0.25 * products / (n * n));

@@ -148,7 +148,7 @@ static void test_contact_step(void **state)
 static void test_contact_run(void **state)
 {
     (void)state;
-    SIZE(perp_contact_source, 80);
+    SIZE(perp_contact_source, 72);
     FIELD(perp_contact_source, struct_size, 0, 8);
     FIELD(perp_contact_source, counts, 8, 8);
     FIELD(perp_contact_source, contacts, 16, 8);
@@ -158,10 +158,9 @@ static void test_contact_run(void **state)
     FIELD(perp_contact_source, dim_at, 36, 4);
     FIELD(perp_contact_source, friction_at, 40, 4);
     FIELD(perp_contact_source, surface_at, 44, 4);
-    FIELD(perp_contact_source, geoms, 48, 4);
-    FIELD(perp_contact_source, kinds, 56, 8);
-    FIELD(perp_contact_source, ids, 64, 8);
-    FIELD(perp_contact_source, bounds, 72, 8);
+    FIELD(perp_contact_source, kinds, 48, 8);
+    FIELD(perp_contact_source, ids, 56, 8);
+    FIELD(perp_contact_source, bounds, 64, 8);
     SIZE(perp_contact_copy, 24);
     FIELD(perp_contact_copy, to, 0, 8);
     FIELD(perp_contact_copy, source, 8, 8);

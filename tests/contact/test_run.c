@@ -95,7 +95,7 @@ static void point_source(simulator *sim)
     perp_contact_source_init(source, sizeof *source);
     sim->at_records = sim->records;
     source->counts = sim->counts, source->contacts = &sim->at_records;
-    source->stride = (int32_t)sizeof(record), source->geoms = BODIES;
+    source->stride = (int32_t)sizeof(record);
     source->geoms_at = (int32_t)offsetof(record, geoms);
     source->row_at = (int32_t)offsetof(record, row);
     source->dim_at = (int32_t)offsetof(record, dim);

@@ -241,6 +241,42 @@ static void test_impulses_are_remembered(void **context)
     scene_close(&s);
 }
 
+/* A ball throws a box over that stands: corners that were left out of the step come after all. What
+ * all points of the box remember is what the step before gave, once; those new ones nothing. */
+static void test_late_corners_remember_nothing(void **context)
+{
+    const double h = 0.05;
+    perp_body_settings settings = scene_defaults();
+    double given = 0.0, remembered = 0.0;
+    int32_t late = 0;
+    scene s;
+
+    (void)context;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    s.world->settings.accuracy = PERP_ACCURACY_EXACT;
+    scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.9, 0.0);
+    settings.mass = 1.0;
+    settings.position[2] = 0.5;
+    scene_box(&s, scene_add(&s, &settings), 0.5, 0.5, 0.5, 0.9, 0.0);
+    scene_step(&s, h);
+    for (int32_t i = 0; i < s.world->last.count; i++)
+        given += s.world->last.responses[i].next[0];
+    settings.mass = 20.0;
+    settings.position[0] = -1.1;
+    settings.position[2] = 0.9;
+    settings.velocity[0] = 60.0;
+    scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.5, 0.0);
+    scene_step(&s, h);
+    for (int32_t i = 0; i < s.world->last.count; i++) {
+        remembered += s.world->last.responses[i].remembered[0];
+        late += s.world->last.contacts[i].position[2] > 0.4; /* between an upper corner and 0 */
+    }
+    assert_true(given > 0.0);
+    assert_true(late > 0); /* else it says nothing */
+    scene_near(remembered, given, 1e-12 * given, "impulse of the last step");
+    scene_close(&s);
+}
+
 /* A ball of 20 kg hits a box that stands on an edge, so hard that corners which were 0.7 m above
  * the floor would be below it by the end of the step: as far as the geometry of the step goes none
  * is, to the rounding of the solve. */
@@ -290,6 +326,7 @@ int main(void)
         cmocka_unit_test(test_pairs_of_random_motion),
         cmocka_unit_test(test_pairs_are_few),
         cmocka_unit_test(test_impulses_are_remembered),
+        cmocka_unit_test(test_late_corners_remember_nothing),
         cmocka_unit_test(test_far_corners_come_late),
     };
 

@@ -437,7 +437,6 @@ class ContactSource(Structure):
         ("dim_at", c_int32),
         ("friction_at", c_int32),
         ("surface_at", c_int32),
-        ("geoms", c_int32),
         ("kinds", c_void_p),
         ("ids", c_void_p),
         ("bounds", c_void_p),

@@ -177,8 +177,6 @@ static void fill_piece(int32_t i, void *data)
 static void push_start(job *at)
 {
     perp__coloured *c = at->c;
-    perp__rigid_problem none = *at->problem;
-    job without = {c, &none, at->step, 0, NULL, NULL, NULL, 1.0};
     double more = 0.0;
 
     run_pass(at, PERP__COLOURED_ADD, c->y);
@@ -194,8 +192,10 @@ static void push_start(job *at)
         more += c->joints.r[n] * c->joints.w[n];
     if (more <= 0.0)
         return;
-    none.warm = NULL;
-    run_pieces(&without, 0, c->colour_first[c->colour_count], fill_piece);
+    for (int32_t p = 0; p < c->points; p++) {
+        memset(c->point[p].r, 0, sizeof c->point[p].r);
+        memset(c->point[p].last, 0, sizeof c->point[p].last);
+    }
     memcpy(c->y, c->free, 8 * (size_t)c->rows * sizeof *c->y);
     for (int32_t n = 0; n < c->joints.rows; n++)
         c->joints.r[n] = c->joints.last[n] = 0.0;

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/loops.h"
 #include "linalg/lanes/multiversion.h"
 
 /* Added to F'F, of its trace. */
@@ -33,13 +33,6 @@ void perp__mixing_forget(perp__mixing *mixing)
 void perp__mixing_before(perp__mixing *mixing, const double *r)
 {
     memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
-}
-
-PERP__MULTIVERSION_SHARED(perp__sweep_dot,
-                          (const double *a, const double *b, int32_t n, double *result),
-                          (a, b, n, result))
-{
-    *result = perp__lanes_dot(a, b, n);
 }
 
 /* f := weights (r - before) with F := f - f of the last sweep, R := r - r of the last sweep */
@@ -87,7 +80,7 @@ static int32_t least_squares(const perp__mixing *m, double *x)
 
     for (int32_t i = 0; i < n; i++) {
         ridge += RIDGE * m->gram[i][i];
-        perp__sweep_dot(m->F + (size_t)i * (size_t)m->size, m->f, m->size, &x[i]);
+        perp__loops_dot(m->size, m->F + (size_t)i * (size_t)m->size, m->f, &x[i]);
     }
     for (int32_t i = 0; i < n; i++)
         for (int32_t j = 0; j <= i; j++) {
@@ -131,13 +124,13 @@ void perp__mixing_after(perp__mixing *m, const double *weights, double *r, doubl
             m->count++;
     }
     for (int32_t k = 0; k < m->count && m->has_last; k++) {
-        perp__sweep_dot(m->F + (size_t)k * size, F, m->size, &m->gram[at][k]);
+        perp__loops_dot(m->size, m->F + (size_t)k * size, F, &m->gram[at][k]);
         m->gram[k][at] = m->gram[at][k];
     }
     m->has_last = 1;
 
     /* 2. The next start; all is forgotten but the last sweep where |f| has grown. */
-    perp__sweep_dot(m->f, m->f, m->size, &norm);
+    perp__loops_dot(m->size, m->f, m->f, &norm);
     if (!(norm <= m->norm))
         m->count = m->next = 0;
     m->norm = norm;

@@ -21,7 +21,6 @@ typedef struct perp__mixing {
     double gram[PERP__MIXING_DEPTH][PERP__MIXING_DEPTH]; /* F'F */
 } perp__mixing;
 
-void perp__sweep_dot(const double *a, const double *b, int32_t n, double *result);
 void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, size_t y_size);
 void perp__mixing_forget(perp__mixing *mixing);
 

@@ -5,6 +5,7 @@
 #include "contact/law.h"
 #include "contact/sweep/local_step.h"
 #include "contact/sweep/sweep.h"
+#include "linalg/lanes/loops.h"
 
 /* Contacts that roll or spin go round their parts until they agree to so much of a first step. */
 #define ROUNDS_MOST 30
@@ -100,7 +101,7 @@ static double row_times(const perp__sweep_work *work, int32_t i, const double *r
         for (int64_t k = start; k < end; k++)
             sum[k % 4] += W[k] * r[work->columns[k]];
     else
-        perp__sweep_dot(W + start, r, (int32_t)(end - start), &sum[1]);
+        perp__loops_dot((int32_t)(end - start), W + start, r, &sum[1]);
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 

@@ -2,7 +2,15 @@
 
 #include <math.h>
 
+#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
+
+PERP__MULTIVERSION_SHARED(perp__loops_dot,
+                          (int32_t n, const double *a, const double *b, double *result),
+                          (n, a, b, result))
+{
+    *result = perp__lanes_dot(a, b, n);
+}
 
 enum { LANES = 8, FEW = 12 };
 

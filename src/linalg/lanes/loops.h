@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* *result := a'b */
+void perp__loops_dot(int32_t n, const double *a, const double *b, double *result);
 /* C := C - A B; A is m by k, B is k by n. */
 void perp__loops_gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
                                const double *B, int32_t ldb, double *C, int32_t ldc);

@@ -152,7 +152,6 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
 perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                 int32_t made, double least)
 {
-    const int32_t first = world->contacts.count;
     perp_status status =
         perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
@@ -165,8 +164,6 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
                        &points[k]);
         world->contacts.count++;
     }
-    if (status == PERP_OK && !repeats(world, pair))
-        perp__hand_over(world, pair, first, world->contacts.count - first);
     return status;
 }
 
@@ -233,8 +230,7 @@ static void write_share(perp_world *world, perp__share *share, double h)
             write_touching(world, number, last, pair, k, point++);
             last = &world->contacts.contacts[number++];
         }
-        if (!repeats(world, pair))
-            perp__hand_over(world, pair, pair->first_now, pair->made);
+        perp__hand_over(world, pair);
     }
 }
 
@@ -279,6 +275,8 @@ static perp_status touch_all(perp_world *world, double h)
             pair->first_now = world->contacts.count;
             status =
                 perp__append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);
+            if (status == PERP_OK)
+                perp__hand_over(world, pair);
         }
         for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
             double *spare = &world->motions[pair->body[side]].spare; /* other pairs' as well */

@@ -150,8 +150,8 @@ perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_
 /* memory.c */
 /* Room for so many memories. */
 perp_status perp__reserve_memories(perp_world *world, int32_t count);
-/* Gives what is left of the pair's memories to those of its points. */
-void perp__hand_over(const perp_world *world, const perp__pair *pair, int32_t first, int32_t count);
+/* Gives what the pair's points of the first round did not recall to the nearest of them. */
+void perp__hand_over(const perp_world *world, const perp__pair *pair);
 /* warm, base := what the last step left to the pair's point of that feature, if it did. */
 void perp__recall(const perp_world *world, const perp__pair *pair,
                   const perp__world_contact *contact, double *warm, double *base);

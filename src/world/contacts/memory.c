@@ -60,9 +60,10 @@ void perp__recall(const perp_world *world, const perp__pair *pair,
 
 /* What a point carried whose feature is not there any more goes on to the nearest: where edges lie
  * on each other, rounding decides what a point is called. */
-void perp__hand_over(const perp_world *world, const perp__pair *pair, int32_t first, int32_t count)
+void perp__hand_over(const perp_world *world, const perp__pair *pair)
 {
     const perp__contact_set *set = &world->contacts;
+    const int32_t first = pair->first_now, count = pair->same ? 0 : pair->made;
 
     for (int32_t m = pair->first_memory; m < pair->first_memory + pair->memories; m++) {
         const perp__memory *memory = &world->memories[m];

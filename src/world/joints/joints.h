@@ -129,8 +129,7 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed);
 /* The most that the island's motors can do in a step; infinite of those whose force is. */
 double perp__work_of_motors(const perp_world *world, const perp__island *island);
 
-/* Whether a joint, or a contact of the set, ties the island to a body of this kind or a later one.
- */
+/* Whether a joint, or a contact of the set, ties the island to a body of this kind or a later. */
 int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
                       const perp__island *island, int32_t least);
 /* The same without energy, of the islands at hand. */

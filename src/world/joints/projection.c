@@ -424,8 +424,7 @@ static double energy_given(const perp_world *world, const perp__island *island)
 }
 
 /* More than all that moves came from the way, as far as velocities were solved: then bodies stay
- * where they were, and what is too much is what their velocities gained. Returns whether they do.
- */
+ * where they were, and what is too much is what their velocities gained. Returns if they stay. */
 static int32_t keep_energy(perp_world *world, const perp__island *island, double given)
 {
     double kept[3];
