@@ -252,7 +252,8 @@ static void test_swept_beside_exact(void **state)
 }
 
 /* A card of 0.9 m by 0.6 m by 1 cm with its centre at x, z, turned by `lean` about y. */
-static perp_body add_card(scene *s, double half_x, double half_z, double x, double z, double lean)
+static perp_body add_card(scene *s, double half_x, double half_z, double x, double z, double lean,
+                          double friction)
 {
     perp_body_settings settings = scene_defaults();
     perp_body card;
@@ -263,7 +264,7 @@ static perp_body add_card(scene *s, double half_x, double half_z, double x, doub
     settings.orientation[0] = cos(lean / 2.0);
     settings.orientation[2] = sin(lean / 2.0);
     card = scene_add(s, &settings);
-    scene_box(s, card, half_x, 0.3, half_z, 0.5, 0.0);
+    scene_box(s, card, half_x, 0.3, half_z, friction, 0.0);
     return card;
 }
 
@@ -296,12 +297,13 @@ static void test_a_house_of_cards_stands(void **state)
 
                 cards[count++] = add_card(&s, thick / 2.0, length / 2.0,
                                           (c / 2 - (storey - 1) / 2.0) * width + side * foot,
-                                          z + height / 2.0, -side * lean);
+                                          z + height / 2.0, -side * lean, 0.5);
             }
             z += height;
             for (int c = 0; c + 1 < storey; c++)
-                cards[count++] = add_card(&s, width / 2.0 - 0.001, thick / 2.0,
-                                          (c - (storey - 2) / 2.0) * width, z + thick / 2.0, 0.0);
+                cards[count++] =
+                    add_card(&s, width / 2.0 - 0.001, thick / 2.0, (c - (storey - 2) / 2.0) * width,
+                             z + thick / 2.0, 0.0, 0.5);
             z += thick;
         }
         for (int i = 0; i < count; i++)
@@ -318,6 +320,74 @@ static void test_a_house_of_cards_stands(void **state)
                 assert_true(now.velocity[k] == 0.0 && now.angular_velocity[k] == 0.0);
             }
         }
+        scene_close(&s);
+    }
+}
+
+/* Two cards, upper edge on upper edge. Their thrust is level by symmetry, and needs no friction
+ * there along a level normal; along a face's, which leans by 6 or 17 degrees, it would need more
+ * than tan 6 = .1. Their feet need mu >= x / z, of the mass centre's way from the foot and the
+ * height of the upper edge: they stand at .999 of that share of it, and fall at 1.001. */
+static void test_edges_that_meet_have_a_level_normal(void **state)
+{
+    const double length = 0.9, thick = 0.01;
+
+    (void)state;
+    for (int i = 0; i < 16; i++) {
+        const double lean = (i / 8 ? 17.0 : 6.0) * PI / 180.0, share = i / 4 % 2 ? 1.001 : 0.999;
+        const double centre_x = (length * sin(lean) - thick * cos(lean)) / 2.0;
+        const double centre_z = (length * cos(lean) + thick * sin(lean)) / 2.0;
+        const double needed = centre_x / (length * cos(lean)), at_edges = 0.05;
+        perp_world_settings settings;
+        perp_body cards[2];
+        scene s;
+
+        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+        settings.accuracy = i % 4;
+        scene_create(&s, &settings);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, pow(needed / share, 2.0) / at_edges, 0.0);
+        for (int side = 0; side < 2; side++)
+            cards[side] = add_card(&s, thick / 2.0, length / 2.0,
+                                   (side ? 1.0 : -1.0) * (length * sin(lean) - centre_x), centre_z,
+                                   side ? -lean : lean, at_edges);
+        for (int k = 0; k < 10; k++)
+            (void)scene_step(&s, 0.01);
+        for (int side = 0; side < 2; side++)
+            assert_int_equal(scene_rests(&s, cards[side]), share < 1.0);
+        scene_close(&s);
+    }
+}
+
+/* Two pairs of such cards in a row on ice between two walls: feet push on feet, and the ground on
+ * which both stand does not lie between them. */
+static void test_feet_that_meet_carry_a_thrust(void **state)
+{
+    const double length = 0.9, thick = 0.01, lean = 12.0 * PI / 180.0;
+    const double centre_x = (length * sin(lean) - thick * cos(lean)) / 2.0;
+    const double centre_z = (length * cos(lean) + thick * sin(lean)) / 2.0;
+    const double half = length * sin(lean) + thick * cos(lean); /* of a pair's width */
+
+    (void)state;
+    for (int32_t accuracy = 0; accuracy < 4; accuracy++) {
+        perp_world_settings settings;
+        perp_body cards[4];
+        scene s;
+
+        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+        settings.accuracy = accuracy;
+        scene_create(&s, &settings);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+        for (int side = -1; side < 2; side += 2)
+            scene_plane(&s, s.ground, -side, 0.0, 0.0, -2.0 * half, 0.0, 0.0);
+        for (int i = 0; i < 4; i++)
+            cards[i] = add_card(&s, thick / 2.0, length / 2.0,
+                                (i < 2 ? -1.0 : 1.0) * half +
+                                    (i % 2 ? 1.0 : -1.0) * (length * sin(lean) - centre_x),
+                                centre_z, i % 2 ? -lean : lean, 0.0);
+        for (int k = 0; k < 10; k++)
+            (void)scene_step(&s, 0.01);
+        for (int i = 0; i < 4; i++)
+            assert_true(scene_rests(&s, cards[i]));
         scene_close(&s);
     }
 }
@@ -443,6 +513,8 @@ int main(void)
         cmocka_unit_test(test_columns_stay_apart),
         cmocka_unit_test(test_swept_beside_exact),
         cmocka_unit_test(test_a_house_of_cards_stands),
+        cmocka_unit_test(test_edges_that_meet_have_a_level_normal),
+        cmocka_unit_test(test_feet_that_meet_carry_a_thrust),
         cmocka_unit_test(test_a_hit_gives_no_energy),
         cmocka_unit_test(test_a_heap_does_not_sink_into_itself),
     };

@@ -47,6 +47,7 @@ CLASSES: dict[str, Generator] = {
     "pushed": leaning.pushed,
     "tipping": leaning.tipping,
     "hung": leaning.hung,
+    "tent": leaning.tent,
 }
 KINDS = (*CLASSES, "carried")
 LEVELS = ("fast", "standard", "accurate", "exact")

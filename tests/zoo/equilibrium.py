@@ -23,7 +23,7 @@ from typing import Any, Iterator, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from geometry import TOUCH, Contact, all_directions, choices, touching
+from geometry import TOUCH, Contact, all_directions, middle_directions, touching
 from scene import Scene
 
 try:
@@ -34,7 +34,7 @@ except ImportError:
 MARGIN = 1e-6  # of a body's weight: nearer than this to the edge no verdict is given
 
 class Verdict(NamedTuple):
-    word: str  # "stands", "falls", "edge", or "unclear": corners decide whose normal is not unique
+    word: str  # "stands", "falls", "edge", or "unclear": flush neighbours might carry something
     margin: float  # -inf: no impulses of any sign balance the forces
     status: str  # Clarabel's
     error: float  # of the balance, or of the virtual velocity: beside the margin
@@ -251,10 +251,8 @@ def decide(scene: Scene) -> Verdict:
     together = decide_with(scene, all_directions(pairs))
     if together.word != "stands" or all(len(pair) == 1 for pair in pairs):
         return together
-    verdicts = [decide_with(scene, contacts) for contacts in choices(pairs)]
-    if all(verdict.word == "stands" for verdict in verdicts):
-        return min(verdicts, key=lambda verdict: verdict.margin)
-    return together._replace(word="unclear")
+    middle = decide_with(scene, middle_directions(pairs))
+    return middle if middle.word == "stands" else middle._replace(word="unclear")
 
 
 def decide_with(scene: Scene, contacts: list[Contact]) -> Verdict:

@@ -175,19 +175,13 @@ def all_directions(pairs: list[list[list[Contact]]]) -> list[Contact]:
     return [contact for pair in pairs for way in pair for contact in way]
 
 
-def choices(pairs: list[list[list[Contact]]]) -> list[list[Contact]]:
-    """Contacts with one direction for each pair: where there is a choice the first, the last, or
-    the one midway. Corners that meet at right angles, of flush neighbours, carry nothing."""
-    plain = [contact for pair in pairs if len(pair) == 1 for contact in pair[0]]
-    corners = [pair for pair in pairs if len(pair) > 1]
-    narrow = [pair for pair in corners if pair[0][0].normal @ pair[-1][0].normal > 0.5]
-    if not narrow:
-        return [plain]
-    first = [contact for pair in narrow for contact in pair[0]]
-    last = [contact for pair in narrow for contact in pair[-1]]
-    middle = []
-    for pair in narrow:
+def middle_directions(pairs: list[list[list[Contact]]]) -> list[Contact]:
+    """The contacts with one direction for each pair: where there are several the middle one, as the
+    world has it. Corners that meet at right angles, of flush neighbours, carry nothing."""
+    contacts = []
+    for pair in pairs:
         normal = pair[0][0].normal + pair[-1][0].normal
-        normal /= np.linalg.norm(normal)
-        middle += [Contact(c.a, c.b, c.position, normal, c.friction) for c in pair[0]]
-    return [plain + way for way in (first, last, middle)]
+        if pair[0][0].normal @ pair[-1][0].normal > 0.1:
+            normal /= np.linalg.norm(normal)
+            contacts += [Contact(c.a, c.b, c.position, normal, c.friction) for c in pair[0]]
+    return contacts

@@ -71,6 +71,40 @@ def ladder(random: Random, size: Optional[int]) -> Scene:
     return scene
 
 
+def tent(random: Random, size: Optional[int]) -> Scene:
+    """Two equal boxes or prisms that lean on each other, upper edge on upper edge, at a share of
+    what the friction of their feet can carry. Their thrust is level by symmetry: a level normal
+    needs no friction between the edges."""
+    scene = Scene(1.0, picture=True)
+    lean, share = math.radians(random.uniform(10, 40)), near(random, 1e-9, 0.1)
+    half = (random.uniform(0.002, 0.05), random.uniform(0.1, 0.3), random.uniform(0.4, 1.5))
+    density, prism = spread(random, 1, 1e5), random.random() < 0.4
+    if prism:
+        back, rise = 2 * half[0] * math.cos(lean), 2 * half[0] * math.sin(lean)
+        right, up = 2 * half[2] * math.sin(lean), 2 * half[2] * math.cos(lean)
+        outline = [(0, 0), (right, up), (right - back, up + rise), (-back, rise)]
+        if random.random() < 0.5:
+            del outline[random.choice((2, 3))]
+        body = scene.add_prism(outline, 0, half[1], density)
+        mirrored = [(2 * right - x, z) for x, z in reversed(outline)]
+        scene.add_prism(mirrored, 0, half[1], density)
+    else:
+        body, right, up = leaning_box(scene, 0, half, lean, density)
+        x, y, z = scene.parts[body].position
+        scene.add_box((2 * right - x, y, z), half, density, turn=about("y", -lean))
+    reach = scene.parts[body].position[0]  # from the foot to below the mass centre
+    # Moments about the foot: N_edge up = m g reach, and N_edge = mu m g at most.
+    friction = reach / up / share
+    # A pair's friction is the geometric mean.
+    scene.friction = friction * spread(random, 1e-3, 1)
+    floor = Shape("box", (8, 8, 0.5), friction=friction**2 / scene.friction)
+    scene.add("static", (right, 0, -0.5), floor)
+    scene.share = share
+    scene.notes.update(share_less_1=share - 1, lean=lean, friction=friction, edges=scene.friction)
+    scene.notes.update(prism=prism)
+    return scene
+
+
 def planks(random: Random, size: Optional[int]) -> Scene:
     """Planks that lean, one behind the other or each for itself, against a wall or a heavy box."""
     lean = math.radians(random.uniform(10, 45))

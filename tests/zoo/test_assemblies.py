@@ -23,7 +23,7 @@ import judge  # noqa: E402
 import masonry  # noqa: E402
 from scene import GRAVITY, Scene  # noqa: E402
 
-KNOWN = ("slope", "tipping", "pushed", "ladder", "overhang")  # those with a closed form
+KNOWN = ("slope", "tipping", "pushed", "ladder", "tent", "overhang")  # those with a closed form
 SMALL = {"arch": 15, "vault": 7, "wall": 5, "tilted_pile": 4, "jenga": 6, "cards": 4, "lintel": 8}
 with_clarabel = pytest.mark.skipif(equilibrium.clarabel is None, reason="needs Clarabel")
 

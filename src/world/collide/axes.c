@@ -10,6 +10,9 @@
  * than the faces is no more than that of an edge's length. */
 #define ALIGNED (1.0 - 1e-12)
 
+/* Cosine of two directions that are one. */
+#define ASIDE (1.0 - 1e-6)
+
 /* An axis takes over from one preferred only where it is better by this share of the size. */
 #define BIAS 1e-6
 
@@ -204,4 +207,22 @@ int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const 
         }
     }
     return best;
+}
+
+int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *normal)
+{
+    const double *found[PERP__MAX_AXES];
+    int32_t count = 0;
+    normal[0] = normal[1] = normal[2] = 0.0;
+    for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++) {
+        int32_t another = fabs(axes->axis[k].separation) <= touching;
+        for (int32_t i = 0; i < count && another; i++)
+            another = perp__dot3(found[i], axes->axis[k].normal) < ASIDE;
+        if (!another)
+            continue;
+        found[count++] = axes->axis[k].normal;
+        perp__add3(normal, 1.0, axes->axis[k].normal);
+    }
+    perp__normalise3(normal);
+    return count > 1;
 }

@@ -127,7 +127,7 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
     if (a->geometry->kind == PERP__PLANE || b->geometry->kind == PERP__PLANE ||
         perp__is_ball_pair(a, b))
         return perp__collide(a, b, planar, INFINITY, points);
-    if (swapped)
+    if (swapped && axis >= 0)
         axis = axis < 6 ? (axis + 3) % 6 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
     perp__convex_pair_set(&pair, swapped ? b : a, swapped ? a : b, planar);
     const int32_t count = perp__convex_points(&pair, axis, INFINITY, points);

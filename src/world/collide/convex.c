@@ -252,10 +252,11 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             double distance = perp__normalise3(between);
 
             /* of equal distances that of parallel edges: the others end where these lie beside each
-             * other. The factor only beats rounding. */
-            if (!(distance * (parallel ? 1.0 - 1e-9 : 1.0) < least))
+             * other */
+            const double counts = distance - (parallel ? PERP__ON_FACE * pair->size : 0.0);
+            if (!(counts < least))
                 continue;
-            least = distance * (parallel ? 1.0 - 1e-9 : 1.0);
+            least = counts;
             closest->distance = distance;
             perp__copy3(closest->on[0][0], on_a);
             perp__copy3(closest->on[0][1], on_b);
@@ -264,7 +265,7 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             best[1] = edge_b;
         }
     }
-    if (a->faces == 0 && b->faces == 0 && least <= PERP__ON_FACE * pair->size) {
+    if (a->faces == 0 && b->faces == 0 && closest->distance <= PERP__ON_FACE * pair->size) {
         /* a direction across two segments whose points coincide */
         static const double upright[3] = {0.0, 1.0, 0.0};
         double u[3], v[3];
@@ -275,11 +276,11 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
             perp__copy3(closest->direction, upright);
     }
     closest->count = 1;
-    if (pair->radius == 0.0)
+    if (pair->radius == 0.0 && closest->distance > PERP__ON_FACE * pair->size)
         return;
 
-    /* of round edges, both ends of the stretch over which nearly parallel ones lie beside each
-     * other */
+    /* of edges that are round or touch, both ends of the stretch over which nearly parallel ones
+     * lie beside each other */
     double between[3], cosine = perp__dot3(best[0].direction, best[1].direction);
     perp__subtract3(between, best[1].centre, best[0].centre);
     double along = perp__dot3(best[0].direction, between), reach = fabs(cosine) * best[1].half;

@@ -264,7 +264,8 @@ static int32_t number_of(const perp__convex_pair *pair, int32_t axis)
 int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, double margin,
                             perp__point *points)
 {
-    const int32_t number = pair->boxes ? number_of(pair, axis_number) : axis_number;
+    const int32_t number =
+        pair->boxes && axis_number >= 0 ? number_of(pair, axis_number) : axis_number;
     const int32_t faces_a = pair->side[0].faces, faces = faces_a + pair->side[1].faces;
     const int32_t edges = pair->side[1].edges, i = (number - faces) / edges;
     const int32_t j = (number - faces) % edges, crossing = number >= faces;
@@ -273,9 +274,14 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     int32_t count = 0, over_face = of_face;
     double separation = -INFINITY, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
     perp__axis axis;
+    perp__axes axes;
 
-    /* 1. the normal: of a face, of a product of edges, or the line between the closest points */
-    if (of_face) {
+    /* 1. the normal: of a face, of a product of edges, of the middle of several faces that touch,
+     * or the line between the closest points */
+    if (number == PERP__MIDDLE_AXIS && perp__convex_axes(pair, INFINITY, &axes) &&
+        perp__middle_of_faces(&axes, PERP__ON_FACE * pair->size, axis.normal)) {
+        separation = 0.0;
+    } else if (of_face) {
         perp__convex_face(pair, side, face, &axis);
         separation = axis.separation + pair->radius;
     } else if (crossing) {

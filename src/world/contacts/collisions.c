@@ -343,32 +343,36 @@ static int32_t touch_plainly(const encounter *e, perp__pair *pair, const perp__a
     return !rounded && perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision);
 }
 
+/* Whether the bodies begin the step at rest beside each other. */
+static int32_t begin_at_rest(const encounter *e)
+{
+    const double *a = e->world->motions[e->world->shapes[e->pair->first].body].start;
+    const double *b = e->world->motions[e->world->shapes[e->pair->second].body].start;
+
+    return memcmp(a, b, 6 * sizeof *a) == 0 && perp__is_zero3(a + 3);
+}
+
 /* Whether shapes that touch, and do not move, pressed in the last step along an axis that they
  * still have: where several keep them apart, nothing yet says that it is another one. */
 static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
 {
-    const perp_world *world = e->world;
-    const double *normal = pressed_along(world, pair);
-    double own[3];
+    const double *normal = begin_at_rest(e) ? pressed_along(e->world, pair) : NULL;
+    double own[3], middle[3];
 
-    for (int32_t side = 0; side < 2 && normal; side++) {
-        const perp__state *state = &world->states[pair->body[side]];
-
-        if (!perp__is_zero3(state->velocity) || !perp__is_zero3(state->angular_velocity))
-            normal = NULL;
-    }
     if (!normal)
         return 0;
     perp__apply_transposed3(own, e->a.start->rotation, normal);
-    for (int32_t k = 0; k < axes->count; k++)
-        if (fabs(axes->axis[k].separation) <= far &&
-            fabs(perp__dot3(axes->axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT) {
-            pair->collision.axis = axes->axis[k].number;
-            pair->collision.time = 0.0;
-            pair->collision.doubtful = 1;
-            return 1;
-        }
-    return 0;
+    pair->collision.axis = PERP__MIDDLE_AXIS;
+    int32_t found = perp__middle_of_faces(axes, e->near.touching, middle) &&
+                    fabs(perp__dot3(middle, own)) >= 1.0 - SUPPORT * SUPPORT;
+    for (int32_t k = 0; k < axes->count && !found; k++) {
+        pair->collision.axis = axes->axis[k].number;
+        found = fabs(axes->axis[k].separation) <= far &&
+                fabs(perp__dot3(axes->axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT;
+    }
+    pair->collision.time = 0.0;
+    pair->collision.doubtful = 1;
+    return found;
 }
 
 /* What keeps the spheres about two shapes apart. */
@@ -380,6 +384,24 @@ static void note_lead(const perp_world *world, perp__pair *pair, double touching
     perp__subtract3(apart, world->placed[pair->second].position,
                     world->placed[pair->first].position);
     pair->collision.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
+}
+
+/* Bodies that begin at rest beside each other, and touch along the axis of their collision from the
+ * start, meet where they are, not where forces alone would turn them; and along the middle of the
+ * faces that touch where there are several: not along that which the motion closes last, for it is
+ * that of a world without this contact. */
+static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes *axes)
+{
+    double middle[3];
+
+    for (int32_t k = 0; k < axes->count; k++)
+        if (axes->axis[k].number == pair->collision.axis &&
+            fabs(axes->axis[k].separation) <= e->near.touching) {
+            pair->collision.time = 0.0;
+            if (perp__middle_of_faces(axes, e->near.touching, middle))
+                pair->collision.axis = PERP__MIDDLE_AXIS;
+            return;
+        }
 }
 
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
@@ -421,6 +443,8 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     }
     if (!touch_plainly(&e, pair, &axes, near) && !presses_on(&e, pair, &axes, near))
         return 0;
+    if (begin_at_rest(&e))
+        meet_at_rest(&e, pair, &axes);
     /* what lies between shapes that are apart keeps them so: they meet along no other face */
     for (int32_t k = 0; k < axes.count; k++)
         if (axes.axis[k].number == pair->collision.axis &&
@@ -432,27 +456,11 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     return open_points(&e, &pair->collision, 0.0);
 }
 
-/* Whether bodies that begin at rest beside each other touched along the axis of their collision
- * from the start: then they meet where they are, not where forces alone would turn them. */
-static int32_t touched_before(const encounter *e, const perp__pair *pair)
-{
-    const double *a = e->world->motions[e->world->shapes[pair->first].body].start;
-    const double *b = e->world->motions[e->world->shapes[pair->second].body].start;
-    perp__axes axes;
-
-    if (memcmp(a, b, 6 * sizeof *a) != 0 || !perp__is_zero3(a + 3))
-        return 0;
-    (void)perp__axes_of(e->a.start, e->b.start, e->world->settings.planar, INFINITY, &axes);
-    for (int32_t k = 0; k < axes.count; k++)
-        if (axes.axis[k].number == pair->collision.axis)
-            return fabs(axes.axis[k].separation) <= e->near.touching;
-    return 0;
-}
-
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
 {
     const int32_t planar = world->settings.planar;
     perp__point points[PERP__MAX_POINTS];
+    perp__axes axes;
     encounter e = encounter_of(world, pair, h, points);
     int32_t met = 0, made;
 
@@ -464,8 +472,10 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     /* 2. other shapes than half-spaces */
     if (!pair->plane) {
         met = perp__find_collision(&e.a, &e.b, planar, &e.near, &pair->collision);
-        if (met && touched_before(&e, pair))
-            pair->collision.time = 0.0;
+        if (met && begin_at_rest(&e)) {
+            (void)perp__axes_of(e.a.start, e.b.start, planar, INFINITY, &axes);
+            meet_at_rest(&e, pair, &axes);
+        }
         return met;
     }
     /* 3. whether the motion closes a point of a half-space, with the normal at the start */
