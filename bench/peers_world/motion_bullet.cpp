@@ -3,7 +3,8 @@
  *
  *   motion_bullet SCENE [SECONDS]
  *
- * The overlap is that of its own contact points, about the margins that it gives to hulls. */
+ * The overlap is that of its own contact points, about the margins that it gives to hulls; moved is
+ * how far the farthest of all bodies has come. */
 #include "motion.h"
 
 #include <btBulletDynamicsCommon.h>
@@ -148,6 +149,11 @@ int main(int argc, char **argv)
     for (int i = 0; i < s.joints; i++)
         add_joint(e, s.joint[i], *ground);
     motion_play(&s, "x1", &calls, argc > 2 ? atof(argv[2]) : 30);
-    printf(" overlap %.3g\n", e.overlap);
+    double moved = 0;
+    for (int i = 0; i < s.bodies; i++) {
+        const btVector3 &end = e.bodies[size_t(i)]->getWorldTransform().getOrigin();
+        moved = std::max(moved, double((end - vector(s.body[i].position)).length()));
+    }
+    printf(" overlap %.3g moved %.3g\n", e.overlap, moved);
     return 0;
 }

@@ -247,6 +247,9 @@ void perp__convex_closest(const perp__convex_pair *pair, perp__closest *closest)
         for (int32_t j = 0; j < b->edges; j++) {
             double on_a[3], on_b[3], between[3];
             perp__segment_of_edge(b, j, &edge_b);
+            perp__subtract3(between, edge_b.centre, edge_a.centre);
+            if (perp__length3(between) - edge_a.half - edge_b.half > least + pair->size)
+                continue; /* no points of theirs are as close */
             int parallel = perp__segment_closest(&edge_a, &edge_b, on_a, on_b);
             perp__subtract3(between, on_b, on_a);
             double distance = perp__normalise3(between);
