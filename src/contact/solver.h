@@ -16,7 +16,6 @@
 #include "contact/method.h"
 #include "contact/polish.h"
 #include "lcp/lcp.h"
-#include "linalg/sparse_cholesky.h"
 
 #define PERP__CONTACT_METHODS 4
 

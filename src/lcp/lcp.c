@@ -40,7 +40,8 @@ static void start_from(perp_lcp_solver *solver, const double *z0)
     }
 }
 
-/* A verified ray is an answer: only a solution beats it. */
+/* Whether a point of this worth and outcome takes the place of the best one. A verified ray is an
+ * answer, too: only a solution beats it. */
 static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
                          perp_outcome outcome)
 {
@@ -74,7 +75,8 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     perp__find_product(solver);
     if (!is_polished || !perp__polish_correct(solver, &worth)) {
         worth = perp__evaluate_product(solver);
-        /* 1. A point beyond the range of doubles: the start is more modest, or else 0. */
+        /* 1. A point whose residual is beyond the range of doubles is replaced by the start, or by
+         * 0 where that is beyond it as well. */
         if (!isfinite(worth.tested)) {
             start_from(solver, z0);
             worth = perp__evaluate(solver);
@@ -84,12 +86,14 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
             }
             said = PERP_OUTCOME_STALLED;
         }
-        /* 2. The polish, but of loose tolerances, or where the method goes on for less. */
+        /* 2. The polish. It is left out where a loose tolerance is met already and the method may
+         * still go on to a smaller residual. */
         if (is_polished && isfinite(worth.tested) &&
             !(tol >= PERP__ROUGH_TOLERANCE && worth.tested <= tol && may_go_on(solver))) {
             if (!iterate->has_places)
                 perp__read_places(solver, solver->places);
-            outcome = perp__lcp_judge(solver, &worth, said); /* it may make a good one worse */
+            /* the polish may make a good point worse: that is kept before */
+            outcome = perp__lcp_judge(solver, &worth, said);
             if (perp__is_good(outcome) && is_better(&solver->best, &worth, outcome))
                 keep(solver, &worth, outcome, step->method);
             status = perp__polish_run(solver, &worth);
@@ -115,11 +119,13 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
 
 /* ---- the search ---- */
 
-/* In residuals: those of the last point and the start; to read M into a method's own form. */
+/* Times, in units of what computing one residual takes: that of judging the last point and the
+ * start at the end of a solve, and that of reading M into a method's own form. */
 #define LAST_RESIDUALS 2.0
 #define FIRST_RESIDUALS 4.0
 
-/* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
+/* A backward error up to PERP__EXACT leaves nothing to gain. Who asks for a tolerance of
+ * PERP__LOOSE or more does not ask for the last digits. */
 #define PERP__EXACT (4.0 * DBL_EPSILON)
 #define PERP__LOOSE 1e-8
 
@@ -174,7 +180,7 @@ static perp__method_slot *pose(perp_lcp_solver *solver, const perp__plan_step *s
     return found;
 }
 
-/* A share that is used up is a limit, but not the caller's. */
+/* Where a step has used up its share of the time, that is a limit of ours and not the caller's. */
 static perp_outcome own_limit(const perp_lcp_solver *solver, perp_outcome said)
 {
     return said == PERP_OUTCOME_TIME_LIMIT && solver->ended < 0 ? PERP_OUTCOME_ITERATION_LIMIT
@@ -228,7 +234,8 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     solver->improvable = iterate.improvable;
     status = perp__consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
     if (*paused && solver->best.method == step->method && !perp__is_good(solver->best.outcome)) {
-        /* a pause was not the method's last word; only the gate says anything good */
+        /* A pause is not the method's last word. What it says of itself is no verdict: only the
+         * gate calls a point good. */
         solver->best.outcome = perp__is_good(iterate.outcome) ? PERP_OUTCOME_STALLED
                                                               : own_limit(solver, iterate.outcome);
     }

@@ -4,19 +4,24 @@
 
 #include "lcp/solver.h"
 
-/* Largest n for Lemke's method on a sparse matrix: n pivots take half a minute there. */
+/* The largest n for which Lemke's method is tried on a sparse matrix: a path of n pivots takes half
+ * a minute there. */
 #define PERP__LARGEST_PATH 16384
 /* Above this Newton's method is first on sparse problems (bench/lcp_obstacle.c). */
 #define PERP__SMALL_SPARSE 64
 /* From this size on it pays to ask whether sweeps alone will do. */
 #define PERP__LARGE_SPARSE 1000
 
-#define PERP__ROUGH_SIZE 100 /* below it a direct solve costs less than the sweeps would */
-/* A fifth of a factorisation on obstacle problems; of a dense one n / 16 sweeps are half. */
+/* Below this size a direct solve costs less than the sweeps would. */
+#define PERP__ROUGH_SIZE 100
+/* So many sweeps cost a fifth of a factorisation on obstacle problems. On a dense matrix n / 16
+ * sweeps cost half of one. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
-#define PERP__FIRST_LOOK 4 /* the rate of sweeps counts after so many */
+/* After so many sweeps the rate at which the residual falls tells whether the rest will do. */
+#define PERP__FIRST_LOOK 4
 
-/* Newton's steps on a dense matrix where pivoting has failed: that many n^3, and some more. */
+/* Where pivoting has failed on a dense matrix, Newton's method may take as many steps of n^3
+ * operations as fit into PERP__NEWTON_WORK, and PERP__NEWTON_STEPS more. */
 #define PERP__NEWTON_WORK 1e11
 #define PERP__NEWTON_STEPS 30
 

@@ -104,7 +104,7 @@ int32_t perp__small_equilibrate(perp_lcp_solver *solver)
 
     memset(solver->exponents, 0, (size_t)solver->n * sizeof *solver->exponents);
     if (is_scaled)
-        perp__equilibrate_but(&solver->M, NULL, solver->exponents, solver->work);
+        perp__find_exponents(&solver->M, solver->exponents, solver->work);
     if (scale(solver) < perp__power_of_two(PERP__NOISE) || !is_scaled)
         return 0;
     perp__balance_noise(&solver->M, solver->exponents, solver->work);

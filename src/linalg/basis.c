@@ -102,8 +102,8 @@ perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t 
     /* 1. A factorisation with room for every kernel there can be. */
     if (!basis->factor || basis->factor_order < basis->capacity) {
         perp__basis_release(basis);
-        status = perp__factor_with_room(context, &basis->factor, basis->capacity, basis->starts,
-                                        basis->rows);
+        status = perp__klu_with_room(context, &basis->factor, basis->capacity, basis->starts,
+                                     basis->rows);
         if (status != PERP_OK)
             return status;
         basis->factor_order = basis->capacity;
@@ -126,9 +126,9 @@ perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t 
     } else {
         const perp__square K = kernel_of(basis);
 
-        status = perp__factor_klu.reanalyse(basis->factor, &K);
+        status = perp__klu_reanalyse(basis->factor, &K);
         if (status == PERP_OK)
-            status = perp__factor_klu.factor(basis->factor, &K, 0);
+            status = perp__klu_factor(basis->factor, &K);
     }
     return status;
 }
@@ -139,7 +139,7 @@ static void solve_kernel(perp__basis *basis, int32_t transposed)
     const perp__principal *p = &basis->principal;
 
     if (!p->block) {
-        perp__factor_klu.solve(basis->factor, basis->part, transposed);
+        perp__klu_solve(basis->factor, basis->part, transposed);
         return;
     }
     for (int32_t c = 0; c < basis->kernel; c++)
@@ -255,7 +255,7 @@ double perp__basis_condition(perp__basis *basis)
 void perp__basis_release(perp__basis *basis)
 {
     if (basis->factor)
-        perp__factor_klu.destroy(basis->factor);
+        perp__klu_destroy(basis->factor);
     basis->factor = NULL;
     basis->factor_order = 0;
 }

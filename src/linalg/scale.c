@@ -255,8 +255,7 @@ void perp__balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wor
         balance(M, work, exponents, largest);
 }
 
-void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
-                           int32_t *work)
+void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *work)
 {
     search s = {.M = M,
                 .exponents = exponents,
@@ -268,7 +267,7 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
     int32_t i = 0;
 
     /* 1. Most problems: every diagonal is positive, and nothing else counts. */
-    while (i < M->rows && perp__diagonal_entry(M, i) > 0.0 && !(without && without[i])) {
+    while (i < M->rows && perp__diagonal_entry(M, i) > 0.0) {
         exponents[i] = unit_diagonal(perp__diagonal_entry(M, i));
         i++;
     }
@@ -278,7 +277,7 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
     for (i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
     for (i = 0; i < M->rows; i++) {
-        const double diagonal = without && without[i] ? 0.0 : perp__diagonal_entry(M, i);
+        const double diagonal = perp__diagonal_entry(M, i);
 
         if (diagonal > 0.0) {
             enqueue(&s, i, unit_diagonal(diagonal), 0);
@@ -306,7 +305,7 @@ int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *expon
     double largest = 0.0;
 
     if (enabled)
-        perp__equilibrate_but(M, NULL, exponents, work);
+        perp__find_exponents(M, exponents, work);
     for (int32_t i = 0; i < M->rows && !enabled; i++)
         exponents[i] = 0;
     perp__scaled_row_norms(M, exponents, row_norms);

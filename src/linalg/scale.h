@@ -29,10 +29,8 @@
 int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
                           double *row_norms, int32_t *work);
 
-/* The same search as if the diagonals i with without[i] != 0 were 0. Neither row norms nor a look
- * at entries of 2^40. */
-void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
-                           int32_t *work);
+/* The same search alone: neither row norms nor a look at noise. */
+void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *work);
 
 /* The end of perp__equilibrate, where the row norms that its search leaves reach 2^40: balances the
  * rows that have entries of that size. work: 2 n. */

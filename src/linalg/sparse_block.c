@@ -220,10 +220,10 @@ static perp_status factor_general(perp__sparse_block *b)
     perp__square A;
 
     if (status == PERP_OK && b->lu_capacity < b->M->columns) { /* room for every block */
-        perp__factor_klu.destroy(b->lu);
+        perp__klu_destroy(b->lu);
         b->lu = NULL;
         b->lu_capacity = 0;
-        status = perp__factor_with_room(b->context, &b->lu, b->M->columns, b->starts, b->rows);
+        status = perp__klu_with_room(b->context, &b->lu, b->M->columns, b->starts, b->rows);
         if (status == PERP_OK)
             b->lu_capacity = b->M->columns;
     }
@@ -232,10 +232,10 @@ static perp_status factor_general(perp__sparse_block *b)
     A = extract(b);
     if (is_late(b, ORDERING * (double)A.column_starts[A.n]))
         return PERP__FACTOR_SINGULAR;
-    status = perp__factor_klu.reanalyse(b->lu, &A);
-    if (status == PERP_OK && is_late(b, PRODUCT * perp__factor_klu_products(b->lu)))
+    status = perp__klu_reanalyse(b->lu, &A);
+    if (status == PERP_OK && is_late(b, PRODUCT * perp__klu_products(b->lu)))
         return PERP__FACTOR_SINGULAR;
-    return status == PERP_OK ? perp__factor_klu.factor(b->lu, &A, 0) : status;
+    return status == PERP_OK ? perp__klu_factor(b->lu, &A) : status;
 }
 
 perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid)
@@ -389,7 +389,7 @@ void perp__sparse_block_solve(perp__sparse_block *block, double *x, int32_t tran
     for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
     if (block->by_lu)
-        perp__factor_klu.solve(block->lu, block->x, transposed);
+        perp__klu_solve(block->lu, block->x, transposed);
     else if (transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
     else
@@ -542,7 +542,7 @@ void perp__sparse_block_release(perp__sparse_block *block)
     perp__arena_release(&block->general_arena);
     perp__multigrid_release(&block->grid);
     perp__fronts_release(&block->fronts);
-    perp__factor_klu.destroy(block->lu);
+    perp__klu_destroy(block->lu);
     block->lu = NULL;
     block->lu_capacity = 0;
     block->factored = 0;

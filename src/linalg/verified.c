@@ -193,13 +193,13 @@ perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
             d->is_z_matrix &= d->comparison[k] == C.values[k];
         }
     C.values = d->comparison;
-    status = perp__kept_factor_analyse(&d->kept, context, &perp__factor_klu, &d->A);
+    status = perp__kept_factor_analyse(&d->kept, context, &d->A);
     if (status == PERP_OK)
-        status = perp__factor_klu.factor(d->kept.factor, &d->A, 0);
+        status = perp__klu_factor(d->kept.factor, &d->A);
     if (status == PERP_OK && !d->is_z_matrix) {
-        status = perp__kept_factor_analyse(&d->kept_comparison, context, &perp__factor_klu, &C);
+        status = perp__kept_factor_analyse(&d->kept_comparison, context, &C);
         if (status == PERP_OK)
-            status = perp__factor_klu.factor(d->kept_comparison.factor, &C, 0);
+            status = perp__klu_factor(d->kept_comparison.factor, &C);
     }
     return status;
 }
@@ -219,7 +219,7 @@ int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const do
     }
     for (int32_t i = 0; i < d->n; i++)
         d->v[i] = fmax(delta[i], 1e-3 * largest);
-    perp__factor_klu.solve(d->is_z_matrix ? d->kept.factor : d->kept_comparison.factor, d->v, 0);
+    perp__klu_solve(d->is_z_matrix ? d->kept.factor : d->kept_comparison.factor, d->v, 0);
     /* 2. positive := a lower bound of C v, all rounding and underflow counted. */
     memset(d->positive, 0, (size_t)d->n * sizeof *d->positive);
     for (int32_t j = 0; j < d->n && is_positive; j++) {

@@ -99,7 +99,7 @@ static int32_t has_noise(perp__witness *t, const perp__witness_point *p)
     }
     if (is_far)
         return 0;
-    perp__equilibrate_but(p->M, NULL, e, t->omegas);
+    perp__find_exponents(p->M, e, t->omegas);
     for (perp__cursor c = perp__first(p->M); !found && perp__advance(&c);) {
         const double size = fabs(c.value), noise = NOISE_DIAGONAL * size;
         const double a = diagonal[c.i], b = diagonal[c.j];

@@ -5,6 +5,7 @@
 
 #include "base/outcome.h"
 #include "lcp/fischer/function.h"
+#include "linalg/blas.h"
 
 #define FAR 0x1p24
 
@@ -18,6 +19,7 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
                   &f->equation, &f->slope_z, &f->slope_w, &f->d, &f->gradient, &f->part, &f->image,
                   &f->best);
     f->H = perp__arena_take(arena, entries, sizeof(double));
+    f->pivots = perp__arena_take(arena, m->sparse ? 0 : n, sizeof(int32_t));
 }
 
 /* The rows at z and w, as the function takes them. */
@@ -165,7 +167,10 @@ static perp_status solve(const perp__newton_run *f, double *x)
 
     for (int32_t i = 0; i < 2 * f->model->n; i++)
         largest = fmax(largest, f->model->omega[i]);
-    f->factor.type->solve(f->factor.factor, x, 0);
+    if (f->model->sparse)
+        perp__klu_solve(f->factor.factor, x, 0);
+    else
+        perp__lu_solve(f->model->n, f->H, f->model->n, f->pivots, x, 0);
     for (int32_t i = 0; i < f->model->n; i++)
         if (!(fabs(x[i]) <= FAR * largest))
             return PERP__FACTOR_SINGULAR;
@@ -176,12 +181,14 @@ perp_status perp__ncp_newton_direction(perp__newton_run *f, double rho)
 {
     const perp__ncp_model *m = f->model;
     const perp__square H = {m->n, f->H, m->starts, m->rows};
-    const perp__factor_type *type = m->sparse ? &perp__factor_klu : &perp__factor_lapack;
-    perp_status status = perp__kept_factor_analyse(&f->factor, m->context, type, &H);
+    perp_status status = PERP_OK;
 
+    if (m->sparse)
+        status = perp__kept_factor_analyse(&f->factor, m->context, &H);
     if (status == PERP_OK) {
         perp__ncp_fill(f, rho);
-        status = type->factor(f->factor.factor, &H, 0);
+        status = m->sparse ? perp__klu_factor(f->factor.factor, &H)
+                           : perp__lu_factor_finite(m->n, f->H, f->pivots);
     }
     if (status != PERP_OK)
         return status;

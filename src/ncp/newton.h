@@ -36,8 +36,9 @@ typedef struct perp__newton_run {
     double *equation; /* the right-hand side that slope_z, slope_w belong to */
     double *slope_z, *slope_w;
     double *d, *gradient, *part, *image;
-    double *H;
-    perp__kept_factor factor;
+    double *H; /* or its LU factors, if dense, with these: */
+    int32_t *pivots;
+    perp__kept_factor factor; /* of a sparse H */
     double recent[PERP__NCP_MEMORY];
     int64_t steps;
     double *best;

@@ -17,12 +17,6 @@
 
 #define UNIT 0x1p-53
 
-static const perp__factor_type *const types[] = {
-    &perp__factor_lapack,
-    &perp__factor_klu,
-};
-enum { TYPES = sizeof types / sizeof types[0] };
-
 /* A matrix both ways. The CSC pattern is that of the entries that are not zero when it is made. */
 typedef struct matrix {
     int32_t n;
@@ -69,15 +63,15 @@ static inline void matrix_compress(matrix *A)
             A->values[k] = A->dense[A->indices[k] + A->n * j];
 }
 
-static inline perp__square view_of(const matrix *A, const perp__factor_type *type)
+static inline perp__square view_of(const matrix *A)
 {
     perp__square view;
 
     memset(&view, 0, sizeof view);
     view.n = A->n;
-    view.values = type->sparse ? A->values : A->dense;
-    view.column_starts = type->sparse ? A->starts : NULL;
-    view.row_indices = type->sparse ? A->indices : NULL;
+    view.values = A->values;
+    view.column_starts = A->starts;
+    view.row_indices = A->indices;
     return view;
 }
 
@@ -153,8 +147,8 @@ static inline double backward_error(const matrix *A, int32_t transposed, const d
 }
 
 /* Solves with random right-hand sides, A and its transpose. */
-static inline void check_solves(gen_random *random, const perp__factor_type *type,
-                                perp__factor *factor, const matrix *A, double tolerance)
+static inline void check_solves(gen_random *random, perp__factor *factor, const matrix *A,
+                                double tolerance)
 {
     double *b = check_allocate((size_t)A->n + 1, sizeof *b);
     double *x = check_allocate((size_t)A->n + 1, sizeof *x);
@@ -166,34 +160,32 @@ static inline void check_solves(gen_random *random, const perp__factor_type *typ
         for (i = 0; i < A->n; i++)
             x[i] = b[i] = gen_normal(random);
         x[A->n] = 77.0;
-        type->solve(factor, x, transposed);
+        perp__klu_solve(factor, x, transposed);
         assert_true(x[A->n] == 77.0);
         error = backward_error(A, transposed, x, b);
         if (!(error <= tolerance))
-            fail_msg("%s: n = %d, transposed %d: backward error %g", type->name, (int)A->n,
-                     (int)transposed, error);
+            fail_msg("n = %d, transposed %d: backward error %g", (int)A->n, (int)transposed, error);
     }
     free(b);
     free(x);
 }
 
-static inline perp__factor *analysed(const perp__factor_type *type, const matrix *A)
+static inline perp__factor *analysed(const matrix *A)
 {
     perp__factor *factor = NULL;
-    perp__square view = view_of(A, type);
+    perp__square view = view_of(A);
 
     view.values = NULL; /* not looked at */
-    assert_int_equal(type->analyse(context, &factor, &view), PERP_OK);
+    assert_int_equal(perp__klu_analyse(context, &factor, &view), PERP_OK);
     assert_non_null(factor);
     return factor;
 }
 
-static inline perp_status factored(const perp__factor_type *type, perp__factor *factor,
-                                   const matrix *A)
+static inline perp_status factored(perp__factor *factor, const matrix *A)
 {
-    const perp__square view = view_of(A, type);
+    const perp__square view = view_of(A);
 
-    return type->factor(factor, &view, 1);
+    return perp__klu_factor(factor, &view);
 }
 
 /* The error of elimination is n u times the factors' growth, which pivoting keeps to a factor of

@@ -295,7 +295,7 @@ static void test_every_allocation_fails(void **state)
             assert_memory_equal(&c, &before, sizeof c);
             refused++;
         }
-        assert_true(refused >= 3);
+        assert_true(refused >= 2); /* the solver and its arrays at least */
         m.fails_at = 0;
         perp_context_destroy(limited);
         assert_int_equal(m.live, 0);

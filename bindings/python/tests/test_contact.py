@@ -460,3 +460,34 @@ def test_a_push_below_its_friction_moves_nothing(method):
     told = perp.contact(M, f, H, w, mu=mu, method=method)
     # (1.001 - 1) mu g h, by a method's tol beside g h
     assert np.hypot(*told.v[:2]) == pytest.approx(1e-3 * mu * 0.0981, abs=1e-8)
+
+
+def test_a_large_sparse_mass_matrix_is_factored_as_it_is():
+    """Above the size at which every mass matrix is made dense: the equations hold by numpy's own
+    sums; what one triangle alone has, as small as rounding, is none of M; what is not positive
+    definite is refused."""
+    rng = np.random.default_rng(3)
+    n, contacts = 300, 20
+    L = sp.diags([np.ones(n), rng.uniform(-0.8, 0.8, n - 1)], [0, -1]) + sp.csc_matrix(
+        (rng.uniform(-0.3, 0.3, 60), (rng.integers(150, n, 60), rng.integers(0, 150, 60))), (n, n)
+    )
+    M = sp.csc_matrix(L @ L.T)
+    H = np.zeros((3 * contacts, n))
+    for row in H:
+        row[rng.integers(0, n, 3)] = rng.uniform(-1, 1, 3)
+    f, mu = rng.uniform(-1, 1, n), np.full(contacts, 0.5)
+    told = perp.contact(M, f, H, mu=mu)
+    assert told.ok
+    # 1e-13: sums of 300 terms of about 10 in doubles
+    assert np.abs(M @ told.v - f - H.T @ told.impulse).max() <= 1e-13
+    for i, j in ((250, 3), (3, 250)):
+        rounded = M.tolil()
+        assert rounded[i, j] == 0
+        rounded[i, j] = 1e-10
+        other = perp.contact(sp.csc_matrix(rounded), f, H, mu=mu)
+        # 1e-8: the entry times M's inverse, of norm below 100
+        assert other.ok and np.abs(other.v - told.v).max() <= 1e-8
+    wrong = M.tolil()
+    wrong[0, 1] = wrong[1, 0] = 5.0
+    with pytest.raises(perp.Error, match="not positive definite"):
+        perp.contact(sp.csc_matrix(wrong), f, H, mu=mu)

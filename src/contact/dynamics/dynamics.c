@@ -107,17 +107,19 @@ static void lay_out(perp__arena *arena, void *object)
     perp__dynamics *own = object;
     const size_t n = (size_t)own->n, size = (size_t)own->size;
     const size_t larger = n > size ? n : size;
+    const int32_t is_dense = is_halved(own) || !own->M.column_starts;
+    const size_t entries = own->has_M && !is_dense ? (size_t)own->M.column_starts[n] : 0;
 
-    own->factor = is_halved(own) || (own->has_M && !own->M.column_starts)
-                      ? perp__arena_take(arena, n, n * sizeof(double))
-                      : NULL;
+    own->factor = own->has_M && is_dense ? perp__arena_take(arena, n, n * sizeof(double)) : NULL;
     own->inverse = own->pair = NULL;
-    if ((is_halved(own) || (own->has_M && !own->M.column_starts)) && own->n <= INVERTED_MOST) {
+    if (own->has_M && is_dense && own->n <= INVERTED_MOST) {
         own->inverse = perp__arena_take(arena, n, perp__half_width(own->n) * sizeof(double));
         own->pair = perp__arena_take(arena, 2, perp__half_width(own->n) * sizeof(double));
     }
-    own->ones = perp__arena_take(arena, n, sizeof(double));
     own->all = perp__arena_take(arena, n, sizeof(int32_t));
+    own->starts = perp__arena_take(arena, entries > 0 ? n + 1 : 0, sizeof(int32_t));
+    own->rows = perp__arena_take(arena, entries, sizeof(int32_t));
+    own->values = perp__arena_take(arena, entries, sizeof(double));
     own->W = own->block = NULL;
     if (own->forms_W) {
         own->W = perp__arena_take(arena, size, size * sizeof(double));
@@ -146,10 +148,8 @@ static perp_status factor_mass(perp__dynamics *own)
     int32_t pivot = 0, definite = 1;
     perp_status status = PERP_OK;
 
-    for (size_t i = 0; i < n; i++) {
-        own->ones[i] = 1.0;
+    for (size_t i = 0; i < n; i++)
         own->all[i] = (int32_t)i;
-    }
     if (!own->has_M || n == 0)
         return PERP_OK;
     if (own->factor) {
@@ -160,9 +160,22 @@ static perp_status factor_mass(perp__dynamics *own)
         if (definite && own->inverse)
             perp__half_invert(own->n, own->factor, own->inverse, own->all, own->pair);
     } else {
-        status = perp__sparse_cholesky_analyse(&own->cholesky, own->context, &own->M, own->ones);
-        if (status == PERP_OK)
-            definite = perp__sparse_cholesky_factor(&own->cholesky, own->all, own->n, 0.0);
+        /* what has no mirror image is rounding, see read_mass */
+        int32_t at = own->starts[0] = 0;
+
+        for (perp__cursor c = perp__first(&own->M); perp__advance(&c);)
+            if (c.i == c.j || (c.value != 0.0 && perp__entry(&own->M, c.j, c.i) != 0.0)) {
+                own->rows[at] = c.i;
+                own->values[at++] = c.value;
+                own->starts[c.j + 1] = at;
+            }
+        own->fronts.is_symmetric = 1;
+        status =
+            perp__fronts_analyse(&own->fronts, own->context, own->n, 1, own->starts, own->rows);
+        if (status == PERP_OK) {
+            memcpy(own->fronts.values, own->values, (size_t)at * sizeof *own->values);
+            definite = perp__fronts_factor(&own->fronts, 0, own->n);
+        }
     }
     if (pivot > 0)
         return perp__refuse(own->context,
@@ -193,7 +206,7 @@ static perp_status solve_mass(perp__dynamics *own, double *x, int32_t columns)
         perp__cholesky_solve(own->n, columns, own->factor, own->n, x, own->n);
     } else {
         for (int32_t c = 0; c < columns; c++)
-            perp__sparse_cholesky_solve(&own->cholesky, x + (size_t)c * n);
+            perp__fronts_solve(&own->fronts, 0, own->n, x + (size_t)c * n);
     }
     return PERP_OK;
 }
@@ -352,6 +365,6 @@ void perp__dynamics_sizes(const perp__dynamics *own, const double *v, const doub
 
 void perp__dynamics_release(perp__dynamics *own)
 {
-    perp__sparse_cholesky_release(&own->cholesky);
+    perp__fronts_release(&own->fronts);
     perp__arena_release(&own->arena);
 }

@@ -5,8 +5,8 @@
 #include <perp/contact.h>
 
 #include "base/arena.h"
+#include "linalg/fronts/fronts.h"
 #include "linalg/matrix.h"
-#include "linalg/sparse_cholesky.h"
 
 typedef struct perp__dynamics {
     perp_context *context;
@@ -18,10 +18,11 @@ typedef struct perp__dynamics {
     perp_contact_mass_solve solve;
     void *user;
     perp__arena arena;
-    perp__sparse_cholesky cholesky;            /* sparse M */
+    perp__fronts fronts;    /* sparse M, as it is factored: */
+    int32_t *starts, *rows; /* its columns */
+    double *values;
     double *factor;                            /* n by n: dense M, or one that half.h works on */
     double *inverse, *pair;                    /* its inverse, if n is small; work of half.h */
-    double *ones;                              /* n */
     int32_t *all;                              /* n: 0, 1, 2, ... */
     double *W;                                 /* size by size */
     double *block;                             /* n by BLOCK; or Y of half.h */

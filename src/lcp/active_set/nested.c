@@ -151,10 +151,9 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
     for (int32_t r = 0; r < count; r++)
         level->residual[active[r]] = -(row_times(rows, active[r], level->z) + level->q[active[r]]);
     if (k == grid->levels - 1) {
-        grid->bottom_matrix.values = rows->values;
-        done = perp__sparse_cholesky_factor(&grid->bottom, active, count, 0.0);
+        done = perp__multigrid_factor_bottom(grid, rows->values, active, count, 0.0);
         if (done) {
-            perp__sparse_cholesky_solve(&grid->bottom, level->residual);
+            perp__fronts_solve(&grid->bottom, 0, count, level->residual);
             memcpy(nested->correction, level->residual, (size_t)rows->n * sizeof(double));
         }
     } else {

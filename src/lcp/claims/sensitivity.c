@@ -10,6 +10,7 @@
 
 #include "base/check.h"
 #include "lcp/solver.h"
+#include "linalg/blas.h"
 #include "linalg/factor/factor.h"
 
 PERP__INIT(perp_lcp_sensitivity_info)
@@ -27,7 +28,9 @@ struct perp_lcp_sensitivity {
     int32_t *starts, *rows;
     double *x;                    /* count */
     double *rhs, *move, *product; /* n */
-    perp__kept_factor kept;
+    perp__kept_factor kept;       /* of a CSC block; a dense one holds its own factors, */
+    int32_t *pivots;              /* with 2 count, half of it for work, */
+    double *work;                 /* and 4 count */
 };
 
 /* ---- the index set of a solution, how clear it is, and the factors of its block ---- */
@@ -53,6 +56,8 @@ static void layout(perp__arena *arena, void *object)
     s->block = perp__arena_take(arena, entries, sizeof(double));
     s->starts = perp__arena_take(arena, uses_csc(s) ? count + 1 : 0, sizeof(int32_t));
     s->rows = perp__arena_take(arena, uses_csc(s) ? entries : 0, sizeof(int32_t));
+    s->pivots = perp__arena_take(arena, uses_csc(s) ? 0 : 2 * count, sizeof(int32_t));
+    s->work = perp__arena_take(arena, uses_csc(s) ? 0 : 4 * count, sizeof(double));
 }
 
 /* Factors block := D_A M_AA D_A and finds its condition number: 1 if it is empty, +inf if it is
@@ -60,11 +65,11 @@ static void layout(perp__arena *arena, void *object)
 static perp_status factor(perp_lcp_sensitivity *s, double *condition)
 {
     const int32_t sparse = uses_csc(s);
-    const perp__factor_type *type = sparse ? &perp__factor_klu : &perp__factor_lapack;
     const perp__index_set block = {s->count, s->active, s->position};
     const perp__square A = {s->count, s->block, sparse ? s->starts : NULL, s->rows};
     const double *d = s->solver->factors;
     perp_status status;
+    double norm;
 
     if (sparse)
         perp__principal_csc(&s->solver->M, &block, s->starts, s->rows, s->block);
@@ -78,10 +83,15 @@ static perp_status factor(perp_lcp_sensitivity *s, double *condition)
             column[k] *= d[s->active[sparse ? s->rows[k] : k]] * d[s->active[c]];
     }
     *condition = INFINITY;
-    status = perp__kept_factor_analyse(&s->kept, s->context, type, &A);
-    PERP__THEN(status, type->factor(s->kept.factor, &A, 0));
+    norm = perp__norm_1(&A);
+    status = sparse ? perp__kept_factor_analyse(&s->kept, s->context, &A)
+                    : perp__lu_factor_finite(s->count, s->block, s->pivots);
+    if (sparse)
+        PERP__THEN(status, perp__klu_factor(s->kept.factor, &A));
     if (status == PERP_OK)
-        *condition = 1.0 / type->condition(s->kept.factor, &A);
+        *condition = 1.0 / (sparse ? perp__klu_condition(s->kept.factor, &A)
+                                   : perp__lu_condition(s->count, s->block, s->count, norm, s->work,
+                                                        s->pivots + s->count));
     return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
 }
 
@@ -180,7 +190,10 @@ static void solve(perp_lcp_sensitivity *s, double *x, int32_t transposed)
     /* M_AA^-1 = D (D M_AA D)^-1 D */
     for (int32_t k = 0; k < s->count; k++)
         s->x[k] = d[s->active[k]] * x[s->active[k]];
-    s->kept.type->solve(s->kept.factor, s->x, transposed);
+    if (uses_csc(s))
+        perp__klu_solve(s->kept.factor, s->x, transposed);
+    else
+        perp__lu_solve(s->count, s->block, s->count, s->pivots, s->x, transposed);
     for (int32_t k = 0; k < s->count; k++)
         x[s->active[k]] = d[s->active[k]] * s->x[k];
 }

@@ -185,7 +185,7 @@ static void refine(perp__verify *v)
             perp__verified_apply(&v->dense, v->middle, v->step);
         } else {
             memcpy(v->step, v->middle, (size_t)v->count * sizeof *v->step);
-            perp__factor_klu.solve(v->dominance.kept.factor, v->step, 0);
+            perp__klu_solve(v->dominance.kept.factor, v->step, 0);
         }
         for (int32_t k = 0; k < v->count; k++)
             largest = perp__larger(largest, fabs(v->step[k]));

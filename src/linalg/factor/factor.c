@@ -134,42 +134,43 @@ double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1
     return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, (void *)&lu);
 }
 
-perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,
-                                   int32_t *starts, int32_t *rows)
+perp_status perp__lu_factor_finite(int32_t n, double *A, int32_t *pivots)
+{
+    int32_t regular = perp__lu_factor(n, A, n, pivots) == 0;
+
+    for (int32_t i = 0; i < n; i++)
+        regular = regular && isfinite(A[(size_t)i * ((size_t)n + 1)]);
+    return regular ? PERP_OK : PERP__FACTOR_SINGULAR;
+}
+
+perp_status perp__klu_with_room(perp_context *context, perp__factor **factor, int32_t n,
+                                int32_t *starts, int32_t *rows)
 {
     const perp__square diagonal = {n, NULL, starts, rows};
 
     for (int32_t k = 0; k < n; k++)
         starts[k] = rows[k] = k;
     starts[n] = n;
-    return perp__factor_klu.analyse(context, factor, &diagonal);
+    return perp__klu_analyse(context, factor, &diagonal);
 }
 
 /* ---- factorisations kept from set-up to set-up ---- */
 
 perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
-                                      const perp__factor_type *type, const perp__square *A)
+                                      const perp__square *A)
 {
-    const size_t starts = (size_t)A->n + 1;
-    const size_t entries = A->column_starts ? (size_t)A->column_starts[A->n] : 0;
-    const int32_t is_same = kept->factor && kept->type == type;
+    const size_t starts = (size_t)A->n + 1, entries = (size_t)A->column_starts[A->n];
     perp_status status;
 
-    if (is_same && kept->n == A->n &&
-        (!A->column_starts ||
-         (!memcmp(kept->pattern, A->column_starts, starts * sizeof(int32_t)) &&
-          !memcmp(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t)))))
+    if (kept->factor && kept->n == A->n &&
+        !memcmp(kept->pattern, A->column_starts, starts * sizeof(int32_t)) &&
+        !memcmp(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t)))
         return PERP_OK;
-    if (is_same && !type->sparse && A->n <= kept->most) {
-        kept->n = A->n;
-        return type->reanalyse(kept->factor, A);
-    }
     perp__kept_factor_release(kept);
     kept->context = context;
-    kept->type = type;
-    kept->n = kept->most = A->n;
-    status = type->analyse(context, &kept->factor, A);
-    if (status == PERP_OK && A->column_starts) {
+    kept->n = A->n;
+    status = perp__klu_analyse(context, &kept->factor, A);
+    if (status == PERP_OK) {
         kept->pattern = perp__allocate(context, starts + entries, sizeof(int32_t));
         if (kept->pattern) {
             memcpy(kept->pattern, A->column_starts, starts * sizeof(int32_t));
@@ -185,8 +186,7 @@ perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *con
 
 void perp__kept_factor_release(perp__kept_factor *kept)
 {
-    if (kept->factor)
-        kept->type->destroy(kept->factor);
+    perp__klu_destroy(kept->factor);
     kept->factor = NULL;
     if (kept->pattern)
         perp__release(kept->context, kept->pattern);

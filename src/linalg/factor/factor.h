@@ -1,12 +1,11 @@
-/* Factorisations of square matrices behind six functions: analyse, reanalyse, factor, solve,
- * condition, destroy. Dense by LAPACK, sparse by KLU. */
+/* Factorisations of square matrices: sparse ones by KLU, dense ones by linalg/blas.h. */
 #ifndef PERP_LINALG_FACTOR_H
 #define PERP_LINALG_FACTOR_H
 
 #include <perp/base.h>
 
-/* A square matrix handed to a factorisation: CSC (sorted columns) if column_starts is not NULL,
- * else dense column-major with leading dimension n. */
+/* A square matrix handed to a factorisation: CSC, with sorted columns. Where column_starts is NULL
+ * it is dense, column-major with leading dimension n: perp__norm_1 takes it, KLU does not. */
 typedef struct perp__square {
     int32_t n;
     const double *values;
@@ -19,38 +18,39 @@ typedef struct perp__factor perp__factor;
 /* What a numerical factorisation found, beside the negative statuses. */
 enum { PERP__FACTOR_SINGULAR = 1 };
 
-typedef struct perp__factor_type {
-    const char *name;
-    int32_t sparse; /* takes CSC; otherwise dense */
-    /* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
-    perp_status (*analyse)(perp_context *context, perp__factor **factor, const perp__square *A);
-    /* Takes A's pattern instead, of an order no larger than the one analysed first; the factors are
-     * gone. Asks the context for no memory. PERP_OK, or PERP_ERROR_MEMORY of a third party: the
-     * factor then holds a matrix of order 0 and may be tried again. */
-    perp_status (*reanalyse)(perp__factor *factor, const perp__square *A);
-    /* Factors values with the analysed pattern; A is not kept. keep_pivots: refactors with the
-     * pivots of the last time where they still serve, cheaper, but then the last bits depend on
-     * what was factored before. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-    perp_status (*factor)(perp__factor *factor, const perp__square *A, int32_t keep_pivots);
-    /* x := A^-1 x (transposed: A^-T x) with the last factors. */
-    void (*solve)(perp__factor *factor, double *x, int32_t transposed);
-    /* Estimate of 1 / cond_1(A), 0 if singular. A: the matrix that was factored. */
-    double (*condition)(perp__factor *factor, const perp__square *A);
-    /* NULL is allowed. */
-    void (*destroy)(perp__factor *factor);
-} perp__factor_type;
+/* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
+perp_status perp__klu_analyse(perp_context *context, perp__factor **factor, const perp__square *A);
 
-extern const perp__factor_type perp__factor_lapack;
-extern const perp__factor_type perp__factor_klu;
+/* Takes A's pattern instead, of an order no larger than the one analysed first; the factors are
+ * gone. Asks the context for no memory. PERP_OK, or PERP_ERROR_MEMORY of a third party: the factor
+ * then holds a matrix of order 0 and may be tried again. */
+perp_status perp__klu_reanalyse(perp__factor *factor, const perp__square *A);
+
+/* Factors values with the analysed pattern; A is not kept. The same bits whatever was factored
+ * before. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+perp_status perp__klu_factor(perp__factor *factor, const perp__square *A);
+
+/* x := A^-1 x (transposed: A^-T x) with the last factors. */
+void perp__klu_solve(perp__factor *factor, double *x, int32_t transposed);
+
+/* Estimate of 1 / cond_1(A), 0 if singular. A: the matrix that was factored. */
+double perp__klu_condition(perp__factor *factor, const perp__square *A);
+
+/* NULL is allowed. */
+void perp__klu_destroy(perp__factor *factor);
 
 /* Multiplications and additions of a factorisation by KLU of what was analysed, if all pivots are
  * on the diagonal. */
-double perp__factor_klu_products(const perp__factor *factor);
+double perp__klu_products(const perp__factor *factor);
 
 /* A factorisation by KLU with room for all patterns of up to n rows: it is shown a diagonal first.
  * starts: n + 1 entries, rows: n; both of work. PERP_OK or _MEMORY. */
-perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,
-                                   int32_t *starts, int32_t *rows);
+perp_status perp__klu_with_room(perp_context *context, perp__factor **factor, int32_t n,
+                                int32_t *starts, int32_t *rows);
+
+/* LU factors of a dense A in its place, for perp__lu_solve. PERP_OK, or PERP__FACTOR_SINGULAR also
+ * where they overflow, which is of no more use than a zero pivot. */
+perp_status perp__lu_factor_finite(int32_t n, double *A, int32_t *pivots);
 
 /* ---- the condition number's estimate that all share ---- */
 
@@ -64,22 +64,21 @@ double perp__norm_1(const perp__square *A);
 double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__solve_function solve,
                                   void *user);
 
-/* ---- a factorisation kept from set-up to set-up: analysed again only for another size or pattern,
- * and with new memory only, if dense, for a larger one than ever. ---- */
+/* ---- a factorisation by KLU kept from set-up to set-up: analysed again only for another size or
+ * pattern ---- */
 
 /* All zero at first. */
 typedef struct perp__kept_factor {
     perp_context *context;
-    const perp__factor_type *type;
     perp__factor *factor; /* NULL: nothing analysed */
-    int32_t n, most;      /* of the matrix at hand; of the largest that there is memory for */
-    int32_t *pattern;     /* column starts and row indices that were analysed; NULL if dense */
+    int32_t n;
+    int32_t *pattern; /* column starts and row indices that were analysed */
 } perp__kept_factor;
 
 /* Analyses A's pattern unless it is the one analysed already. PERP_OK or PERP_ERROR_MEMORY, and
  * then nothing is kept. */
 perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
-                                      const perp__factor_type *type, const perp__square *A);
+                                      const perp__square *A);
 
 void perp__kept_factor_release(perp__kept_factor *kept);
 

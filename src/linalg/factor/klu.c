@@ -1,14 +1,10 @@
 /* Sparse LU of matrices that come in blocks: Davis & Palamadai Natarajan, "Algorithm 907: KLU",
- * ACM TOMS 37 (2010). Ordering and pivots are kept from one matrix to the next of its pattern. */
+ * ACM TOMS 37 (2010). The ordering is kept from one matrix to the next of its pattern. */
 #include <klu.h>
 #include <math.h>
 
 #include "base/context.h"
 #include "linalg/factor/factor.h"
-
-/* Kept pivots serve while the factors grow at most this much more than with pivots of their own:
- * the backward error grows alike, and two digits are less than one step of refinement returns. */
-#define PERP__GROWTH_ALLOWED 100.0
 
 struct perp__factor {
     perp_context *context;
@@ -16,11 +12,10 @@ struct perp__factor {
     klu_common common;
     klu_symbolic *symbolic; /* NULL if n = 0 */
     klu_numeric *numeric;   /* NULL if there are no factors */
-    double fresh_growth;    /* reciprocal pivot growth when the kept pivots were chosen */
     double *work;           /* 2 n */
 };
 
-static void destroy(perp__factor *factor)
+void perp__klu_destroy(perp__factor *factor)
 {
     if (!factor)
         return;
@@ -30,7 +25,7 @@ static void destroy(perp__factor *factor)
     perp__release(factor->context, factor);
 }
 
-static perp_status reanalyse(perp__factor *factor, const perp__square *A)
+perp_status perp__klu_reanalyse(perp__factor *factor, const perp__square *A)
 {
     klu_free_numeric(&factor->numeric, &factor->common);
     klu_free_symbolic(&factor->symbolic, &factor->common);
@@ -46,7 +41,7 @@ static perp_status reanalyse(perp__factor *factor, const perp__square *A)
     return perp__fail_memory(factor->context, "a sparse factorisation");
 }
 
-static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
+perp_status perp__klu_analyse(perp_context *context, perp__factor **factor, const perp__square *A)
 {
     perp__factor *made = perp__allocate_zeros(context, 1, sizeof *made, "a sparse factorisation");
 
@@ -55,15 +50,15 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
     made->context = context;
     klu_defaults(&made->common);
     made->work = perp__allocate(context, 2 * (size_t)A->n, sizeof *made->work);
-    if (!made->work || reanalyse(made, A) != PERP_OK) {
-        destroy(made);
+    if (!made->work || perp__klu_reanalyse(made, A) != PERP_OK) {
+        perp__klu_destroy(made);
         return perp__fail_memory(context, "a sparse factorisation");
     }
     *factor = made;
     return PERP_OK;
 }
 
-double perp__factor_klu_products(const perp__factor *factor)
+double perp__klu_products(const perp__factor *factor)
 {
     return factor->symbolic ? factor->symbolic->est_flops : 0.0;
 }
@@ -78,23 +73,12 @@ static int has_bad_pivot(const perp__factor *factor)
     return 0;
 }
 
-static double growth(perp__factor *factor, const perp__square *A)
-{
-    klu_rgrowth((int *)A->column_starts, (int *)A->row_indices, (double *)A->values,
-                factor->symbolic, factor->numeric, &factor->common);
-    return factor->common.rgrowth;
-}
-
-static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
+perp_status perp__klu_factor(perp__factor *factor, const perp__square *A)
 {
     int *starts = (int *)A->column_starts, *rows = (int *)A->row_indices;
     double *values = (double *)A->values;
 
     if (factor->n == 0)
-        return PERP_OK;
-    if (keep_pivots && factor->numeric &&
-        klu_refactor(starts, rows, values, factor->symbolic, factor->numeric, &factor->common) &&
-        !has_bad_pivot(factor) && growth(factor, A) * PERP__GROWTH_ALLOWED >= factor->fresh_growth)
         return PERP_OK;
     klu_free_numeric(&factor->numeric, &factor->common);
     factor->numeric = klu_factor(starts, rows, values, factor->symbolic, &factor->common);
@@ -102,13 +86,10 @@ static perp_status factor_values(perp__factor *factor, const perp__square *A, in
         return perp__fail_memory(factor->context, "a sparse factorisation");
     if (factor->numeric && has_bad_pivot(factor))
         klu_free_numeric(&factor->numeric, &factor->common);
-    if (!factor->numeric)
-        return PERP__FACTOR_SINGULAR;
-    factor->fresh_growth = growth(factor, A);
-    return PERP_OK;
+    return factor->numeric ? PERP_OK : PERP__FACTOR_SINGULAR;
 }
 
-static void solve(perp__factor *factor, double *x, int32_t transposed)
+void perp__klu_solve(perp__factor *factor, double *x, int32_t transposed)
 {
     if (!factor->numeric)
         return;
@@ -120,17 +101,13 @@ static void solve(perp__factor *factor, double *x, int32_t transposed)
 
 static void solve_for_condition(void *user, double *x, int32_t transposed)
 {
-    solve(user, x, transposed);
+    perp__klu_solve(user, x, transposed);
 }
 
-static double condition(perp__factor *factor, const perp__square *A)
+double perp__klu_condition(perp__factor *factor, const perp__square *A)
 {
     if (factor->n > 0 && !factor->numeric)
         return 0.0;
     return perp__reciprocal_condition(factor->n, perp__norm_1(A), factor->work, solve_for_condition,
                                       factor);
 }
-
-const perp__factor_type perp__factor_klu = {
-    "klu", 1, analyse, reanalyse, factor_values, solve, condition, destroy,
-};

@@ -110,7 +110,7 @@ void perp__multigrid_release(perp__multigrid *grid)
         perp__arena_release(&grid->level[k].transfer_arena);
         perp__arena_release(&grid->level[k].matrix_arena);
     }
-    perp__sparse_cholesky_release(&grid->bottom);
+    perp__fronts_release(&grid->bottom);
     perp__arena_release(&grid->arena);
     perp__release(grid->context, grid->level);
     grid->level = NULL;
@@ -122,8 +122,7 @@ static void layout(perp__arena *arena, void *object)
     perp__multigrid *grid = object;
     const size_t n = (size_t)grid->level[0].n;
 
-    PERP__DOUBLES(arena, n, &grid->sums, &grid->direction, &grid->product, &grid->preconditioned,
-                  &grid->ones);
+    PERP__DOUBLES(arena, n, &grid->sums, &grid->direction, &grid->product, &grid->preconditioned);
     grid->marks = perp__arena_take(arena, n, sizeof(int32_t));
 }
 
@@ -379,17 +378,13 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
     grid->levels = 0;
     if (status == PERP_OK && perp__is_past(grid->deadline))
         return PERP_OK;
-    if (status == PERP_OK && k > 0) { /* the last level is factored; its values change with the
-                                         block */
+    if (status == PERP_OK && k > 0) { /* the last level is factored, in blocks */
         last = &grid->level[k];
-        grid->bottom_matrix =
-            (perp__matrix){last->n, last->n, 0, 0, last->values, last->starts, last->rows};
-        for (int32_t i = 0; i < last->n; i++) {
-            grid->ones[i] = 1.0;
+        for (int32_t i = 0; i < last->n; i++)
             last->active[i] = i;
-        }
-        status = perp__sparse_cholesky_analyse(&grid->bottom, grid->context, &grid->bottom_matrix,
-                                               grid->ones);
+        grid->bottom.is_symmetric = grid->bottom.takes_blocks = 1;
+        status = perp__fronts_analyse(&grid->bottom, grid->context, last->n, 1, last->starts,
+                                      last->rows);
     }
     grid->levels = status == PERP_OK ? k + 1 : 0;
     return status;

@@ -56,6 +56,18 @@ void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int3
     level->active_count = count;
 }
 
+int32_t perp__multigrid_factor_bottom(perp__multigrid *grid, const double *values,
+                                      const int32_t *active, int32_t count, double rho)
+{
+    const perp__level *last = &grid->level[grid->levels - 1];
+
+    perp__fronts_take(&grid->bottom, active, count);
+    for (int32_t j = 0; j < last->n; j++)
+        for (int32_t k = last->starts[j]; k < last->starts[j + 1]; k++)
+            grid->bottom.values[k] = values[k] + (last->rows[k] == j ? rho : 0.0);
+    return perp__fronts_factor(&grid->bottom, 0, count);
+}
+
 int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
                                    int32_t count)
 {
@@ -71,10 +83,11 @@ int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int
                                  fine[1].block_inverse_diagonal))
             return 0;
     }
-    grid->bottom_matrix.values = bottom->block_values;
     /* aggregates that are all but outside of the block can lose their pivots to rounding */
-    return perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 0.0) ||
-           perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 1e-10);
+    return perp__multigrid_factor_bottom(grid, bottom->block_values, bottom->active, bottom->n,
+                                         0.0) ||
+           perp__multigrid_factor_bottom(grid, bottom->block_values, bottom->active, bottom->n,
+                                         1e-10);
 }
 
 /* The rows of a level that take part. */
@@ -142,7 +155,7 @@ static int32_t cycle(perp__multigrid *grid, const double *b, double *x)
         }
     }
     memcpy(grid->level[last].x, grid->level[last].b, (size_t)grid->level[last].n * sizeof(double));
-    perp__sparse_cholesky_solve(&grid->bottom, grid->level[last].x);
+    perp__fronts_solve(&grid->bottom, 0, grid->level[last].n, grid->level[last].x);
     for (int32_t k = last - 1; k >= grid->top; k--) {
         const rows r = rows_of(grid, k);
         const perp__level *level = r.level;

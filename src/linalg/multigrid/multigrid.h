@@ -6,7 +6,8 @@
 #define PERP_LINALG_MULTIGRID_H
 
 #include "base/clock.h"
-#include "linalg/sparse_cholesky.h"
+#include "linalg/fronts/fronts.h"
+#include "linalg/matrix.h"
 
 #define PERP__LEVELS 24
 
@@ -45,10 +46,8 @@ typedef struct perp__multigrid {
     double *sums;       /* n: a row of a product; zero between uses */
     int32_t *marks;     /* n */
     double *direction, *product, *preconditioned; /* n */
-    double *ones;                                 /* n */
     perp__arena arena;
-    perp__matrix bottom_matrix; /* the last level as the factorisation sees it */
-    perp__sparse_cholesky bottom;
+    perp__fronts bottom; /* the last level as it is factored */
 } perp__multigrid;
 
 void perp__multigrid_release(perp__multigrid *grid);
@@ -68,6 +67,11 @@ int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int
 /* Other rows of the same level with the coarse matrices that are there: good for few changes. */
 void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int32_t *active,
                                   int32_t count);
+
+/* Factors the block of these rows of the last level, plus rho I. Returns 0 if it is not positive
+ * definite. */
+int32_t perp__multigrid_factor_bottom(perp__multigrid *grid, const double *values,
+                                      const int32_t *active, int32_t count, double rho);
 
 /* x_A := S_AA^-1 b_A up to `tolerance`, relative to b in the 2-norm; both are indexed by the rows
  * of the block's level. b_A is overwritten by the residual, x is zero outside of the block. Returns
