@@ -25,19 +25,18 @@ PERP__KERNEL static void perp__add_product(double *to, int32_t rows, double sign
                                            double (*A)[PERP__NODE], const double *x,
                                            int32_t columns)
 {
-    enum { HALF = PERP__NODE / 2 };
-    perp__lanes sums[2] = {PERP__CONST_LANES_AT(to), PERP__CONST_LANES_AT(to + HALF)};
+    perp__lanes sums[2] = {PERP__CONST_LANES_AT(to), PERP__CONST_LANES_AT(to + PERP__NODE / 2)};
 
     for (int32_t c = 0; c < columns; c++) { /* of both halves side by side: neither waits */
         const perp__lanes factor = PERP__SAME_LANES(sign * x[c]);
 
         sums[0] += factor * PERP__CONST_LANES_AT(A[c]);
-        if (rows > HALF)
-            sums[1] += factor * PERP__CONST_LANES_AT(A[c] + HALF);
+        if (rows > PERP__NODE / 2)
+            sums[1] += factor * PERP__CONST_LANES_AT(A[c] + PERP__NODE / 2);
     }
     PERP__LANES_AT(to) = sums[0];
-    if (rows > HALF)
-        PERP__LANES_AT(to + HALF) = sums[1];
+    if (rows > PERP__NODE / 2)
+        PERP__LANES_AT(to + PERP__NODE / 2) = sums[1];
 }
 
 typedef struct perp__joint_factor {
