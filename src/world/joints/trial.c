@@ -378,7 +378,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
         memcpy(motion->trial, moving, sizeof moving);
         perp__twist_of(world, work->v + n * i, motion->last);
     }
-    if (rounds->coarse) { /* what is linear there is so as far as the motion itself turns little */
+    if (rounds->coarse) { /* what is linear there is so as far as that motion turns little */
         perp__find_paths(world, island, t);
         rounds->turn = fmax(rounds->turn, turn_of(world, island));
         return 0;
@@ -404,5 +404,5 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 
 int32_t perp__is_rough(const perp__rounds *rounds)
 {
-    return !(rounds->turn <= FAR && (rounds->coarse || rounds->swerve <= FAR));
+    return !(rounds->turn <= FAR && (rounds->coarse ? rounds->most == 1 : rounds->swerve <= FAR));
 }
