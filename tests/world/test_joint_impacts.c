@@ -226,6 +226,65 @@ static void test_parts(void **state)
 
 /* ---- bounces ---- */
 
+/* A chain that falls with one end first: the hit turns the last link by more than a quarter of a
+ * radian a step, which is no more than that motion itself has, and the step stays whole. The links'
+ * ends meet to 1e-6 of a length, as those of whip(), and the hit gives no energy. */
+static void test_hit_whole(void **state)
+{
+    enum { LINKS = 6 };
+    const double length = 0.4, thin = 0.02, tilt = 0.8, up[2] = {sin(tilt), cos(tilt)};
+    const double inertia = (length * length + thin * thin) / 12.0;
+    perp_step_result result;
+    int level, k, hits = 0;
+
+    (void)state;
+    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+    for (level = 0; level < 2; level++) {
+        perp_body bodies[LINKS];
+        double energy;
+        scene s;
+
+        open_level(&s, 0, levels[level], 0.0);
+        put_box(&s, 0.0, -1.0, 5.0, 1.0, 0.0);
+        for (k = 0; k < LINKS; k++) {
+            const double along = (k + 0.5) * length, start = k * length;
+            perp_body_settings settings = joint_body(1.0, thin * thin / 6.0, inertia, inertia,
+                                                     along * up[1], along * up[0] + 0.1, 0.0);
+            const perp_joint_settings hinge =
+                joint_at(PERP_JOINT_REVOLUTE, start * up[1], start * up[0] + 0.1, 0.0);
+
+            settings.velocity[1] = -10.0;
+            settings.orientation[0] = cos(0.5 * tilt);
+            settings.orientation[3] = sin(0.5 * tilt);
+            bodies[k] = scene_add(&s, &settings);
+            scene_box(&s, bodies[k], 0.5 * length - 0.02, 0.5 * thin, 0.5 * thin, 0.0, 0.0);
+            if (k > 0)
+                joint_add(&s, bodies[k - 1], bodies[k], &hinge);
+        }
+        energy = joint_energy(&s);
+        for (k = 0; k < 3; k++) {
+            const double before = scene_state(&s, bodies[0]).angular_velocity[2];
+            SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+            assert_int_equal(result.steps, 1);
+            hits += fabs(scene_state(&s, bodies[0]).angular_velocity[2] - before) > 25.0;
+            assert_true(joint_energy(&s) <= energy * (1.0 + 1e-9)); /* rounding */
+        }
+        for (k = 1; k < LINKS; k++) {
+            const perp_body_state a = scene_state(&s, bodies[k - 1]),
+                                  b = scene_state(&s, bodies[k]);
+            const double turn[2] = {2.0 * atan2(a.orientation[3], a.orientation[0]),
+                                    2.0 * atan2(b.orientation[3], b.orientation[0])};
+
+            scene_near(a.position[0] + 0.5 * length * cos(turn[0]),
+                       b.position[0] - 0.5 * length * cos(turn[1]), 1e-6 * length, "link");
+            scene_near(a.position[1] + 0.5 * length * sin(turn[0]),
+                       b.position[1] - 0.5 * length * sin(turn[1]), 1e-6 * length, "link");
+        }
+        scene_close(&s);
+    }
+    assert_true(hits >= 2); /* else nothing was tried */
+}
+
 /* Without gravity: to the wall at the rate w, then back at e w. Returns the error of the angle,
  * which is that of a chord for each arc: turn^2 / 12 of the way, and terms of fourth order. */
 static double swing_back(int32_t planar, int32_t accuracy, double e, double rate, double dt)
@@ -442,10 +501,11 @@ static void test_brakes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_plate),  cmocka_unit_test(test_whip),
-        cmocka_unit_test(test_parts),  cmocka_unit_test(test_swing_back),
-        cmocka_unit_test(test_height), cmocka_unit_test(test_bounces),
-        cmocka_unit_test(test_brakes), cmocka_unit_test(test_door),
+        cmocka_unit_test(test_plate),     cmocka_unit_test(test_whip),
+        cmocka_unit_test(test_parts),     cmocka_unit_test(test_swing_back),
+        cmocka_unit_test(test_height),    cmocka_unit_test(test_bounces),
+        cmocka_unit_test(test_brakes),    cmocka_unit_test(test_door),
+        cmocka_unit_test(test_hit_whole),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
 /* On a unit diagonal, between rounding, which a factor of 1 / RIDGE makes larger, and what the next
@@ -122,7 +121,7 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
 {
     const int32_t square = problem->width * problem->width;
     double ridge = RIDGE;
-    int32_t rows = 0, same = b->factored && b->most_angle == b->last_angle;
+    int32_t splits[2] = {0, 0}, rows = 0, same = b->factored && b->most_angle == b->last_angle;
     size_t size;
     perp_status status;
 
@@ -141,9 +140,10 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     again = again && same && problem->carriers == 0;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++) {
         const perp__rigid_rows *g = &problem->rows[k];
-        int32_t splits[2];
+        const int32_t goes_on =
+            k > problem->contacts && g->body[0] == g[-1].body[0] && g->body[1] == g[-1].body[1];
 
-        for (int32_t side = 0; side < 2 && !again; side++)
+        for (int32_t side = 0; side < 2 && !again && !goes_on; side++)
             splits[side] = moves(problem, g->body[side]) &&
                            perp__splits(problem->factors + square * g->body[side], problem->width);
         for (int32_t i = 0; i < g->dim; i++, b->rows++) {
@@ -219,19 +219,10 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
 {
     const perp__joint_factor *f = &b->factor;
 
-    for (int32_t node = 0; node < f->nodes; node++)
-        for (int32_t l = 0; l < f->rows[node]; l += PERP__NODE / 2) {
-            perp__lanes sum = PERP__SAME_LANES(0.0);
-
-            for (int32_t side = 0; side < 2; side++) {
-                const double *own = y + 8 * f->body[2 * node + side];
-
-                for (int32_t j = 0; j < 6; j++)
-                    sum += PERP__CONST_LANES_AT(f->P[node][8 * side + j] + l) *
-                           PERP__SAME_LANES(own[j]);
-            }
-            PERP__LANES_AT(b->x + PERP__NODE * node + l) = sum;
-        }
+    memset(b->x, 0, PERP__NODE * (size_t)f->nodes * sizeof *b->x);
+    for (int32_t k = 0; k < 2 * f->nodes; k++)
+        perp__add_product(b->x + PERP__NODE * (k / 2), f->rows[k / 2], 1.0,
+                          &f->P[k / 2][PERP__NODE * (k % 2)], y + 8 * f->body[k], 6);
 }
 
 /* b->error := K^-1 (P y + share w), and y less what that pushes. Returns the largest that a row

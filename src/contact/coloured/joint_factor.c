@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
 static void lay_out_nodes(perp__arena *arena, void *object)
@@ -166,19 +165,6 @@ static perp_status analyse(perp__joint_factor *f, perp_context *context)
 
 /* ---- numbers ---- */
 
-/* to := to + sign A x, of as many lanes as cover `rows`; A has so many columns. */
-PERP__KERNEL static void add_product(double *to, int32_t rows, double sign, double (*A)[PERP__NODE],
-                                     const double *x, int32_t columns)
-{
-    for (int32_t l = 0; l < rows; l += PERP__NODE / 2) {
-        perp__lanes sum = PERP__CONST_LANES_AT(to + l);
-
-        for (int32_t c = 0; c < columns; c++)
-            sum += PERP__SAME_LANES(sign * x[c]) * PERP__CONST_LANES_AT(A[c] + l);
-        PERP__LANES_AT(to + l) = sum;
-    }
-}
-
 /* Where the tiles of column k are. */
 PERP__KERNEL static void find_places(const perp__joint_factor *f, int32_t k, int32_t *place)
 {
@@ -211,7 +197,7 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
                 const double x[6] = {own[0][c], own[1][c], own[2][c],
                                      own[3][c], own[4][c], own[5][c]};
 
-                add_product(tile[c], f->rows[other], 1.0, P, x, 6);
+                perp__add_product(tile[c], f->rows[other], 1.0, P, x, 6);
             }
         }
     }
@@ -242,7 +228,7 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP_
         for (int32_t k = 0; k < c; k++) {
             const double x = -root * D[k][c];
 
-            add_product(back[c], rows, 1.0, &back[k], &x, 1);
+            perp__add_product(back[c], rows, 1.0, &back[k], &x, 1);
         }
         /* 2. What that leaves of the columns behind it. */
         for (int32_t d = c + 1; d < rows; d++) {
@@ -274,9 +260,9 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double l
         memset(half, 0, sizeof half);
         memset(L, 0, sizeof L);
         for (int32_t c = 0; c < rows; c++)
-            add_product(half[c], others, 1.0, f->tile[t], turned[c], rows);
+            perp__add_product(half[c], others, 1.0, f->tile[t], turned[c], rows);
         for (int32_t c = 0; c < rows; c++)
-            add_product(L[c], others, 1.0, half, inverse[c], rows);
+            perp__add_product(L[c], others, 1.0, half, inverse[c], rows);
         for (int32_t c = 0; c < PERP__NODE; c++)
             for (int32_t l = 0; l < PERP__NODE; l++)
                 f->back[t][l][c] = L[c][l];
@@ -285,8 +271,8 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double l
             double(*to)[PERP__NODE] = f->tile[f->mark[f->row[s]]];
 
             for (int32_t d = 0; d < others; d++)
-                add_product(to[d], f->rows[f->order[f->row[s]]], -1.0, f->tile[s], f->back[t][d],
-                            rows);
+                perp__add_product(to[d], f->rows[f->order[f->row[s]]], -1.0, f->tile[s],
+                                  f->back[t][d], rows);
         }
         memcpy(f->tile[t], L, sizeof L);
     }
@@ -323,20 +309,20 @@ PERP__MULTIVERSION_SHARED(perp__joint_factor_solve, (const perp__joint_factor *f
         for (int32_t t = f->tiles[k] + 1; t < f->tiles[k + 1]; t++) {
             const int32_t other = f->order[f->row[t]];
 
-            add_product(x + PERP__NODE * other, f->rows[other], -1.0, f->tile[t],
-                        x + PERP__NODE * node, f->rows[node]);
+            perp__add_product(x + PERP__NODE * other, f->rows[other], -1.0, f->tile[t],
+                              x + PERP__NODE * node, f->rows[node]);
         }
     }
     for (int32_t k = f->nodes; k-- > 0;) {
         const int32_t node = f->order[k], rows = f->rows[node];
         double half[PERP__NODE] = {0.0}, own[PERP__NODE] = {0.0};
 
-        add_product(half, rows, 1.0, f->tile[f->tiles[k]], x + PERP__NODE * node, rows);
-        add_product(own, rows, 1.0, f->back[f->tiles[k]], half, rows);
+        perp__add_product(half, rows, 1.0, f->tile[f->tiles[k]], x + PERP__NODE * node, rows);
+        perp__add_product(own, rows, 1.0, f->back[f->tiles[k]], half, rows);
         for (int32_t t = f->tiles[k] + 1; t < f->tiles[k + 1]; t++) {
             const int32_t other = f->order[f->row[t]];
 
-            add_product(own, rows, -1.0, f->back[t], x + PERP__NODE * other, f->rows[other]);
+            perp__add_product(own, rows, -1.0, f->back[t], x + PERP__NODE * other, f->rows[other]);
         }
         memcpy(x + PERP__NODE * node, own, sizeof own);
     }

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "base/arena.h"
+#include "linalg/lanes/lanes.h"
 
 enum { PERP__NODE = 8 };
 
@@ -18,6 +19,25 @@ typedef double perp__joint_tile[PERP__NODE][PERP__NODE];
 
 /* What a node has of P: a row of numbers y, eight of A and eight of B, in each of its lanes. */
 typedef double perp__joint_lanes[2 * PERP__NODE][PERP__NODE];
+
+/* to := to + sign A x, of as many lanes as cover `rows`; A has so many columns. */
+PERP__KERNEL static void perp__add_product(double *to, int32_t rows, double sign,
+                                           double (*A)[PERP__NODE], const double *x,
+                                           int32_t columns)
+{
+    perp__lanes sums[2] = {PERP__CONST_LANES_AT(to), PERP__CONST_LANES_AT(to + PERP__NODE / 2)};
+
+    for (int32_t c = 0; c < columns; c++) { /* of both halves side by side: neither waits */
+        const perp__lanes factor = PERP__SAME_LANES(sign * x[c]);
+
+        sums[0] += factor * PERP__CONST_LANES_AT(A[c]);
+        if (rows > PERP__NODE / 2)
+            sums[1] += factor * PERP__CONST_LANES_AT(A[c] + PERP__NODE / 2);
+    }
+    PERP__LANES_AT(to) = sums[0];
+    if (rows > PERP__NODE / 2)
+        PERP__LANES_AT(to + PERP__NODE / 2) = sums[1];
+}
 
 typedef struct perp__joint_factor {
     perp__arena arena, link_arena, tile_arena;

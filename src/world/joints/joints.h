@@ -73,8 +73,8 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
                          perp__rounds *rounds);
 /* Joints are to be where the interval begins. */
 void perp__stop_trial(perp_world *world, const perp__island *island);
-/* Whether joints turn too far in the interval: by about a radian, or so that rounds do not settle.
- */
+/* Whether joints turn too far in the interval: by about a radian, or so that rounds do not settle;
+ * sweeps have one, and then the rows of the beginning, of first order. */
 int32_t perp__is_rough(const perp__rounds *rounds);
 /* The mean of both ends' velocities, as bodies see it: of `now` and `v`. */
 void perp__mean_of_ends(perp_world *world, const perp__island *island);

@@ -357,8 +357,6 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     const double settled = perp__swings(world, island) ? SETTLED : perp__exact_tol(world);
     int32_t lost;
 
-    if (rounds->coarse)
-        return 0;
     rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
 
     /* 1. the motion that was found is the next trial; by how much it differs */
@@ -379,6 +377,11 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
         }
         memcpy(motion->trial, moving, sizeof moving);
         perp__twist_of(world, work->v + n * i, motion->last);
+    }
+    if (rounds->coarse) { /* what is linear there is so as far as that motion turns little */
+        perp__find_paths(world, island, t);
+        rounds->turn = fmax(rounds->turn, turn_of(world, island));
+        return 0;
     }
 
     /* 2. again for limits that it reached, and until it is settled; what turns too far to settle,
@@ -401,5 +404,5 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 
 int32_t perp__is_rough(const perp__rounds *rounds)
 {
-    return !(rounds->turn <= FAR && rounds->swerve <= FAR);
+    return !(rounds->turn <= FAR && (rounds->coarse ? rounds->most == 1 : rounds->swerve <= FAR));
 }
