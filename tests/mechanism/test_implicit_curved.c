@@ -127,8 +127,7 @@ static void test_bead(void **state)
     assert_true(leaves > 1e-4); /* h^2 v^2 / 2 and more */
 }
 
-/* theta has order 2 here without friction, and 1 with it: the direction of the slip turns, and it
- * is that of the step's end. */
+/* theta has order 2 here, with friction too, whose slip turns: it acts against the mean slip. */
 static void test_bead_theta(void **state)
 {
     double errors[2][2], leaves;
