@@ -128,6 +128,20 @@ def test_a_slip_that_turns_has_the_second_order(kind):
             assert off(1e-2, error) < 10 * error * np.abs(true).max()
 
 
+@pytest.mark.parametrize("theta", [0.0, 0.3, 0.8, 1.0])
+def test_other_weights_are_of_first_order(theta):
+    """They come nearer to 1/2's answer in proportion to the step; 1/2's own error is 1000 times less."""
+    rng = np.random.default_rng(9)
+    for kind in (plane, ball, disc, stribeck):
+        m, v0, _, _ = kind(rng)
+        end = [
+            m.simulate([0] * m.n, v0, 0.3, h, scheme="theta", theta=weight).q[-1]
+            for h, weight in ((0.003, theta), (0.0015, theta), (0.0015, 0.5))
+        ]
+        ratio = np.abs(end[0] - end[2]).max() / np.abs(end[1] - end[2]).max()
+        assert ratio == pytest.approx(2, abs=0.15)
+
+
 def test_an_ellipse_of_friction_stops_where_its_equation_does():
     """A drawn block: the slip turns towards the tangent with more friction, and ends."""
     rng = np.random.default_rng(6)

@@ -84,8 +84,10 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     const double theta = m->settings.theta, ahead = 1.0 - theta, t = w->from.t + w->from.h;
     perp_status status = PERP_OK;
 
-    /* 1. M, or that of the start where the model has none ahead */
+    /* 1. M, or that of the start where the model has none ahead; the velocities expected */
     w->corrected = 0;
+    for (int32_t i = 0; i < m->n; i++)
+        w->v[i] = w->from.v[i] + w->from.h * m->acceleration[i];
     memcpy(w->at, w->from.q, (size_t)m->coordinates * sizeof *w->at);
     if (ahead > 0.0)
         status = perp__evaluate_move(m, w->at, w->from.q, ahead * w->from.h, w->from.v);
@@ -97,12 +99,8 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
         return status;
     }
     /* 2. the rows at the predicted end, or at the start alike */
-    for (int32_t i = 0; i < m->n; i++) {
-        const double change = w->from.h * m->acceleration[i];
-
-        w->middle[i] = w->from.v[i] + 0.5 * change;
-        w->v[i] = w->from.v[i] + change;
-    }
+    for (int32_t i = 0; i < m->n; i++)
+        w->middle[i] = 0.5 * (w->from.v[i] + w->v[i]);
     status = perp__evaluate_move(m, w->q, w->from.q, w->from.h, w->middle);
     PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, w->q, w->v));
     if (status == PERP__OUTSIDE)
@@ -224,11 +222,11 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
  * adds to that at the end, ((1 - theta)/theta) u_t-. The laws ask for directions alone. */
 static void add_means(const perp_mechanism *m, const perp__theta *w, double s, double *x)
 {
-    const double weight = s * (1.0 - m->settings.theta) / m->settings.theta;
+    const double theta = m->settings.theta;
 
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
         for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j] && w->mean[j]; i++)
-            x[i] += weight * m->start_velocity[i];
+            x[i] += s * (1.0 - theta) / theta * m->start_velocity[i];
 }
 
 /* begin.drift := drift of the end, what its rows make of `v` beyond J, and of means. */
@@ -263,11 +261,12 @@ static int32_t jumps(perp_mechanism *m)
     return found;
 }
 
-/* After the first solution: what slips at both ends, by less than a right angle apart. After a
- * later one: takes back what the mean turned further. Whether anything changed. */
+/* After the first solution: what slips at both ends, by less than a right angle apart; a mean in
+ * which the start counts more would be no friction of the end. After a later one: takes back what
+ * the mean turned further. Whether anything changed. */
 static int32_t find_means(perp_mechanism *m, perp__theta *w, int32_t first)
 {
-    const int32_t may = first && m->settings.theta < 1.0 && !jumps(m);
+    const int32_t may = first && m->settings.theta >= 0.5 && !jumps(m);
     int32_t changed = 0;
 
     memcpy(w->slip, m->start_velocity, (size_t)m->rows * sizeof *w->slip);
@@ -370,8 +369,6 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     double lacking = 0.0;
     int32_t pass;
 
-    for (int32_t i = 0; i < m->n; i++)
-        w->v[i] = w->from.v[i] + w->from.h * m->acceleration[i];
     correct_drift(m, w, w->v);
     status = find_force(m, w, w->v);
     for (pass = 0;
