@@ -411,8 +411,9 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  *          implicit: that, then a factorisation a Newton step, mostly two to six of them, and
  *          about n + 7 calls of each callback, of which n are for derivatives.
  *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
- *          where k does not depend on q and v). Where the iteration does not converge the outcome
- *          is iteration_limit. */
+ *          where k does not depend on q and v, one more where a slip in space, or with Stribeck's
+ *          coefficient, lasts). Where the iteration does not converge the outcome is
+ *          iteration_limit. */
 PERP_API perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v,
                                             double *impulse, double *velocity, int32_t *modes,
                                             double *ray, perp_mechanism_step *step, double t,

@@ -1,6 +1,6 @@
-/* Balancing, reduction to Hessenberg form by elimination, and Francis' double-shift QR iteration:
- * routines balanc, elmhes and hqr of Wilkinson & Reinsch, "Handbook for Automatic Computation II"
- * (1971), as in EISPACK. */
+/* Balancing, reduction to Hessenberg form by reflections, and Francis' double-shift QR iteration
+ * (Golub & Van Loan, "Matrix Computations", 4th ed., algorithms 7.4.2, 7.5.1 and 7.5.2), with the
+ * balancing and shifts of Wilkinson & Reinsch, "Handbook for Automatic Computation II" (1971). */
 #include "mechanism/eigenvalues.h"
 
 #include <float.h>
@@ -65,37 +65,44 @@ static void balance(const square *A)
     }
 }
 
-static void exchange(double *x, double *y)
+/* A := P A P, P the reflection in rows k to k + count - 1 that turns x into a multiple of its first
+ * axis. w: count. Nothing to do where it is one: what is 0 stays so. */
+static void reflect(const square *A, int32_t k, int32_t count, const double *x, double *w)
 {
-    const double moved = *x;
+    double length = 0.0, rest = 0.0;
 
-    *x = *y;
-    *y = moved;
+    for (int32_t l = count; l-- > 0; length = hypot(length, x[l]))
+        rest = length;
+    if (rest == 0.0)
+        return;
+    for (int32_t l = 0; l < count; l++)
+        w[l] = x[l] / length;
+    w[0] += copysign(1.0, w[0]); /* its square is 2 |w_0| now */
+    for (int32_t i = 0; i < A->n; i++) {
+        double p = 0.0;
+
+        for (int32_t l = 0; l < count; l++)
+            p += w[l] * *at(A, k + l, i);
+        for (int32_t l = 0; l < count; l++)
+            *at(A, k + l, i) -= w[l] * (p / fabs(w[0]));
+    }
+    for (int32_t i = 0; i < A->n; i++) {
+        double p = 0.0;
+
+        for (int32_t l = 0; l < count; l++)
+            p += *at(A, i, k + l) * w[l];
+        for (int32_t l = 0; l < count; l++)
+            *at(A, i, k + l) -= w[l] * (p / fabs(w[0]));
+    }
 }
 
-static void to_hessenberg(const square *A)
+/* w: n. */
+static void to_hessenberg(const square *A, double *w)
 {
-    int32_t i, p;
-
     for (int32_t m = 1; m < A->n - 1; m++) {
-        for (p = m, i = m + 1; i < A->n; i++)
-            if (fabs(*at(A, i, m - 1)) > fabs(*at(A, p, m - 1)))
-                p = i;
-        for (int32_t j = m - 1; j < A->n && p != m; j++)
-            exchange(at(A, p, j), at(A, m, j));
-        for (int32_t j = 0; j < A->n && p != m; j++)
-            exchange(at(A, j, p), at(A, j, m));
-        for (i = m + 1; i < A->n && *at(A, m, m - 1) != 0.0; i++) {
-            const double y = *at(A, i, m - 1) / *at(A, m, m - 1);
-
+        reflect(A, m, A->n - m, at(A, m, m - 1), w);
+        for (int32_t i = m + 1; i < A->n; i++)
             *at(A, i, m - 1) = 0.0;
-            if (y == 0.0)
-                continue;
-            for (int32_t j = m; j < A->n; j++)
-                *at(A, i, j) -= y * *at(A, m, j);
-            for (int32_t j = 0; j < A->n; j++)
-                *at(A, j, m) += y * *at(A, j, i);
-        }
     }
 }
 
@@ -117,95 +124,23 @@ static int32_t block_start(const square *A, int32_t last, double norm)
     return l;
 }
 
-/* Applies the reflection (1, q, r) to the rows and columns k, k + 1 and, if `three`, k + 2. b: its
- * vector before s is added to its first entry. */
-static void reflect(const square *A, int32_t k, int32_t l, int32_t last, int32_t three, double s,
-                    const double *b)
-{
-    const double p0 = b[0] + s, x = p0 / s, y = b[1] / s, z = b[2] / s;
-    const double q = b[1] / p0, r = b[2] / p0;
-    const int32_t bottom = last < k + 3 ? last : k + 3;
-
-    for (int32_t j = k; j <= last; j++) {
-        double p = *at(A, k, j) + q * *at(A, k + 1, j);
-
-        if (three) {
-            p += r * *at(A, k + 2, j);
-            *at(A, k + 2, j) -= p * z;
-        }
-        *at(A, k + 1, j) -= p * y;
-        *at(A, k, j) -= p * x;
-    }
-    for (int32_t i = l; i <= bottom; i++) {
-        double p = x * *at(A, i, k) + y * *at(A, i, k + 1);
-
-        if (three) {
-            p += z * *at(A, i, k + 2);
-            *at(A, i, k + 2) -= p * r;
-        }
-        *at(A, i, k + 1) -= p * q;
-        *at(A, i, k) -= p;
-    }
-}
-
-/* b := b / the sum of its sizes, which is returned; not where that is 0. */
-static double normalise(double *b)
-{
-    const double size = fabs(b[0]) + fabs(b[1]) + fabs(b[2]);
-
-    for (int32_t k = 0; k < 3 && size != 0.0; k++)
-        b[k] /= size;
-    return size;
-}
-
-/* One double-shift QR step on rows l to last. */
+/* One double-shift QR step on rows l to last, with the shifts of the block [y, w; 1, x]:
+ * reflections chase the bulge down. */
 static void sweep(const square *A, int32_t l, int32_t last, double x, double y, double w)
 {
-    double b[3];
-    int32_t m;
+    const double z = *at(A, l, l), r = x - z, s = y - z;
+    double b[3] = {(r * s - w) / *at(A, l + 1, l) + *at(A, l, l + 1),
+                   *at(A, l + 1, l + 1) - z - r - s, *at(A, l + 2, l + 1)};
+    double work[3];
 
-    /* 1. It starts where two successive small entries below the diagonal allow it. */
-    for (m = last - 2; m >= l; m--) {
-        const double z = *at(A, m, m), r = x - z, s = y - z;
-        double u, v;
+    for (int32_t k = l; k < last; k++) {
+        const int32_t count = k < last - 1 ? 3 : 2;
 
-        b[0] = (r * s - w) / *at(A, m + 1, m) + *at(A, m, m + 1);
-        b[1] = *at(A, m + 1, m + 1) - z - r - s;
-        b[2] = *at(A, m + 2, m + 1);
-        normalise(b);
-        if (m == l)
-            break;
-        u = fabs(*at(A, m, m - 1)) * (fabs(b[1]) + fabs(b[2]));
-        v = fabs(b[0]) * (fabs(*at(A, m - 1, m - 1)) + fabs(z) + fabs(*at(A, m + 1, m + 1)));
-        if (u <= DBL_EPSILON * v)
-            break;
-    }
-    for (int32_t i = m + 2; i <= last; i++) {
-        *at(A, i, i - 2) = 0.0;
-        if (i != m + 2)
-            *at(A, i, i - 3) = 0.0;
-    }
-    /* 2. Reflections chase the bulge down. */
-    for (int32_t k = m; k < last; k++) {
-        const int32_t three = k != last - 1;
-        double size = 0.0, s;
-
-        if (k != m) {
-            b[0] = *at(A, k, k - 1);
-            b[1] = *at(A, k + 1, k - 1);
-            b[2] = three ? *at(A, k + 2, k - 1) : 0.0;
-            size = normalise(b);
-            if (size == 0.0)
-                continue;
-        }
-        s = copysign(sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]), b[0]);
-        if (s == 0.0)
-            continue;
-        if (k != m)
-            *at(A, k, k - 1) = -s * size;
-        else if (l != m)
-            *at(A, k, k - 1) = -*at(A, k, k - 1);
-        reflect(A, k, l, last, three, s, b);
+        for (int32_t i = 0; i < count && k > l; i++)
+            b[i] = *at(A, k + i, k - 1);
+        reflect(A, k, count, b, work);
+        for (int32_t i = 1; i < count && k > l; i++)
+            *at(A, k + i, k - 1) = 0.0;
     }
 }
 
@@ -275,7 +210,7 @@ int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
             exponent = 0;
         for (i = 0; i < n * n && exponent != 0; i++)
             A[i] = ldexp(A[i], -exponent);
-        to_hessenberg(&view);
+        to_hessenberg(&view, real);
         for (j = 0; j < n; j++)
             for (i = 0; i < n && i <= j + 1; i++)
                 norm += fabs(*at(&view, i, j));

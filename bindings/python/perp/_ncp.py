@@ -54,6 +54,18 @@ class NcpResult(SolverAnswer):
         )
 
     @property
+    def message(self) -> str:
+        """The outcome in a sentence; where it is not good, also what was tried and how near it came."""
+        if self.ok:
+            return super().message
+        place = "a stationary point of the merit function" if self.trapped else "the best point"
+        return (
+            f"{super().message}; tried: {self.iterations} iterations from {self.restarts + 1} start"
+            f"{'s' * (self.restarts > 0)}, {self.function_evaluations} calls of F; z is {place}, "
+            f"with a natural residual of {self.natural_residual:.2g}"
+        )
+
+    @property
     def nfev(self) -> int:
         """`function_evaluations`, by SciPy's name."""
         return self.function_evaluations

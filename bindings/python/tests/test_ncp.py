@@ -318,3 +318,24 @@ def test_ctrl_c():
         [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60
     )
     assert run.stdout == "interrupted\n" and run.stderr == ""
+
+
+def test_a_problem_without_a_solution_says_what_was_tried():
+    """Sums of squares above 0 have no root; nor have equations that differ by a constant."""
+    rng = np.random.default_rng(11)
+    for n in (1, 2, 3):
+        A, c = rng.standard_normal((n, n)), rng.uniform(0.1, 2, n)
+        for F in (lambda x: (A @ x) ** 2 + c, lambda x: np.full(n, x.sum()) + np.arange(n) + c):
+            if n == 1 and F(np.zeros(1)) * F(np.full(1, -9.0)) < 0:
+                continue  # one equation has a root
+            r = perp.ncp(F, rng.standard_normal(n), lower=-np.inf)
+            assert not r.ok
+            for tried in (
+                f"{r.iterations} iterations from {r.restarts + 1} start",
+                f"{r.function_evaluations} calls of F",
+                f"a natural residual of {r.natural_residual:.2g}",
+            ):
+                assert tried in r.message
+            assert r.message.startswith(r.outcome)
+            assert r.function_evaluations < 35000  # what docs/ncp.md tells of n up to 12
+    assert "tried" not in perp.ncp(lambda x: x - 1, [0.0]).message

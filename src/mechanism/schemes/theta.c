@@ -12,9 +12,11 @@
  * from the last iterate, so that the contact problem keeps its symmetry. With theta = 1 all
  * geometry is that of the start.
  *
- * Friction and contact act through v+ alone: weighted like k they would ring (u_n+ = -u_n). A
- * contact that the step reaches keeps the speed gap/h that brings it to 0; it has gap 0 when the
- * next step begins, and u_n+ = 0 (or the restitution's) from there on. */
+ * Friction and contact act through v+ alone: weighted like k they would ring (u_n+ = -u_n). Where
+ * something slips at both ends nothing rings, and friction is that of the mean theta u_t+ + (1 -
+ * theta) u_t-: so that a slip that turns, and one with the coefficient of its speed, have the
+ * second order too. A contact that the step reaches keeps the speed gap/h that brings it to 0; it
+ * has gap 0 when the next step begins, and u_n+ = 0 (or the restitution's) from there on. */
 #include "mechanism/mechanism.h"
 
 #include <math.h>
@@ -55,6 +57,8 @@ struct perp__theta {
     int32_t has_matrix;     /* A is not M */
     int32_t tried_matrix;
     int32_t corrected; /* speeds are measured with the rows of the end */
+    int8_t *mean;      /* contacts, then dry groups: 1: friction is that of the mean slip */
+    double *slip;      /* rows: that, else the slip at the start */
 };
 
 static void layout(perp__arena *arena, void *object)
@@ -66,6 +70,8 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &w->force, &w->p, &w->last, &w->v, &w->last_v, &w->middle, &w->x,
                   &w->y);
     PERP__DOUBLES(arena, (size_t)w->m->coordinates, &w->q, &w->at, &w->probe);
+    PERP__DOUBLES(arena, (size_t)w->m->rows, &w->slip);
+    w->mean = perp__arena_take(arena, (size_t)(w->m->contacts + w->m->dry), 1);
 }
 
 /* ---- what is fixed during a step ----------------------------------------------------------- */
@@ -78,8 +84,10 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     const double theta = m->settings.theta, ahead = 1.0 - theta, t = w->from.t + w->from.h;
     perp_status status = PERP_OK;
 
-    /* 1. M, or that of the start where the model has none ahead */
+    /* 1. M, or that of the start where the model has none ahead; the velocities expected */
     w->corrected = 0;
+    for (int32_t i = 0; i < m->n; i++)
+        w->v[i] = w->from.v[i] + w->from.h * m->acceleration[i];
     memcpy(w->at, w->from.q, (size_t)m->coordinates * sizeof *w->at);
     if (ahead > 0.0)
         status = perp__evaluate_move(m, w->at, w->from.q, ahead * w->from.h, w->from.v);
@@ -92,11 +100,11 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     }
     /* 2. the rows at the predicted end, or at the start alike */
     for (int32_t i = 0; i < m->n; i++)
-        w->middle[i] = w->from.v[i] + 0.5 * w->from.h * m->acceleration[i];
+        w->middle[i] = 0.5 * (w->from.v[i] + w->v[i]);
     status = perp__evaluate_move(m, w->q, w->from.q, w->from.h, w->middle);
-    PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, w->q, w->from.v));
+    PERP__THEN(status, perp__evaluate_rows(m, &m->end, t, w->q, w->v));
     if (status == PERP__OUTSIDE)
-        status = perp__evaluate_rows(m, &m->end, t, w->from.q, w->from.v);
+        status = perp__evaluate_rows(m, &m->end, t, w->from.q, w->v);
     if (status != PERP_OK)
         return status;
     /* 3. between */
@@ -130,6 +138,7 @@ static perp_status prepare(perp_mechanism *m, perp__theta *w)
         m->dry_bound[j] = w->from.h * m->begin.bound[j];
     w->terms = m->begin;
     w->has_matrix = w->tried_matrix = 0;
+    memset(w->mean, 0, (size_t)(m->contacts + m->dry));
     return PERP_OK;
 }
 
@@ -209,12 +218,77 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
 
 /* ---- the iteration ------------------------------------------------------------------------- */
 
-/* begin.drift := drift of the end, and what its rows make of `v` beyond J. */
+/* To x, of rows that friction against the mean slip acts in: s times what the slip at the start
+ * adds to that at the end, ((1 - theta)/theta) u_t-. The laws ask for directions alone. */
+static void add_means(const perp_mechanism *m, const perp__theta *w, double s, double *x)
+{
+    const double theta = m->settings.theta;
+
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+        for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j] && w->mean[j]; i++)
+            x[i] += s * (1.0 - theta) / theta * m->start_velocity[i];
+}
+
+/* begin.drift := drift of the end, what its rows make of `v` beyond J, and of means. */
 static void correct_drift(perp_mechanism *m, const perp__theta *w, const double *v)
 {
     memcpy(m->begin.drift, m->end.drift, (size_t)m->rows * sizeof *m->begin.drift);
     if (w->corrected)
         perp__row_velocities(m, &m->end, m->begin.drift, v);
+    add_means(m, w, 1.0, m->begin.drift);
+}
+
+/* Whether velocities jump: a contact was hit, approached faster than the forces of the step make
+ * it, or its sliding, faster than what these make of it, jams. */
+static int32_t jumps(perp_mechanism *m)
+{
+    const double *start = m->start_velocity, *free = m->free_velocity;
+    int32_t found = 0;
+
+    for (int32_t j = 0; j < m->contacts && !found && perp__outcome_moves(m->answer.outcome); j++) {
+        const int32_t row = m->starts[j];
+        double before = 0.0, change = 0.0;
+
+        if (m->two_sided[j] > 0 || !(m->answer.r[row] > 0.0))
+            continue;
+        for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++) {
+            before = hypot(before, start[i]);
+            change = hypot(change, free[i] - start[i]);
+        }
+        found = start[row] < -fabs(free[row] - start[row]) ||
+                (before > change && perp__is_jammed(m, &m->answer, j));
+    }
+    return found;
+}
+
+/* After the first solution: what slips at both ends, by less than a right angle apart; a mean in
+ * which the start counts more would be no friction of the end. After a later one: takes back what
+ * the mean turned further. Whether anything changed. */
+static int32_t find_means(perp_mechanism *m, perp__theta *w, int32_t first)
+{
+    const int32_t may = first && m->settings.theta >= 0.5 && !jumps(m);
+    int32_t changed = 0;
+
+    memcpy(w->slip, m->start_velocity, (size_t)m->rows * sizeof *w->slip);
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        const int32_t row = m->tangent[j], end = row + m->tangents[j];
+        const int32_t differs = m->tangents[j] > 1 || (j < m->contacts && m->stribeck[j] > 0.0);
+        double along = 0.0;
+
+        if (!differs || !(may || w->mean[j]))
+            continue;
+        for (int32_t i = row; i < end; i++)
+            along += m->start_velocity[i] * m->answer.u[i];
+        if (w->mean[j] != (m->answer.modes[j] == PERP_MECHANISM_SLIP && along > 0.0)) {
+            w->mean[j] = !w->mean[j];
+            changed = 1;
+        }
+        for (int32_t i = row; i < end && w->mean[j]; i++)
+            w->slip[i] += m->settings.theta * (m->answer.u[i] - w->slip[i]);
+    }
+    if (changed)
+        perp__friction_of_speed(m, &m->begin, m->friction, w->slip, w->from.v);
+    return changed;
 }
 
 /* to := to + (A - M) x. */
@@ -281,10 +355,7 @@ static int32_t follows(perp_mechanism *m, perp__theta *w, double change)
 
     while (i < m->rows && m->answer.r[i] == 0.0)
         i++;
-    if (before == 0.0 || change <= CHANGED * before || i == m->rows)
-        return 0;
-    correct_drift(m, w, w->v);
-    return 1;
+    return before > 0.0 && change > CHANGED * before && i < m->rows;
 }
 
 /* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
@@ -298,8 +369,6 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     double lacking = 0.0;
     int32_t pass;
 
-    for (int32_t i = 0; i < m->n; i++)
-        w->v[i] = w->from.v[i] + w->from.h * m->acceleration[i];
     correct_drift(m, w, w->v);
     status = find_force(m, w, w->v);
     for (pass = 0;
@@ -320,7 +389,9 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
             for (int32_t i = 0; i < m->n; i++)
                 w->x[i] = w->v[i] - w->last_v[i];
             change = perp__energy_norm(m, &m->begin, w->x, w->x);
-            again = pass == 1 && follows(m, w, change);
+            again = (pass == 1 && follows(m, w, change)) + find_means(m, w, pass == 1);
+            if (again)
+                correct_drift(m, w, w->v);
             lacking = defect(m, w, start, &size);
             if (lacking <= tol * size && !again &&
                 (lacking <= wanted * size || (pass > 1 && 2.0 * lacking > before))) {
@@ -338,6 +409,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
         PERP__THEN(status, solve(m, w, step));
         if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
             return status;
+        add_means(m, w, -1.0, m->answer.u);
         memcpy(w->last_v, w->v, (size_t)m->n * sizeof *w->v);
         memcpy(w->v, m->answer.v, (size_t)m->n * sizeof *w->v);
         status = find_force(m, w, w->v);
@@ -353,9 +425,7 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
                                 const perp__start *from)
 {
     perp__theta *w = m->theta ? m->theta : perp__work_create(m, sizeof *w, layout);
-    const double *start = m->start_velocity, *free = m->free_velocity;
     perp__velocity_problem problem;
-    int32_t jumps = 0;
     perp_status status;
 
     m->theta = w;
@@ -367,28 +437,14 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
     PERP__THEN(status, iterate(m, w, step));
     if (status != PERP_OK)
         return status;
-    /* velocities jump: a contact was hit, approached faster than the forces of the step make it, or
-     * its sliding, faster than what these make of it, jams */
-    for (int32_t j = 0; j < m->contacts && !jumps && perp__outcome_moves(m->answer.outcome); j++) {
-        const int32_t row = m->starts[j];
-        double before = 0.0, change = 0.0;
-
-        if (m->two_sided[j] > 0 || !(m->answer.r[row] > 0.0))
-            continue;
-        for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++) {
-            before = hypot(before, start[i]);
-            change = hypot(change, free[i] - start[i]);
-        }
-        jumps = start[row] < -fabs(free[row] - start[row]) ||
-                (before > change && perp__is_jammed(m, &m->answer, j));
-    }
-    if (jumps) /* there is no mean: those after the jump stop at the contact */
+    if (jumps(m)) /* there is no mean: those after the jump stop at the contact */
         status = perp__evaluate_move(m, to->q, from->q, from->h, m->answer.v);
     else
         memcpy(to->q, w->q, (size_t)m->coordinates * sizeof *to->q);
     if (status != PERP_OK)
         return status;
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum); /* that of the forces: impacts */
+    add_means(m, w, -1.0, m->begin.drift);
     problem = perp__pose(m, &m->begin);
     return perp__finish_step(m, to, step, from->t + from->h, &problem);
 }
