@@ -160,11 +160,13 @@ class Stepper:
         self.gather(data)
         self.forget()
         how = self._solve_any(data)
-        turns = self.solver.laws
-        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
         solver = self.solver
+        if not solver.rows:
+            return how
+        turns = solver.laws
+        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
         kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
-        if solver.rows and not solver.solve_by(method, 1e-12).ok:
+        if not solver.solve_by(method, 1e-12).ok:
             solver.v[:], solver.r[:], solver.u[:], solver.modes[:] = kept
         return how
 
@@ -183,11 +185,11 @@ class Stepper:
         return self.mass if self._options.integrator == FAST else np.asarray(data.M)
 
     def times_mass(self, mass: Array, x: Array) -> Array:
-        """The metrics of such entries, a row each, times x."""
+        """Matrices of such entries, a row each, times x."""
         rows, columns, sources = self._entries
         spread = np.zeros((mass.shape[1], len(x)))
         np.add.at(spread, (sources, rows), x[columns])
-        return mass @ spread + self._implicit() * x
+        return mass @ spread
 
     def _implicit(self) -> Any:
         """What Euler adds to the diagonal."""

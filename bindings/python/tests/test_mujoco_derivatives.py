@@ -5,6 +5,7 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco")
 
+import perp._mujoco_derivatives  # noqa: E402
 import perp._mujoco_model  # noqa: E402
 import perp.mujoco  # noqa: E402
 
@@ -279,3 +280,49 @@ def test_refusals():
         perp.mujoco.derivatives(model, data, restitution=0.5)
     with pytest.raises(ValueError, match="tol"):
         perp.mujoco.derivatives(model, data, tol=-1.0)
+
+
+ON_BALLS = """<geom type="plane" size="5 5 .1"/>
+<body pos="0 0 .0999"><freejoint/><geom name="g" size=".1"/></body>
+<body pos=".02 .03 .2962"><freejoint/><geom name="f" type="capsule" size=".1 .1" euler="20 80 0"/></body>"""
+COUPLED = (
+    ARM.format(a='stiffness="2"', b=HINGE),
+    '<tendon><fixed name="t" damping=".1"><joint joint="a" coef="1"/><joint joint="b" coef="-.5"/>'
+    '</fixed></tendon><equality><tendon tendon1="t"/></equality><actuator><muscle joint="a" '
+    'ctrllimited="true" ctrlrange="0 1" lengthrange="-3 3"/><general tendon="t" '
+    'dyntype="integrator" gainprm="2"/></actuator>',
+)
+BORNE = ARM.format(a="", b=HINGE).replace("<body", '<body gravcomp=".5"')
+MORE = {
+    "a capsule on a ball": lambda: load(ON_BALLS),
+    "a capsule on a ball, uneven friction": lambda: load(
+        ON_BALLS, '<contact><pair geom1="g" geom2="f" friction=".9 .4 .01 .01 .01"/></contact>'
+    ),
+    "an arm tied by a tendon": lambda: load(*COUPLED),
+    "an arm tied by a tendon, implicitfast": lambda: load(*COUPLED, 'integrator="implicitfast"'),
+    "an arm that is borne in part": lambda: load(BORNE, DRIVES),
+    "an arm in a thick fluid": lambda: load(
+        ARM.format(a="", b=HINGE), DRIVES, 'integrator="implicitfast" density="900" viscosity="5"'
+    ),
+}
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if "arm" not in name])
+def test_rows_in_closed_form_are_those_of_whole_steps(name, monkeypatch):
+    monkeypatch.setattr(perp._mujoco_derivatives, "_MANY", 0)
+    test_they_are_those_of_whole_steps(name)
+
+
+@pytest.mark.parametrize("many", [0, 999])
+@pytest.mark.parametrize("name", MORE)
+def test_more_of_them(name, many, monkeypatch):
+    """Bodies that touch each other; forces on bodies; what is implicit and moves."""
+    monkeypatch.setattr(perp._mujoco_derivatives, "_MANY", many)
+    model = MORE[name]()
+    data, rng = mujoco.MjData(model), np.random.default_rng(1)
+    data.qvel[:] = 0.1 * rng.standard_normal(model.nv)
+    data.ctrl[:], data.xfrc_applied[-1, :] = 0.4, 0.0 if "tied" in name else 0.3
+    expected, found = differences(model, data, 1e-6), perp.mujoco.derivatives(model, data)
+    mine = np.hstack([found.A, found.B])
+    # as of whole steps above
+    np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
