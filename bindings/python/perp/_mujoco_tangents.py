@@ -130,7 +130,7 @@ def see(data: Any) -> Seen:
 
 
 def _contacts_of(contact: Any, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Of such rows of MuJoCo's: which contact's, and which of its: normal, tangents, spin, rolls."""
+    """Of such rows of MuJoCo's: which contact's, and which of its (normal, tangents, spin...)."""
     there = contact.efc_address >= 0
     address, dim = contact.efc_address[there], contact.dim[there]
     of = np.repeat(np.flatnonzero(there), dim)
