@@ -11,7 +11,9 @@ and friction that turns with what slips.
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple, Optional
 
 import mujoco as mj  # type: ignore[import-untyped]
@@ -19,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._mujoco_model import FAST
-from ._mujoco_tangents import TURNS, Contacts, Kinematics, Tree, has_constant_rows
+from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
 Array = NDArray[np.float64]
 
@@ -207,6 +209,14 @@ class _Rows:
         return np.matmul(self._dJ, v.T).transpose(2, 1, 0)
 
 
+class _Smooth(NamedTuple):
+    """Of the balance and the activations by places and by velocities, and of M shift by places."""
+
+    by_place: Array
+    by_velocity: Array
+    moved: Array
+
+
 class Linearization:
     """A step of one model and its derivatives, with its own data."""
 
@@ -230,10 +240,12 @@ class Linearization:
             self._stepper.answer(own)
             self._keep()
             drives = [self._by_drives(own.act), self._by_drives(own.ctrl)]
-            rows = self._rows_in_closed_form()
+            kinematics = Kinematics(self._tree, own) if model.nv >= _MANY else None
+            forces = self._forces_in_closed_form(kinematics) if kinematics else None
+            rows = self._rows_in_closed_form(kinematics)
             if self._is_steady():
                 rows = rows or self._at_places(False)[0]
-                by_place, by_velocity, moved = self._by_inverse()
+                by_place, by_velocity, moved = self._proved(forces) or self._by_inverse()
             else:
                 others, by_place, moved = self._at_places(True)
                 rows, by_velocity = rows or others, self._by_velocities()
@@ -313,21 +325,28 @@ class Linearization:
         same = np.abs(after - before).max(initial=0.0) <= 1e-12 * np.abs(before).max(initial=0.0)
         return bool(same and (acts == others).all())
 
-    def _by_inverse(self) -> tuple[Array, Array, Array]:
-        """Of the balance by places and velocities, and of M shift by places: differences of
-        MuJoCo's inverse dynamics at the step's acceleration."""
-        model, own, n, opening = self.model, self._data, self.model.nv, self._opening
-        found = np.zeros((2, n + model.na, n))
-        sums, mass = np.zeros((2, n, n)), np.zeros((n, model.nC))
-        one, of_mass = np.zeros((2, n, n)), np.zeros_like(mass) if opening.moves else None
+    @contextlib.contextmanager
+    def _inverse_dynamics(self) -> Iterator[None]:
+        """Where MuJoCo's is that of forces alone, at the step's acceleration."""
+        model, own, options = self.model, self._data, self.model.opt
         mj.mj_setState(model, own, self._state, _SPEC)
         own.qacc[:] = (self._v - own.qvel) / self._h
-        options = model.opt
         kept = options.disableflags, options.enableflags, options.noslip_iterations
         options.noslip_iterations = 0
         options.disableflags |= _NO_CONSTRAINTS
         options.enableflags &= ~_DISCRETE
         try:
+            yield
+        finally:
+            options.disableflags, options.enableflags, options.noslip_iterations = kept
+
+    def _by_inverse(self) -> _Smooth:
+        """Differences of MuJoCo's inverse dynamics."""
+        model, own, n, opening = self.model, self._data, self.model.nv, self._opening
+        found = np.zeros((2, n + model.na, n))
+        sums, mass = np.zeros((2, n, n)), np.zeros((n, model.nC))
+        one, of_mass = np.zeros((2, n, n)), np.zeros_like(mass) if opening.moves else None
+        with self._inverse_dynamics():
             for side in self._sides.tolist():
                 mj.mjd_inverseFD(
                     model, own, side, True, one[0], one[1], None, None, None, None, of_mass
@@ -335,14 +354,84 @@ class Linearization:
                 sums += one
                 if of_mass is not None:
                     mass += of_mass
-        finally:
-            options.disableflags, options.enableflags, options.noslip_iterations = kept
         found[:, :n] = self._h / len(self._sides) * sums.transpose(0, 2, 1)
         found[1, :n] -= self._M
         moved = self._stepper.times_mass(mass / len(self._sides), opening.shift).T
-        return found[0], found[1], moved
+        return _Smooth(found[0], found[1], moved)
 
-    def _rows_in_closed_form(self) -> Any:
+    def _forces_in_closed_form(self, kinematics: Kinematics) -> _Smooth:
+        """Of rigid bodies, springs of straight joints and of tendons, and what actuators do with
+        their lengths; by velocities MuJoCo's own derivatives."""
+        model, own, h, n = self.model, self._data, self._h, self.model.nv
+        bodies, off = Dynamics(kinematics, model, own), model.opt.disableflags & _NO_GRAVITY
+        gravity, none = np.zeros(3) if off else model.opt.gravity, np.zeros(n)
+        found, shift = np.zeros((2, n + model.na, n)), self._opening.shift
+        balance, by_velocity = found[0, :n], found[1, :n]
+        balance += h * bodies.forces((self._v - own.qvel) / h, own.qvel, gravity)
+        moved = bodies.forces(shift, none, np.zeros(3)) if self._opening.moves else by_velocity
+        straight = np.isin(model.jnt_type, list(TURNS), invert=True)
+        places, dofs = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
+        pulls = self._slope(own.qpos, places, mj.mj_passive, own.qfrc_spring)
+        balance[dofs, dofs] -= h * pulls[dofs]
+        if model.tendon_stiffness.any():
+            J = np.zeros((model.ntendon, n))
+            pattern = model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
+            mj.mju_sparse2dense(J, own.ten_J, *pattern)
+            slack = np.clip(own.ten_length, *model.tendon_lengthspring.T) == own.ten_length
+            balance += h * J.T @ (np.where(slack, 0.0, model.tendon_stiffness)[:, None] * J)
+        if model.nu:
+            moment, lengths, every = np.zeros((model.nu, n)), own.actuator_length, slice(None)
+            pattern = own.moment_rownnz, own.moment_rowadr, own.moment_colind
+            mj.mju_sparse2dense(moment, own.actuator_moment, *pattern)
+            pulls = self._slope(lengths, every, mj.mj_fwdActuation, own.actuator_force)
+            balance -= h * moment.T @ (pulls[:, None] * moment)
+        by_velocity[np.repeat(np.arange(n), model.D_rownnz), model.D_colind] = self._damping()
+        by_velocity *= -h
+        by_velocity -= self._M
+        return _Smooth(found[0], found[1], moved)
+
+    def _slope(self, numbers: Array, which: Any, stage: Any, answer: Array) -> Array:
+        """How each answer moves with a number of its own, all of which move at once."""
+        here, found = numbers.copy(), []
+        for step in (self._eps, -self._eps):
+            numbers[which] = here[which] + step
+            stage(self.model, self._data)
+            found.append(answer.copy())
+        numbers[:] = here
+        return np.asarray((found[0] - found[1]) / (2.0 * self._eps))
+
+    def _damping(self) -> Array:
+        """qDeriv, MuJoCo's derivatives of forces by velocities."""
+        model, own, options = self.model, self._data, self.model.opt
+        integrator, options.integrator = options.integrator, _IMPLICIT
+        try:
+            mj.mj_implicit(model, own)
+        finally:
+            options.integrator = integrator
+        mj.mj_setState(model, own, self._state, _SPEC)
+        return np.asarray(own.qDeriv)
+
+    def _proved(self, found: Optional[_Smooth]) -> Optional[_Smooth]:
+        """What agrees with a difference of MuJoCo's inverse dynamics along one way."""
+        if found is None:
+            return None
+        model, own, n, sides = self.model, self._data, self.model.nv, []
+        way, other = self._ways[:n], self._ways[:n][::-1]
+        for step in (self._eps, -self._eps):
+            with self._inverse_dynamics():
+                mj.mj_integratePos(model, own.qpos, way, step)
+                own.qvel[:] += step * other
+                mj.mj_inverse(model, own)
+                mj.mj_fwdActuation(model, own)
+                sides.append(own.qfrc_inverse - own.qfrc_actuator)
+        columns = np.hstack([found.by_place[:n], found.by_velocity[:n] + self._M])
+        seen, ways = (sides[0] - sides[1]) / (2.0 * self._eps), np.concatenate([way, other])
+        off = np.abs(self._h * seen - columns @ ways).max()
+        # a difference by 1e-6 has 1e-10 of the forces for rounding
+        size = np.abs(columns).sum(1).max() + 1e-3 * self._h * np.abs(sides[0]).max()
+        return found if off <= 1e-6 * size else None
+
+    def _rows_in_closed_form(self, kinematics: Optional[Kinematics]) -> Any:
         """Where all rows are contacts of geoms, or constant, and differences of all places cost
         more."""
         model, own, rows = self.model, self._data, self._rows
@@ -354,9 +443,9 @@ class Linearization:
         # tangents that MuJoCo takes from the world's axes matter to friction that is not even
         bodies = model.geom_bodyid[own.contact.geom]
         uneven = rows.scale is not None and (model.body_weldid[bodies] != 0).all(1).any()
-        if uneven or model.nv < _MANY:
+        if uneven or kinematics is None:
             return None
-        found = Contacts(Kinematics(self._tree, own), model, own, self._which, rows, self._J)
+        found = Contacts(kinematics, model, own, self._which, rows, self._J)
         found.differ(model, own, self._eps, self._centered)
         self._held = found.held
         return found
@@ -528,6 +617,8 @@ class Linearization:
 _SPEC = int(mj.mjtState.mjSTATE_INTEGRATION)
 _MANY = 24  # places from which the calls that closed form takes cost less than differences
 _NO_CONSTRAINTS = int(mj.mjtDisableBit.mjDSBL_CONSTRAINT)
+_NO_GRAVITY = int(mj.mjtDisableBit.mjDSBL_GRAVITY)
+_IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT)
 _DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
 
 

@@ -1,4 +1,4 @@
-"""How rows of a MuJoCo model's contacts move with its places.
+"""How the inverse dynamics of a MuJoCo model, and the rows of its contacts, move with its places.
 
 Spatial vectors are (angular, linear) at one point of the world. A place k turns and moves all that
 it carries as one rigid body, by the twist S_k: what is downstream goes along (Carpentier and
@@ -77,7 +77,9 @@ class Tree:
         turns_with = same & (first[:, None] == first) & (order[:, None] != order)
         self.carries, self.carried = carries, np.ascontiguousarray(carries.T)
         self.before = np.ascontiguousarray(earlier.T.astype(float))
-        self.moves = (earlier | turns_with).T.astype(float)  # [j, k]: k moves the axis of j
+        # [j, k]: k moves the axis of j; j is of k's chain, and k does not move its axis
+        moves = (earlier | turns_with).T
+        self.moves, self.below = moves.astype(float), (on & ~moves).astype(float)
         self._root = model.body_rootid[body]
 
     def axes(self, data: Any, origin: Array) -> Array:
@@ -99,6 +101,47 @@ class Kinematics:
         parts, tree = self.S * v[:, :, None], self.tree
         rates = np.matmul(motion(tree.before @ parts), self.S[:, :, None])
         return tree.carried @ parts, rates[..., 0]
+
+
+class Dynamics:
+    """A model's inertia at the state of data, with its axes."""
+
+    def __init__(self, kinematics: Kinematics, model: Any, data: Any) -> None:
+        self._tree, self._S = kinematics.tree, kinematics.S
+        x, R = skew(data.xipos - kinematics.origin), data.ximat.reshape(-1, 3, 3)
+        m = model.body_mass[:, None, None]
+        turning = (R * model.body_inertia[:, None, :]) @ R.transpose(0, 2, 1)
+        mx = m * x
+        self._inertia = _spatial(turning - mx @ x, mx, -mx, m * np.eye(3))
+        self._of_subtrees = self._sums(self._inertia)
+
+    def _sums(self, of_bodies: Array) -> Array:
+        """Over what each place carries."""
+        summed = self._tree.carries @ of_bodies.reshape(len(of_bodies), -1)
+        return summed.reshape(-1, *of_bodies.shape[1:])
+
+    def forces(self, a: Array, v: Array, gravity: Array) -> Array:
+        """Of inverse dynamics by places: a row a force, a column a place.
+
+        A place k moves the wrench B of a body that it carries by
+            S_k ×* B + I (A_k × S_k + V_k × S'_k) + Q S'_k,   S'_k = V_k × S_k,
+            Q w = -I (V × w) + w ×* (I V) + V ×* (I w),
+        with V_k and A_k the twist and its rate of what k does not move.
+        """
+        S, tree, inertia, base = self._S, self._tree, self._inertia, np.zeros(6)
+        before = tree.before @ (S * v[:, None])
+        over = motion(before)
+        rates, base[3:] = times(over, S), -gravity
+        parts, V = S * a[:, None] + rates * v[:, None], tree.carried @ (S * v[:, None])
+        A, crossed, impulse = base + tree.carried @ parts, motion(V), times(inertia, V)
+        dual = -crossed.transpose(0, 2, 1)
+        B = self._sums(times(inertia, A) + times(dual, impulse))
+        Q = self._sums(dual @ inertia + wrench(impulse) - inertia @ crossed)
+        left = times(motion(base + tree.before @ parts), S) + times(over, rates)
+        chain = times(self._of_subtrees, left) + times(Q, rates) + times(wrench(B), S)
+        of_axes = times(self._of_subtrees, S) @ left.T
+        of_axes += times(Q.transpose(0, 2, 1), S) @ rates.T
+        return tree.below * (S @ chain.T) + tree.moves * of_axes
 
 
 def has_constant_rows(model: Any) -> tuple[bool, NDArray[Any]]:
