@@ -24,8 +24,8 @@ import perp.mujoco
 
 LINKS = """<mujoco><worldbody><body><joint name="a" axis="0 1 0" damping=".2"/>
 <geom type="capsule" size=".03" fromto="0 0 0 .5 0 0"/><body pos=".5 0 0">
-<joint name="b" axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 .3 0 -.1"/></body></body></worldbody><actuator>
-<motor joint="a"/><motor joint="b"/><position joint="b" kp="9"/></actuator></mujoco>"""
+<joint name="b" axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 .3 0 -.1"/></body></body></worldbody>
+<actuator><motor joint="a"/><motor joint="b"/><position joint="b" kp="9"/></actuator></mujoco>"""
 BOX = """<mujoco><worldbody><geom type="plane" size="5 5 .1"/><body pos="0 0 .0999"><freejoint/>
 <geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>"""
 SUITE = "hopper", "walker", "cheetah", "quadruped", "humanoid", "dog"

@@ -209,8 +209,8 @@ class RowSolver(Handle):
         self._call(library.perp_contact_solver_arrange, step, laws, dynamics)
 
     def comply(self, compliance: Array, gaps: Array) -> None:
-        """For the rows that are arranged: w is what the caller has put there, b is gaps / h, of each
-        row of J, and u = H v + w and 0 = G v + b have compliance times r beside them."""
+        """For the rows that are arranged: w is what the caller has put there, b is gaps / h, of
+        each row of J, and u = H v + w and 0 = G v + b have compliance times r beside them."""
         numbers = self.numbers
         self._complying = compliance, gaps, c_void_p(_arrays.address(gaps))
         self._laws.compliance = _arrays.address(compliance) if len(compliance) else None

@@ -10,7 +10,8 @@
 Kinematics, inertia, collision, actuation, passive forces and sensors are MuJoCo's. Its constraint
 solver is left out: contacts obey Coulomb's law with the model's coefficients, limits and equations
 are rigid, dry friction holds up to its bound. impratio and noslip are not read, nor are solref and
-solimp, unless rigid=False asks for them. See docs/mujoco.md. Needs the package mujoco (pip install 'perp[mujoco]').
+solimp, unless rigid=False asks for them. See docs/mujoco.md. Needs the package mujoco (pip install
+'perp[mujoco]').
 """
 
 from __future__ import annotations
@@ -453,6 +454,7 @@ def derivatives(
 
     eps, centered: of the differences of MuJoCo's forces; contacts are not differenced. settings: as
     for Stepper.
+    No other thread may step the model meanwhile: its options are others for a while.
     verdict: "regular"; "degenerate", where the step is on the edge between two modes, and A and B
     are of one of them; "singular", where v' is not determined. Restitution and moving surfaces are
     refused.

@@ -55,8 +55,8 @@ def start(model, tilt):
 
 @pytest.mark.parametrize("clearance, mu", [(1e-3, 0.3), (2e-4, 0.3), (5e-5, 0.1), (1e-5, 1e-5)])
 def test_it_goes_in(clearance, mu):
-    """Turned by .01, with the wrist's centre at the peg's end, as in assembly (Whitney, Quasi-static
-    assembly of compliantly supported rigid parts, 1982): down to the ground."""
+    """Turned by .01, with the wrist's centre at the peg's end, as in assembly (Whitney,
+    Quasi-static assembly of compliantly supported rigid parts, 1982): down to the ground."""
     model = load(clearance, mu)
     data, stepper = start(model, 0.01), perp.mujoco.Stepper(model)
     end = press(model, data, 3000, -LONG, 500.0, stepper)
@@ -98,3 +98,26 @@ def test_it_stands_on_the_rim_where_that_is_in_balance(clearance):
     found = abs(data.qpos[0]), data.qpos[2], 2.0 * np.arcsin(abs(data.qpos[5]))  # either rim
     # slop, and friction of 1e-5 over levers of 30 mm
     np.testing.assert_allclose(found, (x, z, turn), rtol=0, atol=1e-6)
+
+
+class Theirs:
+    """mj_step, and the deepest overlap above half of the hole's depth."""
+
+    ok, deepest = True, 0.0
+
+    def __init__(self, model):
+        self._model = model
+
+    def step(self, data):
+        mujoco.mj_step(self._model, data)
+        if data.qpos[2] - LONG > -0.015:
+            self.deepest = max(self.deepest, -data.contact.dist.min(initial=0.0))
+        return self
+
+
+@pytest.mark.parametrize("clearance", [2e-4, 1e-5])
+def test_mujoco_gets_in_there_by_overlaps(clearance):
+    model = load(clearance, 1e-5)
+    theirs = Theirs(model)
+    end = press(model, start(model, 0.02), 3000, 0.0, 200.0, theirs)
+    assert end[2] < -0.029 and theirs.deepest > 3e-4 > clearance
