@@ -226,6 +226,8 @@ class Linearization:
         self._state = np.zeros(mj.mj_stateSize(model, _SPEC))
         self._ways = np.random.default_rng(0).choice([-1.0, 1.0], max(model.nv, model.nu, model.na))
         self._alone = not (model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin)
+        adheres = (model.actuator_trntype == int(mj.mjtTrn.mjTRN_BODY)).any()
+        self._adheres = bool(adheres or getattr(model, "flg_adhesion", 0))  # forces of contacts
         self._tree = Tree(model)
         self._straight, self._constant = has_constant_rows(model)
 
@@ -306,7 +308,9 @@ class Linearization:
         places and velocities move, and inverse dynamics knows of all forces."""
         model, own, stepper, n = self.model, self._data, self._stepper, self.model.nv
         fast = model.opt.integrator == FAST
-        if own.xfrc_applied.any() or (stepper.tumbling if fast else stepper.damping.changes):
+        if self._adheres or own.xfrc_applied.any():
+            return False
+        if stepper.tumbling if fast else stepper.damping.changes:
             return False
         if not fast and not model.na:
             return True
@@ -331,14 +335,18 @@ class Linearization:
         model, own, options = self.model, self._data, self.model.opt
         mj.mj_setState(model, own, self._state, _SPEC)
         own.qacc[:] = (self._v - own.qvel) / self._h
-        kept = options.disableflags, options.enableflags, options.noslip_iterations
+        names = "disableflags", "enableflags", "noslip_iterations", "integrator"
+        kept = [getattr(options, name) for name in names]
         options.noslip_iterations = 0
+        if options.integrator == _RK4:  # Euler is taken for it, and MuJoCo refuses it here
+            options.integrator = _EULER
         options.disableflags |= _NO_CONSTRAINTS
         options.enableflags &= ~_DISCRETE
         try:
             yield
         finally:
-            options.disableflags, options.enableflags, options.noslip_iterations = kept
+            for name, value in zip(names, kept):
+                setattr(options, name, value)
 
     def _by_inverse(self) -> _Smooth:
         """Differences of MuJoCo's inverse dynamics."""
@@ -619,6 +627,7 @@ _MANY = 24  # places from which the calls that closed form takes cost less than 
 _NO_CONSTRAINTS = int(mj.mjtDisableBit.mjDSBL_CONSTRAINT)
 _NO_GRAVITY = int(mj.mjtDisableBit.mjDSBL_GRAVITY)
 _IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT)
+_EULER, _RK4 = int(mj.mjtIntegrator.mjINT_EULER), int(mj.mjtIntegrator.mjINT_RK4)
 _DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
 
 

@@ -306,6 +306,13 @@ MORE = {
     "an arm tied by a tendon": lambda: load(*COUPLED),
     "an arm tied by a tendon, implicitfast": lambda: load(*COUPLED, 'integrator="implicitfast"'),
     "an arm that is borne in part": lambda: load(BORNE, DRIVES),
+    "an arm, RK4": lambda: load(ARM.format(a='damping=".2"', b=HINGE), DRIVES, 'integrator="RK4"'),
+    "a ball that is held": lambda: load(
+        FLOOR.format("")
+        + '<body name="b" pos=".01 0 .0999"><freejoint/><geom type="ellipsoid" size=".1 .09 .1"/>'
+        "</body>",
+        '<actuator><adhesion body="b" ctrlrange="0 1" gain="3"/></actuator>',
+    ),
     "an arm in a thick fluid": lambda: load(
         ARM.format(a="", b=HINGE), DRIVES, 'integrator="implicitfast" density="900" viscosity="5"'
     ),
@@ -320,6 +327,11 @@ def test_in_closed_form_they_are_those_of_whole_steps(name, monkeypatch):
     test_they_are_those_of_whole_steps(name)
 
 
+def options(model):
+    names = "integrator", "cone", "jacobian", "disableflags", "enableflags", "noslip_iterations"
+    return [getattr(model.opt, name) for name in names]
+
+
 @pytest.mark.parametrize("many", [0, 999])
 @pytest.mark.parametrize("name", MORE)
 def test_more_of_them(name, many, monkeypatch):
@@ -328,8 +340,11 @@ def test_more_of_them(name, many, monkeypatch):
     model = MORE[name]()
     data, rng = mujoco.MjData(model), np.random.default_rng(1)
     data.qvel[:] = 0.1 * rng.standard_normal(model.nv)
-    data.ctrl[:], data.xfrc_applied[-1, :] = 0.4, 0.0 if "tied" in name else 0.3
-    expected, found = differences(model, data, 1e-6), perp.mujoco.derivatives(model, data)
+    pushed = "borne" in name or "capsule" in name
+    data.ctrl[:], data.xfrc_applied[-1, :] = 0.4, 0.3 if pushed else 0.0
+    expected, before = differences(model, data, 1e-6), options(model)
+    found = perp.mujoco.derivatives(model, data)
+    assert options(model) == before
     mine = np.hstack([found.A, found.B])
     # as of whole steps above
     np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
