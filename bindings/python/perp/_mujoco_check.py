@@ -27,9 +27,11 @@ class Feature(NamedTuple):
 _Table = list[tuple[str, str, Callable[[Any], Any], str]]
 
 
-def check(model: Any) -> list[Feature]:
-    """Returns every feature that the model uses, with how a step treats it."""
-    return [Feature(name, how, note) for name, how, uses, note in _TABLE if _any(uses(model))]
+def check(model: Any, *, rigid: bool = True) -> list[Feature]:
+    """Returns every feature that the model uses, with how a step treats it; rigid: as for
+    Stepper."""
+    found = [Feature(name, how, note) for name, how, uses, note in _TABLE if _any(uses(model))]
+    return found if rigid else [_SOFTLY.get(one.name, one) for one in found]
 
 
 def refuse(model: Any) -> None:
@@ -123,6 +125,22 @@ def _of_integrator(code: str) -> Callable[[Any], Any]:
 def _plugins(model: Any) -> Any:
     return model.nplugin
 
+
+_COMPLIES = "complies as solref and solimp say"
+_SOFTLY = {  # what rigid=False treats otherwise
+    name: Feature(name, treatment, note)
+    for name, treatment, note in (
+        ("contact", EXACT, "the normal complies as solref and solimp say; Coulomb's law"),
+        ("margin", SAME, "contacts bear within their margins"),
+        ("equality", SAME, _COMPLIES),
+        ("equality of flexes", SAME, _COMPLIES),
+        ("limits of joints", SAME, _COMPLIES),
+        ("limits of tendons", SAME, _COMPLIES),
+        ("solref, solimp", SAME, "but for friction, which is rigid"),
+        ("flag override", SAME, "o_margin, o_solref, o_solimp, o_friction"),
+        ("flag diagexact", SAME, ""),
+    )
+}
 
 _EQ, _SENSOR = mj.mjtEq, mj.mjtSensor
 _INERTIAL = "mjSENS_ACCELEROMETER", "mjSENS_FORCE", "mjSENS_TORQUE", "mjSENS_FRAMELINACC"

@@ -1,20 +1,27 @@
 """Derivatives of a step of a MuJoCo model: of its forces by differences, of its contacts in closed
 form.
 
-A step solves M (v' - v) = h f + H'r + G's with contact's laws on u = H v' + w. What M, f, H, G and
-w do where place, velocity, activation or control change is MuJoCo's: differences of its smooth
-functions with v', r and s fixed, no contact solved. What v' does then is a linear system of the
-solution's active set (Pang and Stewart, Differential variational inequalities, Math. Program. 113,
-2008): rows that hold, and friction that turns with what slips.
+A step solves M (v' - v) = h f + H'r + G's with contact's laws on u = H v' + w. What M and f do
+where place, velocity, activation or control change is MuJoCo's own to say: differences of its
+inverse dynamics and actuation with v' held. H and G follow from the bodies' axes, or are
+differenced; no contact is solved. What v' does then is a linear system of the solution's active set
+(Pang and Stewart, Differential variational inequalities, Math. Program. 113, 2008): rows that hold,
+and friction that turns with what slips.
 """
 
 from __future__ import annotations
 
+import contextlib
+import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple, Optional
 
 import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
+
+from ._mujoco_model import FAST
+from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
 Array = NDArray[np.float64]
 
@@ -47,21 +54,21 @@ class _Modes:
     """Reads the active set of an answer, row by row."""
 
     def __init__(self, rows: int, size: int, response: Array) -> None:
-        self._rows, self._size, self._W = rows, size, response
+        self._rows, self._size, self._W = rows, size, response.tolist()
         self._held: list[int] = []
-        self._columns: list[Array] = []
+        self._shares: list[tuple[int, int, float]] = []  # entries of E
         self._K = np.zeros((size, size))
         self._turns: list[tuple[int, slice]] = []
         self._margins: list[float] = []
 
-    def _hold(self, row: int) -> Array:
-        column = np.zeros(self._size)
-        column[row] = 1.0
+    def _hold(self, row: int) -> int:
+        self._shares.append((row, len(self._held), 1.0))
         self._held.append(row)
-        self._columns.append(column)
-        return column
+        return len(self._held) - 1
 
-    def contact(self, first: int, discs: list[tuple[int, int, float]], r: Array, u: Array) -> None:
+    def contact(
+        self, first: int, discs: list[tuple[int, int, float]], r: list[float], u: list[float]
+    ) -> None:
         """discs: first row, rows and coefficient of what friction has."""
         push = r[first] * self._W[first]
         self._margins.append(max(push, u[first]))
@@ -69,16 +76,17 @@ class _Modes:
             return
         normal = self._hold(first)
         for begin, count, mu in discs:
-            here = slice(begin, begin + count)
-            slack, speed = mu * r[first] - np.linalg.norm(r[here]), float(np.linalg.norm(u[here]))
-            slack *= self._W[here].mean()
+            end = begin + count
+            here = slice(begin, end)
+            slack, speed = mu * r[first] - math.hypot(*r[here]), math.hypot(*u[here])
+            slack *= sum(self._W[here]) / count
             self._margins[-1] = min(self._margins[-1], max(slack, speed))
             if slack >= speed:
-                for row in range(begin, begin + count):
+                for row in range(begin, end):
                     self._hold(row)
                 continue
-            e = u[here] / speed
-            normal[here] = -mu * e
+            e = np.array(u[here]) / speed
+            self._shares += [(begin + k, normal, -mu * e[k]) for k in range(count)]
             self._turns.append((first, here))
             self._K[here, here] = -mu * r[first] / speed * (np.eye(count) - np.outer(e, e))
 
@@ -92,40 +100,46 @@ class _Modes:
     def read(self) -> _Active:
         for row in range(self._rows, self._size):
             self._hold(row)
-        E = np.array(self._columns).reshape(len(self._held), self._size).T
+        E = np.zeros((self._size, len(self._held)))
+        for row, column, share in self._shares:
+            E[row, column] = share
         held, margins = np.array(self._held, dtype=int), np.array(self._margins)
         return _Active(held, E, self._K, self._turns, margins)
 
 
-def _read(laws: Any, rows: int, J: Array, M: Array, r: Array, u: Array) -> _Active:
-    modes = _Modes(rows, len(J), np.einsum("ij,ji->i", J, np.linalg.solve(M, J.T)))
-    place = 0
-    for dim, mu, rolling, spinning in zip(laws.dims, laws.mu, laws.rolling, laws.spinning):
+def _read(laws: Any, rows: int, J: Array, inverse: Array, r: Array, u: Array) -> _Active:
+    """inverse: of M."""
+    modes = _Modes(rows, len(J), ((J @ inverse) * J).sum(1))
+    place, r, u = 0, r.tolist(), u.tolist()
+    for contact in zip(*(x.tolist() for x in laws[:4])):
+        dim, mu, rolling, spinning = contact
         discs, after = [], place + 1
         turns = (dim - 1, mu), (dim - 1, rolling), (1, spinning)
         for k, (count, coefficient) in enumerate(turns):
             if count and (k == 0 or coefficient > 0.0):
-                discs.append((after, int(count), float(coefficient)))
+                discs.append((after, count, coefficient))
                 after += count
         modes.contact(place, discs, r, u)
         place = after
-    for low, high in zip(laws.lower, laws.upper):
+    for low, high in zip(laws.lower.tolist(), laws.upper.tolist()):
         modes.bounded(place, low, high, r[place], u[place])
         place += 1
     return modes.read()
 
 
 def _solve(
-    M: Array, J: Array, active: _Active, r: Array, dF: Array, du: Array
+    metric: tuple[Array, Array], J: Array, active: _Active, r: Array, dF: Array, du: Array
 ) -> tuple[Array, bool]:
     """dv for each column of the changes dF of M v - f - J'r and du of u; and whether it is
-    determined.
+    determined. metric: M and its inverse.
 
     M dv = -dF + J'(E x + K (J dv + du)),   J dv = -du in the rows that hold.
     """
-    JK = J.T @ active.K
-    inner = np.linalg.inv(M - JK @ J)
-    free = inner @ (JK @ du - dF)
+    (M, inner), load = metric, -dF
+    if active.turns:
+        JK = J.T @ active.K
+        inner, load = np.linalg.inv(M - JK @ J), JK @ du - dF
+    free = inner @ load
     if not len(active.held):
         return free, True
     C, push = J[active.held], inner @ (J.T @ active.E)
@@ -133,12 +147,16 @@ def _solve(
     rank = int((sizes > _RANK * sizes[0]).sum())
     needed = left.T @ (-du[active.held] - C @ free)
     dv = free + push @ (right[:rank].T @ (needed[:rank] / sizes[:rank, None]))
+    if rank == len(sizes):
+        return dv, True
     asked = np.abs(needed[:rank]).max(initial=0.0)
-    met = np.abs(needed[rank:]).max(initial=0.0) <= 1e-5 * asked
+    met = np.abs(needed[rank:]).max() <= 1e-5 * asked
     loose = right[rank:].T  # impulses that no row that holds feels
-    unfelt = np.abs(push @ loose).max(initial=0.0) <= 1e-6 * np.abs(push).max()
+    unfelt = np.abs(push @ loose).max() <= 1e-6 * np.abs(push).max()
+    if not (met and unfelt and active.turns):
+        return dv, bool(met and unfelt)
     shares = _shares(inner @ J.T, J @ dv + du, active, active.E @ loose, r)
-    return dv, bool(met and unfelt and shares <= 1e-6 * np.abs(dv).max(initial=0.0))
+    return dv, shares <= 1e-6 * np.abs(dv).max(initial=0.0)
 
 
 def _shares(push: Array, du: Array, active: _Active, loose: Array, r: Array) -> float:
@@ -174,23 +192,29 @@ class _Opening:
         small = 1e-6 * np.abs(M @ shift).max(initial=0.0)
         self.is_one = bool(np.abs(missed).max(initial=0.0) <= small)
 
-    def changes(self, moved: Array, A: Array, G: Array, g: Array) -> list[Array]:
-        """Of M shift - J'push and of its rows; moved: M shift. A state each."""
-        J = np.concatenate([A[:, self.rows], G], axis=1)
-        u = J @ self.shift
-        u[:, : len(self.rows)] += g[:, self.rows]
-        return [moved - np.einsum("kij,i->kj", J, self.push), u]
+
+class _Rows:
+    """How J and the gaps of its rows move with places, as differences; closed form: Contacts."""
+
+    def __init__(self, dJ: Array, gaps: Array) -> None:
+        """dJ: (places, rows, n), gaps: (places, rows)."""
+        self._dJ, self.gaps = dJ, gaps.T
+
+    def forces(self, r: Array) -> Array:
+        """Of J'r with r held: (n, places) for each of some r."""
+        return np.matmul(r, self._dJ).transpose(1, 2, 0)
+
+    def velocities(self, v: Array) -> Array:
+        """Of J v with v held: (rows, places) for each of some v."""
+        return np.matmul(self._dJ, v.T).transpose(2, 1, 0)
 
 
-class _Moved(NamedTuple):
-    """A step's numbers at states near its own, one below the other; none where others touch."""
+class _Smooth(NamedTuple):
+    """Of the balance and the activations by places and by velocities, and of M shift by places."""
 
-    there: NDArray[Any]
-    F: Array  # M (v' - v) - h f
-    act: Array
-    moved: Array  # M shift
-    J: Array
-    gaps: Array
+    by_place: Array
+    by_velocity: Array
+    moved: Array
 
 
 class Linearization:
@@ -201,10 +225,11 @@ class Linearization:
         self._data = mj.MjData(model)
         self._state = np.zeros(mj.mj_stateSize(model, _SPEC))
         self._ways = np.random.default_rng(0).choice([-1.0, 1.0], max(model.nv, model.nu, model.na))
-        alone = not model.na or int(model.actuator_actnum.max()) <= 1
-        self._own_act = model.actuator_actadr if alone else None
-        row, place = np.repeat(np.arange(model.nv), model.D_rownnz), model.D_colind
-        self._of_D = row, place
+        self._alone = not (model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin)
+        adheres = (model.actuator_trntype == int(mj.mjtTrn.mjTRN_BODY)).any()
+        self._adheres = bool(adheres or getattr(model, "flg_adhesion", 0))  # forces of contacts
+        self._tree = Tree(model)
+        self._straight, self._constant = has_constant_rows(model)
 
     def __call__(self, data: Any, eps: float, centered: bool) -> Derivatives:
         """At the state and control of data."""
@@ -213,35 +238,36 @@ class Linearization:
         mj.mj_getState(model, own, self._state, _SPEC)
         with self._stepper.borrowed:
             self._h, self._eps, self._centered = model.opt.timestep, eps, centered
+            self._sides = np.array([eps, -eps] if centered else [eps])
             self._stepper.answer(own)
             self._keep()
-            by_place, du, opened = self._by_places()
-            self._restore(mj.mj_fwdPosition)
-            by_velocity = self._by_velocities()
-            self._restore(mj.mj_fwdVelocity)
-            by_activation = self._by_drives(own.act, model.na)
-            by_control = self._by_drives(own.ctrl, model.nu)
-        others = [by_velocity, by_activation, by_control]
-        changes = np.hstack([by_place, *others])
-        return self._assemble(changes, du, opened)
-
-    def _restore(self, stage: Any) -> None:
-        mj.mj_setState(self.model, self._data, self._state, _SPEC)
-        stage(self.model, self._data)
+            drives = [self._by_drives(own.act), self._by_drives(own.ctrl)]
+            kinematics = Kinematics(self._tree, own) if model.nv >= _MANY else None
+            forces = self._forces_in_closed_form(kinematics) if kinematics else None
+            rows = self._rows_in_closed_form(kinematics)
+            if self._is_steady():
+                rows = rows or self._at_places(False)[0]
+                by_place, by_velocity, moved = self._proved(forces) or self._by_inverse()
+            else:
+                others, by_place, moved = self._at_places(True)
+                rows, by_velocity = rows or others, self._by_velocities()
+        du, opened = self._of_rows(rows, by_place, moved)
+        return self._assemble(np.hstack([by_place, by_velocity, *drives]), du, opened)
 
     def _keep(self) -> None:
         """The answer, and the rows that are active in it."""
         stepper, own = self._stepper, self._data
         solver = stepper.solver
         self._rows = stepper.rows
-        self._contacts = own.nefc, own.contact.geom.tobytes()
+        self._found = own.nefc, own.contact.geom.tobytes()
         self._which = np.concatenate([self._rows.H, self._rows.G])
         self._v, self._r, u = solver.v.copy(), solver.r.copy(), solver.u.copy()
         J, gaps = self._jacobian()
         self._M, count = stepper.metric(own), len(self._rows.H)
+        self._inverse = np.linalg.inv(self._M)
         u[count:] = 0.0
         self._J, self._gaps = J, gaps
-        self._active = _read(self._rows.laws, count, J, self._M, self._r, u)
+        self._active = _read(self._rows.laws, count, J, self._inverse, self._r, u)
         self._scale = max(solver.numbers.driven, solver.numbers.fastest, 1e-300)
         shift = np.zeros(len(self._v)) if solver.shift is None else solver.shift.copy()
         A, g = J[self._rows.gaps], self._to_open(gaps[self._rows.gaps])
@@ -272,40 +298,233 @@ class Linearization:
         balance = stepper.times(own, self._v - own.qvel) - self._h * stepper.force(own)
         return balance, self._next_act() if model.na else own.act
 
-    def _at_places(self, changes: Array) -> _Moved:
-        """All of a step at places that are moved by these: MuJoCo's numbers state by state, what is
-        made of them at once."""
-        model, own, stepper = self.model, self._data, self._stepper
-        size, n, (nefc, geoms) = len(changes), model.nv, self._contacts
-        there, act = np.ones(size, dtype=bool), np.zeros((size, model.na))
-        sparse = self._rows.pattern is not None
-        rows, gaps = np.zeros((size, nefc, n)), np.zeros((size, nefc))
-        mass, force = np.zeros((size, model.nC)), np.zeros((size, n))
-        mj.mj_setState(model, own, self._state, _SPEC)
-        place, qpos, M = own.qpos.copy(), own.qpos, stepper.metric_mass(own)
-        implicit = M is not own.M
-        f, advances = stepper.force(own), model.na and self._acts_move(place, changes)
-        for k, change in enumerate(changes):
-            qpos[:] = place
-            mj.mj_integratePos(model, qpos, change, 1.0)
-            for stage in _STAGES:
+    def _opens(self, gaps: Array) -> Array:
+        """How much of a gap's change changes that."""
+        stepper = self._stepper
+        return (stepper.correction * (gaps + stepper.slop < 0.0) + (gaps > 0.0)) / self._h
+
+    def _is_steady(self) -> bool:
+        """Whether what is implicit in the metric, and activations, stay as they are where all
+        places and velocities move, and inverse dynamics knows of all forces."""
+        model, own, stepper, n = self.model, self._data, self._stepper, self.model.nv
+        fast = model.opt.integrator == FAST
+        if self._adheres or own.xfrc_applied.any():
+            return False
+        if stepper.tumbling if fast else stepper.damping.changes:
+            return False
+        if not fast and not model.na:
+            return True
+        seen = []
+        for step in (0.0, self._eps):
+            mj.mj_setState(model, own, self._state, _SPEC)
+            mj.mj_integratePos(model, own.qpos, self._ways[:n], step)
+            own.qvel[:] += step * self._ways[:n]
+            for stage in _FORCES:
                 stage(model, own)
-            if implicit:
+            if fast:
                 stepper.rebind(own)
-            if advances:
-                act[k] = self._next_act()
-            mass[k], force[k] = M, f
-            if nefc:
-                there[k] = own.nefc == nefc and own.contact.geom.tobytes() == geoms
-                if there[k]:
-                    rows[k] = self._sparse_rows() if sparse else own.efc_J.reshape(nefc, n)
-                    gaps[k] = own.efc_pos
-        J, which = rows[:, self._which], self._which
+            damping = stepper.mass - own.M if fast else np.zeros(0)
+            seen.append((damping, self._next_act()))
+        (before, acts), (after, others) = seen
+        same = np.abs(after - before).max(initial=0.0) <= 1e-12 * np.abs(before).max(initial=0.0)
+        return bool(same and (acts == others).all())
+
+    @contextlib.contextmanager
+    def _inverse_dynamics(self) -> Iterator[None]:
+        """Where MuJoCo's is that of forces alone, at the step's acceleration."""
+        model, own, options = self.model, self._data, self.model.opt
+        mj.mj_setState(model, own, self._state, _SPEC)
+        own.qacc[:] = (self._v - own.qvel) / self._h
+        names = "disableflags", "enableflags", "noslip_iterations", "integrator"
+        kept = [getattr(options, name) for name in names]
+        options.noslip_iterations = 0
+        if options.integrator == _RK4:  # Euler is taken for it, and MuJoCo refuses it here
+            options.integrator = _EULER
+        options.disableflags |= _NO_CONSTRAINTS
+        options.enableflags &= ~_DISCRETE
+        try:
+            yield
+        finally:
+            for name, value in zip(names, kept):
+                setattr(options, name, value)
+
+    def _by_inverse(self) -> _Smooth:
+        """Differences of MuJoCo's inverse dynamics."""
+        model, own, n, opening = self.model, self._data, self.model.nv, self._opening
+        found = np.zeros((2, n + model.na, n))
+        sums, mass = np.zeros((2, n, n)), np.zeros((n, model.nC))
+        one, of_mass = np.zeros((2, n, n)), np.zeros_like(mass) if opening.moves else None
+        with self._inverse_dynamics():
+            for side in self._sides.tolist():
+                mj.mjd_inverseFD(
+                    model, own, side, True, one[0], one[1], None, None, None, None, of_mass
+                )
+                sums += one
+                if of_mass is not None:
+                    mass += of_mass
+        found[:, :n] = self._h / len(self._sides) * sums.transpose(0, 2, 1)
+        found[1, :n] -= self._M
+        moved = self._stepper.times_mass(mass / len(self._sides), opening.shift).T
+        return _Smooth(found[0], found[1], moved)
+
+    def _forces_in_closed_form(self, kinematics: Kinematics) -> _Smooth:
+        """Of rigid bodies, springs of straight joints and of tendons, and what actuators do with
+        their lengths; by velocities MuJoCo's own derivatives."""
+        model, own, h, n = self.model, self._data, self._h, self.model.nv
+        bodies, off = Dynamics(kinematics, model, own), model.opt.disableflags & _NO_GRAVITY
+        gravity, none = np.zeros(3) if off else model.opt.gravity, np.zeros(n)
+        found, shift = np.zeros((2, n + model.na, n)), self._opening.shift
+        balance, by_velocity = found[0, :n], found[1, :n]
+        balance += h * bodies.forces((self._v - own.qvel) / h, own.qvel, gravity)
+        moved = bodies.forces(shift, none, np.zeros(3)) if self._opening.moves else by_velocity
+        straight = np.isin(model.jnt_type, list(TURNS), invert=True)
+        places, dofs = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
+        pulls = self._slope(own.qpos, places, mj.mj_passive, own.qfrc_spring)
+        balance[dofs, dofs] -= h * pulls[dofs]
+        if model.tendon_stiffness.any():
+            J = np.zeros((model.ntendon, n))
+            pattern = model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
+            mj.mju_sparse2dense(J, own.ten_J, *pattern)
+            slack = np.clip(own.ten_length, *model.tendon_lengthspring.T) == own.ten_length
+            balance += h * J.T @ (np.where(slack, 0.0, model.tendon_stiffness)[:, None] * J)
+        if model.nu:
+            moment, lengths, every = np.zeros((model.nu, n)), own.actuator_length, slice(None)
+            pattern = own.moment_rownnz, own.moment_rowadr, own.moment_colind
+            mj.mju_sparse2dense(moment, own.actuator_moment, *pattern)
+            pulls = self._slope(lengths, every, mj.mj_fwdActuation, own.actuator_force)
+            balance -= h * moment.T @ (pulls[:, None] * moment)
+        by_velocity[np.repeat(np.arange(n), model.D_rownnz), model.D_colind] = self._damping()
+        by_velocity *= -h
+        by_velocity -= self._M
+        return _Smooth(found[0], found[1], moved)
+
+    def _slope(self, numbers: Array, which: Any, stage: Any, answer: Array) -> Array:
+        """How each answer moves with a number of its own, all of which move at once."""
+        here, found = numbers.copy(), []
+        for step in (self._eps, -self._eps):
+            numbers[which] = here[which] + step
+            stage(self.model, self._data)
+            found.append(answer.copy())
+        numbers[:] = here
+        return np.asarray((found[0] - found[1]) / (2.0 * self._eps))
+
+    def _damping(self) -> Array:
+        """qDeriv, MuJoCo's derivatives of forces by velocities."""
+        model, own, options = self.model, self._data, self.model.opt
+        integrator, options.integrator = options.integrator, _IMPLICIT
+        try:
+            mj.mj_implicit(model, own)
+        finally:
+            options.integrator = integrator
+        mj.mj_setState(model, own, self._state, _SPEC)
+        return np.asarray(own.qDeriv)
+
+    def _proved(self, found: Optional[_Smooth]) -> Optional[_Smooth]:
+        """What agrees with a difference of MuJoCo's inverse dynamics along one way."""
+        if found is None:
+            return None
+        model, own, n, sides = self.model, self._data, self.model.nv, []
+        way, other = self._ways[:n], self._ways[:n][::-1]
+        for step in (self._eps, -self._eps):
+            with self._inverse_dynamics():
+                mj.mj_integratePos(model, own.qpos, way, step)
+                own.qvel[:] += step * other
+                mj.mj_inverse(model, own)
+                mj.mj_fwdActuation(model, own)
+                sides.append(own.qfrc_inverse - own.qfrc_actuator)
+        columns = np.hstack([found.by_place[:n], found.by_velocity[:n] + self._M])
+        seen, ways = (sides[0] - sides[1]) / (2.0 * self._eps), np.concatenate([way, other])
+        off = np.abs(self._h * seen - columns @ ways).max()
+        # a difference by 1e-6 has 1e-10 of the forces for rounding
+        size = np.abs(columns).sum(1).max() + 1e-3 * self._h * np.abs(sides[0]).max()
+        return found if off <= 1e-6 * size else None
+
+    def _rows_in_closed_form(self, kinematics: Optional[Kinematics]) -> Any:
+        """Where all rows are contacts of geoms, or constant, and differences of all places cost
+        more."""
+        model, own, rows = self.model, self._data, self._rows
+        self._held = np.zeros(1, dtype=bool)
+        if not (self._straight and self._constant[own.efc_id[rows.G]].all()):
+            return None
+        if not len(rows.laws.dims):
+            return _Rows(np.zeros((model.nv, *self._J.shape)), self._J.T)
+        # tangents that MuJoCo takes from the world's axes matter to friction that is not even
+        bodies = model.geom_bodyid[own.contact.geom]
+        uneven = rows.scale is not None and (model.body_weldid[bodies] != 0).all(1).any()
+        if uneven or kinematics is None:
+            return None
+        found = Contacts(kinematics, model, own, self._which, rows, self._J)
+        found.differ(model, own, self._eps, self._centered)
+        self._held = found.held
+        return found
+
+    def _at_places(self, whole: bool) -> tuple[_Rows, Array, Array]:
+        """Rows where each place has moved; of the whole step also the balance and the activations,
+        and M shift."""
+        model, own, stepper, n = self.model, self._data, self._stepper, self.model.nv
+        nefc, geoms = self._found
+        shape = len(self._sides), n
+        there, sparse = np.ones(shape, dtype=bool), self._rows.pattern is not None
+        J, gaps = np.zeros((*shape, nefc, n)), np.zeros((*shape, nefc))
+        balance, mass = np.zeros((*shape, n + model.na)), np.zeros((*shape, model.nC))
+        mj.mj_setState(model, own, self._state, _SPEC)
+        place, qpos, ways = own.qpos.copy(), own.qpos, np.eye(n)
+        if whole:
+            here, masses = np.concatenate(self._by_force()), stepper.metric_mass(own)
+            mass_here = masses.copy()
+        for side, step in enumerate(self._sides.tolist()):
+            for k, way in enumerate(ways):
+                qpos[:] = place
+                mj.mj_integratePos(model, qpos, way, step)
+                for stage in _STAGES if whole else _ROWS:
+                    stage(model, own)
+                if whole:
+                    balance[side, k] = np.concatenate(self._by_force()) - here
+                    mass[side, k] = masses - mass_here
+                if not nefc:
+                    continue
+                there[side, k] = own.nefc == nefc and own.contact.geom.tobytes() == geoms
+                if there[side, k]:
+                    J[side, k] = self._sparse_rows() if sparse else own.efc_J.reshape(nefc, n)
+                    gaps[side, k] = own.efc_pos
+        sign = np.sign(self._sides)[:, None] / (self._eps * len(self._sides))
+        by_place = (sign[..., None] * balance).sum(0).T
+        moved = stepper.times_mass((sign[..., None] * mass).sum(0), self._opening.shift).T
+        rows = self._differenced(J[:, :, self._which], gaps[:, :, self._which], there)
+        return rows, by_place, moved
+
+    def _differenced(self, J: Array, gaps: Array, there: NDArray[Any]) -> _Rows:
+        """Where others touch on one side, with what is here; on both: as if contacts kept their
+        points and directions."""
         if self._rows.scale is not None:
-            J[:, : len(self._rows.H)] *= self._rows.scale[:, None]
-        F = stepper.times_mass(mass, self._v - own.qvel) - self._h * force
-        moved = stepper.times_mass(mass, self._opening.shift) if self._opening.moves else F
-        return _Moved(there, F, act, moved, J, gaps[:, which])
+            J[:, :, : len(self._rows.H)] *= self._rows.scale[:, None]
+        both = there.sum(0)
+        sign = np.sign(self._sides)[:, None] * there / (self._eps * np.maximum(both, 1))
+        self._held = both == 0
+        dJ = (sign[..., None, None] * (J - self._J)).sum(0)
+        d_gaps = (sign[..., None] * (gaps - self._gaps)).sum(0)
+        d_gaps[self._held] = self._J.T[self._held]
+        return _Rows(dJ, d_gaps)
+
+    def _of_rows(self, rows: Any, by_place: Array, moved: Array) -> tuple[Array, Array]:
+        """By places: velocities of rows, and what opens overlaps and what these rows do then.
+        Takes J'r from the balance; moved: M shift."""
+        mine, count, opening = self._rows.gaps, len(self._rows.H), self._opening
+        gaps, gap, n = rows.gaps, self._gaps[mine], self.model.nv
+        r, v, closing = self._r[None], self._v[None], mine[:0]
+        if opening.moves:
+            push, closing = np.zeros(len(self._J)), mine[opening.rows]
+            push[closing], push[count:] = np.split(opening.push, [len(closing)])
+            r, v = np.stack([self._r, push]), np.stack([self._v, opening.shift])
+        turned, speeds = rows.forces(r), rows.velocities(v)
+        by_place[:n] -= turned[0]
+        speeds[0, mine] += gaps[mine] * ((gap > 0.0) / self._h)[:, None]
+        speeds[0, count:] += self._stepper.correction / self._h * gaps[count:]
+        if not opening.moves:
+            return speeds[0], np.zeros((0, n))
+        speeds[1, mine] += gaps[mine] * self._opens(gap)[:, None]
+        opened = [moved - turned[1], speeds[1, closing], speeds[1, count:]]
+        return speeds[0], np.vstack(opened)
 
     def _sparse_rows(self) -> Array:
         own = self._data
@@ -322,147 +541,59 @@ class Linearization:
         mj.mj_setState(model, own, state, _SPEC)
         return act
 
-    def _acts_move(self, place: Array, changes: Array) -> bool:
-        """Whether activations go another way where all places have changed."""
-        model, own, acts = self.model, self._data, []
-        for change in np.zeros(model.nv), changes.max(0) * self._ways[: model.nv]:
-            own.qpos[:] = place
-            mj.mj_integratePos(model, own.qpos, change, 1.0)
-            for stage in _STAGES:
-                stage(model, own)
-            acts.append(self._next_act())
-        return bool((acts[0] != acts[1]).any())
-
-    def _by_places(self) -> tuple[Array, Array, Array]:
-        """By places: columns of the balance and the activations, of velocities of rows, and of what
-        opens overlaps."""
-        model, eps = self.model, self._eps
-        n, rows = model.nv, self._rows
-        ways = np.vstack([np.zeros((1, n)), eps * np.eye(n), -eps * np.eye(n)])
-        if not self._centered:
-            ways = ways[: n + 1]
-        at = self._at_places(ways)
-        count, gaps = len(rows.H), at.gaps[:, rows.gaps]
-        F = at.F - np.einsum("kij,i->kj", at.J, self._r)
-        u = at.J @ self._v
-        u[:, rows.gaps] += np.maximum(gaps, 0.0) / self._h
-        u[:, count:] += self._stepper.correction / self._h * at.gaps[:, count:]
-        parts = [F, at.act, u]
-        opening = self._opening
-        if opening.moves:
-            parts += opening.changes(
-                at.moved, at.J[:, rows.gaps], at.J[:, count:], self._to_open(gaps)
-            )
-        all_of_it = np.hstack(parts)
-        up, down = 1 + np.arange(n), 1 + n * self._centered + np.arange(n)
-        down = down if self._centered else np.zeros(n, dtype=int)
-        # on one side of an edge the other side's numbers are nobody's
-        up, down = np.where(at.there[up], up, 0), np.where(at.there[down], down, 0)
-        step = (up > 0) * eps + (down > 0) * eps
-        self._held = step == 0.0
-        columns = (all_of_it[up] - all_of_it[down]) / np.where(self._held, 1.0, step)[:, None]
-        for k in np.flatnonzero(self._held):
-            columns[k] = self._with_rows_held(at, k, all_of_it.shape[1])
-        first, second = n + model.na, n + model.na + len(self._J)
-        return columns[:, :first].T, columns[:, first:second].T, columns[:, second:].T
-
-    def _with_rows_held(self, at: _Moved, k: int, size: int) -> Array:
-        """Where others touch on both sides: as if contacts kept their points and directions."""
-        n, rows, count = self.model.nv, self._rows, len(self._rows.H)
-        column, side = np.zeros(size), 2.0 * self._eps
-        a, b = (1 + k, 1 + n + k) if self._centered else (1 + k, 0)
-        side = side if self._centered else self._eps
-        column[:n], column[n : n + self.model.na] = at.F[a] - at.F[b], at.act[a] - at.act[b]
-        column /= side
-        u = column[n + self.model.na :][: len(self._J)]
-        u[rows.gaps] += self._J[rows.gaps, k] * (self._gaps[rows.gaps] > 0.0) / self._h
-        u[count:] += self._stepper.correction / self._h * self._J[count:, k]
-        return column
-
     def _by_velocities(self) -> Array:
-        """MuJoCo's own derivatives, where they are those of the balance along one way."""
-        model, own, stepper = self.model, self._data, self._stepper
-        n, options = model.nv, model.opt
-        integrator, options.integrator = options.integrator, _IMPLICIT
-        try:
-            mj.mj_implicit(model, own)
-        finally:
-            options.integrator = integrator
-        D = np.zeros((n, n))
-        D[self._of_D] = own.qDeriv
-        self._restore(mj.mj_fwdVelocity)
-        columns = np.vstack([-self._M - self._h * D, np.zeros((model.na, n))])
-        return self._proved(columns, own.qvel, n, mj.mj_fwdVelocity)
+        model, own = self.model, self._data
+        mj.mj_setState(model, own, self._state, _SPEC)
+        mj.mj_fwdPosition(model, own)
+        here, columns = own.qvel.copy(), []
+        for k in range(model.nv):
+            sides = []
+            for step in (self._eps, -self._eps):
+                own.qvel[k] = here[k] + step
+                mj.mj_fwdVelocity(model, own)
+                sides.append(np.concatenate(self._by_force()))
+            own.qvel[k] = here[k]
+            columns.append((sides[0] - sides[1]) / (2.0 * self._eps))
+        return np.array(columns).T
 
-    def _by_drives(self, numbers: Array, count: int) -> Array:
-        """By controls or activations, where each is of one actuator with a force of its own."""
-        model, own, eps = self.model, self._data, self._eps
-        if not count or self._own_act is None:
-            return self._proved(None, numbers, count, None)
-        here, forces, acts = numbers.copy(), [], []
-        for step in (eps, -eps):
-            numbers[:] = here + step
-            acts.append(self._by_force()[1].copy())
-            forces.append(own.actuator_force.copy())
-        numbers[:] = here
-        slope, of_act = (forces[0] - forces[1]) / (2.0 * eps), (acts[0] - acts[1]) / (2.0 * eps)
-        moment = np.zeros((model.nu, model.nv))
-        mj.mju_sparse2dense(
-            moment, own.actuator_moment, own.moment_rownnz, own.moment_rowadr, own.moment_colind
-        )
-        columns = np.zeros((model.nv + model.na, count))
-        acting, own_act = np.arange(model.nu), self._own_act
-        has = own_act >= 0
-        if numbers is own.act or count != model.nu:
-            acting = acting[has]
-            places = own_act[has]
-        else:
-            places = acting
-        columns[: model.nv, places] = -self._h * (moment * slope[:, None]).T[:, acting]
-        with_act = acting[has[acting]]
-        columns[model.nv + own_act[with_act], places[has[acting]]] = of_act[own_act[with_act]]
-        return self._proved(columns, numbers, count, None)
-
-    def _proved(self, columns: Optional[Array], numbers: Array, count: int, stage: Any) -> Array:
-        """Columns that agree with a difference along one way, or differences."""
-        if not count:
-            return np.zeros((self.model.nv + self.model.na, 0))
-        if columns is not None:
-            way = self._ways[:count]
-            seen, should = self._difference(numbers, way, stage), columns @ way
-            size = np.abs(columns).sum(1).max() + 1e-3 * self._h * np.abs(self._force()).max()
-            if np.abs(seen - should).max(initial=0.0) <= 1e-6 * size:
-                return columns
-        ways = np.eye(count)
-        found = [self._difference(numbers, way, stage) for way in ways]
-        return np.array(found).T
-
-    def _force(self) -> Array:
-        return np.asarray(self._data.qfrc_smooth)
-
-    def _difference(self, numbers: Array, way: Array, stage: Any) -> Array:
-        here, sides = numbers.copy(), []
-        steps = (self._eps, -self._eps if self._centered else 0.0)
-        for step in steps:
-            numbers[:] = here + step * way
-            if stage is not None:
-                stage(self.model, self._data)
-            sides.append(np.concatenate(self._by_force()))
-        numbers[:] = here
-        return (sides[0] - sides[1]) / (steps[0] - steps[1])
+    def _by_drives(self, numbers: Array) -> Array:
+        """Of the balance and the activations by controls or activations."""
+        model, own, eps, n = self.model, self._data, self._eps, self.model.nv
+        count, na = len(numbers), model.na
+        forces, acts, here = np.zeros((2, count, n)), np.zeros((2, count, na)), numbers.copy()
+        for side, step in enumerate((eps, -eps)):
+            for k in range(count):
+                numbers[k] = here[k] + step
+                mj.mj_fwdActuation(model, own)
+                forces[side, k] = own.qfrc_actuator
+                if na and not self._alone:
+                    acts[side, k] = self._next_act()
+                numbers[k] = here[k]
+            if na and self._alone:  # each of its own actuator's: all at once
+                numbers[:] = here + step
+                mj.mj_fwdActuation(model, own)
+                driven = np.flatnonzero(model.actuator_actadr >= 0)
+                place = model.actuator_actadr[driven]
+                acts[side, place if numbers is own.act else driven, place] = self._next_act()[place]
+                numbers[:] = here
+        changes = np.concatenate([-self._h * (forces[0] - forces[1]), acts[0] - acts[1]], axis=1)
+        return np.asarray(changes.T / (2.0 * eps))
 
     def _assemble(self, changes: Array, du: Array, opened: Array) -> Derivatives:
+        """changes: of the balance and the activations by all; du: of velocities of rows, and
+        opened: of what opens overlaps, by places."""
         n, na = self.model.nv, self.model.na
         dF, dact = changes[:n], changes[n:]
         du = np.hstack([du, np.zeros((len(du), changes.shape[1] - n))])
-        dv, one = _solve(self._M, self._J, self._active, self._r, dF, du)
+        metric = self._M, self._inverse
+        dv, one = _solve(metric, self._J, self._active, self._r, dF, du)
         opening, ds, other = self._opening, np.zeros((n, 0)), True
         if opening.moves:
             count = len(self._rows.H)
             J = np.vstack([self._J[self._rows.gaps][opening.rows], self._J[count:]])
             none = np.zeros((len(J), len(J)))
             holds = _Active(np.arange(len(J)), np.eye(len(J)), none, [], np.zeros(0))
-            ds, other = _solve(self._M, J, holds, opening.push, opened[:n], opened[n:])
+            ds, other = _solve(metric, J, holds, opening.push, opened[:n], opened[n:])
         turned, moved = self._places()
         dq = moved @ dv
         dq[:, : ds.shape[1]] += moved @ ds
@@ -481,8 +612,8 @@ class Linearization:
         turned, moved = np.eye(model.nv), h * np.eye(model.nv)
         v, nothing = self._v + self._opening.shift, np.zeros(3)
         for kind, first in zip(model.jnt_type.tolist(), model.jnt_dofadr.tolist()):
-            if kind in _TURNS:
-                first += _TURNS[kind]
+            if kind in TURNS:
+                first += TURNS[kind]
                 here = slice(first, first + 3)
                 of_place, of_velocity = np.zeros(9), np.zeros(9)
                 mj.mjd_quatIntegrate(v[here], h, of_place, of_velocity, nothing)
@@ -491,11 +622,23 @@ class Linearization:
         return turned, moved
 
 
-_TURNS = {int(mj.mjtJoint.mjJNT_FREE): 3, int(mj.mjtJoint.mjJNT_BALL): 0}
 _SPEC = int(mj.mjtState.mjSTATE_INTEGRATION)
+_MANY = 24  # places from which the calls that closed form takes cost less than differences
+_NO_CONSTRAINTS = int(mj.mjtDisableBit.mjDSBL_CONSTRAINT)
+_NO_GRAVITY = int(mj.mjtDisableBit.mjDSBL_GRAVITY)
 _IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT)
-# Of a step's forces: mj_fwdPosition without what the constraint solver needs, where a version has that by itself
-_ALONE = "fwdKinematics", "makeM", "factorM", "collision", "makeConstraint", "transmission"
-_NAMES = _ALONE if all(hasattr(mj, f"mj_{x}") for x in _ALONE) else ("fwdPosition",)
-_LATER = "fwdVelocity", "fwdActuation", "fwdAcceleration"
-_STAGES = [getattr(mj, f"mj_{x}") for x in _NAMES + _LATER]
+_EULER, _RK4 = int(mj.mjtIntegrator.mjINT_EULER), int(mj.mjtIntegrator.mjINT_RK4)
+_DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
+
+
+def _stages(*names: str) -> list[Any]:
+    return [getattr(mj, f"mj_{name}") for name in names]
+
+
+# mj_fwdPosition's parts, where a version has them by themselves: without what MuJoCo's solver needs
+_PARTS = "fwdKinematics", "makeM", "factorM", "collision", "makeConstraint", "transmission"
+_APART = all(hasattr(mj, f"mj_{name}") for name in _PARTS)
+_POSITION = _stages(*(_PARTS if _APART else ("fwdPosition",)))
+_ROWS = [_POSITION[k] for k in (0, 3, 4)] if _APART else _POSITION
+_STAGES = _POSITION + _stages("fwdVelocity")
+_FORCES = _STAGES + _stages("fwdActuation", "fwdAcceleration")

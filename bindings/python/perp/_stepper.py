@@ -208,6 +208,16 @@ class RowSolver(Handle):
         step, _, laws, dynamics = self._by_reference
         self._call(library.perp_contact_solver_arrange, step, laws, dynamics)
 
+    def comply(self, compliance: Array, gaps: Array) -> None:
+        """For the rows that are arranged: w is what the caller has put there, b is gaps / h, of
+        each row of J, and u = H v + w and 0 = G v + b have compliance times r beside them."""
+        numbers = self.numbers
+        self._complying = compliance, gaps, c_void_p(_arrays.address(gaps))
+        self._laws.compliance = _arrays.address(compliance) if len(compliance) else None
+        numbers.gaps, numbers.correction = addressof(self._complying[2]), 1.0
+        numbers.gap_count = numbers.rests = 0
+        numbers.shift = None
+
     # What is arranged, where the step has it: views that last until other rows are.
 
     def _of(self, struct: Any, name: str, count: int, kind: Any = c_double) -> NDArray[Any]:

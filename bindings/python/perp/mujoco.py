@@ -9,8 +9,9 @@
 
 Kinematics, inertia, collision, actuation, passive forces and sensors are MuJoCo's. Its constraint
 solver is left out: contacts obey Coulomb's law with the model's coefficients, limits and equations
-are rigid, dry friction holds up to its bound. solref, solimp, impratio and noslip are not read. See
-docs/mujoco.md. Needs the package mujoco (pip install 'perp[mujoco]').
+are rigid, dry friction holds up to its bound. impratio and noslip are not read, nor are solref and
+solimp, unless rigid=False asks for them. See docs/mujoco.md. Needs the package mujoco (pip install
+'perp[mujoco]').
 """
 
 from __future__ import annotations
@@ -74,6 +75,9 @@ class Stepper:
 
     restitution: the share of their normal speed with which what hits each other parts (Moreau's
         law), 0 to 1.
+    rigid: False: contacts along their normals, limits and equations comply as the model's solref
+        and solimp say, and correction, slop and restitution have no part in it; friction is rigid
+        all the same.
 
     What the model asks for and a step can't do is refused here, by name; check() says how each of
     its features is treated. The model is not changed.
@@ -90,8 +94,12 @@ class Stepper:
         correction: float = 0.2,
         slop: Optional[float] = None,
         restitution: float = 0.0,
+        rigid: bool = True,
     ) -> None:
         refuse(model)
+        if restitution and not rigid:
+            raise argument_error("restitution is of rigid contacts; solref has that of soft ones")
+        self.rigid = rigid
         if not 0.0 <= restitution <= 1.0:
             raise argument_error(f"restitution is {restitution}, expected 0 to 1")
         self.model = model
@@ -160,11 +168,13 @@ class Stepper:
         self.gather(data)
         self.forget()
         how = self._solve_any(data)
-        turns = self.solver.laws
-        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
         solver = self.solver
+        if not solver.rows:
+            return how
+        turns = solver.laws
+        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
         kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
-        if solver.rows and not solver.solve_by(method, 1e-12).ok:
+        if not solver.solve_by(method, 1e-12).ok:
             solver.v[:], solver.r[:], solver.u[:], solver.modes[:] = kept
         return how
 
@@ -183,11 +193,11 @@ class Stepper:
         return self.mass if self._options.integrator == FAST else np.asarray(data.M)
 
     def times_mass(self, mass: Array, x: Array) -> Array:
-        """The metrics of such entries, a row each, times x."""
+        """Matrices of such entries, a row each, times x."""
         rows, columns, sources = self._entries
         spread = np.zeros((mass.shape[1], len(x)))
         np.add.at(spread, (sources, rows), x[columns])
-        return mass @ spread + self._implicit() * x
+        return mass @ spread
 
     def _implicit(self) -> Any:
         """What Euler adds to the diagonal."""
@@ -214,7 +224,9 @@ class Stepper:
     def _step(self, data: Any) -> Solved:
         self.gather(data)
         how = self.solve(data)
-        if not self.solver.known:
+        if not self.rigid:
+            self.warm = how.ok
+        elif not self.solver.known:
             how = self.look(data, how)
         if self.senses:
             self._sense(data)
@@ -320,12 +332,28 @@ class Stepper:
     def _solve(self, data: Any) -> Solved:
         """With the rows of the last step, where the same things touch."""
         solver = self.solver
+        if not self.rigid:
+            self.arrange(data)
+            self._soften(data)
+            return solver.step(self.warm)
         if self.dense or self._is_as_before(data):
             how = solver.step(self.warm)
             if not solver.is_other:
                 return how
         self.arrange(data)
         return solver.step(self.warm)
+
+    def _soften(self, data: Any) -> None:
+        """MuJoCo's compliance: J (v' - v) / h + R f = a, with a the acceleration that solref and
+        solimp ask for, is u = J v' + R r - J v - h a."""
+        solver, numbers, h = self.solver, self.solver.numbers, self._options.timestep
+        offset, R = -data.efc_vel - h * data.efc_aref, data.efc_R
+        places = ("H_rows", "rows"), ("G_rows", "bilateral"), ("gap_rows", "gap_count")
+        H, G, soft = (solver.kept_rows(x, getattr(numbers, count)) for x, count in places)
+        solver.w[soft] = offset[H[soft]]
+        yields = np.zeros(len(H) + len(G))
+        yields[soft], yields[len(H) :] = R[H[soft]], R[G]
+        solver.comply(yields, h * offset)
 
     def _is_as_before(self, data: Any) -> bool:
         key = data.ne, data.nf, data.nl, data.ncon, self._options.timestep
@@ -426,6 +454,7 @@ def derivatives(
 
     eps, centered: of the differences of MuJoCo's forces; contacts are not differenced. settings: as
     for Stepper.
+    No other thread may step the model meanwhile: its options are others for a while.
     verdict: "regular"; "degenerate", where the step is on the edge between two modes, and A and B
     are of one of them; "singular", where v' is not determined. Restitution and moving surfaces are
     refused.
@@ -434,6 +463,8 @@ def derivatives(
         raise argument_error(f"eps is {eps}, expected a number > 0")
     if settings.get("restitution") or getattr(model, "flg_surfacevel", 0):
         raise argument_error("restitution and moving surfaces (surfacevel) have no derivatives")
+    if not settings.get("rigid", True):
+        raise argument_error("soft contacts (rigid=False) have no derivatives")
     kept = _linear.get(data)
     if kept is None or kept[1].model is not model or kept[0] != settings:
         made = Linearization(model, Stepper(model, **settings))

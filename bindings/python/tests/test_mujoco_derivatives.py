@@ -5,6 +5,7 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco")
 
+import perp._mujoco_derivatives  # noqa: E402
 import perp._mujoco_model  # noqa: E402
 import perp.mujoco  # noqa: E402
 
@@ -178,8 +179,10 @@ def test_they_are_those_of_whole_steps(name):
     np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-5 * size)
 
 
+@pytest.mark.parametrize("many", [0, 24])
 @pytest.mark.parametrize("name", ["a hopper slides", "a box rests", "an arm with dry friction"])
-def test_sparse_and_dense_are_the_same(name, monkeypatch):
+def test_sparse_and_dense_are_the_same(name, many, monkeypatch):
+    monkeypatch.setattr(perp._mujoco_derivatives, "_MANY", many)
     model, data = state(name)
     dense = perp.mujoco.derivatives(model, data)
     monkeypatch.setattr(perp._mujoco_model, "DENSE", 0)
@@ -214,9 +217,11 @@ FACES = """<body pos="-.0399 0 .5"><geom type="box" size=".01 .03 .03"/></body>
 </body><body pos="0 0 .5"><freejoint/><geom type="box" size=".03 .03 .03" mass=".2"/></body>"""
 
 
-def test_faces_that_lie_on_each_other():
+@pytest.mark.parametrize("many", [0, 24])
+def test_faces_that_lie_on_each_other(many, monkeypatch):
     """A turned box loses corners of a contact either way, which whole steps do not feel: it is held
     by faces and stays."""
+    monkeypatch.setattr(perp._mujoco_derivatives, "_MANY", many)
     model = load(FACES)
     data = mujoco.MjData(model)
     data.qfrc_applied[0] = 5.0
@@ -279,3 +284,67 @@ def test_refusals():
         perp.mujoco.derivatives(model, data, restitution=0.5)
     with pytest.raises(ValueError, match="tol"):
         perp.mujoco.derivatives(model, data, tol=-1.0)
+
+
+ON_BALLS = """<geom type="plane" size="5 5 .1"/>
+<body pos="0 0 .0999"><freejoint/><geom name="g" size=".1"/></body>
+<body pos=".02 .03 .2962"><freejoint/>
+<geom name="f" type="capsule" size=".1 .1" euler="20 80 0"/></body>"""
+COUPLED = (
+    ARM.format(a='stiffness="2"', b=HINGE),
+    '<tendon><fixed name="t" damping=".1"><joint joint="a" coef="1"/><joint joint="b" coef="-.5"/>'
+    '</fixed></tendon><equality><tendon tendon1="t"/></equality><actuator><muscle joint="a" '
+    'ctrllimited="true" ctrlrange="0 1" lengthrange="-3 3"/><general tendon="t" '
+    'dyntype="integrator" gainprm="2"/></actuator>',
+)
+BORNE = ARM.format(a="", b=HINGE).replace("<body", '<body gravcomp=".5"')
+MORE = {
+    "a capsule on a ball": lambda: load(ON_BALLS),
+    "a capsule on a ball, uneven friction": lambda: load(
+        ON_BALLS, '<contact><pair geom1="g" geom2="f" friction=".9 .4 .01 .01 .01"/></contact>'
+    ),
+    "an arm tied by a tendon": lambda: load(*COUPLED),
+    "an arm tied by a tendon, implicitfast": lambda: load(*COUPLED, 'integrator="implicitfast"'),
+    "an arm that is borne in part": lambda: load(BORNE, DRIVES),
+    "an arm, RK4": lambda: load(ARM.format(a='damping=".2"', b=HINGE), DRIVES, 'integrator="RK4"'),
+    "a ball that is held": lambda: load(
+        FLOOR.format("")
+        + '<body name="b" pos=".01 0 .0999"><freejoint/><geom type="ellipsoid" size=".1 .09 .1"/>'
+        "</body>",
+        '<actuator><adhesion body="b" ctrlrange="0 1" gain="3"/></actuator>',
+    ),
+    "an arm in a thick fluid": lambda: load(
+        ARM.format(a="", b=HINGE), DRIVES, 'integrator="implicitfast" density="900" viscosity="5"'
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_in_closed_form_they_are_those_of_whole_steps(name, monkeypatch):
+    """As of models with many velocities; forces are nowhere differenced by places."""
+    monkeypatch.setattr(perp._mujoco_derivatives, "_MANY", 0)
+    monkeypatch.setattr(perp._mujoco_derivatives.Linearization, "_by_inverse", None)
+    test_they_are_those_of_whole_steps(name)
+
+
+def options(model):
+    names = "integrator", "cone", "jacobian", "disableflags", "enableflags", "noslip_iterations"
+    return [getattr(model.opt, name) for name in names]
+
+
+@pytest.mark.parametrize("many", [0, 999])
+@pytest.mark.parametrize("name", MORE)
+def test_more_of_them(name, many, monkeypatch):
+    """Bodies that touch each other; forces on bodies; what is implicit and moves."""
+    monkeypatch.setattr(perp._mujoco_derivatives, "_MANY", many)
+    model = MORE[name]()
+    data, rng = mujoco.MjData(model), np.random.default_rng(1)
+    data.qvel[:] = 0.1 * rng.standard_normal(model.nv)
+    pushed = "borne" in name or "capsule" in name
+    data.ctrl[:], data.xfrc_applied[-1, :] = 0.4, 0.3 if pushed else 0.0
+    expected, before = differences(model, data, 1e-6), options(model)
+    found = perp.mujoco.derivatives(model, data)
+    assert options(model) == before
+    mine = np.hstack([found.A, found.B])
+    # as of whole steps above
+    np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
