@@ -171,6 +171,7 @@ typedef struct perp__verdict {
     int32_t rough;   /* which turn further in an interval than what is linear there knows of */
     int32_t endless; /* contacts that are not finite */
     int32_t asked;   /* rows of which it was asked whether they stand, and do not */
+    int32_t sketched; /* swept to see what meets, at a level that asks for more */
     int32_t in_vain; /* all that there is came to no answer in this step, of some part of it */
     int32_t stands;  /* at rest beside what carries it, decided (islands/standing.h) */
     int32_t settles; /* swept from next to nothing, and yet not found to stand */
@@ -401,6 +402,7 @@ struct perp_world {
     int32_t memory_capacity;
     int32_t memories_restored; /* and not found by their pairs yet */
     int32_t rounds;            /* of looking for contacts in this step */
+    int32_t sketches;          /* what meets is not known yet, and solutions say no more than that */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set last;     /* of the last one that went on */

@@ -696,3 +696,25 @@ def test_columns_by_their_certificates(first):
         elif r.verdict == "falls":
             check_certificate(r, H, f, mu, 3, G)
     assert verdicts.count("indeterminate") < 10  # loads on edges have no margin
+
+
+@pytest.mark.parametrize("method", ["auto", "sweep", "admm", "proximal", "lemke"])
+def test_a_pushed_box_rests_where_it_may_pivot(method: str) -> None:
+    """Pushed through its centre with less than mu m g; its roll and pitch are locked, so that how
+    its corners share the weight is open. With equal shares, each below mu N, it rests; with all on
+    one corner it may turn about that. What rests stays: by every method."""
+    random = np.random.default_rng(28)
+    for _ in range(40):
+        width, depth, mass, mu, h = random.uniform([0.02, 0.02, 0.01, 0.1, 1e-3], [1, 1, 10, 1, 0.01])
+        angle, share = random.uniform(0, 2 * np.pi), random.uniform(0.2, 0.95)
+        H = [
+            row
+            for x in (-width, width)
+            for y in (-depth, depth)
+            for row in ([0, 0, 1, 0], [1, 0, 0, -y], [0, 1, 0, x])
+        ]
+        M = mass * np.diag([1, 1, 1, (width**2 + depth**2) / 3])
+        push = share * mu * mass * 9.81
+        f = h * np.array([push * np.cos(angle), push * np.sin(angle), -mass * 9.81, 0])
+        result = perp.contact(M, f, np.array(H, float), mu=mu, method=method)
+        assert result.outcome == "solved" and not result.v.any()

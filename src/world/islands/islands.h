@@ -71,6 +71,8 @@ typedef struct perp__level {
     int32_t few, rounds;
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
+/* The level of sketches. */
+#define PERP__SKETCHED PERP_ACCURACY_ACCURATE
 const perp__level *perp__level_of(const perp_world *world);
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */

@@ -4,7 +4,8 @@
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
  *      often as the level looks; then only for what would go deep, twice as deep each time: the few
- *      that are left cost as much as all did.
+ *      that are left cost as much as all did. At level `exact` islands are swept as long as something
+ *      comes, and only then solved: what meets by a sketch needs no rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
@@ -83,7 +84,8 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     if (!exact) {
         perp__begin_joints(world, island, h, 0);
         status = perp__sweep_island(world, island, h, verdict);
-        if (status != PERP_OK || !perp__is_worth_both(world, island) ||
+        verdict->sketched = world->sketches && !verdict->stands;
+        if (status != PERP_OK || world->sketches || !perp__is_worth_both(world, island) ||
             (perp__is_good(verdict->outcome) && !verdict->settles))
             return status;
         *verdict = before;
@@ -96,7 +98,8 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 perp_status perp__solve_one(perp_world *world, const perp__island *island, double h)
 {
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-    int32_t fresh = island->joints > 0 && !verdict.jointed; /* that came since it was solved */
+    int32_t fresh = (island->joints > 0 && !verdict.jointed) || /* came since it was solved */
+                    (verdict.sketched && !world->sketches);
     perp_status status;
 
     for (int32_t i = 0; i < island->contacts; i++)
@@ -177,13 +180,14 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
-    const perp__level *level = perp__level_of(world);
+    const perp__level *level = &perp__levels[world->settings.accuracy];
     perp_status status = PERP_OK;
     double deep = level->deep;
     int32_t came;
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
+    world->sketches = world->settings.accuracy == PERP_ACCURACY_EXACT;
     came = perp__include_near(world, h);
     if (came > 0 || world->joint_count > 0)
         status = solve_changed(world, h, summary);
@@ -194,11 +198,16 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
                 perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : deep, &came);
         if (world->awake_changed) /* something came to what slept: the step begins anew */
             return status;
+        if (came == 0 && world->sketches) { /* what was sketched is solved */
+            world->sketches = 0;
+            came = 1;
+        }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
         if (world->rounds > level->looks)
             deep = fmin(2.0 * deep, HALF_WAY);
     } while (status == PERP_OK && came > 0);
+    world->sketches = 0;
     if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
         summarise(world, summary);
     return status;

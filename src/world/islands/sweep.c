@@ -61,7 +61,7 @@ double perp__swept_tol(const perp_world *world)
 {
     const perp_world_settings *settings = &world->settings;
 
-    return settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT
+    return (settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT) && !world->sketches
                ? perp__exact_tol(world)
                : perp__level_of(world)->tol;
 }
@@ -76,7 +76,8 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 {
     const perp_world_settings *settings = &world->settings;
 
-    return (settings->accuracy == PERP_ACCURACY_EXACT && !perp__is_time_over(world)) ||
+    return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
+            !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->bodies <= FEW_BODIES ||
            island->contacts == 0 || is_few(world, island, FEW) ||
            (island->joints == 0 && mass_ratio(world, island) >= LARGE_RATIO);
