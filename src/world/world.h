@@ -162,19 +162,19 @@ typedef struct perp__shape {
 /* How the solve of a body's island went. */
 typedef struct perp__verdict {
     perp_outcome outcome;
-    int32_t stages;  /* intervals that were solved; 0: nothing to solve */
-    int32_t impacts; /* instants */
-    int32_t swept;   /* within a budget, overlap and all */
-    int32_t leads;   /* of the island's first body */
-    int32_t jointed; /* with its joints, */
-    int32_t swings;  /* and nothing else */
-    int32_t rough;   /* which turn further in an interval than what is linear there knows of */
-    int32_t endless; /* contacts that are not finite */
-    int32_t asked;   /* rows of which it was asked whether they stand, and do not */
+    int32_t stages;   /* intervals that were solved; 0: nothing to solve */
+    int32_t impacts;  /* instants */
+    int32_t swept;    /* within a budget, overlap and all */
+    int32_t leads;    /* of the island's first body */
+    int32_t jointed;  /* with its joints, */
+    int32_t swings;   /* and nothing else */
+    int32_t rough;    /* which turn further in an interval than what is linear there knows of */
+    int32_t endless;  /* contacts that are not finite */
+    int32_t asked;    /* rows of which it was asked whether they stand, and do not */
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
-    int32_t in_vain; /* all that there is came to no answer in this step, of some part of it */
-    int32_t stands;  /* at rest beside what carries it, decided (islands/standing.h) */
-    int32_t settles; /* swept from next to nothing, and yet not found to stand */
+    int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
+    int32_t stands;   /* at rest beside what carries it, decided (islands/standing.h) */
+    int32_t settles;  /* swept from next to nothing, and yet not found to stand */
     double residual;
 } perp__verdict;
 
@@ -402,7 +402,7 @@ struct perp_world {
     int32_t memory_capacity;
     int32_t memories_restored; /* and not found by their pairs yet */
     int32_t rounds;            /* of looking for contacts in this step */
-    int32_t sketches;          /* what meets is not known yet, and solutions say no more than that */
+    int32_t sketches; /* what meets is not known yet, and solutions say no more than that */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set last;     /* of the last one that went on */

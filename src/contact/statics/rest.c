@@ -1,5 +1,6 @@
-/* Velocities of exactly 0 of a contact problem: where impulses balance the forces it rests, whatever
- * a method found, be it another answer that the laws have there or velocities left to its tol. */
+/* Velocities of exactly 0 of a contact problem: where impulses balance the forces it rests,
+ * whatever a method found, be it another answer that the laws have there or velocities left to its
+ * tol. */
 #include <math.h>
 #include <string.h>
 
@@ -9,9 +10,9 @@
 #include "contact/statics/statics.h"
 
 /* The share of what forces alone make of the largest relative velocity up to which many bodies are
- * asked. After the first sweeps (contact.c) what comes to rest has .02 to .18 of it left in piles of
- * 10 to 250 bodies, what was hit .24 to 1. Few are asked always: where n^3 / 3 products of a dense
- * factor are no more than those sweeps make, 10 times a row's 12 numbers, read and pushed. */
+ * asked. After the first sweeps (contact.c) what comes to rest has .02 to .18 of it left in piles
+ * of 10 to 250 bodies, what was hit .24 to 1. Few are asked always: where n^3 / 3 products of a
+ * dense factor are no more than those sweeps make, 10 times a row's 12 numbers, read and pushed. */
 #define SLOW 0.2
 #define SWEPT (10.0 * 2.0 * 12.0)
 
