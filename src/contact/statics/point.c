@@ -364,8 +364,9 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
 
                 longest = fmax(longest, entry);
                 terms += most * entry;
-                made += fabs(y[link->node * rows->width + i % rows->width]) * entry;
             }
+            for (int32_t i = 0; i < unit->rows * rows->width; i++) /* small entries are as rough */
+                made += fabs(y[link->node * rows->width + i % rows->width]) * longest;
             if (longest > 0.0) /* what would balance the forces on that node */
                 carried = fmax(
                     carried, perp__largest(s->b + link->node * rows->width, rows->width) / longest);

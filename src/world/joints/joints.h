@@ -68,6 +68,7 @@ typedef struct perp__rounds {
     int32_t coarse;      /* rows are those of the interval's beginning */
     double change, turn; /* of the last one */
     double swerve;       /* of the change, what is an angle */
+    int32_t parts; /* each round takes the motion farther from any: the interval is too long */
 } perp__rounds;
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds);

@@ -33,6 +33,9 @@
  * an angle is too much to be unsure of when rounds end. */
 #define FAR 0.25
 
+/* Of each entry of a row, of which both are differences. */
+#define ROUNDINGS 16.0
+
 /* Beside the terms of a rate, what counts as none. */
 #define STILL 1e-9
 
@@ -186,16 +189,26 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
                          &joint->middle);
 
-        /* 2. what their change till the end makes of the trial motion's last velocity */
+        /* 2. what their change till the end makes of the trial motion's last velocity, if it is
+         * more than rounding */
         view_placed(world, joint, (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to},
                     &end);
-        memset(joint->turning, 0, sizeof joint->turning);
-        for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++)
-            for (int32_t side = 0; side < 2 && (row < end.count || row == PERP__JOINT_ROWS); side++)
-                for (int32_t k = 0; k < 6; k++)
-                    joint->turning[row] +=
-                        (end.rows[row][side][k] - joint->middle.rows[row][side][k]) *
-                        world->motions[joint->body[side]].last[k];
+        const double length = fmax(end.size, fabs(end.coordinate));
+        const double unsure =
+            ROUNDINGS * DBL_EPSILON + (length > 0.0 ? end.rounding / length : 0.0);
+
+        for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
+            double turning = 0.0, terms = 0.0;
+
+            for (int32_t k = 0; k < 12 && (row < end.count || row == PERP__JOINT_ROWS); k++) {
+                const double *last = world->motions[joint->body[k / 6]].last;
+                const double now = joint->middle.rows[row][k / 6][k % 6];
+
+                turning += (end.rows[row][k / 6][k % 6] - now) * last[k % 6];
+                terms += fabs(now * last[k % 6]);
+            }
+            joint->turning[row] = fabs(turning) > unsure * terms ? turning : 0.0;
+        }
     }
 }
 
@@ -396,7 +409,8 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     if (!lost && ++rounds->done < rounds->most && rounds->change > settled &&
         (rounds->done < 3 || rounds->change <= ENOUGH * before))
         return 1;
-    rounds->coarse = !(rounds->swerve <= FAR) && !perp__swings(world, island);
+    rounds->parts = rounds->change > settled && !(rounds->change <= before);
+    rounds->coarse = (rounds->parts || !(rounds->swerve <= FAR)) && !perp__swings(world, island);
     if (rounds->coarse)
         perp__stop_trial(world, island);
     return rounds->coarse;
@@ -404,5 +418,6 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 
 int32_t perp__is_rough(const perp__rounds *rounds)
 {
-    return !(rounds->turn <= FAR && (rounds->coarse ? rounds->most == 1 : rounds->swerve <= FAR));
+    return (rounds->parts && !rounds->coarse) ||
+           !(rounds->turn <= FAR && (rounds->coarse ? rounds->most == 1 : rounds->swerve <= FAR));
 }
