@@ -56,7 +56,8 @@ enum perp_joint_kind_value {
 typedef struct perp_joint_settings {
     size_t struct_size;
     int32_t kind;       /* PERP_JOINT_...; default ball */
-    int32_t collides;   /* 1: the two bodies may touch each other; default 0 */
+    int32_t collides;   /* 1: the two bodies may touch each other; default 0. Not of fixed: what
+                           cannot move beside each other does not touch */
     double anchor[3];   /* a point that belongs to both bodies; distance: to A. Default 0 */
     double anchor_b[3]; /* distance only: the point of B */
     double axis[3];     /* not 0, normalised; default (0, 0, 1). Not of ball, fixed and distance; a

@@ -110,6 +110,7 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
     world->bodies[slot].alive = 1;
     world->bodies[slot].awake = listed;
     world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
+    world->bodies[slot].cluster = slot;
     world->states[slot] = *state;
     perp__rouse(world, slot);
     world->edition++;

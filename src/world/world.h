@@ -42,6 +42,7 @@ typedef struct perp__body {
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double radius;       /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t first_joint; /* of its list, see perp__joint.next */
+    int32_t cluster;     /* the first of the bodies that fixed joints hold together */
     int32_t first_shape; /* list of the shapes; -1: none */
     int32_t shapes;
     int32_t next_free;

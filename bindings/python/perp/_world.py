@@ -325,7 +325,8 @@ class World(Handle):
             distance, which without limits keeps the length that it has. Equal ones hold it.
         motor_speed, motor_force: what a motor aims at, and the most that it pushes with.
         friction: the most that dry friction pushes with.
-        collides: whether the two bodies touch each other.
+        collides: whether the two bodies touch each other; those that fixed joints hold together,
+            in a chain as well, never do.
         """
         settings = defaults(s.JointSettings)
         settings.kind = code(kind, _JOINT_CODES, "kind")

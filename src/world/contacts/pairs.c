@@ -418,6 +418,8 @@ static perp_status place_planes(perp_world *world)
     for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
         if (world->bodies[world->shapes[i].body].awake)
             perp__keep_placed(world, world->shapes[i].body);
+    if (world->planes_changed)
+        perp__find_clusters(world);
     for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
         if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
             status = find_partners(world, i);

@@ -44,6 +44,8 @@ int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
     const int32_t sum = a + b, from = perp__is_dynamic(world, a) ? a : b; /* the ground has many */
 
+    if (world->bodies[a].cluster == world->bodies[b].cluster)
+        return 1;
     for (int32_t link = world->bodies[from].first_joint; link != 0;) {
         const perp__joint *joint = &world->joints[(link - 1) / 2];
 
@@ -52,6 +54,29 @@ int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
         link = joint->next[(link - 1) % 2];
     }
     return 0;
+}
+
+void perp__find_clusters(perp_world *world)
+{
+    for (int32_t i = 0; i < world->body_slots; i++)
+        world->bodies[i].cluster = i;
+    for (int32_t i = 0; i < world->joint_slots; i++) {
+        int32_t root[2];
+
+        if (!world->joints[i].alive || world->joints[i].kind != PERP_JOINT_FIXED)
+            continue;
+        for (int32_t side = 0; side < 2; side++) {
+            root[side] = world->joints[i].body[side];
+            while (world->bodies[root[side]].cluster != root[side])
+                root[side] = world->bodies[root[side]].cluster;
+        }
+        if (root[0] < root[1])
+            world->bodies[root[1]].cluster = root[0];
+        else
+            world->bodies[root[0]].cluster = root[1];
+    }
+    for (int32_t i = 0; i < world->body_slots; i++) /* from the first on, whose roots are known */
+        world->bodies[i].cluster = world->bodies[world->bodies[i].cluster].cluster;
 }
 
 /* ---- checks ---- */

@@ -8,8 +8,11 @@
 #include <string.h>
 
 /* joint.c */
-/* Whether a joint keeps two bodies from touching each other. */
+/* Whether joints keep two bodies from touching each other: one that joins them, or fixed ones in a
+ * chain, which leave a contact nothing to do. */
 int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
+/* The clusters of bodies, of the fixed joints that there are. */
+void perp__find_clusters(perp_world *world);
 void perp__remove_joints(perp_world *world, int32_t body);
 /* Rouses what joints hold to a body. */
 void perp__rouse_joined(perp_world *world, int32_t body);
