@@ -1,0 +1,144 @@
+"""Bodies that joints hold, beside what is known of them without joints: clusters of boxes that fixed
+joints hold together beside the same boxes as one body, hanging chains with light beads beside their
+energy, and boxes that rods tie on a slope that moves beside that motion.
+
+    python -m pytest tests/zoo/test_joined.py
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import perp
+
+LEVELS = ("fast", "standard", "accurate", "exact")
+GRAVITY = 9.81
+
+
+def turning(q: np.ndarray) -> np.ndarray:
+    w, x, y, z = q
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 * w * cross + 2 * cross @ cross
+
+
+def random_cluster(random: np.random.Generator) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Places of unit boxes, one on the ground, and a tree of joints: others touch as well."""
+    cells, edges = [(0, 0, 0)], []
+    ways = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)]
+    count = int(random.integers(3, 9))
+    while len(cells) < count:
+        k = int(random.integers(len(cells)))
+        cell = tuple(np.add(cells[k], ways[random.integers(5)]))
+        if cell not in cells and cell[2] > 0:
+            edges.append((k, len(cells)))
+            cells.append(cell)
+    return np.array(cells, float) + (0, 0, 0.5), edges
+
+
+def one_body(world: perp.World, places: np.ndarray, masses: np.ndarray, q: np.ndarray) -> None:
+    R, whole = turning(q), masses.sum()
+    centre, inertia = masses @ places / whole, np.zeros((3, 3))
+    for mass, d in zip(masses, places - centre):
+        inertia += mass * (np.eye(3) / 6 + d @ d * np.eye(3) - np.outer(d, d))
+    body = world.add_body(whole, inertia, position=R @ centre, orientation=q)
+    for place in places:
+        body.add_box((0.5, 0.5, 0.5), offset=place - centre)
+
+
+def many_bodies(
+    world: perp.World,
+    places: np.ndarray,
+    masses: np.ndarray,
+    q: np.ndarray,
+    edges: list[tuple[int, int]],
+) -> None:
+    R, bodies = turning(q), []
+    for mass, place in zip(masses, places):
+        bodies.append(world.add_body(mass, position=R @ place, orientation=q))
+        bodies[-1].add_box((0.5, 0.5, 0.5))
+    for i, j in edges:
+        middle = (places[i] + places[j]) / 2
+        world.add_joint("fixed", bodies[i], bodies[j], anchor=R @ middle)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_fixed_clusters_move_as_one_body(level: str) -> None:
+    """Whether they stand, and how fast they topple after ten steps: to a fifth; `fast` promises a
+    hundredth of what forces make of velocities, g t."""
+    standing, falling = 0, 0
+    for seed in range(24):
+        random = np.random.default_rng(seed)
+        places, edges = random_cluster(random)
+        masses = 10 ** random.uniform(-0.5, 0.5, len(places))
+        q = random.standard_normal(4) if seed % 2 else np.array([1.0, 0, 0, 0])
+        q /= np.linalg.norm(q)
+        spins = []
+        for joined in (False, True):
+            world = perp.World(turning(q) @ (0, 0, -GRAVITY), accuracy=level, friction=0.5)
+            world.add_body(kind="static", orientation=q).add_plane((0, 0, 1))
+            if joined:
+                many_bodies(world, places, masses, q, edges)
+            else:
+                one_body(world, places, masses, q)
+            for _ in range(10):
+                world.step(0.01)
+            spins.append(np.abs(world.angular_velocities).max())
+        standing, falling = standing + (spins[0] == 0), falling + (spins[0] > 0)
+        left = 0.01 * GRAVITY * 0.1 if level == "fast" and spins[0] > 0 else 0.0
+        assert abs(spins[1] - spins[0]) <= 0.2 * spins[0] + left, (seed, spins)
+    assert standing >= 4 and falling >= 4
+
+
+@pytest.mark.parametrize("base", ["static", "kinematic"])
+@pytest.mark.parametrize("level", LEVELS)
+def test_chains_with_light_beads_hang(base: str, level: str) -> None:
+    """1e-9 off the vertical. Beads swing at up to 40 radians a step, for which rounds of a path do
+    not settle. What hangs that still swings by no more than that, and rods keep their length."""
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        world = perp.World(accuracy=level)
+        bodies, anchor = [world.add_body(kind=base)], np.zeros(3)
+        count = int(random.integers(2, 5))
+        for k in range(count):
+            length, ratio = random.uniform(0.1, 0.5), 10 ** random.uniform(-5, 0)
+            mass = 100.0 if k == count - 1 else 100 * ratio
+            end = anchor + (1e-9 * length, 0, -length)
+            bodies.append(world.add_body(mass, 0.1 * mass * length**2, position=end))
+            world.add_joint("distance", *bodies[-2:], anchor=anchor, anchor_b=end)
+            anchor = end
+        first = world.positions.copy()
+        for _ in range(60):
+            world.step(0.01)
+        # from 1e-9 of .5 m: sqrt(9.81 / .1) swings a second of that, with light ends 30 times it
+        assert np.abs(world.velocities).max() < 1e-6, seed
+        assert np.abs(world.positions - first).max() < 1e-6, seed
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("rope", [False, True])
+def test_tied_boxes_go_with_their_slope(level: str, rope: bool) -> None:
+    """Boxes tied to a post and to each other on a slope that is too steep for their friction: both
+    slope and post move, and all go with them to the last bit."""
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        heading, steep = random.uniform(0, 2 * np.pi), random.uniform(0.3, 0.9)
+        v, friction = random.uniform(-0.7, 0.7, 3), np.tan(steep) * random.uniform(0.1, 0.9)
+        q = np.array([np.cos(heading / 2), 0, 0, np.sin(heading / 2)])
+        R = turning(q)
+        gravity = GRAVITY * R @ (np.sin(steep), 0, -np.cos(steep))
+        world = perp.World(gravity, accuracy=level, friction=friction)
+        world.add_body(kind="kinematic", velocity=v).add_plane((0, 0, 1))
+        bodies = [world.add_body(kind="kinematic", velocity=v)]
+        for k in range(int(random.integers(1, 6))):
+            mass = 10 ** random.uniform(-1, 1)
+            box = world.add_body(mass, position=R @ (k, 0, 0.2), orientation=q, velocity=v)
+            box.add_box((0.3, 0.3, 0.2))
+            ends = R @ (k - 0.7, 0, 0.13), R @ (k - 0.3, 0, 0.13)
+            limits = {"upper": float(np.linalg.norm(ends[1] - ends[0]))} if rope else {}
+            world.add_joint("distance", bodies[-1], box, anchor=ends[0], anchor_b=ends[1], **limits)
+            bodies.append(box)
+        for _ in range(10):
+            world.step(0.01)
+        assert all((box.velocity == v).all() for box in bodies), seed
+        assert not world.angular_velocities.any(), seed
