@@ -310,7 +310,7 @@ static void test_grasps(void **state)
 static void test_range(void **state)
 {
     const double f[] = {-1.0}, f2[] = {1e100, 1.34}, normal[] = {1.0}, half[] = {0.5};
-    const double row[] = {3.89, -8.7e-311}, most[] = {-1.7e308};
+    const double row[] = {3.89, -8.7e-311}, pure[] = {3.89, 0.0}, most[] = {-1.7e308};
     const double sizes[] = {1e-310, 1e-300, 1e-150, 1e150, 1e300, 1e306};
 
     (void)state;
@@ -323,8 +323,12 @@ static void test_range(void **state)
     contact(1, 0.0, row);
     require("a row of noise", PERP_STATICS_FALLS);
     begin(2, f2);
+    joint(pure);
+    require("a joint with a zero", PERP_STATICS_FALLS);
+    begin(2, f2); /* an entry below the rounding of its row proves nothing */
     joint(row);
-    require("a joint of noise", PERP_STATICS_FALLS);
+    case_pose(&one);
+    assert_int_not_equal(case_decide("a joint of noise", &one, context), PERP_STATICS_FALLS);
     for (int32_t i = 0; i < 6; i++) {
         const double force[] = {-sizes[i]}, away[] = {sizes[i]};
 

@@ -365,8 +365,9 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                 longest = fmax(longest, entry);
                 terms += most * entry;
             }
-            for (int32_t i = 0; i < unit->rows * rows->width; i++) /* small entries are as rough */
-                made += fabs(y[link->node * rows->width + i % rows->width]) * longest;
+            for (int32_t i = 0; i < unit->rows * rows->width; i++) /* but zeros all are as rough */
+                if (rows->values[link->at + (size_t)i] != 0.0)
+                    made += fabs(y[link->node * rows->width + i % rows->width]) * longest;
             if (longest > 0.0) /* what would balance the forces on that node */
                 carried = fmax(
                     carried, perp__largest(s->b + link->node * rows->width, rows->width) / longest);
