@@ -142,3 +142,36 @@ def test_tied_boxes_go_with_their_slope(level: str, rope: bool) -> None:
             world.step(0.01)
         assert all((box.velocity == v).all() for box in bodies), seed
         assert not world.angular_velocities.any(), seed
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_boxes_ride_on_a_turntable(level: str) -> None:
+    """Piles of one to three boxes at a share of the friction that takes them round: they stay in
+    their place to rounding, or slide off. A step turns velocities by its chord, which is shorter
+    than the arc by (w h)^2 / 24 < 1e-4: so far from the edge the shares stay."""
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        friction, radius = random.uniform(0.1, 0.5), random.uniform(0.5, 3)
+        share = 1 + random.choice((-1, 1)) * 10 ** random.uniform(-3.5, -0.5)
+        omega = np.sqrt(share * friction * GRAVITY / radius) * random.choice((-1, 1))
+        heading, steps = random.uniform(0, 2 * np.pi), 100
+        world = perp.World(accuracy=level, friction=friction)
+        table = world.add_body(kind="kinematic", angular_velocity=(0, 0, omega))
+        table.add_box((5, 5, 0.5), offset=(0, 0, -0.5))
+        place = radius * np.array([np.cos(heading), np.sin(heading), 0])
+        for k in range(int(random.integers(1, 4))):
+            box = world.add_body(
+                10 ** random.uniform(-1, 1),
+                position=place + (0, 0, 0.1 + 0.2 * k),
+                velocity=np.cross((0, 0, omega), place),
+                angular_velocity=(0, 0, omega),
+            )
+            box.add_box((0.3, 0.3, 0.1))
+        for _ in range(steps):
+            world.step(0.01)
+        radii = np.hypot(*world.positions[-(k + 1) :, :2].T)
+        if share < 1:
+            assert np.abs(radii - radius).max() < 1e-12 * radius, (seed, share)
+        else:  # outwards by at least a part of what the friction lacks.
+            lacks = (share - 1) * friction * GRAVITY * (0.01 * steps) ** 2 / 2
+            assert radii.min() - radius > 0.1 * lacks, (seed, share)

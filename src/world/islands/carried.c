@@ -59,8 +59,22 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     return one;
 }
 
+/* Where a carrier that turns takes the arm from its position to a body, after a time t. */
+static void turn_arm(const perp_world *world, const perp__carrying *carrying, int32_t body,
+                     double t, double *arm)
+{
+    const double *spin = world->motions[carrying->body].start + 3;
+    const double turn[3] = {t * spin[0], t * spin[1], t * spin[2]};
+    double q[4], R[9], start[3];
+
+    perp__subtract3(start, world->states[body].position, world->states[carrying->body].position);
+    perp__quaternion_exponential(q, turn);
+    perp__quaternion_matrix(R, q);
+    perp__apply3(arm, R, start);
+}
+
 void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
-                         double *twist)
+                         double t, double *twist)
 {
     const double *of;
     double arm[3], turned[3];
@@ -73,9 +87,27 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
     memcpy(twist, of, 6 * sizeof *twist);
     if (perp__is_zero3(of + 3) || carrying->motion == PERP__CARRIED_ON)
         return;
-    perp__subtract3(arm, world->states[body].position, world->states[carrying->body].position);
+    turn_arm(world, carrying, body, t, arm);
     perp__cross(turned, of + 3, arm);
     perp__add3(twist, 1.0, turned);
+}
+
+void perp__ride(perp_world *world, const perp__island *island, double h)
+{
+    perp__carrying carrying;
+
+    if (!perp__find_carrying(world, island, &carrying) || carrying.motion != PERP__CARRIED_ALONG ||
+        perp__is_zero3(world->motions[carrying.body].start + 3))
+        return;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        double *moving = world->motions[body].moving, from[3], to[3];
+
+        turn_arm(world, &carrying, body, 0.0, from);
+        turn_arm(world, &carrying, body, h, to);
+        for (int32_t k = 0; k < 3; k++)
+            moving[k] = world->motions[carrying.body].start[k] + (to[k] - from[k]) / h;
+    }
 }
 
 /* Whether it stood in the last step: then a contact has what was decided then. */
@@ -95,7 +127,7 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
         const double *start = world->motions[body].start;
         double twist[6];
 
-        perp__carried_twist(world, carrying, body, twist);
+        perp__carried_twist(world, carrying, body, 0.0, twist);
         for (int32_t k = 0; k < 6; k++)
             if (start[k] != twist[k])
                 return 0;
@@ -217,7 +249,7 @@ static double unbalance(const perp_world *world, const perp__carrying *carrying,
     const double root = sqrt(body->mass);
     double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
 
-    perp__carried_twist(world, carrying, i, gain);
+    perp__carried_twist(world, carrying, i, world->step_length, gain);
     perp__find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
     for (int32_t k = 0; k < 3; k++)
         gain[k] = motion->free[k] - gain[k];
@@ -240,7 +272,7 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
         const int32_t body = world->body_order[island->first_body + i];
         perp__motion *motion = &world->motions[body];
 
-        perp__carried_twist(world, carrying, body, motion->after);
+        perp__carried_twist(world, carrying, body, world->step_length, motion->after);
         memcpy(motion->moving, motion->after, sizeof motion->moving);
     }
     for (int32_t i = 0; i < island->contacts; i++) {

@@ -154,7 +154,8 @@ static void find_forces(perp_world *world, const perp__island *island,
         double twist[6], carried[6], now[6];
 
         perp__twist_of(world, work->free + n * i, twist);
-        perp__carried_twist(world, carrying, work->members[i], carried);
+        perp__carried_twist(world, carrying, work->members[i], work->share * world->step_length,
+                            carried);
         perp__coordinates_of(world, carried, work->still + n * i);
         perp__twist_of(world, work->now + n * i, now);
         perp__find_turning(world, work->members[i], now + 3, carried + 3,

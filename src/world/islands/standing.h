@@ -35,9 +35,12 @@ typedef struct perp__carrying {
  * Returns 0 where they move differently. */
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
                             perp__carrying *carrying);
-/* The twist that a body of the island has if it keeps that motion. */
+/* The twist that a body of the island has at a time t of the step if it keeps that motion. */
 void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
-                         double *twist);
+                         double t, double *twist);
+/* Bodies of an island that stands go in a step of length h where a carrier that turns takes them.
+ */
+void perp__ride(perp_world *world, const perp__island *island, double h);
 /* Whether there is a motion that the island may keep: that of what carries it, where all bodies
  * begin with it, or, where the carrier changes its own, stood in the last step; or the one that it
  * has, where contacts with friction do not slide and none opens or closes. */

@@ -200,7 +200,7 @@ static int32_t is_slow(const perp_world *world, const perp__island *island,
         const int32_t body = work->members[i];
         double twist[6], beside[6];
 
-        perp__carried_twist(world, carrying, body, twist);
+        perp__carried_twist(world, carrying, body, 0.0, twist);
         perp__coordinates_of(world, twist, beside);
         for (int32_t k = 0; k < n; k++)
             beside[k] = x[n * i + k] - beside[k];
@@ -402,7 +402,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                is_slow(world, island, &carrying, work->start, SETTLING));
     if (carried && !has_deep(world, island)) {
         for (int32_t i = 0; i < island->bodies; i++)
-            perp__carried_twist(world, &carrying, work->members[i],
+            perp__carried_twist(world, &carrying, work->members[i], h,
                                 perp__island_motion(world, island, i)->trial);
         pose_rows(world, island, h);
         close_gaps(world, island, h);
