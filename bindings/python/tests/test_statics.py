@@ -718,3 +718,18 @@ def test_a_pushed_box_rests_where_it_may_pivot(method: str) -> None:
         f = h * np.array([push * np.cos(angle), push * np.sin(angle), -mass * 9.81, 0])
         result = perp.contact(M, f, np.array(H, float), mu=mu, method=method)
         assert result.outcome == "solved" and not result.v.any()
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-18, -1e-17, 1e-16, 5e-16])
+def test_noise_of_rows_moves_nothing(noise):
+    """Entries that only rounding made: of a rod that hangs upright, and of a disc in a groove, whose
+    contacts do not turn it."""
+    rod = perp.statics(
+        np.zeros((0, 3)), np.array([0, 0, -1.0]), 0.5, bilateral=np.array([[noise, 0, 1.0]])
+    )
+    assert rod.verdict == "stands"
+    c, s = math.cos(0.5), math.sin(0.5)
+    for other in (noise, -noise):
+        H = np.array([[s, c, noise], [-s, c, other]])
+        disc = perp.statics(H, np.array([0, -1.0, 0.0]), [0, 0], dim=1)
+        assert disc.verdict == "stands"

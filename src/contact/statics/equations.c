@@ -158,14 +158,18 @@ int32_t perp__statics_factor(perp__statics *s)
     for (int32_t node = 0; node < rows->nodes; node++)
         for (int32_t i = 0; i < width; i++)
             most = fmax(most, *diagonal_of(s, node, i));
-    for (int32_t node = 0; node < rows->nodes; node++)
-        for (int32_t i = 0; i < width; i++) {
-            double *entry = diagonal_of(s, node, i);
-            const double size = *entry;
+    for (int32_t node = 0; node < rows->nodes; node++) {
+        const double *reach = s->reach + node * width;
+        const double least = ROUNDED * perp__largest(reach, width);
 
-            *entry += SHIFT * (size > 0.0 ? size : most > 0.0 ? most : 1.0);
+        for (int32_t i = 0; i < width; i++) { /* one with entries of noise has none */
+            double *entry = diagonal_of(s, node, i);
+            const double size = *entry, own = reach[i] > least ? size : 0.0;
+
+            *entry += SHIFT * (own > 0.0 ? own : most > 0.0 ? most : 1.0);
             s->shift[node * width + i] = *entry - size;
         }
+    }
     return perp__fronts_factor(&s->fronts, 0, rows->nodes);
 }
 
