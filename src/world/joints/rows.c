@@ -141,7 +141,8 @@ static double coordinate_row(const perp__joint *joint, const pair_of_poses *at, 
         return slide_row(rows, at, 0, view);
     if (joint->kind != PERP_JOINT_DISTANCE)
         return 0.0;
-    perp__copy3(e, at->d);
+    for (int32_t k = 0; k < 3; k++) /* what hangs upright does so but for rounding */
+        e[k] = fabs(at->d[k]) > view->rounding ? at->d[k] : 0.0;
     length = perp__normalise3(e);
     if (length > 0.0)
         push_row(rows, at, e, view);
