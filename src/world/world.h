@@ -175,6 +175,7 @@ typedef struct perp__verdict {
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
     int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
     int32_t stands;   /* at rest beside what carries it, decided (islands/standing.h) */
+    int32_t rides;    /* it stands with the motion of a kinematic body */
     int32_t settles;  /* swept from next to nothing, and yet not found to stand */
     double residual;
 } perp__verdict;

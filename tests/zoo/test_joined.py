@@ -178,6 +178,25 @@ def test_boxes_ride_on_a_turntable(level: str) -> None:
 
 
 @pytest.mark.parametrize("level", LEVELS)
+def test_what_nothing_holds_goes_straight_over_a_turntable(level: str) -> None:
+    """Without friction: it begins with the velocity of the table, and keeps it."""
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        omega, place = random.uniform(-3, 3), np.append(random.uniform(-2, 2, 2), 0)
+        v = np.cross((0, 0, omega), place)
+        world = perp.World(accuracy=level, friction=0)
+        table = world.add_body(kind="kinematic", angular_velocity=(0, 0, omega))
+        table.add_box((20, 20, 0.5), offset=(0, 0, -0.5))
+        start = place + (0, 0, 0.1)
+        box = world.add_body(1, position=start, velocity=v, angular_velocity=(0, 0, omega))
+        box.add_box((0.3, 0.3, 0.1))
+        for _ in range(50):
+            world.step(0.01)
+        assert np.abs(box.velocity - v).max() <= 1e-15 * np.abs(v).max()
+        # fifty steps that round once
+        assert np.abs(box.position - start - 0.5 * v).max() < 50 * 2e-16 * 10
+
+@pytest.mark.parametrize("level", LEVELS)
 def test_weights_hang_from_a_beam_that_moves(level: str) -> None:
     """On upright rods and on rods below these, from a beam turned about the vertical: rows have
     entries of 1e-17 where exact ones have zeros. All go with the beam to the last bit."""

@@ -96,7 +96,7 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
 {
     perp__carrying carrying;
 
-    if (!perp__find_carrying(world, island, &carrying) || carrying.motion != PERP__CARRIED_ALONG ||
+    if (!perp__find_carrying(world, island, &carrying) ||
         perp__is_zero3(world->motions[carrying.body].start + 3))
         return;
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -320,5 +320,6 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
     verdict->stages = 1;
     verdict->swept = swept;
     verdict->stands = 1;
+    verdict->rides = carrying.motion == PERP__CARRIED_ALONG;
     return 1;
 }

@@ -110,7 +110,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     for (int32_t k = 0; k < island->bodies; k++)
         verdict.in_vain |= perp__island_motion(world, island, k)->verdict.in_vain;
     status = solve_island(world, island, h, &verdict);
-    if (verdict.stands)
+    if (verdict.stands && verdict.rides && verdict.impacts == 0)
         perp__ride(world, island, h);
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts; k++) {

@@ -374,5 +374,6 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_SOLVED);
     perp__raise_to(&verdict->residual, answer.unbalance);
     verdict->stands = *stands = 1;
+    verdict->rides = carrying->motion == PERP__CARRIED_ALONG;
     return PERP_OK;
 }
