@@ -3,7 +3,12 @@
  * edges cross; the closest points of rounded edges and corners. */
 #include "world/collide/convex.h"
 
+#include <float.h>
+
 #include "linalg/spatial.h"
+
+/* What faces that touch may be apart by rounding, of the largest coordinate. */
+#define PLACED (256.0 * DBL_EPSILON)
 
 /* A face's corners, and one more for each line that cuts it. */
 enum { MAX_RIM = 2 * PERP__MAX_CORNERS };
@@ -279,7 +284,9 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     /* 1. the normal: of a face, of a product of edges, of the middle of several faces that touch,
      * or the line between the closest points */
     if (number == PERP__MIDDLE_AXIS && perp__convex_axes(pair, INFINITY, &axes) &&
-        perp__middle_of_faces(&axes, PERP__ON_FACE * pair->size, axis.normal)) {
+        perp__middle_of_faces(
+            &axes, PERP__ON_FACE * pair->size + PLACED * perp__largest3(pair->frame->position),
+            axis.normal)) {
         separation = 0.0;
     } else if (of_face) {
         perp__convex_face(pair, side, face, &axis);
