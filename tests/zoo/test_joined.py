@@ -163,7 +163,7 @@ def test_boxes_ride_on_a_turntable(level: str) -> None:
             box = world.add_body(
                 10 ** random.uniform(-1, 1),
                 position=place + (0, 0, 0.1 + 0.2 * k),
-                velocity=np.cross((0, 0, omega), place),
+                velocity=np.cross((0, 0, omega), place) * (1 + 2.0**-52 * int(random.integers(3))),
                 angular_velocity=(0, 0, omega),
             )
             box.add_box((0.3, 0.3, 0.1))
@@ -176,6 +176,24 @@ def test_boxes_ride_on_a_turntable(level: str) -> None:
             lacks = (share - 1) * friction * GRAVITY * (0.01 * steps) ** 2 / 2
             assert radii.min() - radius > 0.1 * lacks, (seed, share)
 
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_turntable_catches_what_is_put_on_it(level: str) -> None:
+    """At rest; it slides a little, sticks, and from then on stays in its place to rounding."""
+    for seed in range(8):
+        random = np.random.default_rng(seed)
+        radius, friction = random.uniform(0.5, 3), random.uniform(0.3, 1)
+        omega = np.sqrt(random.uniform(0.05, 0.5) * friction * GRAVITY / radius)
+        world = perp.World(accuracy=level, friction=friction)
+        table = world.add_body(kind="kinematic", angular_velocity=(0, 0, omega))
+        table.add_box((9, 9, 0.5), offset=(0, 0, -0.5))
+        box = world.add_body(1, position=(radius, 0, 0.1))
+        box.add_box((0.3, 0.3, 0.1))
+        radii = []
+        for _ in range(200):
+            world.step(0.01)
+            radii.append(np.hypot(*box.position[:2]))
+        assert abs(radii[-1] - radii[100]) < 1e-12 * radius, seed
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_what_nothing_holds_goes_straight_over_a_turntable(level: str) -> None:

@@ -96,8 +96,7 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
 {
     perp__carrying carrying;
 
-    if (!perp__find_carrying(world, island, &carrying) ||
-        perp__is_zero3(world->motions[carrying.body].start + 3))
+    if (!perp__find_carrying(world, island, &carrying))
         return;
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -119,9 +118,15 @@ static int32_t stood(const perp_world *world, const perp__island *island)
     return 0;
 }
 
+/* To the last bit; or, of a carrier that turns, to what a step leaves that knows rows of its
+ * beginning alone: h w^2 r. */
 static int32_t begins_with(const perp_world *world, const perp__island *island,
                            const perp__carrying *carrying)
 {
+    const double spin = carrying->motion == PERP__CARRIED_ALONG
+                            ? perp__length3(world->motions[carrying->body].start + 3)
+                            : 0.0;
+
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const double *start = world->motions[body].start;
@@ -129,7 +134,8 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
 
         perp__carried_twist(world, carrying, body, 0.0, twist);
         for (int32_t k = 0; k < 6; k++)
-            if (start[k] != twist[k])
+            if (fabs(start[k] - twist[k]) >
+                world->step_length * spin * perp__length3(twist + k / 3 * 3))
                 return 0;
     }
     return 1;
