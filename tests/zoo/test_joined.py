@@ -195,6 +195,34 @@ def test_a_turntable_catches_what_is_put_on_it(level: str) -> None:
             radii.append(np.hypot(*box.position[:2]))
         assert abs(radii[-1] - radii[100]) < 1e-12 * radius, seed
 
+@pytest.mark.parametrize("kind", ["fixed", "revolute", "ball", "prismatic", "distance"])
+@pytest.mark.parametrize("level", LEVELS)
+def test_joined_boxes_ride_on_turntables(level: str, kind: str) -> None:
+    """Two in a row, on a table that is two bodies of one turn: they stay in place to rounding."""
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        friction, radius = random.uniform(0.3, 1), random.uniform(0.5, 2)
+        omega = np.sqrt(random.uniform(0.1, 0.6) * friction * GRAVITY / (radius + 0.7))
+        world = perp.World(accuracy=level, friction=friction)
+        for side in (-1, 1):
+            table = world.add_body(kind="kinematic", angular_velocity=(0, 0, omega))
+            table.add_box((2.5, 5, 0.5), offset=(2.5 * side, 0, -0.5))
+        bodies, spin = [], (0, 0, omega)
+        for x in (0.0, 0.65):
+            place = np.array([x, radius, 0.1])
+            mass, v = 10 ** random.uniform(-1, 1), np.cross(spin, place)
+            body = world.add_body(mass, position=place, velocity=v, angular_velocity=spin)
+            body.add_box((0.3, 0.3, 0.1))
+            bodies.append(body)
+        ends = np.array([0.3, radius, 0.1]), np.array([0.35, radius, 0.1])
+        far = {"anchor_b": ends[1]} if kind == "distance" else {}
+        world.add_joint(kind, *bodies, anchor=ends[0], **far)
+        first = [np.hypot(*body.position[:2]) for body in bodies]
+        for _ in range(60):
+            world.step(0.01)
+        for body, r in zip(bodies, first):
+            assert abs(np.hypot(*body.position[:2]) - r) < 1e-12 * r, seed
+
 @pytest.mark.parametrize("level", LEVELS)
 def test_what_nothing_holds_goes_straight_over_a_turntable(level: str) -> None:
     """Without friction: it begins with the velocity of the table, and keeps it."""

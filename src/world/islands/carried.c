@@ -13,6 +13,9 @@
 /* What the impulses of the last step may leave of each body's terms, and what rounding does. */
 #define BALANCED 1e-12
 
+/* Roundings of velocities that two bodies have of one turn. */
+#define TURNED (16.0 * PERP__EPSILON)
+
 /* Contacts between one that is asked of memory and that at hand. */
 #define AHEAD 64
 
@@ -22,6 +25,7 @@ static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32
                         int32_t body)
 {
     const double *twist = world->motions[body].start, *other;
+    double arm[3], turned[3];
     const int32_t moves = world->bodies[body].kind == PERP_BODY_KINEMATIC &&
                           !(perp__is_zero3(twist) && perp__is_zero3(twist + 3));
 
@@ -36,8 +40,14 @@ static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32
     if (!moves || carrying->motion == PERP__CARRIED_AT_REST)
         return !moves && carrying->motion == PERP__CARRIED_AT_REST;
     other = world->motions[carrying->body].start;
-    return carrying->body == body || (perp__is_zero3(twist + 3) && perp__is_zero3(other + 3) &&
-                                      memcmp(twist, other, 3 * sizeof *twist) == 0);
+    if (memcmp(twist + 3, other + 3, 3 * sizeof *twist) != 0)
+        return 0;
+    perp__subtract3(arm, world->states[body].position, world->states[carrying->body].position);
+    perp__cross(turned, other + 3, arm);
+    for (int32_t k = 0; k < 3; k++) /* turning adds what rounds */
+        if (fabs(twist[k] - other[k] - turned[k]) > TURNED * perp__length3(turned))
+            return 0;
+    return 1;
 }
 
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island,

@@ -78,11 +78,8 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         return rows->bias[0] >= 0.0;
     }
     if (i >= work->inequalities) {
-        unit->kind = PERP__STATICS_FREE;
-        for (int32_t k = 0; k < rows->dim; k++)
-            if (rows->bias[k] != 0.0)
-                return 0;
-        return 1;
+        unit->kind = PERP__STATICS_FREE; /* and what moves as one keeps what joins it */
+        return work->joint_units[i - work->count].slot != PERP__SLOT_MOTOR || rows->bias[0] == 0.0;
     }
     unit->kind = PERP__STATICS_INTERVAL;
     unit->rows = 1;
