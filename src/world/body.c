@@ -84,11 +84,12 @@ static perp_status reserve_body(perp_world *world)
     const perp__growing arrays[] = {
         PERP__GROWING(world->bodies, world->body_slots, 1),
         PERP__GROWING(world->states, world->body_slots, 1),
+        PERP__GROWING(world->clusters, world->body_slots, 1),
         PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
 
     return world->free_body >= 0 ? PERP_OK
                                  : perp__grow(world->context, "another body", &world->body_capacity,
-                                              (int64_t)world->body_slots + 1, arrays, 3);
+                                              (int64_t)world->body_slots + 1, arrays, 4);
 }
 
 /* Takes a free slot, or the next one; room is there. */
@@ -110,7 +111,7 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
     world->bodies[slot].alive = 1;
     world->bodies[slot].awake = listed;
     world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
-    world->bodies[slot].cluster = slot;
+    world->clusters[slot] = slot;
     world->states[slot] = *state;
     perp__rouse(world, slot);
     world->edition++;

@@ -127,6 +127,7 @@ static void release(void *object)
     perp__coloured_release(&world->coloured);
     perp__release(context, world->bodies);
     perp__release(context, world->states);
+    perp__release(context, world->clusters);
     perp__release(context, world->shapes);
     perp__release(context, world->joints);
     perp__release(context, world->joint_states);

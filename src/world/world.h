@@ -42,7 +42,6 @@ typedef struct perp__body {
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double radius;       /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t first_joint; /* of its list, see perp__joint.next */
-    int32_t cluster;     /* the first of the bodies that fixed joints hold together */
     int32_t first_shape; /* list of the shapes; -1: none */
     int32_t shapes;
     int32_t next_free;
@@ -339,7 +338,8 @@ struct perp_world {
 
     perp__body *bodies;
     perp__state *states;
-    int32_t *awake; /* bodies: in order, and after them what was roused since */
+    int32_t *clusters; /* of bodies that fixed joints hold together: a forest (base/groups.h) */
+    int32_t *awake;    /* bodies: in order, and after them what was roused since */
     int32_t awake_count;
     int32_t roused_count;
     int32_t awake_changed;

@@ -1,6 +1,6 @@
-"""Bodies that joints hold, beside what is known of them without joints: clusters of boxes that fixed
-joints hold together beside the same boxes as one body, hanging chains with light beads beside their
-energy, and boxes that rods tie on a slope that moves beside that motion.
+"""Bodies that joints hold or carriers move, beside what is known of them: clusters of boxes that
+fixed joints hold together beside the same boxes as one body; chains with light beads that hang;
+boxes and weights on slopes, beams and turntables that move.
 
     python -m pytest tests/zoo/test_joined.py
 """
@@ -64,8 +64,9 @@ def many_bodies(
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_fixed_clusters_move_as_one_body(level: str) -> None:
-    """Whether they stand, and how fast they topple after ten steps: to a fifth; `fast` promises a
-    hundredth of what forces make of velocities, g t."""
+    """Whether they stand, and how fast they topple after ten steps: to a hundredth, ten steps of
+    the second order, h^2 g / l = 1e-3 each; `fast` promises a hundredth of what forces make of
+    velocities, g t, and comes to a fifth."""
     standing, falling = 0, 0
     for seed in range(24):
         random = np.random.default_rng(seed)
@@ -86,7 +87,8 @@ def test_fixed_clusters_move_as_one_body(level: str) -> None:
             spins.append(np.abs(world.angular_velocities).max())
         standing, falling = standing + (spins[0] == 0), falling + (spins[0] > 0)
         left = 0.01 * GRAVITY * 0.1 if level == "fast" and spins[0] > 0 else 0.0
-        assert abs(spins[1] - spins[0]) <= 0.2 * spins[0] + left, (seed, spins)
+        share = 0.2 if level == "fast" else 0.01
+        assert abs(spins[1] - spins[0]) <= share * spins[0] + left, (seed, spins)
     assert standing >= 4 and falling >= 4
 
 

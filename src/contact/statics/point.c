@@ -365,7 +365,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                 longest = fmax(longest, entry);
                 terms += most * entry;
             }
-            for (int32_t i = 0; i < unit->rows * rows->width; i++) /* but zeros all are as rough */
+            for (int32_t i = 0; i < unit->rows * rows->width; i++) /* any but 0 is as rough */
                 if (rows->values[link->at + (size_t)i] != 0.0)
                     made += fabs(y[link->node * rows->width + i % rows->width]) * longest;
             if (longest > 0.0) /* what would balance the forces on that node */

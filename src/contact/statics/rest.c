@@ -35,7 +35,8 @@ int32_t perp__contact_may_rest(const perp_contact_solver *s)
     return 1;
 }
 
-/* Whether it is; callers who hold velocities themselves know of what sticks. */
+/* Whether rest is asked for: where something slips, and velocities are small or bodies few. Callers
+ * who hold velocities themselves know of what sticks, too. */
 static int32_t is_asked(const perp_contact_solver *s)
 {
     const perp__contact_call *call = s->call;

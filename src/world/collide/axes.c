@@ -10,9 +10,6 @@
  * than the faces is no more than that of an edge's length. */
 #define ALIGNED (1.0 - 1e-12)
 
-/* Cosine of two directions that are one. */
-#define ASIDE (1.0 - 1e-6)
-
 /* An axis takes over from one preferred only where it is better by this share of the size. */
 #define BIAS 1e-6
 
@@ -217,7 +214,7 @@ int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *n
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++) {
         int32_t another = fabs(axes->axis[k].separation) <= touching;
         for (int32_t i = 0; i < count && another; i++)
-            another = perp__dot3(found[i], axes->axis[k].normal) < ASIDE;
+            another = perp__dot3(found[i], axes->axis[k].normal) < ALIGNED;
         if (!another)
             continue;
         found[count++] = axes->axis[k].normal;

@@ -106,13 +106,14 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
 {
     perp__carrying carrying;
 
-    if (!perp__find_carrying(world, island, &carrying))
+    if (!perp__find_carrying(world, island, &carrying) ||
+        perp__is_zero3(world->motions[carrying.body].start + 3))
         return;
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         double *moving = world->motions[body].moving, from[3], to[3];
 
-        turn_arm(world, &carrying, body, 0.0, from);
+        perp__subtract3(from, world->states[body].position, world->states[carrying.body].position);
         turn_arm(world, &carrying, body, h, to);
         for (int32_t k = 0; k < 3; k++)
             moving[k] = world->motions[carrying.body].start[k] + (to[k] - from[k]) / h;

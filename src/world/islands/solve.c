@@ -5,7 +5,7 @@
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
  *      often as the level looks; then only for what would go deep, twice as deep each time: the few
  *      that are left cost as much as all did. At level `exact` islands are swept as long as
- * something comes, and only then solved: what meets by a sketch needs no rounding.
+ *      something comes, and only then solved: what meets by a sketch needs no rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
@@ -44,7 +45,7 @@ int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
     const int32_t sum = a + b, from = perp__is_dynamic(world, a) ? a : b; /* the ground has many */
 
-    if (world->bodies[a].cluster == world->bodies[b].cluster)
+    if (perp__root_of(world->clusters, a) == perp__root_of(world->clusters, b))
         return 1;
     for (int32_t link = world->bodies[from].first_joint; link != 0;) {
         const perp__joint *joint = &world->joints[(link - 1) / 2];
@@ -59,24 +60,10 @@ int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 void perp__find_clusters(perp_world *world)
 {
     for (int32_t i = 0; i < world->body_slots; i++)
-        world->bodies[i].cluster = i;
-    for (int32_t i = 0; i < world->joint_slots; i++) {
-        int32_t root[2];
-
-        if (!world->joints[i].alive || world->joints[i].kind != PERP_JOINT_FIXED)
-            continue;
-        for (int32_t side = 0; side < 2; side++) {
-            root[side] = world->joints[i].body[side];
-            while (world->bodies[root[side]].cluster != root[side])
-                root[side] = world->bodies[root[side]].cluster;
-        }
-        if (root[0] < root[1])
-            world->bodies[root[1]].cluster = root[0];
-        else
-            world->bodies[root[0]].cluster = root[1];
-    }
-    for (int32_t i = 0; i < world->body_slots; i++) /* from the first on, whose roots are known */
-        world->bodies[i].cluster = world->bodies[world->bodies[i].cluster].cluster;
+        world->clusters[i] = i;
+    for (int32_t i = 0; i < world->joint_slots; i++)
+        if (world->joints[i].alive && world->joints[i].kind == PERP_JOINT_FIXED)
+            perp__join(world->clusters, world->joints[i].body[0], world->joints[i].body[1]);
 }
 
 /* ---- checks ---- */

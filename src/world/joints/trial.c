@@ -33,9 +33,6 @@
  * an angle is too much to be unsure of when rounds end. */
 #define FAR 0.25
 
-/* Of each entry of a row, of which both are differences. */
-#define ROUNDINGS 16.0
-
 /* Beside the terms of a rate, what counts as none. */
 #define STILL 1e-9
 
@@ -194,8 +191,7 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         view_placed(world, joint, (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to},
                     &end);
         const double length = fmax(end.size, fabs(end.coordinate));
-        const double unsure =
-            ROUNDINGS * DBL_EPSILON + (length > 0.0 ? end.rounding / length : 0.0);
+        const double unsure = length > 0.0 ? end.rounding / length : 0.0;
 
         for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
             double turning = 0.0, terms = 0.0;
