@@ -162,8 +162,7 @@ int32_t perp__statics_factor(perp__statics *s)
         const double *reach = s->reach + node * width;
         const double least = ROUNDED * perp__largest(reach, width);
 
-        for (int32_t i = 0; i < width;
-             i++) { /* a coordinate with entries of rounding counts as one without */
+        for (int32_t i = 0; i < width; i++) { /* entries of rounding count as none */
             double *entry = diagonal_of(s, node, i);
             const double size = *entry, own = reach[i] > least ? size : 0.0;
 
