@@ -292,7 +292,7 @@ typedef struct perp__island_work {
     int32_t inequalities, units;       /* and with the joints': up to here, and all */
     perp__joint_unit *joint_units;     /* which those are */
     double share;                      /* of a step: the interval of `free` */
-    double length, gone;               /* of the step; and up to the interval at hand */
+    double length, gone, span;         /* of the step; up to the interval at hand; and of that */
     int32_t set_up;                    /* the solver has these */
     int32_t *members;                  /* the bodies */
     perp__state *before;               /* joints/projection.c: their next states, before a shift */
@@ -303,6 +303,8 @@ typedef struct perp__island_work {
     double *free, *v, *moving;         /* numbers: of the interval at hand */
     int32_t *carrier, *modes;          /* bodies; contacts chosen */
     double *impulse, *velocity, *warm; /* 3 a contact chosen */
+    double *turning;                   /* too: what rows change by the end makes of velocities */
+    double *came;                      /* contacts chosen: normal velocities of `now` */
     double *gap, *guard;               /* contacts of the island */
     double *strength, *solved, *solved_rows; /* bodies; numbers; 3 a contact: of hold */
     double *forces;                          /* 7 a body: standing.c */

@@ -324,8 +324,8 @@ static void test_swing_back(void **state)
         for (level = 0; level < sizeof levels / sizeof *levels; level++)
             for (half = 0; half < 2; half++) {
                 const double e = half ? 0.5 : 1.0;
-                const double coarse = swing_back(planar, levels[level], e, 2.0, 0.01);
-                const double fine = swing_back(planar, levels[level], e, 2.0, 0.005);
+                const double coarse = swing_back(planar, levels[level], e, 2.0, 0.005);
+                const double fine = swing_back(planar, levels[level], e, 2.0, 0.0025);
 
                 scene_near(coarse / fine, 4.0, 0.4, "order two");
             }

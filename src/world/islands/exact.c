@@ -168,6 +168,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
         memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
         return status;
     }
+    perp__turn_contacts(world);
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))

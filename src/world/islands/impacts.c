@@ -35,26 +35,6 @@
 /* Beside what forces and motion make of it, a normal velocity that counts as none. */
 #define NO_APPROACH 1e-9
 
-/* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
- * moves as it is told where `carried`. */
-static double normal_of(const perp_world *world, int32_t i, const double *x, int32_t bodies,
-                        int32_t carried)
-{
-    const perp__island_work *work = &world->work;
-    const perp__rigid_rows *rows = &work->rows[i];
-    const int32_t n = world->dof;
-    double sum = 0.0;
-
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = rows->body[side];
-        const double *row = rows->rows[side][0], *v = body < bodies ? x : work->now;
-
-        if (body >= 0 && (body < bodies || carried))
-            sum += n == 6 ? perp__dot(row, v + 6 * body, 6) : perp__dot(row, v + 3 * body, 3);
-    }
-    return sum;
-}
-
 /* Time until gap + t u + t^2 a / 2 is 0, going down; INFINITY if it is not reached. */
 static double time_to(double gap, double u, double a)
 {
@@ -93,7 +73,7 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
 double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies)
 {
     const double *gain = world->work.gain;
-    const double forced = fabs(normal_of(world, i, gain, bodies, 0));
+    const double forced = fabs(perp__normal_of(world, i, gain, bodies, 0));
 
     return lies ? fmax(forced, 0.5 * normal_terms(world, i, gain, bodies)) : forced;
 }
@@ -111,8 +91,8 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         if (!(contact->restitution > 0.0))
             continue;
-        const double u = normal_of(world, i, work->now, island->bodies, 1);
-        const double forced = normal_of(world, i, work->gain, island->bodies, 0);
+        const double u = work->came[i];
+        const double forced = perp__normal_of(world, i, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
 
@@ -180,7 +160,7 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
 
         if (!(work->impulse[3 * i] > 0.0))
             continue;
-        speed = fabs(normal_of(world, i, work->now, island->bodies, 1));
+        speed = fabs(work->came[i]);
         if (work->gap[work->chosen[i]] > 0.0 ||
             (speed != 0.0 &&
              speed > NO_APPROACH * (normal_terms(world, i, work->now, island->bodies) +
@@ -190,16 +170,24 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
     return perp__limits_last(world);
 }
 
-/* gap := gap + t (mean normal velocity), of all contacts; rounding of one is none. */
-static void move_gaps(perp_world *world, const perp__island *island, double t)
+static double normal_after(const perp_world *world, const perp__island *island, int32_t i)
+{
+    return perp__normal_of(world, i, world->work.v, island->bodies, 1) + world->work.turning[3 * i];
+}
+
+/* gap := gap + t (mean normal velocity), of all contacts, a time t on the way of `left`; rounding
+ * of one is none. */
+static void move_gaps(perp_world *world, const perp__island *island, double t, int32_t mean,
+                      double left)
 {
     perp__island_work *work = &world->work;
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
+        const double end = normal_after(world, island, i), came = work->came[i];
 
-        work->gap[k] += t * normal_of(world, i, work->moving, island->bodies, 1);
+        work->gap[k] += t * (mean ? came + 0.5 * t / left * (end - came) : end);
         work->gap[k] = perp__open_gap(contact, work->gap[k]);
     }
 }
@@ -214,8 +202,7 @@ static double first_impact(const perp_world *world, const perp__island *island, 
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
-        const double end = normal_of(world, i, work->v, island->bodies, 1);
-        const double start = normal_of(world, i, work->now, island->bodies, 1);
+        const double end = normal_after(world, island, i), start = work->came[i];
         const double u = mean || (work->gap[k] == 0.0 && start > 0.0) ? start : end;
         const double t = work->hit[k] ? time_to(work->gap[k], u, (end - u) / left) : INFINITY;
 
@@ -402,7 +389,7 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
         for (int32_t i = 0; i < work->count; i++)
             work->rows[i].bias[0] = perp__moreau_shift(
                 share * perp__step_contact(world, island, work->chosen[i])->restitution,
-                normal_of(world, i, work->now, island->bodies, 1));
+                work->came[i]);
         status = perp__solve_rows(world, island, 1, verdict);
         if (status != PERP_OK)
             return status;
@@ -449,12 +436,13 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         if (!work->hit[i])
             perp__add_impulse(world, island, i, perp__step_response(world, island, i)->next,
                               t / whole);
+    if (!*done)
+        move_gaps(world, island, t, mean, whole);
     go(world, island, t, mean, whole);
     for (i = 0; i < 3 * work->count && *done; i++)
         work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */
     if (*done)
         return PERP_OK;
-    move_gaps(world, island, t);
     work->gap[which] = 0.0;
     *left -= t;
     turn_inertia(world, island);
@@ -475,9 +463,9 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
         const double bounce = perp__moreau_shift(contact->restitution,
-                                                 normal_of(world, i, work->now, island->bodies, 1));
+                                                 work->came[i]);
         const double gap = perp__open_gap(
-            contact, work->gap[k] + left * normal_of(world, i, work->v, island->bodies, 1));
+            contact, work->gap[k] + left * normal_after(world, island, i));
 
         work->guard[i] =
             work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);

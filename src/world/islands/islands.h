@@ -120,6 +120,12 @@ double perp__row_norm(const perp_world *world, int32_t body, const double *row);
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
+/* Adds to biases what rows that go along with bodies change by. */
+void perp__turn_contacts(perp_world *world);
+/* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
+ * moves as it is told where `carried`. */
+double perp__normal_of(const perp_world *world, int32_t i, const double *x, int32_t bodies,
+                       int32_t carried);
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);

@@ -110,6 +110,7 @@ static void plan(perp_world *world, const perp__island *island, perp__passes *st
         work->guard[i] = GUARD * contact->size;
         work->rows[i].bias[0] = 0.0;
     }
+    perp__turn_contacts(world);
 }
 
 /* Contacts with restitution that pressed and had come faster than what the forces make. */

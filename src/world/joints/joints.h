@@ -45,6 +45,8 @@ static inline void perp__stay(perp__path *path)
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
                       const perp__path *const paths[2], perp__joint_view *view);
 int32_t perp__joint_has_coordinate(int32_t kind);
+/* Whether the first three equations are along the axes of space. */
+int32_t perp__has_space_axes(int32_t kind);
 /* Whether error i is a length, else an angle. */
 int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
 
@@ -61,6 +63,12 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
 /* Joints along an interval of length t, inertia at its end, by the motion found so far; t = 0:
  * where they are. */
 void perp__place_joints(perp_world *world, const perp__island *island, double t);
+/* The turn that two bodies have in common: of all between their turns the least. What turns as one
+ * takes its contacts along, a wheel's stays below it, and that of gears between them. */
+void perp__common_turn(double *turn, const double *a, const double *b);
+void perp__turn_matrix(double *R, const double *turn);
+/* The twist of a body as the interval at hand begins. */
+void perp__twist_now(const perp_world *world, int32_t body, double *twist);
 /* The paths of that motion alone. */
 void perp__find_paths(perp_world *world, const perp__island *island, double t);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.

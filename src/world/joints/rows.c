@@ -80,6 +80,11 @@ int32_t perp__joint_has_coordinate(int32_t kind)
            kind == PERP_JOINT_DISTANCE;
 }
 
+int32_t perp__has_space_axes(int32_t kind)
+{
+    return kinds[kind][0] == SPACE_X;
+}
+
 /* row += sign (x . change of a vector that is `end` at the end of the body's path). */
 static void add_turn(double *row, const pair_of_poses *at, int32_t side, double sign,
                      const double *end, const double *x)

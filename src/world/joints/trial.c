@@ -91,7 +91,7 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
     perp__multiply_transposed3(path->turn, path->to.rotation, path->from.rotation);
 }
 
-static void twist_now(const perp_world *world, int32_t body, double *twist)
+void perp__twist_now(const perp_world *world, int32_t body, double *twist)
 {
     const perp__motion *motion = &world->motions[body];
 
@@ -115,7 +115,7 @@ static void turn_mass(perp_world *world, int32_t body, double t)
         perp__write_factor(world, body, path->to.rotation, work->factors + n * n * i);
     if (t == 0.0 || n == 3)
         return;
-    twist_now(world, body, now);
+    perp__twist_now(world, body, now);
     perp__twist_of(world, work->gain + n * i, gain);
     perp__apply_transposed3(W, path->from.rotation, world->motions[body].trial + 3);
     perp__apply3(momentum, of->inertia, W);
@@ -162,8 +162,114 @@ void perp__find_paths(perp_world *world, const perp__island *island, double t)
         path_along(world, world->work.members[i], t, &world->work.paths[i]);
 }
 
+/* The turn that two bodies have in common: of all between their turns the least. What turns as one
+ * takes its contacts along, a wheel's stays below it, and that of gears between them. */
+void perp__common_turn(double *turn, const double *a, const double *b)
+{
+    double d[3], square;
+
+    perp__subtract3(d, b, a);
+    square = perp__dot3(d, d);
+    perp__copy3(turn, a);
+    if (square > 0.0)
+        perp__add3(turn, fmin(fmax(-perp__dot3(a, d) / square, 0.0), 1.0), d);
+}
+
+void perp__turn_matrix(double *R, const double *turn)
+{
+    double q[4];
+
+    perp__quaternion_exponential(q, turn);
+    perp__quaternion_matrix(R, q);
+}
+
+/* Rows beside contacts are those half-way, of bodies that turn and move beside each other as A sees
+ * it, in axes that turn as both do: of what turns as one all rows are those of the beginning then, only
+ * turned, and what they had to do with each other they still have. They are told as they are seen
+ * from the end, and `end` is what they are there. */
+static void view_beside_contacts(const perp_world *world, perp__joint *joint, double t,
+                                 perp__joint_view *end)
+{
+    const double before = perp__state_of(world, joint)->coordinate;
+    double d[3], rate[3], spun[3];
+    perp__placement at[3][2];
+    perp__path path[2];
+
+    /* 1. poses then; B where its anchor goes on its way along A */
+    for (int32_t k = 0; k < 6; k++)
+        pose_along(world, joint->body[k % 2], 0.5 * t * (k / 2), &at[k / 2][k % 2]);
+    for (int32_t k = 0; k < 3; k++) {
+        double arms[2][3], turn[9], seen[3];
+
+        for (int32_t side = 0; side < 2; side++)
+            perp__apply3(arms[side], at[k][side].rotation, joint->anchors[side]);
+        if (k == 0) {
+            double a[6], b[6];
+
+            perp__twist_now(world, joint->body[0], a);
+            perp__twist_now(world, joint->body[1], b);
+            perp__subtract3(d, at[0][1].position, at[0][0].position);
+            perp__add3(d, 1.0, arms[1]);
+            perp__add3(d, -1.0, arms[0]);
+            perp__subtract3(rate, b, a);
+            perp__cross(spun, b + 3, arms[1]);
+            perp__add3(rate, 1.0, spun);
+            perp__add3(arms[0], 1.0, d);
+            perp__cross(spun, a + 3, arms[0]);
+            perp__add3(rate, -1.0, spun);
+            continue;
+        }
+        perp__add3(d, 0.5 * t, rate);
+        perp__multiply_transposed3(turn, at[k][0].rotation, at[0][0].rotation);
+        perp__apply3(seen, turn, d);
+        for (int32_t i = 0; i < 3; i++)
+            at[k][1].position[i] = at[k][0].position[i] + arms[0][i] + seen[i] - arms[1][i];
+    }
+
+    /* 2. rows there */
+    for (int32_t k = 1; k < 3; k++) {
+        perp__joint_view *view = k == 1 ? &joint->middle : end;
+        double turn[9], rows[3][12];
+
+        for (int32_t side = 0; side < 2; side++) {
+            path[side].to = at[k][side];
+            perp__stay(&path[side]);
+        }
+        perp__view_joint(world, joint, before, (const perp__path *const[2]){&path[0], &path[1]},
+                         view);
+        perp__common_turn(spun, world->motions[joint->body[0]].trial + 3,
+                          world->motions[joint->body[1]].trial + 3);
+        for (int32_t i = 0; i < 3; i++)
+            spun[i] *= 0.5 * t * k;
+        perp__turn_matrix(turn, spun);
+        memcpy(rows, view->rows, sizeof rows);
+        for (int32_t i = 0; i < 36 && perp__has_space_axes(joint->kind); i++)
+            view->rows[i / 12][i / 6 % 2][i % 6] = turn[i / 12] * rows[0][i % 12] +
+                                                   turn[3 + i / 12] * rows[1][i % 12] +
+                                                   turn[6 + i / 12] * rows[2][i % 12];
+    }
+
+    /* 3. as seen from the end */
+    for (int32_t side = 0; side < 2; side++) {
+        double turn[9];
+
+        perp__multiply_transposed3(turn, at[2][side].rotation, at[1][side].rotation);
+        for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
+            double *moment = joint->middle.rows[row][side] + 3, seen[3];
+
+            if (row < joint->middle.count || row == PERP__JOINT_ROWS) {
+                perp__apply3(seen, turn, moment);
+                perp__copy3(moment, seen);
+            }
+        }
+        memcpy(joint->middle.mean, turn, sizeof turn);
+    }
+    memcpy(joint->middle.arms, end->arms, sizeof end->arms);
+}
+
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
+    world->work.span = t;
     perp__find_paths(world, island, t);
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
         turn_mass(world, world->work.members[i], t);
@@ -183,13 +289,17 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
             else
                 path_along(world, body, t, &told[side]);
         }
-        perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
-                         &joint->middle);
+        if (island->contacts > 0 && !(paths[0]->stays && paths[1]->stays)) {
+            view_beside_contacts(world, joint, t, &end);
+        } else {
+            perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
+                             &joint->middle);
+            view_placed(world, joint,
+                        (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to}, &end);
+        }
 
         /* 2. what their change till the end makes of the trial motion's last velocity, if it is
          * more than rounding */
-        view_placed(world, joint, (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to},
-                    &end);
         const double length = fmax(end.size, fabs(end.coordinate));
         const double unsure = length > 0.0 ? end.rounding / length : 0.0;
 
@@ -266,7 +376,7 @@ void perp__aim_joints(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
-        twist_now(world, world->work.members[i], motion->trial);
+        perp__twist_now(world, world->work.members[i], motion->trial);
         memcpy(motion->last, motion->trial, sizeof motion->last);
     }
 }
@@ -304,7 +414,7 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
         for (int32_t side = 0; side < 2; side++) {
             double now[6];
 
-            twist_now(world, joint->body[side], now);
+            perp__twist_now(world, joint->body[side], now);
             for (int32_t k = 0; k < 6; k++) {
                 const double term = view.rows[PERP__JOINT_ROWS][side][k] * now[k];
 
