@@ -197,6 +197,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
 
         motion->after[k] = free;
         motion->moving[k] = motion->tried[k] = 0.5 * (motion->start[k] + free);
+        motion->trial[k] = motion->last[k] = motion->start[k];
     }
     motion->enclosed = world->moved[body] = 1; /* in the first round */
     motion->earliest = motion->spare = INFINITY;

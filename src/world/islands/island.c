@@ -34,15 +34,8 @@ static void join_joints(perp_world *world)
 
         if (!perp__joint_works(world, i))
             continue;
-        for (int32_t side = 0; side < 2; side++) {
-            perp__motion *motion = &world->motions[body[side]];
-
+        for (int32_t side = 0; side < 2; side++)
             world->roles[body[side]].jointed = 1;
-            if (perp__is_dynamic(world, body[side]))
-                continue;
-            memcpy(motion->trial, motion->start, sizeof motion->trial); /* as it is told */
-            memcpy(motion->last, motion->start, sizeof motion->last);
-        }
         if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
             perp__join(world->parent, body[0], body[1]);
     }

@@ -211,7 +211,10 @@ double perp__normal_of(const perp_world *world, int32_t i, const double *x, int3
 /* How a contact goes along: turns of both bodies and, of its normal, that which both have in
  * common; before the interval, and up to half of it. */
 typedef struct contact_path {
-    double begun[3][9], half[3][9];
+    int32_t late; /* bodies turned before */
+    double begun[3][9], normal[9];
+    const double *half[2];
+    perp__path told[2];
     double slide[2][3]; /* of the point on either body, up to half of it, as the normal sees it */
 } contact_path;
 
@@ -239,15 +242,12 @@ static int32_t find_contact_path(const perp_world *world, const perp__world_cont
     double gone[3][3], turn[3][3], rate[3] = {0.0, 0.0, 0.0};
     int32_t turns = 0;
 
+    path->late = 0;
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        const double *spin = world->motions[body].trial + 3, sign = side == 0 ? -1.0 : 1.0;
-        double drift[6] = {0.0}, now[6], spun[3];
+        const double *spin = world->motions[body].trial + 3;
+        double drift[6] = {0.0};
 
-        perp__twist_now(world, body, now);
-        perp__add3(rate, sign, now);
-        perp__cross(spun, now + 3, contact->arms[side]);
-        perp__add3(rate, sign, spun);
         if (perp__is_dynamic(world, body))
             perp__twist_of(world, work->drift + world->dof * world->roles[body].local, drift);
         else
@@ -255,19 +255,32 @@ static int32_t find_contact_path(const perp_world *world, const perp__world_cont
         perp__copy3(gone[side], drift + 3);
         for (int32_t k = 0; k < 3; k++)
             turn[side][k] = 0.5 * work->span * spin[k];
-        turns |= !perp__is_zero3(gone[side]) || !perp__is_zero3(turn[side]);
+        path->late |= !perp__is_zero3(gone[side]);
+        turns |= !perp__is_zero3(turn[side]);
     }
-    perp__common_turn(gone[2], gone[0], gone[1]);
+    if (!turns && !path->late)
+        return 0;
     perp__common_turn(turn[2], turn[0], turn[1]);
+    perp__turn_matrix(path->normal, turn[2]);
+    perp__common_turn(gone[2], gone[0], gone[1]);
+    for (int32_t k = 0; k < 3 && path->late; k++)
+        perp__turn_matrix(path->begun[k], gone[k]);
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
+        const double sign = side == 0 ? -1.0 : 1.0;
+        double now[6], spun[3];
+
+        path->half[side] = perp__path_of(world, body, work->span, &path->told[side])->half;
+        perp__twist_now(world, body, now);
+        perp__cross(spun, now + 3, contact->arms[side]);
+        for (int32_t k = 0; k < 3; k++)
+            rate[k] += sign * (now[k] + spun[k]);
+    }
     for (int32_t side = 0; side < 2; side++)
         for (int32_t k = 0; k < 3; k++)
             path->slide[side][k] = (side == 0 ? 0.5 : -0.5) * work->span * rate[k] *
                                    share_of_slide(world, contact, side);
-    for (int32_t k = 0; k < 3 && turns; k++) {
-        perp__turn_matrix(path->begun[k], gone[k]);
-        perp__turn_matrix(path->half[k], turn[k]);
-    }
-    return turns;
+    return 1;
 }
 
 /* Contacts go along as joints do that are beside them (trial.c): else a joint and a contact on one
@@ -281,9 +294,11 @@ static void turn_rows(perp_world *world, const perp__world_contact *contact,
 
     /* 1. axes in the beginning, half-way, and at the end */
     for (int32_t k = 0; k < rows->dim; k++) {
-        perp__apply3(axes[0][k], path->begun[2], contact->axes[k]);
-        perp__apply3(axes[1][k], path->half[2], axes[0][k]);
-        perp__apply3(axes[2][k], path->half[2], axes[1][k]);
+        perp__copy3(axes[0][k], contact->axes[k]);
+        if (path->late)
+            perp__apply3(axes[0][k], path->begun[2], contact->axes[k]);
+        perp__apply3(axes[1][k], path->normal, axes[0][k]);
+        perp__apply3(axes[2][k], path->normal, axes[1][k]);
     }
     work->came[work->count] = 0.0;
     for (int32_t side = 0; side < 2; side++) {
@@ -297,14 +312,16 @@ static void turn_rows(perp_world *world, const perp__world_contact *contact,
             continue;
 
         /* 2. arms there: to the core of the shape, and on to its surface */
-        perp__copy3(moment, contact->arms[side]);
-        perp__add3(moment, -radius, contact->axes[0]);
-        perp__apply3(core[0], path->begun[side], moment);
+        perp__copy3(core[0], contact->arms[side]);
+        perp__add3(core[0], -radius, contact->axes[0]);
+        perp__copy3(moment, core[0]);
+        if (path->late)
+            perp__apply3(core[0], path->begun[side], moment);
         perp__apply3(core[1], path->half[side], core[0]);
         perp__apply3(core[2], path->half[side], core[1]);
-        perp__apply3(moment, path->half[2], path->slide[side]);
+        perp__apply3(moment, path->normal, path->slide[side]);
         perp__add3(core[1], 1.0, moment);
-        perp__apply3(seen, path->half[2], moment);
+        perp__apply3(seen, path->normal, moment);
         perp__add3(core[2], 2.0, seen);
         for (int32_t at = 0; at < 3; at++)
             perp__add3(core[at], radius, axes[at][0]);

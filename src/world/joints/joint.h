@@ -80,6 +80,7 @@ typedef struct perp__path {
     perp__placement from, to;
     double mean[9];
     double turn[9]; /* R of `to` = turn R of `from` */
+    double half[9]; /* half of that turn */
     int32_t stays;  /* where it ends */
 } perp__path;
 

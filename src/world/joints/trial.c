@@ -61,6 +61,27 @@ static void pose_along(const perp_world *world, int32_t body, double t, perp__pl
         perp__rotation_of(world, &state, pose->rotation);
 }
 
+/* The turn that two bodies have in common: of all between their turns the least. What turns as one
+ * takes its contacts along, a wheel's stays below it, and that of gears between them. */
+void perp__common_turn(double *turn, const double *a, const double *b)
+{
+    double d[3], square;
+
+    perp__subtract3(d, b, a);
+    square = perp__dot3(d, d);
+    perp__copy3(turn, a);
+    if (square > 0.0)
+        perp__add3(turn, fmin(fmax(-perp__dot3(a, d) / square, 0.0), 1.0), d);
+}
+
+void perp__turn_matrix(double *R, const double *turn)
+{
+    double q[4];
+
+    perp__quaternion_exponential(q, turn);
+    perp__quaternion_matrix(R, q);
+}
+
 /* For a time t along the trial motion. The mean turn is that of exp(s u) over s in (0,1),
  *   E = 1 + (1 - cos a) / a^2 [u]x + (a - sin a) / a^3 [u]x^2,   a = |u|;
  * where a does not show beside 1 its first two terms are all. */
@@ -89,6 +110,7 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
         path->mean[3 * j + k] -= first * u[i];
     }
     perp__multiply_transposed3(path->turn, path->to.rotation, path->from.rotation);
+    perp__turn_matrix(path->half, (const double[3]){0.5 * u[0], 0.5 * u[1], 0.5 * u[2]});
 }
 
 void perp__twist_now(const perp_world *world, int32_t body, double *twist)
@@ -131,6 +153,14 @@ static void turn_mass(perp_world *world, int32_t body, double t)
     perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
+const perp__path *perp__path_of(const perp_world *world, int32_t body, double t, perp__path *told)
+{
+    if (perp__is_dynamic(world, body))
+        return &world->work.paths[world->roles[body].local];
+    path_along(world, body, t, told);
+    return told;
+}
+
 /* Where both bodies are. */
 static void view_placed(const perp_world *world, const perp__joint *joint,
                         const perp__placement *const places[2], perp__joint_view *view)
@@ -162,108 +192,83 @@ void perp__find_paths(perp_world *world, const perp__island *island, double t)
         path_along(world, world->work.members[i], t, &world->work.paths[i]);
 }
 
-/* The turn that two bodies have in common: of all between their turns the least. What turns as one
- * takes its contacts along, a wheel's stays below it, and that of gears between them. */
-void perp__common_turn(double *turn, const double *a, const double *b)
-{
-    double d[3], square;
-
-    perp__subtract3(d, b, a);
-    square = perp__dot3(d, d);
-    perp__copy3(turn, a);
-    if (square > 0.0)
-        perp__add3(turn, fmin(fmax(-perp__dot3(a, d) / square, 0.0), 1.0), d);
-}
-
-void perp__turn_matrix(double *R, const double *turn)
-{
-    double q[4];
-
-    perp__quaternion_exponential(q, turn);
-    perp__quaternion_matrix(R, q);
-}
-
 /* Rows beside contacts are those half-way, of bodies that turn and move beside each other as A sees
- * it, in axes that turn as both do: of what turns as one all rows are those of the beginning then, only
- * turned, and what they had to do with each other they still have. They are told as they are seen
- * from the end, and `end` is what they are there. */
-static void view_beside_contacts(const perp_world *world, perp__joint *joint, double t,
-                                 perp__joint_view *end)
+ * it, in axes that turn as both do: of what turns as one all rows are those of the beginning then,
+ * only turned, and what they had to do with each other they still have. They are told as they are
+ * seen from the end, and `end` is what they are there. */
+static void view_beside_contacts(const perp_world *world, perp__joint *joint,
+                                 const perp__path *const paths[2], double t, perp__joint_view *end)
 {
     const double before = perp__state_of(world, joint)->coordinate;
-    double d[3], rate[3], spun[3];
-    perp__placement at[3][2];
-    perp__path path[2];
+    const int32_t axes = world->settings.planar ? 2 : 3;
+    double arms[3][2][3], d[3], rate[3], spun[3], twists[2][6], common[3], turn[9];
+    perp__path there[2];
 
-    /* 1. poses then; B where its anchor goes on its way along A */
-    for (int32_t k = 0; k < 6; k++)
-        pose_along(world, joint->body[k % 2], 0.5 * t * (k / 2), &at[k / 2][k % 2]);
-    for (int32_t k = 0; k < 3; k++) {
-        double arms[2][3], turn[9], seen[3];
-
-        for (int32_t side = 0; side < 2; side++)
-            perp__apply3(arms[side], at[k][side].rotation, joint->anchors[side]);
-        if (k == 0) {
-            double a[6], b[6];
-
-            perp__twist_now(world, joint->body[0], a);
-            perp__twist_now(world, joint->body[1], b);
-            perp__subtract3(d, at[0][1].position, at[0][0].position);
-            perp__add3(d, 1.0, arms[1]);
-            perp__add3(d, -1.0, arms[0]);
-            perp__subtract3(rate, b, a);
-            perp__cross(spun, b + 3, arms[1]);
-            perp__add3(rate, 1.0, spun);
-            perp__add3(arms[0], 1.0, d);
-            perp__cross(spun, a + 3, arms[0]);
-            perp__add3(rate, -1.0, spun);
-            continue;
-        }
-        perp__add3(d, 0.5 * t, rate);
-        perp__multiply_transposed3(turn, at[k][0].rotation, at[0][0].rotation);
-        perp__apply3(seen, turn, d);
-        for (int32_t i = 0; i < 3; i++)
-            at[k][1].position[i] = at[k][0].position[i] + arms[0][i] + seen[i] - arms[1][i];
+    /* 1. anchors then; how they part, as A sees it, which goes on */
+    for (int32_t side = 0; side < 2; side++) {
+        perp__twist_now(world, joint->body[side], twists[side]);
+        perp__apply3(arms[0][side], paths[side]->from.rotation, joint->anchors[side]);
+        perp__apply3(arms[1][side], paths[side]->half, arms[0][side]);
+        perp__apply3(arms[2][side], paths[side]->turn, arms[0][side]);
     }
+    perp__subtract3(d, paths[1]->from.position, paths[0]->from.position);
+    perp__add3(d, 1.0, arms[0][1]);
+    perp__add3(d, -1.0, arms[0][0]);
+    perp__subtract3(rate, twists[1], twists[0]);
+    perp__cross(spun, twists[1] + 3, arms[0][1]);
+    perp__add3(rate, 1.0, spun);
+    perp__add3(d, 1.0, arms[0][0]);
+    perp__cross(spun, twists[0] + 3, d);
+    perp__add3(rate, -1.0, spun);
+    perp__add3(d, -1.0, arms[0][0]);
+    perp__common_turn(common, world->motions[joint->body[0]].trial + 3,
+                      world->motions[joint->body[1]].trial + 3);
 
-    /* 2. rows there */
+    /* 2. rows there, with B where its anchor is then */
     for (int32_t k = 1; k < 3; k++) {
         perp__joint_view *view = k == 1 ? &joint->middle : end;
-        double turn[9], rows[3][12];
+        double seen[3];
 
+        perp__add3(d, 0.5 * t, rate);
+        perp__apply3(seen, k == 1 ? paths[0]->half : paths[0]->turn, d);
         for (int32_t side = 0; side < 2; side++) {
-            path[side].to = at[k][side];
-            perp__stay(&path[side]);
+            if (k == 2)
+                there[side].to = paths[side]->to;
+            else
+                perp__multiply3(there[side].to.rotation, paths[side]->half,
+                                paths[side]->from.rotation);
+            perp__copy3(there[side].to.position, paths[0]->to.position);
+            perp__stay(&there[side]);
         }
-        perp__view_joint(world, joint, before, (const perp__path *const[2]){&path[0], &path[1]},
-                         view);
-        perp__common_turn(spun, world->motions[joint->body[0]].trial + 3,
-                          world->motions[joint->body[1]].trial + 3);
         for (int32_t i = 0; i < 3; i++)
-            spun[i] *= 0.5 * t * k;
+            there[1].to.position[i] += arms[k][0][i] + seen[i] - arms[k][1][i];
+        perp__view_joint(world, joint, before, (const perp__path *const[2]){&there[0], &there[1]},
+                         view);
+        for (int32_t i = 0; i < 3; i++)
+            spun[i] = 0.5 * t * k * common[i];
         perp__turn_matrix(turn, spun);
-        memcpy(rows, view->rows, sizeof rows);
-        for (int32_t i = 0; i < 36 && perp__has_space_axes(joint->kind); i++)
-            view->rows[i / 12][i / 6 % 2][i % 6] = turn[i / 12] * rows[0][i % 12] +
-                                                   turn[3 + i / 12] * rows[1][i % 12] +
-                                                   turn[6 + i / 12] * rows[2][i % 12];
+        for (int32_t i = 0; i < 12 && perp__has_space_axes(joint->kind); i++) {
+            double along[3] = {0.0, 0.0, 0.0}, turned[3];
+
+            for (int32_t j = 0; j < axes; j++)
+                along[j] = view->rows[j][i / 6][i % 6];
+            perp__apply_transposed3(turned, turn, along);
+            for (int32_t j = 0; j < axes; j++)
+                view->rows[j][i / 6][i % 6] = turned[j];
+        }
     }
 
     /* 3. as seen from the end */
-    for (int32_t side = 0; side < 2; side++) {
-        double turn[9];
-
-        perp__multiply_transposed3(turn, at[2][side].rotation, at[1][side].rotation);
+    for (int32_t side = 0; side < 2; side++)
         for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
             double *moment = joint->middle.rows[row][side] + 3, seen[3];
 
             if (row < joint->middle.count || row == PERP__JOINT_ROWS) {
-                perp__apply3(seen, turn, moment);
+                perp__apply3(seen, paths[side]->half, moment);
                 perp__copy3(moment, seen);
             }
         }
-        memcpy(joint->middle.mean, turn, sizeof turn);
-    }
+    memcpy(joint->middle.mean, paths[1]->half, sizeof joint->middle.mean);
     memcpy(joint->middle.arms, end->arms, sizeof end->arms);
 }
 
@@ -280,17 +285,10 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         perp__joint_view end;
 
         /* 1. rows of the paths of both bodies, of which those of the island are known */
-        for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = joint->body[side];
-
-            paths[side] = &told[side];
-            if (perp__is_dynamic(world, body))
-                paths[side] = &world->work.paths[world->roles[body].local];
-            else
-                path_along(world, body, t, &told[side]);
-        }
+        for (int32_t side = 0; side < 2; side++)
+            paths[side] = perp__path_of(world, joint->body[side], t, &told[side]);
         if (island->contacts > 0 && !(paths[0]->stays && paths[1]->stays)) {
-            view_beside_contacts(world, joint, t, &end);
+            view_beside_contacts(world, joint, paths, t, &end);
         } else {
             perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
                              &joint->middle);
