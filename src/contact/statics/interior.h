@@ -14,11 +14,15 @@ enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
 
 struct perp__statics {
     perp_context *context;
-    perp__arena arena, doubled_arena;
-    size_t edges, squares, widest; /* of `edge`, F and P */
+    perp__arena arena, doubled_arena, kept_arena;
+    size_t edges, squares, widest, numbers; /* of `edge`, F and P, and the rows' */
     const perp__statics_rows *rows;
     perp__fronts fronts;
-    int32_t cone_count, factored; /* factored: factors are those of `touch` */
+    perp__statics_rows kept;      /* the workspace's own, of what is adjusted: */
+    perp__statics_unit *kept_units;
+    perp__statics_link *kept_links;
+    double *kept_values, *base;
+    int32_t cone_count, factored; /* factored: factors are those of these */
     int32_t *unit_cone;           /* units + 1: the cones of each */
     int32_t *square;              /* units + 1: where F begins */
     int32_t *edge;                /* for each unit: links by links */
@@ -87,6 +91,8 @@ void perp__statics_find_unbalance(perp__statics *s);
 double perp__statics_unbalance(perp__statics *s);
 /* Balances x by the last factors until that is `enough`, or no better; returns it. */
 double perp__statics_refine(perp__statics *s, double enough);
+/* x += S^-1 A' K^-1 rb */
+void perp__statics_correct(perp__statics *s);
 /* The least room of x in a cone, in units of each. */
 double perp__statics_room(perp__statics *s);
 /* Whether y proves that nothing stands; then the certificate is written. */

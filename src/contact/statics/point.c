@@ -305,20 +305,26 @@ double perp__statics_unbalance(perp__statics *s)
     return most;
 }
 
-double perp__statics_refine(perp__statics *s, double enough)
+void perp__statics_correct(perp__statics *s)
 {
     const size_t n = perp__statics_numbers(s);
+
+    memcpy(s->dy, s->rb, n * sizeof *s->dy);
+    memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
+    perp__statics_solve(s, s->dy, s->dy_low);
+    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
+    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
+    for (int32_t i = 0; i < s->rows->size; i++)
+        s->x[i] += s->dx[i];
+}
+
+double perp__statics_refine(perp__statics *s, double enough)
+{
     double left = perp__statics_unbalance(s), last = INFINITY;
 
     for (int32_t round = 0; round < 4 && left > enough && left < 0.5 * last; round++) {
         last = left;
-        memcpy(s->dy, s->rb, n * sizeof *s->dy);
-        memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
-        perp__statics_solve(s, s->dy, s->dy_low);
-        memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-        perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx); /* x += S^-1 A' K^-1 rb */
-        for (int32_t i = 0; i < s->rows->size; i++)
-            s->x[i] += s->dx[i];
+        perp__statics_correct(s);
         left = perp__statics_unbalance(s);
     }
     return left;

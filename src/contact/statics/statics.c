@@ -68,6 +68,7 @@ void perp__statics_destroy(perp__statics *s)
     perp__fronts_release(&s->fronts);
     perp__arena_release(&s->arena);
     perp__arena_release(&s->doubled_arena);
+    perp__arena_release(&s->kept_arena);
     perp__release(s->context, s);
 }
 
@@ -88,7 +89,7 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
 
     s->rows = rows;
     s->factored = 0;
-    s->edges = s->squares = s->widest = 0;
+    s->edges = s->squares = s->widest = s->numbers = 0;
     for (int32_t u = 0; u < rows->units; u++) {
         const size_t links = (size_t)rows->unit[u].links, height = (size_t)rows->unit[u].rows;
         const size_t entries = links * height * (size_t)width;
@@ -96,6 +97,7 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
         s->edges += links * links;
         s->squares += height * height;
         s->widest = entries > s->widest ? entries : s->widest;
+        s->numbers += entries;
     }
     status = perp__arena_fit(&s->arena, s->context, lay_out, s);
     if (status != PERP_OK)
@@ -453,35 +455,72 @@ void perp__statics_nearest(perp__statics *s, double *r)
 
 /* ---- other forces ---- */
 
-int32_t perp__statics_adjust(perp__statics *s, const perp__statics_rows *rows,
-                             perp__statics_answer *answer, const double *forces, const double *base,
-                             int32_t keep)
+static void lay_out_kept(perp__arena *arena, void *object)
 {
-    s->rows = rows;
-    if (!(keep && s->factored)) {
-        s->iterations = s->doubled = s->recedes = 0;
-        s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
-        for (int32_t i = 0; i < rows->size; i++)
-            s->x[i] = base[i] / s->scale;
-        for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */
-            s->weight[u] = 1.0;
-            s->idle[u] = rows->unit[u].kind == PERP__STATICS_CONE && s->x[rows->unit[u].row] == 0.0;
-        }
-        perp__statics_build_cones(s);
-        if (!(perp__statics_room(s) > 0.0))
-            return 0;
-        s->t = s->tau = 0.0;
-        perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
-        perp__statics_condense(s, 1.0);
-        if (!perp__statics_factor(s))
-            return 0;
-        s->factored = 1;
+    perp__statics *s = object;
+    const perp__statics_rows *rows = s->rows;
+
+    s->kept_units = perp__arena_take(arena, (size_t)rows->units, sizeof *s->kept_units);
+    s->kept_links = perp__arena_take(arena, (size_t)rows->links, sizeof *s->kept_links);
+    s->kept_values = perp__arena_take(arena, s->numbers, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)rows->size, &s->base);
+}
+
+static perp_status keep_rows(perp__statics *s)
+{
+    const perp__statics_rows *rows = s->rows;
+    const perp_status status = perp__arena_fit(&s->kept_arena, s->context, lay_out_kept, s);
+
+    if (status != PERP_OK)
+        return status;
+    memcpy(s->kept_units, rows->unit, (size_t)rows->units * sizeof *s->kept_units);
+    memcpy(s->kept_links, rows->link, (size_t)rows->links * sizeof *s->kept_links);
+    memcpy(s->kept_values, rows->values, s->numbers * sizeof(double));
+    s->kept = *rows;
+    s->kept.unit = s->kept_units;
+    s->kept.link = s->kept_links;
+    s->kept.values = s->kept_values;
+    s->rows = &s->kept;
+    return PERP_OK;
+}
+
+perp_status perp__statics_keep(perp__statics *s, const double *base)
+{
+    const perp_status status = keep_rows(s);
+    const perp__statics_rows *rows = s->rows;
+
+    if (status != PERP_OK)
+        return status;
+    s->iterations = s->doubled = s->recedes = 0;
+    s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
+    for (int32_t i = 0; i < rows->size; i++)
+        s->x[i] = s->base[i] = base[i] / s->scale;
+    for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */
+        s->weight[u] = 1.0;
+        s->idle[u] = rows->unit[u].kind == PERP__STATICS_CONE && s->x[rows->unit[u].row] == 0.0;
     }
-    for (int32_t i = 0; i < s->rows->nodes * s->rows->width; i++)
+    perp__statics_build_cones(s);
+    if (!(perp__statics_room(s) > 0.0))
+        return PERP_OK;
+    s->t = s->tau = 0.0;
+    perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
+    perp__statics_condense(s, 1.0);
+    s->factored = perp__statics_factor(s);
+    memset(s->g, 0, perp__statics_numbers(s) * sizeof *s->g);
+    perp__statics_push(s, 1.0, 0, s->base, s->g, NULL);
+    return PERP_OK;
+}
+
+int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)
+{
+    if (!s->factored)
+        return 0;
+    for (size_t i = 0; i < perp__statics_numbers(s); i++) {
         s->b[i] = -forces[i] / s->scale;
-    for (int32_t i = 0; i < s->rows->size; i++)
-        s->x[i] = base[i] / s->scale;
-    s->aim = PERP__AIM_MARGIN;
+        s->rb[i] = s->b[i] - s->g[i];
+    }
+    memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
+    perp__statics_correct(s);
     answer->unbalance = perp__statics_refine(s, ADJUSTED);
     answer->margin = perp__statics_room(s);
     if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))

@@ -88,17 +88,19 @@ void perp__statics_nearest(perp__statics *s, double *r);
 perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *answer,
                                  const double *forces, const perp__statics_aim *aim);
 
-/* What changes of the forces make of impulses `base` that are strictly inside all cones:
+/* Impulses `base` of the rows that were set up, for adjusting them to other forces:
  *
  *   r = base - D J (J' D J)^-1 (forces + J' base)
  *
  * D: in the metric of base's own place in its cones, so that what has little room moves little.
- * The factor is that of the last touch where `keep` is 1: then rows and base have to be the same,
- * wherever they are now. Returns whether r is balanced and in all cones; then
- * answer->r, margin (the least room left beside base's) and unbalance are written. */
-int32_t perp__statics_adjust(perp__statics *statics, const perp__statics_rows *rows,
-                             perp__statics_answer *answer, const double *forces, const double *base,
-                             int32_t keep);
+ * Rows, base and the factor are kept until the next set-up; adjusting by a base that is not
+ * strictly inside all cones comes to nothing. PERP_OK or _MEMORY. */
+perp_status perp__statics_keep(perp__statics *statics, const double *base);
+
+/* Whether r is balanced and in all cones; then answer->r, margin (the least room left beside base's)
+ * and unbalance are written. */
+int32_t perp__statics_adjust(perp__statics *statics, perp__statics_answer *answer,
+                             const double *forces);
 
 /* Whether velocities of 0 answer dynamics with the forces f, contacts without bounds, and w that is
  * 0 but for the normals of open ones; then r: the least impulses that balance them: front.c. What

@@ -256,29 +256,39 @@ void perp__find_turning(const perp_world *world, int32_t body, const double *now
     perp__add3(L, -t, gyroscopic);
 }
 
+/* What takes a body from the motion that it would have alone to the carried one, as force[6]: an
+ * impulse and an angular one. */
+static void find_force(const perp_world *world, const perp__carrying *carrying, int32_t i,
+                       double *force)
+{
+    const perp__motion *motion = &world->motions[i];
+    double carried[6];
+
+    perp__carried_twist(world, carrying, i, world->step_length, carried);
+    perp__find_turning(world, i, motion->start + 3, carried + 3, world->step_length, force + 3);
+    for (int32_t k = 0; k < 3; k++)
+        force[k] = world->bodies[i].mass * (motion->free[k] - carried[k]);
+}
+
 /* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
  * on its mass centre at least. */
 static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t i,
                         const double *sum)
 {
     const perp__body *body = &world->bodies[i];
-    const perp__motion *motion = &world->motions[i];
-    const double root = sqrt(body->mass);
-    double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
+    const double *R = world->motions[i].rotation, root = sqrt(body->mass);
+    double force[6], own[3], turned[3], gained[3], left[6], terms;
 
-    perp__carried_twist(world, carrying, i, world->step_length, gain);
-    perp__find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
-    for (int32_t k = 0; k < 3; k++)
-        gain[k] = motion->free[k] - gain[k];
-    perp__apply_transposed3(own, motion->rotation, L);
+    find_force(world, carrying, i, force);
+    perp__apply_transposed3(own, R, force + 3);
     perp__apply_transposed3(gained, body->factor, own);
-    perp__apply_transposed3(own, motion->rotation, sum + MOMENT);
+    perp__apply_transposed3(own, R, sum + MOMENT);
     perp__apply_transposed3(turned, body->factor, own);
     for (int32_t k = 0; k < 3; k++) {
-        left[k] = root * gain[k] + sum[FORCE + k] / root;
+        left[k] = (force[k] + sum[FORCE + k]) / root;
         left[3 + k] = gained[k] + turned[k];
     }
-    terms = root * perp__length3(gain) + perp__length3(gained) + sum[TERMS] / root;
+    terms = (perp__length3(force) + sum[TERMS]) / root + perp__length3(gained);
     own[0] = perp__length2(perp__length3(left), perp__length3(left + 3));
     return own[0] > 0.0 ? own[0] / terms : 0.0;
 }
@@ -296,8 +306,7 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
 
-        perp__copy3(response->impulse, response->remembered);
-        perp__copy3(response->next, response->remembered);
+        perp__copy3(response->impulse, response->next);
         memset(response->velocity, 0, sizeof response->velocity);
         if (contact->friction == 0.0) /* what slides freely stands along the normal alone */
             perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
@@ -306,31 +315,64 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
     }
 }
 
-int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
+/* What the impulses of the last step leave of the island's forces; INFINITY where they are none of
+ * this step's. */
+static double last_unbalance(perp_world *world, const perp__island *island,
+                             const perp__carrying *carrying, int32_t swept)
 {
     double *sums = world->work.forces, left = 0.0;
+
+    memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
+
+        fetch_ahead(world, island, i);
+        if (!obeys(contact, response->remembered, swept))
+            return INFINITY;
+        perp__copy3(response->next, response->remembered);
+        press(world, contact, response->next, sums);
+    }
+    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
+        perp__raise_to(&left, unbalance(world, carrying, world->body_order[island->first_body + i],
+                                        sums + NUMBERS * i));
+    return left;
+}
+
+/* The island's forces as statics has them: turns over the bodies' lengths. */
+static void find_forces(perp_world *world, const perp__island *island,
+                        const perp__carrying *carrying)
+{
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const double length = perp__body_length(world, body);
+        double force[6];
+
+        find_force(world, carrying, body, force);
+        for (int32_t k = 3; k < 6; k++)
+            force[k] /= length;
+        perp__coordinates_of(world, force, world->work.stand_forces + world->dof * i);
+    }
+}
+
+perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    perp_status status = PERP_OK;
     perp__carrying carrying;
     int32_t swept;
+    double left;
 
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__begins_standing(world, island, &carrying))
-        return 0;
+        return PERP_OK;
     swept = !perp__is_worth_exact(world, island);
-    for (int32_t i = 0; i < island->contacts; i++) {
-        fetch_ahead(world, island, i);
-        if (!obeys(perp__step_contact(world, island, i),
-                   perp__step_response(world, island, i)->remembered, swept))
-            return 0;
+    left = last_unbalance(world, island, &carrying, swept);
+    if (left > BALANCED && left < INFINITY) {
+        find_forces(world, island, &carrying);
+        status = perp__stand_as_decided(world, island, &left);
     }
-    memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
-    for (int32_t i = 0; i < island->contacts; i++)
-        press(world, perp__step_contact(world, island, i),
-              perp__step_response(world, island, i)->remembered, sums);
-    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
-        perp__raise_to(&left, unbalance(world, &carrying, world->body_order[island->first_body + i],
-                                        sums + NUMBERS * i));
-    if (!(left <= BALANCED))
-        return 0;
+    if (status != PERP_OK || !(left <= BALANCED))
+        return status;
     lie(world, island, &carrying);
     verdict->outcome = PERP_OUTCOME_SOLVED;
     verdict->residual = left;
@@ -338,5 +380,5 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
     verdict->swept = swept;
     verdict->stands = 1;
     verdict->rides = carrying.motion == PERP__CARRIED_ALONG;
-    return 1;
+    return PERP_OK;
 }

@@ -74,8 +74,9 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     *verdict = before;
     verdict->jointed = island->joints > 0;
     if (island->joints == 0) {
-        if (perp__lies_still(world, island, verdict))
-            return PERP_OK;
+        status = perp__lie_still(world, island, verdict);
+        if (status != PERP_OK || verdict->stands)
+            return status;
         if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
             leave_alone(world, island);
             return PERP_OK;

@@ -1,8 +1,9 @@
-/* The question whether an island stands, put to contact/statics: first to what forces changed since
- * it was decided, then anew. */
+/* The question whether an island stands, put to contact/statics: anew, or to what of the forces
+ * changed since it was decided. */
 #include "world/islands/standing.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "base/outcome.h"
@@ -186,32 +187,50 @@ static void find_forces(perp_world *world, const perp__island *island,
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
-    for (size_t at = 0; at < bytes / sizeof(uint64_t); at++) {
-        uint64_t word, *own = &key[at % PERP__STANDING_WORDS];
+    uint64_t own[PERP__STANDING_WORDS], word;
+
+    memcpy(own, key, sizeof own);
+    for (size_t at = 0; at < bytes / sizeof word; at++) {
+        uint64_t *to = &own[at % PERP__STANDING_WORDS];
 
         memcpy(&word, (const char *)data + at * sizeof word, sizeof word);
-        *own = (*own ^ word) * 0x9E3779B97F4A7C15u;
-        *own ^= *own >> 29;
+        *to = (*to ^ word) * 0x9E3779B97F4A7C15u;
+        *to ^= *to >> 29;
     }
+    memcpy(key, own, sizeof own);
 }
 
-static void find_key(const perp_world *world, const perp__statics_rows *rows, uint64_t *key)
+/* Of all that the rows of contacts are made of, and of what was decided of them. Returns 0 where
+ * nothing was, or a point that pressed then is open. */
+static int32_t find_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
-    const perp__island_work *work = &world->work;
-    size_t numbers = 0;
+    const size_t first = offsetof(perp__world_contact, arms);
+    int32_t any = 0;
 
-    for (int32_t i = 0; i < rows->units; i++)
-        if (rows->unit[i].links > 0)
-            numbers = rows->link[rows->unit[i].link + rows->unit[i].links - 1].at +
-                      (size_t)(rows->unit[i].rows * rows->width);
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
-    key[0] ^= (uint64_t)rows->nodes << 32 | (uint32_t)rows->size;
-    for (int32_t i = 0; i < rows->units; i++)
-        mix(key, &rows->unit[i], sizeof rows->unit[i]);
-    mix(key, rows->link, (size_t)rows->links * sizeof *rows->link);
-    mix(key, work->stand_base, (size_t)rows->size * sizeof(double));
-    mix(key, rows->values, numbers * sizeof(double));
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const perp__tie *tie = perp__step_tie(world, island, i);
+        const double *base = perp__step_response(world, island, i)->base;
+        const int32_t open = tie->moved || perp__open_gap(contact, contact->gap) > 0.0;
+        uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1],
+                           (uint64_t)open};
+
+        if (base[0] > 0.0 && open)
+            return 0;
+        any |= base[0] > 0.0;
+        memcpy(own + 2, base, 3 * sizeof *base);
+        mix(key, own, sizeof own);
+        mix(key, (const char *)contact + first, offsetof(perp__world_contact, restitution) - first);
+    }
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double length =
+            perp__body_length(world, world->body_order[island->first_body + i]);
+
+        mix(key, &length, sizeof length);
+    }
+    return any;
 }
 
 /* The workspace with this key, or the one that was used longest ago. */
@@ -254,27 +273,69 @@ static perp_status set_up(const perp_world *world, perp__statics *statics,
     return perp__statics_set_up(statics, rows);
 }
 
-/* What was decided in an earlier step, if all that presses then still touches. */
-static int32_t recall_base(const perp_world *world, const perp__island *island)
+/* The rows of the contacts, and their factor in the metric of what was decided. */
+static perp_status keep(perp_world *world, const perp__island *island, perp__statics *statics)
 {
-    const perp__island_work *work = &world->work;
-    int32_t any = 0;
+    perp__island_work *work = &world->work;
+    perp_status status;
 
+    perp__gather_bodies(world, island);
+    perp__choose_rows(world, island, NULL);
     for (int32_t i = 0; i < work->count; i++) {
-        const double *base = perp__step_response(world, island, work->chosen[i])->base;
-        const perp__statics_unit *unit = &work->stand_units[i];
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        if (base[0] > 0.0 && unit->rows == 0)
-            return 0;
-        any |= base[0] > 0.0;
-        for (int32_t k = 0; k < unit->rows; k++)
-            work->stand_base[unit->row + k] = base[k];
+        work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0);
     }
-    return any && work->units == work->count;
+    perp__gather_standing(world, island, 0);
+    for (int32_t i = 0; i < work->count; i++)
+        memcpy(work->stand_base + work->stand_units[i].row,
+               perp__step_response(world, island, i)->base,
+               (size_t)work->stand_units[i].rows * sizeof(double));
+    status = set_up(world, statics, &work->stand_rows);
+    return status == PERP_OK && !perp__statics_is_too_large(statics)
+               ? perp__statics_keep(statics, work->stand_base)
+               : status;
+}
+
+perp_status perp__stand_as_decided(perp_world *world, const perp__island *island, double *unbalance)
+{
+    perp__island_work *work = &world->work;
+    perp__statics_answer answer = {.r = work->stand_r};
+    const double *r = work->stand_r;
+    uint64_t key[PERP__STANDING_WORDS];
+    perp__statics *statics;
+    int32_t is_known;
+    perp_status status = PERP_OK;
+
+    if (!find_key(world, island, key))
+        return PERP_OK;
+    statics = find_statics(world, key, &is_known);
+    if (!statics)
+        return PERP_ERROR_MEMORY;
+    if (!is_known)
+        status = keep(world, island, statics);
+    if (status != PERP_OK || perp__statics_is_too_large(statics))
+        return status;
+    memcpy(world->standing->key[world->standing->last], key, sizeof key);
+    if (!perp__statics_adjust(statics, &answer, work->stand_forces))
+        return PERP_OK;
+    *unbalance = answer.unbalance;
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        double *next = perp__step_response(world, island, i)->next;
+        int32_t rows = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
+
+        if (perp__step_tie(world, island, i)->moved ||
+            perp__open_gap(contact, contact->gap) > 0.0)
+            rows = 0;
+        for (int32_t k = 0; k < 3; k++)
+            next[k] = k < rows ? *r++ : 0.0;
+    }
+    return PERP_OK;
 }
 
 /* Impulses and velocities of an island that stands. */
-static void take_answer(perp_world *world, const perp__island *island, int32_t decided)
+static void take_answer(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
 
@@ -296,8 +357,7 @@ static void take_answer(perp_world *world, const perp__island *island, int32_t d
         if (i >= work->count)
             continue;
         work->modes[i] = r[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        if (decided)
-            perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
+        perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
     }
     memcpy(work->v, work->still, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
@@ -326,8 +386,8 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp__statics_rows *rows = &work->stand_rows;
     perp__statics *statics;
     perp__carrying begun;
-    int32_t is_known, decided = 0;
-    perp_status status = PERP_OK;
+    int32_t is_known;
+    perp_status status;
 
     *stands = 0;
     if ((world->settings.cone != 0 && !world->settings.planar) ||
@@ -336,30 +396,13 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     find_forces(world, island, carrying);
     answer.r = work->stand_r;
     answer.verdict = PERP_STATICS_INDETERMINATE;
-    if (recall_base(world, island)) {
-        uint64_t key[PERP__STANDING_WORDS];
-
-        find_key(world, rows, key);
-        statics = find_statics(world, key, &is_known);
-        if (!statics)
-            return PERP_ERROR_MEMORY;
-        status = is_known ? PERP_OK : set_up(world, statics, rows);
-        if (status == PERP_OK && !perp__statics_is_too_large(statics)) {
-            perp__statics_adjust(statics, rows, &answer, work->stand_forces, work->stand_base,
-                                 is_known);
-            memcpy(world->standing->key[world->standing->last], key, sizeof key);
-        }
-    }
-    if (status == PERP_OK && answer.verdict != PERP_STATICS_STANDS) {
-        statics = find_statics(world, NULL, &is_known);
-        if (!statics)
-            return PERP_ERROR_MEMORY;
-        status = set_up(world, statics, rows);
-        if (status == PERP_OK && !perp__statics_is_too_large(statics))
-            status = perp__statics_decide(statics, &answer, work->stand_forces, &aim);
-        decided = 1;
-        perp__spend(world, answer.iterations);
-    }
+    statics = find_statics(world, NULL, &is_known);
+    if (!statics)
+        return PERP_ERROR_MEMORY;
+    status = set_up(world, statics, rows);
+    if (status == PERP_OK && !perp__statics_is_too_large(statics))
+        status = perp__statics_decide(statics, &answer, work->stand_forces, &aim);
+    perp__spend(world, answer.iterations);
     if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS &&
         perp__begins_standing(world, island, &begun))
         start_from(world, island, statics);
@@ -367,7 +410,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
         verdict->asked = rows->size;
         return status;
     }
-    take_answer(world, island, decided);
+    take_answer(world, island);
     verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_SOLVED);
     perp__raise_to(&verdict->residual, answer.unbalance);
     verdict->stands = *stands = 1;

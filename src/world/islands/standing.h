@@ -47,9 +47,14 @@ void perp__ride(perp_world *world, const perp__island *island, double h);
 int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
                               perp__carrying *carrying);
 
-/* The same impulses as in the last step: whether they leave an island at rest to rounding beside
- * the terms of each body. Then that is its motion. */
-int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
+/* The same impulses as in the last step, or what other forces make of those that were decided:
+ * whether they leave an island at rest to rounding beside the terms of each body. Then
+ * verdict->stands is 1, and that is its motion. PERP_OK or _MEMORY. */
+perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
+/* The second of these: work.stand_forces, of bodies as statics has them; contacts' `next` and
+ * *unbalance are written where it stands. */
+perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
+                                   double *unbalance);
 
 /* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
  * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
