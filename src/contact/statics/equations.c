@@ -207,22 +207,22 @@ PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_un
 }
 
 PERP__KERNEL static void take_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                   int32_t width, const double *y, double *out)
+                                   int32_t rows, int32_t width, const double *y, double *out)
 {
-    for (int32_t k = 0; k < unit->rows; k++)
+    for (int32_t k = 0; k < rows; k++)
         out[k] = 0.0;
     for (int32_t l = 0; l < unit->links; l++) {
         const perp__statics_link *link = &s->rows->link[unit->link + l];
         const double *A = link_rows(s, link), *at = y + (size_t)link->node * (size_t)width;
 
-        for (int32_t k = 0; k < unit->rows; k++)
+        for (int32_t k = 0; k < rows; k++)
             out[k] += dot(width, A + k * width, at);
     }
 }
 
 void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out)
 {
-    take_rows(s, &s->rows->unit[unit], s->rows->width, y, out);
+    take_rows(s, &s->rows->unit[unit], s->rows->unit[unit].rows, s->rows->width, y, out);
 }
 
 /* out := F F' p of a unit. */
@@ -260,30 +260,64 @@ PERP__MULTIVERSION(push_all,
     }
 }
 
-PERP__KERNEL static void add_sizes(const perp__statics *s, int32_t width)
+/* The unit's share of perp__statics_balance. */
+PERP__KERNEL static void balance_unit(const perp__statics *s, int32_t u, int32_t rows,
+                                      int32_t width, int32_t corrects)
 {
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
+    const perp__statics_unit *unit = &s->rows->unit[u];
+    double *x = s->x + unit->row, q[PERP__STATICS_MOST_ROWS], step[PERP__STATICS_MOST_ROWS];
 
-        for (int32_t l = 0; l < unit->links; l++) {
-            const perp__statics_link *link = &s->rows->link[unit->link + l];
-            const double *A = link_rows(s, link), *x = s->x + unit->row;
-            double *restrict at = s->terms + (size_t)link->node * (size_t)width;
+    if (corrects && !s->idle[u]) {
+        take_rows(s, unit, rows, width, s->dy, q);
+        apply_inverse(s->F + s->square[u], rows, q, step);
+        for (int32_t k = 0; k < rows; k++)
+            x[k] += step[k];
+    }
+    for (int32_t l = 0; l < unit->links; l++) {
+        const perp__statics_link *link = &s->rows->link[unit->link + l];
+        const double *A = link_rows(s, link);
+        double *restrict left = s->rb + (size_t)link->node * (size_t)width;
+        double *restrict terms = s->terms + (size_t)link->node * (size_t)width;
 
-            for (int32_t k = 0; k < unit->rows; k++)
-                for (int32_t i = 0; i < width; i++)
-                    at[i] += fabs(A[k * width + i] * x[k]);
-        }
+        for (int32_t i = 0; i < width; i++)
+            for (int32_t k = 0; k < rows; k++) {
+                left[i] -= A[k * width + i] * x[k];
+                terms[i] += fabs(A[k * width + i] * x[k]);
+            }
     }
 }
 
-/* terms += |A| |x| */
-PERP__MULTIVERSION_SHARED(perp__statics_add_terms, (const perp__statics *s), (s))
+PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects), (s, corrects))
 {
-    if (s->rows->width == 6)
-        add_sizes(s, 6);
-    else
-        add_sizes(s, s->rows->width);
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const int32_t rows = s->rows->unit[u].rows;
+
+        if (s->rows->width == 6 && rows == 3)
+            balance_unit(s, u, 3, 6, corrects);
+        else
+            balance_unit(s, u, rows, s->rows->width, corrects);
+    }
+}
+
+void perp__statics_balance(perp__statics *s, int32_t corrects)
+{
+    const size_t size = (size_t)s->rows->size;
+
+    if (corrects && s->doubled) {
+        memset(s->p, 0, size * sizeof *s->p);
+        perp__statics_pull_doubled(s, s->p, s->dy, s->dy_low, s->dx);
+        for (size_t i = 0; i < size; i++)
+            s->x[i] += s->dx[i];
+    }
+    for (size_t i = 0; i < perp__statics_numbers(s); i++) {
+        const double loaded = s->aim == PERP__AIM_LOAD ? s->s * s->c[i] : 0.0;
+
+        s->rb[i] = s->b[i] + loaded;
+        s->terms[i] = fabs(s->b[i]) + fabs(loaded);
+    }
+    balance_all(s, corrects && !s->doubled);
+    if (s->doubled)
+        perp__statics_find_unbalance(s);
 }
 
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
@@ -309,9 +343,9 @@ PERP__MULTIVERSION(pull_all,
             continue;
         }
         if (width == 6)
-            take_rows(s, unit, 6, dy, q);
+            take_rows(s, unit, unit->rows, 6, dy, q);
         else
-            take_rows(s, unit, width, dy, q);
+            take_rows(s, unit, unit->rows, width, dy, q);
         for (int32_t k = 0; k < unit->rows; k++)
             q[k] += p[unit->row + k];
         apply_inverse(s->F + s->square[u], unit->rows, q, dx + unit->row);

@@ -18,7 +18,7 @@ struct perp__statics {
     size_t edges, squares, widest, numbers; /* of `edge`, F and P, and the rows' */
     const perp__statics_rows *rows;
     perp__fronts fronts;
-    perp__statics_rows kept;      /* the workspace's own, of what is adjusted: */
+    perp__statics_rows kept; /* the workspace's own, of what is adjusted: */
     perp__statics_unit *kept_units;
     perp__statics_link *kept_links;
     double *kept_values, *base;
@@ -87,12 +87,12 @@ void perp__statics_condense(perp__statics *s, double mean);
 /* point.c, what has been found */
 /* rb := b + s c - A x */
 void perp__statics_find_unbalance(perp__statics *s);
-/* The largest that a node's rows lack of b = A x, beside its terms; with rb. */
-double perp__statics_unbalance(perp__statics *s);
-/* Balances x by the last factors until that is `enough`, or no better; returns it. */
-double perp__statics_refine(perp__statics *s, double enough);
-/* x += S^-1 A' K^-1 rb */
-void perp__statics_correct(perp__statics *s);
+/* The largest that a node's rows lack of b = A x, beside its terms; with rb. First
+ * x += S^-1 A' K^-1 rb, where it `corrects`. */
+double perp__statics_unbalance(perp__statics *s, int32_t corrects);
+/* Balances x by the last factors until what it lacks, which is `left` by now, is `enough`, or no
+ * better; returns it. */
+double perp__statics_refine(perp__statics *s, double left, double enough);
 /* The least room of x in a cone, in units of each. */
 double perp__statics_room(perp__statics *s);
 /* Whether y proves that nothing stands; then the certificate is written. */
@@ -111,8 +111,9 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
-/* terms += |A| |x| */
-void perp__statics_add_terms(const perp__statics *s);
+/* x += S^-1 A'dy where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that adds.
+ */
+void perp__statics_balance(perp__statics *s, int32_t corrects);
 /* dx := S^-1 (p + A'dy) */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);

@@ -129,7 +129,7 @@ double perp__statics_start_balanced(perp__statics *s)
         for (int32_t k = 0; k < s->rows->unit[u].rows && !s->idle[u]; k++)
             s->x[s->rows->unit[u].row + k] = 0.0;
     memset(s->y, 0, n * sizeof *s->y);
-    return perp__statics_refine(s, ROUNDED);
+    return perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
 }
 
 /* R: far above what x has by now; the first tau_R gives t_R tau_R = `mean`. */
@@ -269,17 +269,19 @@ void perp__statics_find_unbalance(perp__statics *s)
     perp__statics_push(s, -1.0, 0, s->x, s->rb, s->rb_low);
 }
 
-double perp__statics_unbalance(perp__statics *s)
+double perp__statics_unbalance(perp__statics *s, int32_t corrects)
 {
     const int32_t width = s->rows->width, *parent = s->fronts.parent;
-    const size_t n = perp__statics_numbers(s);
+    const size_t bytes = perp__statics_numbers(s) * sizeof(double);
     double *floor = s->permuted, most = 0.0;
 
     /* 1. The terms of each row. */
-    perp__statics_find_unbalance(s);
-    for (size_t i = 0; i < n; i++)
-        s->terms[i] = fabs(s->b[i]) + (s->aim == PERP__AIM_LOAD ? fabs(s->s * s->c[i]) : 0.0);
-    perp__statics_add_terms(s);
+    if (corrects) {
+        memcpy(s->dy, s->rb, bytes);
+        memcpy(s->dy_low, s->rb_low, bytes);
+        perp__statics_solve(s, s->dy, s->dy_low);
+    }
+    perp__statics_balance(s, corrects);
 
     /* 2. For each place in the order of elimination, the largest terms of its part. */
     for (int32_t i = 0; i < s->rows->nodes; i++)
@@ -305,27 +307,13 @@ double perp__statics_unbalance(perp__statics *s)
     return most;
 }
 
-void perp__statics_correct(perp__statics *s)
+double perp__statics_refine(perp__statics *s, double left, double enough)
 {
-    const size_t n = perp__statics_numbers(s);
-
-    memcpy(s->dy, s->rb, n * sizeof *s->dy);
-    memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
-    perp__statics_solve(s, s->dy, s->dy_low);
-    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
-    for (int32_t i = 0; i < s->rows->size; i++)
-        s->x[i] += s->dx[i];
-}
-
-double perp__statics_refine(perp__statics *s, double enough)
-{
-    double left = perp__statics_unbalance(s), last = INFINITY;
+    double last = INFINITY;
 
     for (int32_t round = 0; round < 4 && left > enough && left < 0.5 * last; round++) {
         last = left;
-        perp__statics_correct(s);
-        left = perp__statics_unbalance(s);
+        left = perp__statics_unbalance(s, 1);
     }
     return left;
 }

@@ -207,12 +207,12 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t aim = s->aim;
 
-    answer->unbalance = perp__statics_refine(s, ROUNDED);
+    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
     if (!(answer->unbalance <= BALANCED) && perp__statics_room(s) > 0.0) {
         perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (perp__statics_factor(s))
-            answer->unbalance = perp__statics_refine(s, ROUNDED);
+            answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
         s->aim = aim;
     }
     return answer->unbalance <= BALANCED && perp__statics_room(s) > 0.0;
@@ -288,7 +288,7 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     if (end != PERP__STATICS_FOUND || !is_inside(s, answer)) {
         memcpy(s->x, s->inside, bytes);
         s->aim = PERP__AIM_MARGIN;
-        answer->unbalance = perp__statics_unbalance(s);
+        answer->unbalance = perp__statics_unbalance(s, 0);
     }
     s->doubled = doubled;
 }
@@ -317,7 +317,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
         memcpy(s->x, s->inside, bytes);
         perp__statics_start_inside(s, PERP__AIM_LOAD, 0.1);
         end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
-        if (perp__statics_refine(s, ROUNDED) <= FACTOR_BALANCED &&
+        if (perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED) <= FACTOR_BALANCED &&
             s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH))
             answer->safety = s->factor / load_scale * s->scale;
         else
@@ -520,8 +520,7 @@ int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, con
         s->rb[i] = s->b[i] - s->g[i];
     }
     memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
-    perp__statics_correct(s);
-    answer->unbalance = perp__statics_refine(s, ADJUSTED);
+    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), ADJUSTED);
     answer->margin = perp__statics_room(s);
     if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))
         return 0;

@@ -97,8 +97,8 @@ perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *a
  * strictly inside all cones comes to nothing. PERP_OK or _MEMORY. */
 perp_status perp__statics_keep(perp__statics *statics, const double *base);
 
-/* Whether r is balanced and in all cones; then answer->r, margin (the least room left beside base's)
- * and unbalance are written. */
+/* Whether r is balanced and in all cones; then answer->r, margin (the least room left beside
+ * base's) and unbalance are written. */
 int32_t perp__statics_adjust(perp__statics *statics, perp__statics_answer *answer,
                              const double *forces);
 

@@ -200,8 +200,8 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
     memcpy(key, own, sizeof own);
 }
 
-/* Of all that the rows of contacts are made of, and of what was decided of them. Returns 0 where
- * nothing was, or a point that pressed then is open. */
+/* Of all that the rows of contacts are made of, tangents from the normal, and of what was decided
+ * of them. Returns 0 where nothing was, or a point that pressed then is open. */
 static int32_t find_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
     const size_t first = offsetof(perp__world_contact, arms);
@@ -214,19 +214,19 @@ static int32_t find_key(const perp_world *world, const perp__island *island, uin
         const perp__tie *tie = perp__step_tie(world, island, i);
         const double *base = perp__step_response(world, island, i)->base;
         const int32_t open = tie->moved || perp__open_gap(contact, contact->gap) > 0.0;
-        uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1],
+        uint64_t own[6] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1],
                            (uint64_t)open};
 
         if (base[0] > 0.0 && open)
             return 0;
         any |= base[0] > 0.0;
-        memcpy(own + 2, base, 3 * sizeof *base);
+        memcpy(own + 2, &contact->friction, sizeof contact->friction);
+        memcpy(own + 3, base, 3 * sizeof *base);
         mix(key, own, sizeof own);
-        mix(key, (const char *)contact + first, offsetof(perp__world_contact, restitution) - first);
+        mix(key, (const char *)contact + first, offsetof(perp__world_contact, axes[1]) - first);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
-        const double length =
-            perp__body_length(world, world->body_order[island->first_body + i]);
+        const double length = perp__body_length(world, world->body_order[island->first_body + i]);
 
         mix(key, &length, sizeof length);
     }
@@ -325,8 +325,7 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
         double *next = perp__step_response(world, island, i)->next;
         int32_t rows = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
 
-        if (perp__step_tie(world, island, i)->moved ||
-            perp__open_gap(contact, contact->gap) > 0.0)
+        if (perp__step_tie(world, island, i)->moved || perp__open_gap(contact, contact->gap) > 0.0)
             rows = 0;
         for (int32_t k = 0; k < 3; k++)
             next[k] = k < rows ? *r++ : 0.0;
