@@ -193,14 +193,15 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
 }
 
 PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                  int32_t width, double factor, const double *x, double *to)
+                                  int32_t rows, int32_t width, double factor, const double *x,
+                                  double *to)
 {
     for (int32_t l = 0; l < unit->links; l++) {
         const perp__statics_link *link = &s->rows->link[unit->link + l];
         const double *A = link_rows(s, link);
         double *restrict at = to + (size_t)link->node * (size_t)width;
 
-        for (int32_t k = 0; k < unit->rows; k++)
+        for (int32_t k = 0; k < rows; k++)
             for (int32_t i = 0; i < width; i++)
                 at[i] += factor * x[k] * A[k * width + i];
     }
@@ -239,25 +240,35 @@ PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const doub
         out[i] = dot(rows, F + i * rows, q);
 }
 
-PERP__MULTIVERSION(push_all,
-                   (const perp__statics *s, int32_t width, int32_t inverse, double factor,
-                    const double *p, double *to),
-                   (s, width, inverse, factor, p, to))
+/* Whether the unit is a contact of bodies, of a size that loops know. */
+PERP__KERNEL static int32_t is_common(const perp__statics *s, int32_t u)
 {
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-        double out[PERP__STATICS_MOST_ROWS];
-        const double *x = inverse ? out : p + unit->row;
+    return s->rows->width == 6 && s->rows->unit[u].rows == 3;
+}
 
-        if (inverse && s->idle[u])
-            continue;
-        if (inverse)
-            apply_inverse(s->F + s->square[u], unit->rows, p + unit->row, out);
-        if (width == 6)
-            add_rows(s, unit, 6, factor, x, to);
+PERP__KERNEL static void push_unit(const perp__statics *s, int32_t u, int32_t rows, int32_t width,
+                                   int32_t inverse, double factor, const double *p, double *to)
+{
+    const perp__statics_unit *unit = &s->rows->unit[u];
+    double out[PERP__STATICS_MOST_ROWS];
+
+    if (inverse && s->idle[u])
+        return;
+    if (inverse)
+        apply_inverse(s->F + s->square[u], rows, p + unit->row, out);
+    add_rows(s, unit, rows, width, factor, inverse ? out : p + unit->row, to);
+}
+
+PERP__MULTIVERSION(push_all,
+                   (const perp__statics *s, int32_t inverse, double factor, const double *p,
+                    double *to),
+                   (s, inverse, factor, p, to))
+{
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_common(s, u))
+            push_unit(s, u, 3, 6, inverse, factor, p, to);
         else
-            add_rows(s, unit, width, factor, x, to);
-    }
+            push_unit(s, u, s->rows->unit[u].rows, s->rows->width, inverse, factor, p, to);
 }
 
 /* The unit's share of perp__statics_balance. */
@@ -289,14 +300,11 @@ PERP__KERNEL static void balance_unit(const perp__statics *s, int32_t u, int32_t
 
 PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects), (s, corrects))
 {
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const int32_t rows = s->rows->unit[u].rows;
-
-        if (s->rows->width == 6 && rows == 3)
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_common(s, u))
             balance_unit(s, u, 3, 6, corrects);
         else
-            balance_unit(s, u, rows, s->rows->width, corrects);
-    }
+            balance_unit(s, u, s->rows->unit[u].rows, s->rows->width, corrects);
 }
 
 void perp__statics_balance(perp__statics *s, int32_t corrects)
@@ -326,37 +334,52 @@ void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const 
     if (s->doubled)
         perp__statics_push_doubled(s, factor, inverse, p, to, low);
     else
-        push_all(s, s->rows->width, inverse, factor, p, to);
+        push_all(s, inverse, factor, p, to);
 }
 
-PERP__MULTIVERSION(pull_all,
-                   (const perp__statics *s, int32_t width, const double *p, const double *dy,
-                    double *dx),
-                   (s, width, p, dy, dx))
+PERP__KERNEL static void pull_unit(const perp__statics *s, int32_t u, int32_t rows, const double *p,
+                                   double *dx)
+{
+    const perp__statics_unit *unit = &s->rows->unit[u];
+    const double *met = s->met + unit->row;
+    double q[PERP__STATICS_MOST_ROWS];
+
+    for (int32_t k = 0; k < rows; k++)
+        q[k] = met[k] + p[unit->row + k];
+    apply_inverse(s->F + s->square[u], rows, q, dx + unit->row);
+}
+
+PERP__MULTIVERSION_SHARED(perp__statics_meet,
+                          (const perp__statics *s, const double *y, double *out), (s, y, out))
+{
+    for (int32_t u = 0; u < s->rows->units; u++)
+        if (is_common(s, u))
+            take_rows(s, &s->rows->unit[u], 3, 6, y, out + s->rows->unit[u].row);
+        else
+            take_rows(s, &s->rows->unit[u], s->rows->unit[u].rows, s->rows->width, y,
+                      out + s->rows->unit[u].row);
+}
+
+PERP__MULTIVERSION(pull_all, (const perp__statics *s, const double *p, double *dx), (s, p, dx))
 {
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
-        double q[PERP__STATICS_MOST_ROWS];
 
-        if (s->idle[u]) {
+        if (s->idle[u])
             memset(dx + unit->row, 0, (size_t)unit->rows * sizeof *dx);
-            continue;
-        }
-        if (width == 6)
-            take_rows(s, unit, unit->rows, 6, dy, q);
+        else if (is_common(s, u))
+            pull_unit(s, u, 3, p, dx);
         else
-            take_rows(s, unit, unit->rows, width, dy, q);
-        for (int32_t k = 0; k < unit->rows; k++)
-            q[k] += p[unit->row + k];
-        apply_inverse(s->F + s->square[u], unit->rows, q, dx + unit->row);
+            pull_unit(s, u, unit->rows, p, dx);
     }
 }
 
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx)
 {
+    perp__statics_meet(s, dy, s->met);
     if (s->doubled)
         perp__statics_pull_doubled(s, p, dy, dy_low, dx);
     else
-        pull_all(s, s->rows->width, p, dy, dx);
+        pull_all(s, p, dx);
 }

@@ -35,7 +35,7 @@ struct perp__statics {
     double *reach;                        /* nodes by width: the largest entry of A there */
     double *F, *P;                        /* S^-1 = F F' of each unit; A'F of one */
     double *k, *j;                        /* size: S^-1 B'G e, S^-1 h */
-    double *x, *dx, *p, *rd;              /* size */
+    double *x, *dx, *p, *rd, *met;        /* size; met: A'dy of the last pull */
     double *inside;                       /* size: strictly inside all cones */
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
@@ -46,6 +46,7 @@ struct perp__statics {
     double factor, lacks; /* of a load: the best so far, and its gap */
     double kappa;
     int32_t aim, doubled, iterations;
+    int32_t pushes;  /* 1: 0 may not be within all bounds */
     int32_t recedes; /* 1: cones of what impulses may grow by without end */
     /* doubled.c: L L' = K in doubled precision, row after row from `first` on */
     size_t envelope;
@@ -114,10 +115,11 @@ void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const 
 /* x += S^-1 A'dy where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that adds.
  */
 void perp__statics_balance(perp__statics *s, int32_t corrects);
-/* dx := S^-1 (p + A'dy) */
+/* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);
-/* out := (A'y) of a unit. */
+/* out := A'y; of a unit. */
+void perp__statics_meet(const perp__statics *s, const double *y, double *out);
 void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out);
 
 /* doubled.c */

@@ -207,9 +207,11 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
         s->b[i] = -(forces ? forces[i] : 0.0) - (load ? load[i] : 0.0);
         s->terms[i] = fabs(s->b[i]);
     }
+    s->pushes = !forces;
     for (int32_t u = 0; u < rows->units && forces; u++) {
         const double least = perp__statics_least(&rows->unit[u]);
 
+        s->pushes |= least != 0.0;
         for (int32_t l = 0; l < rows->unit[u].links && least != 0.0; l++) {
             const perp__statics_link *link = &rows->link[rows->unit[u].link + l];
 
@@ -344,6 +346,8 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
         sum += y[i] * s->b[i];
         size += fabs(y[i] * s->b[i]);
     }
+    if (!(sum > 0.0) && !s->pushes) /* rows can but take from it */
+        return 0;
     for (int32_t u = 0; u < rows->units; u++) {
         const perp__statics_unit *unit = &rows->unit[u];
         double v[6] = {0.0}, lack = 0.0, terms = 0.0, made = 0.0, carried = s->weight[u];
