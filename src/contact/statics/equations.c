@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/sort.h"
 #include "contact/statics/interior.h"
+#include "linalg/doubled.h"
 #include "linalg/lanes/multiversion.h"
 
 /* Added to the diagonal of K beside its own size: redundant rows and coordinates that nothing
@@ -192,42 +193,73 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
     return sum;
 }
 
-PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                  int32_t rows, int32_t width, double factor, const double *x,
-                                  double *to)
+/* Whether the unit is a contact of two bodies in space: loops that know its size are twice as fast.
+ */
+PERP__KERNEL static int32_t is_common(const perp__statics *s, const perp__statics_unit *unit)
 {
-    for (int32_t l = 0; l < unit->links; l++) {
-        const perp__statics_link *link = &s->rows->link[unit->link + l];
-        const double *A = link_rows(s, link);
-        double *restrict at = to + (size_t)link->node * (size_t)width;
+    return s->rows->width == 6 && unit->rows == 3;
+}
 
-        for (int32_t k = 0; k < rows; k++)
-            for (int32_t i = 0; i < width; i++)
+PERP__KERNEL static void add_sized(const perp__statics *s, const perp__statics_unit *unit,
+                                   int32_t rows, int32_t width, double factor, const double *x,
+                                   double *to, double *terms)
+{
+    for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
+        const size_t first = (size_t)(s->rows->link[l].node * width);
+        const double *A = link_rows(s, &s->rows->link[l]);
+        double *restrict at = to + first;
+
+        for (int32_t i = 0; i < width; i++)
+            for (int32_t k = 0; k < rows; k++)
                 at[i] += factor * x[k] * A[k * width + i];
+        for (int32_t i = 0; i < width && terms; i++)
+            for (int32_t k = 0; k < rows; k++)
+                terms[first + (size_t)i] += fabs(x[k] * A[k * width + i]);
     }
 }
 
-PERP__KERNEL static void take_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                   int32_t rows, int32_t width, const double *y, double *out)
+/* to += factor A x of a unit, and terms, unless NULL, their sizes. */
+PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_unit *unit,
+                                  double factor, const double *x, double *to, double *terms)
+{
+    if (is_common(s, unit))
+        add_sized(s, unit, 3, 6, factor, x, to, terms);
+    else
+        add_sized(s, unit, unit->rows, s->rows->width, factor, x, to, terms);
+}
+
+PERP__KERNEL static void take_sized(const perp__statics *s, const perp__statics_unit *unit,
+                                    int32_t rows, int32_t width, const double *y, double *out)
 {
     for (int32_t k = 0; k < rows; k++)
         out[k] = 0.0;
-    for (int32_t l = 0; l < unit->links; l++) {
-        const perp__statics_link *link = &s->rows->link[unit->link + l];
-        const double *A = link_rows(s, link), *at = y + (size_t)link->node * (size_t)width;
+    for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
+        const double *at = y + s->rows->link[l].node * width;
+        const double *A = link_rows(s, &s->rows->link[l]);
 
         for (int32_t k = 0; k < rows; k++)
             out[k] += dot(width, A + k * width, at);
     }
 }
 
-void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out)
+/* out := A'y of a unit. */
+PERP__KERNEL static void take_rows(const perp__statics *s, const perp__statics_unit *unit,
+                                   const double *y, double *out)
 {
-    take_rows(s, &s->rows->unit[unit], s->rows->unit[unit].rows, s->rows->width, y, out);
+    if (is_common(s, unit))
+        take_sized(s, unit, 3, 6, y, out);
+    else
+        take_sized(s, unit, unit->rows, s->rows->width, y, out);
 }
 
-/* out := F F' p of a unit. */
-PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const double *p, double *out)
+PERP__MULTIVERSION_SHARED(perp__statics_meet,
+                          (const perp__statics *s, const double *y, double *out), (s, y, out))
+{
+    for (int32_t u = 0; u < s->rows->units; u++)
+        take_rows(s, &s->rows->unit[u], y, out + s->rows->unit[u].row);
+}
+
+PERP__KERNEL static void apply_sized(const double *F, int32_t rows, const double *p, double *out)
 {
     double q[PERP__STATICS_MOST_ROWS];
 
@@ -240,92 +272,76 @@ PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const doub
         out[i] = dot(rows, F + i * rows, q);
 }
 
-/* Whether the unit is a contact of bodies, of a size that loops know. */
-PERP__KERNEL static int32_t is_common(const perp__statics *s, int32_t u)
+/* out := F F' p of a unit. */
+PERP__KERNEL static void apply_inverse(const perp__statics *s, int32_t u, const double *p,
+                                       double *out)
 {
-    return s->rows->width == 6 && s->rows->unit[u].rows == 3;
-}
-
-PERP__KERNEL static void push_unit(const perp__statics *s, int32_t u, int32_t rows, int32_t width,
-                                   int32_t inverse, double factor, const double *p, double *to)
-{
-    const perp__statics_unit *unit = &s->rows->unit[u];
-    double out[PERP__STATICS_MOST_ROWS];
-
-    if (inverse && s->idle[u])
-        return;
-    if (inverse)
-        apply_inverse(s->F + s->square[u], rows, p + unit->row, out);
-    add_rows(s, unit, rows, width, factor, inverse ? out : p + unit->row, to);
+    if (is_common(s, &s->rows->unit[u]))
+        apply_sized(s->F + s->square[u], 3, p, out);
+    else
+        apply_sized(s->F + s->square[u], s->rows->unit[u].rows, p, out);
 }
 
 PERP__MULTIVERSION(push_all,
-                   (const perp__statics *s, int32_t inverse, double factor, const double *p,
+                   (const perp__statics *s, double factor, int32_t inverse, const double *p,
                     double *to),
-                   (s, inverse, factor, p, to))
+                   (s, factor, inverse, p, to))
 {
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_common(s, u))
-            push_unit(s, u, 3, 6, inverse, factor, p, to);
-        else
-            push_unit(s, u, s->rows->unit[u].rows, s->rows->width, inverse, factor, p, to);
-}
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        double out[PERP__STATICS_MOST_ROWS];
 
-/* The unit's share of perp__statics_balance. */
-PERP__KERNEL static void balance_unit(const perp__statics *s, int32_t u, int32_t rows,
-                                      int32_t width, int32_t corrects)
-{
-    const perp__statics_unit *unit = &s->rows->unit[u];
-    double *x = s->x + unit->row, q[PERP__STATICS_MOST_ROWS], step[PERP__STATICS_MOST_ROWS];
-
-    if (corrects && !s->idle[u]) {
-        take_rows(s, unit, rows, width, s->dy, q);
-        apply_inverse(s->F + s->square[u], rows, q, step);
-        for (int32_t k = 0; k < rows; k++)
-            x[k] += step[k];
-    }
-    for (int32_t l = 0; l < unit->links; l++) {
-        const perp__statics_link *link = &s->rows->link[unit->link + l];
-        const double *A = link_rows(s, link);
-        double *restrict left = s->rb + (size_t)link->node * (size_t)width;
-        double *restrict terms = s->terms + (size_t)link->node * (size_t)width;
-
-        for (int32_t i = 0; i < width; i++)
-            for (int32_t k = 0; k < rows; k++) {
-                left[i] -= A[k * width + i] * x[k];
-                terms[i] += fabs(A[k * width + i] * x[k]);
-            }
+        if (inverse && s->idle[u])
+            continue;
+        if (inverse)
+            apply_inverse(s, u, p + unit->row, out);
+        add_rows(s, unit, factor, inverse ? out : p + unit->row, to, NULL);
     }
 }
 
-PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects), (s, corrects))
+/* x += S^-1 A'dy where it corrects, left -= A x and terms += |A| |x|, in one pass over A. */
+PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects, double *left),
+                   (s, corrects, left))
 {
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_common(s, u))
-            balance_unit(s, u, 3, 6, corrects);
-        else
-            balance_unit(s, u, s->rows->unit[u].rows, s->rows->width, corrects);
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        double *x = s->x + unit->row, q[PERP__STATICS_MOST_ROWS], dx[PERP__STATICS_MOST_ROWS];
+
+        if (corrects && !s->idle[u]) {
+            take_rows(s, unit, s->dy, q);
+            apply_inverse(s, u, q, dx);
+            for (int32_t k = 0; k < unit->rows; k++)
+                x[k] += dx[k];
+        }
+        add_rows(s, unit, -1.0, x, left, s->terms);
+    }
 }
 
 void perp__statics_balance(perp__statics *s, int32_t corrects)
 {
-    const size_t size = (size_t)s->rows->size;
+    const size_t n = perp__statics_numbers(s), size = (size_t)s->rows->size;
 
+    if (corrects) {
+        memcpy(s->dy, s->rb, n * sizeof *s->dy);
+        memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
+        perp__statics_solve(s, s->dy, s->dy_low);
+    }
     if (corrects && s->doubled) {
         memset(s->p, 0, size * sizeof *s->p);
         perp__statics_pull_doubled(s, s->p, s->dy, s->dy_low, s->dx);
         for (size_t i = 0; i < size; i++)
             s->x[i] += s->dx[i];
     }
-    for (size_t i = 0; i < perp__statics_numbers(s); i++) {
-        const double loaded = s->aim == PERP__AIM_LOAD ? s->s * s->c[i] : 0.0;
-
-        s->rb[i] = s->b[i] + loaded;
-        s->terms[i] = fabs(s->b[i]) + fabs(loaded);
+    for (size_t i = 0; i < n; i++) {
+        s->rb[i] = s->b[i];
+        s->rb_low[i] = 0.0;
+        if (s->aim == PERP__AIM_LOAD)
+            perp__accumulate(&s->rb[i], &s->rb_low[i], s->s, s->c[i]);
+        s->terms[i] = fabs(s->b[i]) + (s->aim == PERP__AIM_LOAD ? fabs(s->s * s->c[i]) : 0.0);
     }
-    balance_all(s, corrects && !s->doubled);
+    balance_all(s, corrects && !s->doubled, s->doubled ? s->dy : s->rb);
     if (s->doubled)
-        perp__statics_find_unbalance(s);
+        perp__statics_push_doubled(s, -1.0, 0, s->x, s->rb, s->rb_low);
 }
 
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
@@ -334,52 +350,24 @@ void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const 
     if (s->doubled)
         perp__statics_push_doubled(s, factor, inverse, p, to, low);
     else
-        push_all(s, inverse, factor, p, to);
-}
-
-PERP__KERNEL static void pull_unit(const perp__statics *s, int32_t u, int32_t rows, const double *p,
-                                   double *dx)
-{
-    const perp__statics_unit *unit = &s->rows->unit[u];
-    const double *met = s->met + unit->row;
-    double q[PERP__STATICS_MOST_ROWS];
-
-    for (int32_t k = 0; k < rows; k++)
-        q[k] = met[k] + p[unit->row + k];
-    apply_inverse(s->F + s->square[u], rows, q, dx + unit->row);
-}
-
-PERP__MULTIVERSION_SHARED(perp__statics_meet,
-                          (const perp__statics *s, const double *y, double *out), (s, y, out))
-{
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_common(s, u))
-            take_rows(s, &s->rows->unit[u], 3, 6, y, out + s->rows->unit[u].row);
-        else
-            take_rows(s, &s->rows->unit[u], s->rows->unit[u].rows, s->rows->width, y,
-                      out + s->rows->unit[u].row);
-}
-
-PERP__MULTIVERSION(pull_all, (const perp__statics *s, const double *p, double *dx), (s, p, dx))
-{
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-
-        if (s->idle[u])
-            memset(dx + unit->row, 0, (size_t)unit->rows * sizeof *dx);
-        else if (is_common(s, u))
-            pull_unit(s, u, 3, p, dx);
-        else
-            pull_unit(s, u, unit->rows, p, dx);
-    }
+        push_all(s, factor, inverse, p, to);
 }
 
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx)
 {
     perp__statics_meet(s, dy, s->met);
-    if (s->doubled)
+    if (s->doubled) {
         perp__statics_pull_doubled(s, p, dy, dy_low, dx);
-    else
-        pull_all(s, p, dx);
+        return;
+    }
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
+        double q[PERP__STATICS_MOST_ROWS];
+
+        for (int32_t k = 0; k < rows; k++)
+            dx[row + k] = q[k] = s->idle[u] ? 0.0 : s->met[row + k] + p[row + k];
+        if (!s->idle[u])
+            apply_inverse(s, u, q, dx + row);
+    }
 }

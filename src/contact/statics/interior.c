@@ -450,7 +450,7 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
 
         /* 1. The gap, u'z of all; with what x makes of the dual's residual: joints approach
          * theirs. */
-        perp__statics_find_unbalance(s);
+        perp__statics_balance(s, 0);
         find_dual_residual(s);
         gap += bounded ? s->t_R * s->tau_R : 0.0;
         for (int32_t c = 0; c < s->cone_count; c++)

@@ -14,15 +14,15 @@ enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
 
 struct perp__statics {
     perp_context *context;
-    perp__arena arena, doubled_arena, kept_arena;
+    perp__arena arena, doubled_arena;
     size_t edges, squares, widest, numbers; /* of `edge`, F and P, and the rows' */
-    const perp__statics_rows *rows;
+    const perp__statics_rows *rows;         /* `kept`, the workspace's own: */
     perp__fronts fronts;
     perp__statics_rows kept; /* the workspace's own, of what is adjusted: */
     perp__statics_unit *kept_units;
     perp__statics_link *kept_links;
     double *kept_values, *base;
-    int32_t cone_count, factored; /* factored: factors are those of these */
+    int32_t cone_count, factored; /* factored: factors are those of base */
     int32_t *unit_cone;           /* units + 1: the cones of each */
     int32_t *square;              /* units + 1: where F begins */
     int32_t *edge;                /* for each unit: links by links */
@@ -86,10 +86,7 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
 void perp__statics_condense(perp__statics *s, double mean);
 
 /* point.c, what has been found */
-/* rb := b + s c - A x */
-void perp__statics_find_unbalance(perp__statics *s);
-/* The largest that a node's rows lack of b = A x, beside its terms; with rb. First
- * x += S^-1 A' K^-1 rb, where it `corrects`. */
+/* The largest that a node's rows lack of b = A x, beside its terms: of perp__statics_balance. */
 double perp__statics_unbalance(perp__statics *s, int32_t corrects);
 /* Balances x by the last factors until what it lacks, which is `left` by now, is `enough`, or no
  * better; returns it. */
@@ -112,15 +109,14 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
-/* x += S^-1 A'dy where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that adds.
- */
+/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that
+ * adds. */
 void perp__statics_balance(perp__statics *s, int32_t corrects);
 /* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);
-/* out := A'y; of a unit. */
+/* out := A'y */
 void perp__statics_meet(const perp__statics *s, const double *y, double *out);
-void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out);
 
 /* doubled.c */
 /* From now on in doubled precision, where that is not so already and costs little: *goes. */

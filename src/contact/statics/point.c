@@ -258,31 +258,12 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
 
 /* ---- what has been found ---- */
 
-void perp__statics_find_unbalance(perp__statics *s)
-{
-    const size_t n = perp__statics_numbers(s);
-
-    for (size_t i = 0; i < n; i++) {
-        s->rb[i] = s->b[i];
-        s->rb_low[i] = 0.0;
-        if (s->aim == PERP__AIM_LOAD)
-            perp__accumulate(&s->rb[i], &s->rb_low[i], s->s, s->c[i]);
-    }
-    perp__statics_push(s, -1.0, 0, s->x, s->rb, s->rb_low);
-}
-
 double perp__statics_unbalance(perp__statics *s, int32_t corrects)
 {
     const int32_t width = s->rows->width, *parent = s->fronts.parent;
-    const size_t bytes = perp__statics_numbers(s) * sizeof(double);
     double *floor = s->permuted, most = 0.0;
 
     /* 1. The terms of each row. */
-    if (corrects) {
-        memcpy(s->dy, s->rb, bytes);
-        memcpy(s->dy_low, s->rb_low, bytes);
-        perp__statics_solve(s, s->dy, s->dy_low);
-    }
     perp__statics_balance(s, corrects);
 
     /* 2. For each place in the order of elimination, the largest terms of its part. */
@@ -348,11 +329,12 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
     }
     if (!(sum > 0.0) && !s->pushes) /* rows can but take from it */
         return 0;
-    for (int32_t u = 0; u < rows->units; u++) {
+    perp__statics_meet(s, y, s->met);
+    for (int32_t u = 0; u < rows->units; u++) { /* idle ones too may push against this motion */
         const perp__statics_unit *unit = &rows->unit[u];
-        double v[6] = {0.0}, lack = 0.0, terms = 0.0, made = 0.0, carried = s->weight[u];
+        const double *v = s->met + unit->row;
+        double lack = 0.0, terms = 0.0, made = 0.0, carried = s->weight[u];
 
-        perp__statics_row(s, u, y, v); /* of idle units too: they may push against this motion */
         for (int32_t l = 0; l < unit->links; l++) {
             const perp__statics_link *link = &rows->link[unit->link + l];
             double longest = 0.0;

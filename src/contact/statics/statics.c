@@ -34,6 +34,9 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t units = (size_t)rows->units, size = (size_t)rows->size;
     const size_t n = (size_t)rows->nodes * (size_t)rows->width;
 
+    s->kept_units = perp__arena_take(arena, units, sizeof *s->kept_units);
+    s->kept_links = perp__arena_take(arena, (size_t)rows->links, sizeof *s->kept_links);
+    s->kept_values = perp__arena_take(arena, s->numbers, sizeof *s->kept_values);
     PERP__INTEGERS(arena, units + 1, &s->unit_cone, &s->square, &s->unit_edge);
     s->edge = perp__arena_take(arena, s->edges, sizeof *s->edge);
     PERP__INTEGERS(arena, (size_t)rows->nodes + 2, &s->graph_starts, &s->mark, &s->unit_starts);
@@ -44,7 +47,8 @@ static void lay_out(perp__arena *arena, void *object)
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);
     s->F = perp__arena_take(arena, s->squares, sizeof *s->F);
     s->P = perp__arena_take(arena, s->widest, sizeof *s->P);
-    PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->met, &s->inside);
+    PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->met, &s->base,
+                  &s->inside);
     PERP__DOUBLES(arena, n, &s->b, &s->g, &s->q, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg,
                   &s->Kq, &s->reach, &s->shift, &s->terms, &s->permuted);
     PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low, &s->Kq_low);
@@ -68,7 +72,6 @@ void perp__statics_destroy(perp__statics *s)
     perp__fronts_release(&s->fronts);
     perp__arena_release(&s->arena);
     perp__arena_release(&s->doubled_arena);
-    perp__arena_release(&s->kept_arena);
     perp__release(s->context, s);
 }
 
@@ -102,6 +105,14 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
     status = perp__arena_fit(&s->arena, s->context, lay_out, s);
     if (status != PERP_OK)
         return status;
+    memcpy(s->kept_units, rows->unit, (size_t)rows->units * sizeof *s->kept_units);
+    memcpy(s->kept_links, rows->link, (size_t)rows->links * sizeof *s->kept_links);
+    memcpy(s->kept_values, rows->values, s->numbers * sizeof *s->kept_values);
+    s->kept = *rows;
+    s->kept.unit = s->kept_units;
+    s->kept.link = s->kept_links;
+    s->kept.values = s->kept_values;
+    s->rows = &s->kept;
     s->unit_edge[0] = s->square[0] = 0;
     memset(s->reach, 0, (size_t)(rows->nodes * width) * sizeof *s->reach);
     for (int32_t u = 0; u < rows->units; u++) {
@@ -455,42 +466,10 @@ void perp__statics_nearest(perp__statics *s, double *r)
 
 /* ---- other forces ---- */
 
-static void lay_out_kept(perp__arena *arena, void *object)
-{
-    perp__statics *s = object;
-    const perp__statics_rows *rows = s->rows;
-
-    s->kept_units = perp__arena_take(arena, (size_t)rows->units, sizeof *s->kept_units);
-    s->kept_links = perp__arena_take(arena, (size_t)rows->links, sizeof *s->kept_links);
-    s->kept_values = perp__arena_take(arena, s->numbers, sizeof(double));
-    PERP__DOUBLES(arena, (size_t)rows->size, &s->base);
-}
-
-static perp_status keep_rows(perp__statics *s)
+void perp__statics_keep(perp__statics *s, const double *base)
 {
     const perp__statics_rows *rows = s->rows;
-    const perp_status status = perp__arena_fit(&s->kept_arena, s->context, lay_out_kept, s);
 
-    if (status != PERP_OK)
-        return status;
-    memcpy(s->kept_units, rows->unit, (size_t)rows->units * sizeof *s->kept_units);
-    memcpy(s->kept_links, rows->link, (size_t)rows->links * sizeof *s->kept_links);
-    memcpy(s->kept_values, rows->values, s->numbers * sizeof(double));
-    s->kept = *rows;
-    s->kept.unit = s->kept_units;
-    s->kept.link = s->kept_links;
-    s->kept.values = s->kept_values;
-    s->rows = &s->kept;
-    return PERP_OK;
-}
-
-perp_status perp__statics_keep(perp__statics *s, const double *base)
-{
-    const perp_status status = keep_rows(s);
-    const perp__statics_rows *rows = s->rows;
-
-    if (status != PERP_OK)
-        return status;
     s->iterations = s->doubled = s->recedes = 0;
     s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
     for (int32_t i = 0; i < rows->size; i++)
@@ -501,14 +480,13 @@ perp_status perp__statics_keep(perp__statics *s, const double *base)
     }
     perp__statics_build_cones(s);
     if (!(perp__statics_room(s) > 0.0))
-        return PERP_OK;
+        return;
     s->t = s->tau = 0.0;
     perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
     perp__statics_condense(s, 1.0);
     s->factored = perp__statics_factor(s);
     memset(s->g, 0, perp__statics_numbers(s) * sizeof *s->g);
     perp__statics_push(s, 1.0, 0, s->base, s->g, NULL);
-    return PERP_OK;
 }
 
 int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)

@@ -78,8 +78,7 @@ static inline double perp__statics_products(double seconds)
     return seconds * (1e9 / 30.0);
 }
 
-/* The rows of a problem: orders and lays out; they stay the caller's, in place until the last call
- * for them. PERP_OK or _MEMORY. */
+/* The rows of a problem: orders, lays out and copies them. PERP_OK or _MEMORY. */
 perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);
 
 /* Of what falls: impulses within the cones of contacts, near to balance. r: size. */
@@ -93,9 +92,9 @@ perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *a
  *   r = base - D J (J' D J)^-1 (forces + J' base)
  *
  * D: in the metric of base's own place in its cones, so that what has little room moves little.
- * Rows, base and the factor are kept until the next set-up; adjusting by a base that is not
- * strictly inside all cones comes to nothing. PERP_OK or _MEMORY. */
-perp_status perp__statics_keep(perp__statics *statics, const double *base);
+ * Base and the factor are kept until the next set-up or decision; from a base that is not strictly
+ * inside all cones nothing can be adjusted. */
+void perp__statics_keep(perp__statics *statics, const double *base);
 
 /* Whether r is balanced and in all cones; then answer->r, margin (the least room left beside
  * base's) and unbalance are written. */

@@ -256,39 +256,29 @@ void perp__find_turning(const perp_world *world, int32_t body, const double *now
     perp__add3(L, -t, gyroscopic);
 }
 
-/* What takes a body from the motion that it would have alone to the carried one, as force[6]: an
- * impulse and an angular one. */
-static void find_force(const perp_world *world, const perp__carrying *carrying, int32_t i,
-                       double *force)
-{
-    const perp__motion *motion = &world->motions[i];
-    double carried[6];
-
-    perp__carried_twist(world, carrying, i, world->step_length, carried);
-    perp__find_turning(world, i, motion->start + 3, carried + 3, world->step_length, force + 3);
-    for (int32_t k = 0; k < 3; k++)
-        force[k] = world->bodies[i].mass * (motion->free[k] - carried[k]);
-}
-
 /* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
  * on its mass centre at least. */
 static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t i,
                         const double *sum)
 {
     const perp__body *body = &world->bodies[i];
-    const double *R = world->motions[i].rotation, root = sqrt(body->mass);
-    double force[6], own[3], turned[3], gained[3], left[6], terms;
+    const perp__motion *motion = &world->motions[i];
+    const double root = sqrt(body->mass);
+    double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
 
-    find_force(world, carrying, i, force);
-    perp__apply_transposed3(own, R, force + 3);
+    perp__carried_twist(world, carrying, i, world->step_length, gain);
+    perp__find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
+    for (int32_t k = 0; k < 3; k++)
+        gain[k] = motion->free[k] - gain[k];
+    perp__apply_transposed3(own, motion->rotation, L);
     perp__apply_transposed3(gained, body->factor, own);
-    perp__apply_transposed3(own, R, sum + MOMENT);
+    perp__apply_transposed3(own, motion->rotation, sum + MOMENT);
     perp__apply_transposed3(turned, body->factor, own);
     for (int32_t k = 0; k < 3; k++) {
-        left[k] = (force[k] + sum[FORCE + k]) / root;
+        left[k] = root * gain[k] + sum[FORCE + k] / root;
         left[3 + k] = gained[k] + turned[k];
     }
-    terms = (perp__length3(force) + sum[TERMS]) / root + perp__length3(gained);
+    terms = root * perp__length3(gain) + perp__length3(gained) + sum[TERMS] / root;
     own[0] = perp__length2(perp__length3(left), perp__length3(left + 3));
     return own[0] > 0.0 ? own[0] / terms : 0.0;
 }
@@ -339,22 +329,6 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     return left;
 }
 
-/* The island's forces as statics has them: turns over the bodies' lengths. */
-static void find_forces(perp_world *world, const perp__island *island,
-                        const perp__carrying *carrying)
-{
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
-        const double length = perp__body_length(world, body);
-        double force[6];
-
-        find_force(world, carrying, body, force);
-        for (int32_t k = 3; k < 6; k++)
-            force[k] /= length;
-        perp__coordinates_of(world, force, world->work.stand_forces + world->dof * i);
-    }
-}
-
 perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp_status status = PERP_OK;
@@ -367,10 +341,8 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, perp_
         return PERP_OK;
     swept = !perp__is_worth_exact(world, island);
     left = last_unbalance(world, island, &carrying, swept);
-    if (left > BALANCED && left < INFINITY) {
-        find_forces(world, island, &carrying);
-        status = perp__stand_as_decided(world, island, &left);
-    }
+    if (left > BALANCED && left < INFINITY)
+        status = perp__stand_as_decided(world, island, &carrying, &left);
     if (status != PERP_OK || !(left <= BALANCED))
         return status;
     lie(world, island, &carrying);

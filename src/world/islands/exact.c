@@ -150,7 +150,7 @@ perp_status perp__stand_as_begun(perp_world *world, const perp__island *island,
     verdict->stands = 0;
     if (!perp__begins_standing(world, island, &carrying))
         return PERP_OK;
-    return perp__stand(world, island, &carrying, verdict, &verdict->stands);
+    return perp__stand(world, island, &carrying, verdict);
 }
 
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,

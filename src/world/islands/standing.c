@@ -164,6 +164,14 @@ static void find_forces(perp_world *world, const perp__island *island,
         }
         perp__coordinates_of(world, twist, work->stand_forces + n * i);
     }
+}
+
+/* Motors without their speed are forces as well. */
+static void add_motors(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+
     for (int32_t i = work->count; i < work->units; i++) {
         const perp__rigid_rows *rows = &work->rows[i];
         const double r = full_force(&work->stand_units[i], rows);
@@ -183,6 +191,14 @@ static void find_forces(perp_world *world, const perp__island *island,
 }
 
 /* ---- factors ---- */
+
+/* What is open carries nothing, and neither do points that only a motion would bring about. */
+static int32_t is_open(const perp_world *world, const perp__island *island, int32_t i)
+{
+    const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+    return perp__step_tie(world, island, i)->moved || perp__open_gap(contact, contact->gap) > 0.0;
+}
 
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
@@ -211,11 +227,10 @@ static int32_t find_key(const perp_world *world, const perp__island *island, uin
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const perp__tie *tie = perp__step_tie(world, island, i);
+        const int32_t *local = perp__step_tie(world, island, i)->local;
         const double *base = perp__step_response(world, island, i)->base;
-        const int32_t open = tie->moved || perp__open_gap(contact, contact->gap) > 0.0;
-        uint64_t own[6] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1],
-                           (uint64_t)open};
+        const int32_t open = is_open(world, island, i);
+        uint64_t own[6] = {(uint64_t)(uint32_t)local[0] << 32 | (uint32_t)local[1], (uint64_t)open};
 
         if (base[0] > 0.0 && open)
             return 0;
@@ -279,32 +294,28 @@ static perp_status keep(perp_world *world, const perp__island *island, perp__sta
     perp__island_work *work = &world->work;
     perp_status status;
 
-    perp__gather_bodies(world, island);
     perp__choose_rows(world, island, NULL);
-    for (int32_t i = 0; i < work->count; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0);
-    }
+    for (int32_t i = 0; i < work->count; i++)
+        work->rows[i].bias[0] = is_open(world, island, i);
     perp__gather_standing(world, island, 0);
     for (int32_t i = 0; i < work->count; i++)
         memcpy(work->stand_base + work->stand_units[i].row,
                perp__step_response(world, island, i)->base,
                (size_t)work->stand_units[i].rows * sizeof(double));
     status = set_up(world, statics, &work->stand_rows);
-    return status == PERP_OK && !perp__statics_is_too_large(statics)
-               ? perp__statics_keep(statics, work->stand_base)
-               : status;
+    if (status == PERP_OK && !perp__statics_is_too_large(statics))
+        perp__statics_keep(statics, work->stand_base);
+    return status;
 }
 
-perp_status perp__stand_as_decided(perp_world *world, const perp__island *island, double *unbalance)
+perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
+                                   const perp__carrying *carrying, double *unbalance)
 {
     perp__island_work *work = &world->work;
     perp__statics_answer answer = {.r = work->stand_r};
-    const double *r = work->stand_r;
     uint64_t key[PERP__STANDING_WORDS];
     perp__statics *statics;
-    int32_t is_known;
+    int32_t is_known, row = 0;
     perp_status status = PERP_OK;
 
     if (!find_key(world, island, key))
@@ -312,6 +323,9 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     statics = find_statics(world, key, &is_known);
     if (!statics)
         return PERP_ERROR_MEMORY;
+    perp__gather_bodies(world, island);
+    perp__force_bodies(world, island, 1.0);
+    find_forces(world, island, carrying);
     if (!is_known)
         status = keep(world, island, statics);
     if (status != PERP_OK || perp__statics_is_too_large(statics))
@@ -321,14 +335,15 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
         return PERP_OK;
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const double friction = perp__step_contact(world, island, i)->friction;
+        const int32_t rows = is_open(world, island, i) ? 0
+                             : friction > 0.0          ? (world->settings.planar ? 2 : 3)
+                                                       : 1;
         double *next = perp__step_response(world, island, i)->next;
-        int32_t rows = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
 
-        if (perp__step_tie(world, island, i)->moved || perp__open_gap(contact, contact->gap) > 0.0)
-            rows = 0;
         for (int32_t k = 0; k < 3; k++)
-            next[k] = k < rows ? *r++ : 0.0;
+            next[k] = k < rows ? work->stand_r[row + k] : 0.0;
+        row += rows;
     }
     return PERP_OK;
 }
@@ -377,7 +392,7 @@ static void start_from(perp_world *world, const perp__island *island, perp__stat
 }
 
 perp_status perp__stand(perp_world *world, const perp__island *island,
-                        const perp__carrying *carrying, perp__verdict *verdict, int32_t *stands)
+                        const perp__carrying *carrying, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     perp__statics_aim aim = {PERP_STATICS_INTERIOR, MOST_ITERATIONS, 0, NULL};
@@ -388,11 +403,12 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     int32_t is_known;
     perp_status status;
 
-    *stands = 0;
+    verdict->stands = 0;
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__gather_standing(world, island, 0) || rows->size == verdict->asked)
         return PERP_OK;
     find_forces(world, island, carrying);
+    add_motors(world, island);
     answer.r = work->stand_r;
     answer.verdict = PERP_STATICS_INDETERMINATE;
     statics = find_statics(world, NULL, &is_known);
@@ -412,7 +428,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     take_answer(world, island);
     verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_SOLVED);
     perp__raise_to(&verdict->residual, answer.unbalance);
-    verdict->stands = *stands = 1;
+    verdict->stands = 1;
     verdict->rides = carrying->motion == PERP__CARRIED_ALONG;
     return PERP_OK;
 }

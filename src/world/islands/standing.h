@@ -51,10 +51,9 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
  * whether they leave an island at rest to rounding beside the terms of each body. Then
  * verdict->stands is 1, and that is its motion. PERP_OK or _MEMORY. */
 perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
-/* The second of these: work.stand_forces, of bodies as statics has them; contacts' `next` and
- * *unbalance are written where it stands. */
+/* The second of these: contacts' `next` and *unbalance are written where it stands. */
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
-                                   double *unbalance);
+                                   const perp__carrying *carrying, double *unbalance);
 
 /* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
  * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
@@ -68,8 +67,8 @@ double perp__body_length(const perp_world *world, int32_t body);
 int32_t perp__gather_standing(perp_world *world, const perp__island *island, int32_t ignores);
 
 /* Whether the rows of work, over an interval whose velocities would be work.free without impulses,
- * can stand with the bodies in that motion. Then *stands is 1 and work has the answer. */
+ * can stand with the bodies in that motion: verdict->stands. Then work has the answer. */
 perp_status perp__stand(perp_world *world, const perp__island *island,
-                        const perp__carrying *carrying, perp__verdict *verdict, int32_t *stands);
+                        const perp__carrying *carrying, perp__verdict *verdict);
 
 #endif
