@@ -193,16 +193,19 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
     return sum;
 }
 
-/* Whether the unit is a contact of two bodies in space: loops that know its size are twice as fast.
- */
-PERP__KERNEL static int32_t is_common(const perp__statics *s, const perp__statics_unit *unit)
-{
-    return s->rows->width == 6 && unit->rows == 3;
-}
+/* A kernel for a unit's rows and width; those of a contact of two bodies in space are constants. */
+#define SIZED(kernel, s, unit, ...)                              \
+    do {                                                         \
+        if ((s)->rows->width == 6 && (unit)->rows == 3)          \
+            kernel(3, 6, __VA_ARGS__);                           \
+        else                                                     \
+            kernel((unit)->rows, (s)->rows->width, __VA_ARGS__); \
+    } while (0)
 
-PERP__KERNEL static void add_sized(const perp__statics *s, const perp__statics_unit *unit,
-                                   int32_t rows, int32_t width, double factor, const double *x,
-                                   double *to, double *terms)
+/* to += factor A x, and terms, unless NULL, their sizes. */
+PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__statics *s,
+                                  const perp__statics_unit *unit, double factor, const double *x,
+                                  double *to, double *terms)
 {
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const size_t first = (size_t)(s->rows->link[l].node * width);
@@ -218,18 +221,9 @@ PERP__KERNEL static void add_sized(const perp__statics *s, const perp__statics_u
     }
 }
 
-/* to += factor A x of a unit, and terms, unless NULL, their sizes. */
-PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                  double factor, const double *x, double *to, double *terms)
-{
-    if (is_common(s, unit))
-        add_sized(s, unit, 3, 6, factor, x, to, terms);
-    else
-        add_sized(s, unit, unit->rows, s->rows->width, factor, x, to, terms);
-}
-
-PERP__KERNEL static void take_sized(const perp__statics *s, const perp__statics_unit *unit,
-                                    int32_t rows, int32_t width, const double *y, double *out)
+/* out := A'y */
+PERP__KERNEL static void take_rows(int32_t rows, int32_t width, const perp__statics *s,
+                                   const perp__statics_unit *unit, const double *y, double *out)
 {
     for (int32_t k = 0; k < rows; k++)
         out[k] = 0.0;
@@ -242,27 +236,20 @@ PERP__KERNEL static void take_sized(const perp__statics *s, const perp__statics_
     }
 }
 
-/* out := A'y of a unit. */
-PERP__KERNEL static void take_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                   const double *y, double *out)
-{
-    if (is_common(s, unit))
-        take_sized(s, unit, 3, 6, y, out);
-    else
-        take_sized(s, unit, unit->rows, s->rows->width, y, out);
-}
-
 PERP__MULTIVERSION_SHARED(perp__statics_meet,
                           (const perp__statics *s, const double *y, double *out), (s, y, out))
 {
     for (int32_t u = 0; u < s->rows->units; u++)
-        take_rows(s, &s->rows->unit[u], y, out + s->rows->unit[u].row);
+        SIZED(take_rows, s, &s->rows->unit[u], s, &s->rows->unit[u], y, out + s->rows->unit[u].row);
 }
 
-PERP__KERNEL static void apply_sized(const double *F, int32_t rows, const double *p, double *out)
+/* out := F F' p */
+PERP__KERNEL static void apply_inverse(int32_t rows, int32_t width, const double *F,
+                                       const double *p, double *out)
 {
     double q[PERP__STATICS_MOST_ROWS];
 
+    (void)width;
     for (int32_t j = 0; j < rows; j++) {
         q[j] = 0.0;
         for (int32_t k = 0; k < rows; k++)
@@ -270,16 +257,6 @@ PERP__KERNEL static void apply_sized(const double *F, int32_t rows, const double
     }
     for (int32_t i = 0; i < rows; i++)
         out[i] = dot(rows, F + i * rows, q);
-}
-
-/* out := F F' p of a unit. */
-PERP__KERNEL static void apply_inverse(const perp__statics *s, int32_t u, const double *p,
-                                       double *out)
-{
-    if (is_common(s, &s->rows->unit[u]))
-        apply_sized(s->F + s->square[u], 3, p, out);
-    else
-        apply_sized(s->F + s->square[u], s->rows->unit[u].rows, p, out);
 }
 
 PERP__MULTIVERSION(push_all,
@@ -294,8 +271,8 @@ PERP__MULTIVERSION(push_all,
         if (inverse && s->idle[u])
             continue;
         if (inverse)
-            apply_inverse(s, u, p + unit->row, out);
-        add_rows(s, unit, factor, inverse ? out : p + unit->row, to, NULL);
+            SIZED(apply_inverse, s, unit, s->F + s->square[u], p + unit->row, out);
+        SIZED(add_rows, s, unit, s, unit, factor, inverse ? out : p + unit->row, to, NULL);
     }
 }
 
@@ -308,12 +285,12 @@ PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects, doubl
         double *x = s->x + unit->row, q[PERP__STATICS_MOST_ROWS], dx[PERP__STATICS_MOST_ROWS];
 
         if (corrects && !s->idle[u]) {
-            take_rows(s, unit, s->dy, q);
-            apply_inverse(s, u, q, dx);
+            SIZED(take_rows, s, unit, s, unit, s->dy, q);
+            SIZED(apply_inverse, s, unit, s->F + s->square[u], q, dx);
             for (int32_t k = 0; k < unit->rows; k++)
                 x[k] += dx[k];
         }
-        add_rows(s, unit, -1.0, x, left, s->terms);
+        SIZED(add_rows, s, unit, s, unit, -1.0, x, left, s->terms);
     }
 }
 
@@ -368,6 +345,6 @@ void perp__statics_pull(perp__statics *s, const double *p, const double *dy, con
         for (int32_t k = 0; k < rows; k++)
             dx[row + k] = q[k] = s->idle[u] ? 0.0 : s->met[row + k] + p[row + k];
         if (!s->idle[u])
-            apply_inverse(s, u, q, dx + row);
+            apply_inverse(rows, 0, s->F + s->square[u], q, dx + row);
     }
 }

@@ -238,8 +238,8 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
 /* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
  * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
  * of its own. */
-void perp__find_turning(const perp_world *world, int32_t body, const double *now,
-                        const double *carried, double t, double *L)
+static void find_turning(const perp_world *world, int32_t body, const double *now,
+                         const double *carried, double t, double *L)
 {
     const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
     double own[3], turned[3], change[3], momentum[3], gyroscopic[3];
@@ -256,31 +256,33 @@ void perp__find_turning(const perp_world *world, int32_t body, const double *now
     perp__add3(L, -t, gyroscopic);
 }
 
+void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
+                      double t, const double *now, const double *free, double *force)
+{
+    double carried[6];
+
+    perp__carried_twist(world, carrying, body, t, carried);
+    find_turning(world, body, now + 3, carried + 3, t, force + 3);
+    for (int32_t k = 0; k < 3; k++) {
+        force[k] = world->bodies[body].mass * (free[k] - carried[k]);
+        force[3 + k] /= perp__body_length(world, body);
+    }
+}
+
 /* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
  * on its mass centre at least. */
-static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t i,
+static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t body,
                         const double *sum)
 {
-    const perp__body *body = &world->bodies[i];
-    const perp__motion *motion = &world->motions[i];
-    const double root = sqrt(body->mass);
-    double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
+    const perp__motion *motion = &world->motions[body];
+    const double length = perp__body_length(world, body);
+    double force[6], left[6], own;
 
-    perp__carried_twist(world, carrying, i, world->step_length, gain);
-    perp__find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
-    for (int32_t k = 0; k < 3; k++)
-        gain[k] = motion->free[k] - gain[k];
-    perp__apply_transposed3(own, motion->rotation, L);
-    perp__apply_transposed3(gained, body->factor, own);
-    perp__apply_transposed3(own, motion->rotation, sum + MOMENT);
-    perp__apply_transposed3(turned, body->factor, own);
-    for (int32_t k = 0; k < 3; k++) {
-        left[k] = root * gain[k] + sum[FORCE + k] / root;
-        left[3 + k] = gained[k] + turned[k];
-    }
-    terms = root * perp__length3(gain) + perp__length3(gained) + sum[TERMS] / root;
-    own[0] = perp__length2(perp__length3(left), perp__length3(left + 3));
-    return own[0] > 0.0 ? own[0] / terms : 0.0;
+    perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free, force);
+    for (int32_t k = 0; k < 6; k++)
+        left[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);
+    own = perp__length2(perp__length3(left), perp__length3(left + 3));
+    return own > 0.0 ? own / (perp__length3(force) + perp__length3(force + 3) + sum[TERMS]) : 0.0;
 }
 
 static void lie(perp_world *world, const perp__island *island, const perp__carrying *carrying)

@@ -90,15 +90,6 @@ static double largest_change(const perp_world *world, const perp__island *island
     return largest;
 }
 
-int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island)
-{
-    int32_t i, rests = world->work.carriers == 0;
-
-    for (i = 0; i < world->dof * island->bodies && rests; i++)
-        rests = world->work.now[i] == 0.0;
-    return rests;
-}
-
 /* Velocities in what the rows that hold leave free, where they are an answer as well. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,

@@ -17,6 +17,7 @@
  * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
  * what they make of either body there; where it falls nothing ends a bounce but rounding. */
 #include "world/joints/joints.h"
+#include "world/islands/standing.h"
 
 #include <math.h>
 #include <string.h>
@@ -288,7 +289,7 @@ static perp_status solve_round(perp_world *world, const perp__island *island,
     if (!perp__swings(world, island))
         return perp__solve_rows(world, island, 0, verdict);
     if (work->carriers > 0) /* what hangs still beside what moves, to the last bit */
-        status = perp__stand_as_begun(world, island, verdict);
+        status = perp__stand(world, island, NULL, verdict);
     return status == PERP_OK && !verdict->stands ? perp__swing(world, island, verdict) : status;
 }
 

@@ -147,22 +147,15 @@ static void find_forces(perp_world *world, const perp__island *island,
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const perp__body *body = &world->bodies[work->members[i]];
-        const double length = perp__body_length(world, work->members[i]);
-        double twist[6], carried[6], now[6];
+        const double t = work->share * world->step_length;
+        double twist[6], now[6], force[6];
 
+        perp__carried_twist(world, carrying, work->members[i], t, twist);
+        perp__coordinates_of(world, twist, work->still + n * i);
         perp__twist_of(world, work->free + n * i, twist);
-        perp__carried_twist(world, carrying, work->members[i], work->share * world->step_length,
-                            carried);
-        perp__coordinates_of(world, carried, work->still + n * i);
         perp__twist_of(world, work->now + n * i, now);
-        perp__find_turning(world, work->members[i], now + 3, carried + 3,
-                           work->share * world->step_length, twist + 3);
-        for (int32_t k = 0; k < 3; k++) {
-            twist[k] = body->mass * (twist[k] - carried[k]);
-            twist[3 + k] /= length;
-        }
-        perp__coordinates_of(world, twist, work->stand_forces + n * i);
+        perp__find_force(world, carrying, work->members[i], t, now, twist, force);
+        perp__coordinates_of(world, force, work->stand_forces + n * i);
     }
 }
 
@@ -192,14 +185,6 @@ static void add_motors(perp_world *world, const perp__island *island)
 
 /* ---- factors ---- */
 
-/* What is open carries nothing, and neither do points that only a motion would bring about. */
-static int32_t is_open(const perp_world *world, const perp__island *island, int32_t i)
-{
-    const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-    return perp__step_tie(world, island, i)->moved || perp__open_gap(contact, contact->gap) > 0.0;
-}
-
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
@@ -217,7 +202,8 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
 }
 
 /* Of all that the rows of contacts are made of, tangents from the normal, and of what was decided
- * of them. Returns 0 where nothing was, or a point that pressed then is open. */
+ * of them. Returns 0 where nothing was, or of other contacts: a point that pressed is open, or one
+ * that only a motion brings about came. */
 static int32_t find_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
     const size_t first = offsetof(perp__world_contact, arms);
@@ -227,16 +213,15 @@ static int32_t find_key(const perp_world *world, const perp__island *island, uin
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const int32_t *local = perp__step_tie(world, island, i)->local;
+        const perp__tie *tie = perp__step_tie(world, island, i);
         const double *base = perp__step_response(world, island, i)->base;
-        const int32_t open = is_open(world, island, i);
-        uint64_t own[6] = {(uint64_t)(uint32_t)local[0] << 32 | (uint32_t)local[1], (uint64_t)open};
+        uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1]};
 
-        if (base[0] > 0.0 && open)
+        if (tie->moved || (base[0] > 0.0 && perp__open_gap(contact, contact->gap) > 0.0))
             return 0;
         any |= base[0] > 0.0;
-        memcpy(own + 2, &contact->friction, sizeof contact->friction);
-        memcpy(own + 3, base, 3 * sizeof *base);
+        memcpy(own + 1, &contact->friction, sizeof contact->friction);
+        memcpy(own + 2, base, 3 * sizeof *base);
         mix(key, own, sizeof own);
         mix(key, (const char *)contact + first, offsetof(perp__world_contact, axes[1]) - first);
     }
@@ -288,15 +273,14 @@ static perp_status set_up(const perp_world *world, perp__statics *statics,
     return perp__statics_set_up(statics, rows);
 }
 
-/* The rows of the contacts, and their factor in the metric of what was decided. */
+/* The rows of the contacts, and their factor in the metric of what was decided: those without an
+ * impulse, open ones among them, stay so. */
 static perp_status keep(perp_world *world, const perp__island *island, perp__statics *statics)
 {
     perp__island_work *work = &world->work;
     perp_status status;
 
     perp__choose_rows(world, island, NULL);
-    for (int32_t i = 0; i < work->count; i++)
-        work->rows[i].bias[0] = is_open(world, island, i);
     perp__gather_standing(world, island, 0);
     for (int32_t i = 0; i < work->count; i++)
         memcpy(work->stand_base + work->stand_units[i].row,
@@ -335,10 +319,8 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
         return PERP_OK;
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
-        const double friction = perp__step_contact(world, island, i)->friction;
-        const int32_t rows = is_open(world, island, i) ? 0
-                             : friction > 0.0          ? (world->settings.planar ? 2 : 3)
-                                                       : 1;
+        const int32_t rubs = perp__step_tie(world, island, i)->rubs;
+        const int32_t rows = !rubs ? 1 : world->settings.planar ? 2 : 3;
         double *next = perp__step_response(world, island, i)->next;
 
         for (int32_t k = 0; k < 3; k++)
@@ -400,11 +382,13 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     perp__statics_rows *rows = &work->stand_rows;
     perp__statics *statics;
     perp__carrying begun;
+    const int32_t begins = perp__begins_standing(world, island, &begun);
     int32_t is_known;
     perp_status status;
 
     verdict->stands = 0;
-    if ((world->settings.cone != 0 && !world->settings.planar) ||
+    carrying = carrying ? carrying : &begun;
+    if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar) ||
         !perp__gather_standing(world, island, 0) || rows->size == verdict->asked)
         return PERP_OK;
     find_forces(world, island, carrying);
@@ -418,8 +402,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     if (status == PERP_OK && !perp__statics_is_too_large(statics))
         status = perp__statics_decide(statics, &answer, work->stand_forces, &aim);
     perp__spend(world, answer.iterations);
-    if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS &&
-        perp__begins_standing(world, island, &begun))
+    if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS && begins)
         start_from(world, island, statics);
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
         verdict->asked = rows->size;

@@ -55,11 +55,10 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, perp_
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
                                    const perp__carrying *carrying, double *unbalance);
 
-/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
- * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
- * of its own. */
-void perp__find_turning(const perp_world *world, int32_t body, const double *now,
-                        const double *carried, double t, double *L);
+/* What takes a body in a time t from the twist `now`, where it would have `free` alone, to the
+ * carried one, as force[6]: an impulse, and an angular one over the body's length. */
+void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
+                      double t, const double *now, const double *free, double *force);
 /* A length of a body, of its inertia: what turns are taken times. */
 double perp__body_length(const perp_world *world, int32_t body);
 /* work.stand_rows: the rows of work as statics has them. Returns 0 where one makes its bodies move,
@@ -67,7 +66,8 @@ double perp__body_length(const perp_world *world, int32_t body);
 int32_t perp__gather_standing(perp_world *world, const perp__island *island, int32_t ignores);
 
 /* Whether the rows of work, over an interval whose velocities would be work.free without impulses,
- * can stand with the bodies in that motion: verdict->stands. Then work has the answer. */
+ * can stand with the bodies in that motion, NULL: the one that they begin with, if there is one:
+ * verdict->stands. Then work has the answer. */
 perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict);
 
