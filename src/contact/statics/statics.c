@@ -75,17 +75,7 @@ void perp__statics_destroy(perp__statics *s)
     perp__release(s->context, s);
 }
 
-void perp__statics_limit(perp__statics *s, double most_products)
-{
-    s->fronts.most_products = most_products;
-}
-
-int32_t perp__statics_is_too_large(const perp__statics *s)
-{
-    return s->fronts.is_too_large;
-}
-
-perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *rows)
+perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *rows, double most)
 {
     const int32_t width = rows->width;
     perp_status status;
@@ -125,6 +115,7 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
                 perp__raise_to(&s->reach[rows->link[l].node * width + i % width],
                                fabs(rows->values[rows->link[l].at + (size_t)i]));
     }
+    s->fronts.most_products = most;
     return perp__statics_order(s);
 }
 
@@ -398,8 +389,12 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     int32_t loaded;
 
     s->iterations = s->factored = 0;
+    answer->verdict = PERP_STATICS_INDETERMINATE;
+    answer->iterations = 0;
     answer->safety = NAN;
     answer->margin = answer->unbalance = answer->work = 0.0;
+    if (s->fronts.is_too_large)
+        return PERP_OK;
 
     /* 1. The load's factor, in runs of its own: where the load alone is carried, every factor is.
      */
@@ -479,7 +474,7 @@ void perp__statics_keep(perp__statics *s, const double *base)
         s->idle[u] = rows->unit[u].kind == PERP__STATICS_CONE && s->x[rows->unit[u].row] == 0.0;
     }
     perp__statics_build_cones(s);
-    if (!(perp__statics_room(s) > 0.0))
+    if (s->fronts.is_too_large || !(perp__statics_room(s) > 0.0))
         return;
     s->t = s->tau = 0.0;
     perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);

@@ -66,11 +66,6 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
 perp__statics *perp__statics_create(perp_context *context);
 void perp__statics_destroy(perp__statics *statics);
 
-/* From now on set-ups whose factorisation takes more products than these are given up; 0: none is.
- * Whether the last one was. */
-void perp__statics_limit(perp__statics *statics, double most_products);
-int32_t perp__statics_is_too_large(const perp__statics *statics);
-
 /* Products of one factorisation with which a decision, some thirty of them, takes so long, at a
  * product a nanosecond. */
 static inline double perp__statics_products(double seconds)
@@ -78,8 +73,10 @@ static inline double perp__statics_products(double seconds)
     return seconds * (1e9 / 30.0);
 }
 
-/* The rows of a problem: orders, lays out and copies them. PERP_OK or _MEMORY. */
-perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);
+/* The rows of a problem: orders, lays out and copies them. Where a factorisation takes more
+ * products than `most`, unless that is 0, all is indeterminate. PERP_OK or _MEMORY. */
+perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows,
+                                 double most);
 
 /* Of what falls: impulses within the cones of contacts, near to balance. r: size. */
 void perp__statics_nearest(perp__statics *s, double *r);

@@ -157,14 +157,6 @@ static void find_forces(perp_world *world, const perp__island *island,
         perp__find_force(world, carrying, work->members[i], t, now, twist, force);
         perp__coordinates_of(world, force, work->stand_forces + n * i);
     }
-}
-
-/* Motors without their speed are forces as well. */
-static void add_motors(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
-
     for (int32_t i = work->count; i < work->units; i++) {
         const perp__rigid_rows *rows = &work->rows[i];
         const double r = full_force(&work->stand_units[i], rows);
@@ -262,15 +254,12 @@ static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32
 /* ---- the question ---- */
 
 /* Within what a step may cost: where it has a time limit, decisions that fit in. */
-static perp_status set_up(const perp_world *world, perp__statics *statics,
-                          const perp__statics_rows *rows)
+static perp_status set_up(const perp_world *world, perp__statics *statics)
 {
-    double most = MOST_PRODUCTS;
+    const double seconds = world->budget.limited ? world->settings.time_limit : INFINITY;
 
-    if (world->budget.limited)
-        most = fmin(most, perp__statics_products(world->settings.time_limit));
-    perp__statics_limit(statics, most);
-    return perp__statics_set_up(statics, rows);
+    return perp__statics_set_up(statics, &world->work.stand_rows,
+                                fmin(MOST_PRODUCTS, perp__statics_products(seconds)));
 }
 
 /* The rows of the contacts, and their factor in the metric of what was decided: those without an
@@ -286,8 +275,8 @@ static perp_status keep(perp_world *world, const perp__island *island, perp__sta
         memcpy(work->stand_base + work->stand_units[i].row,
                perp__step_response(world, island, i)->base,
                (size_t)work->stand_units[i].rows * sizeof(double));
-    status = set_up(world, statics, &work->stand_rows);
-    if (status == PERP_OK && !perp__statics_is_too_large(statics))
+    status = set_up(world, statics);
+    if (status == PERP_OK)
         perp__statics_keep(statics, work->stand_base);
     return status;
 }
@@ -309,14 +298,13 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
         return PERP_ERROR_MEMORY;
     perp__gather_bodies(world, island);
     perp__force_bodies(world, island, 1.0);
+    work->count = work->units = 0; /* no motors */
     find_forces(world, island, carrying);
     if (!is_known)
         status = keep(world, island, statics);
-    if (status != PERP_OK || perp__statics_is_too_large(statics))
+    if (status != PERP_OK || !perp__statics_adjust(statics, &answer, work->stand_forces))
         return status;
     memcpy(world->standing->key[world->standing->last], key, sizeof key);
-    if (!perp__statics_adjust(statics, &answer, work->stand_forces))
-        return PERP_OK;
     *unbalance = answer.unbalance;
     for (int32_t i = 0; i < island->contacts; i++) {
         const int32_t rubs = perp__step_tie(world, island, i)->rubs;
@@ -378,8 +366,8 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
 {
     perp__island_work *work = &world->work;
     perp__statics_aim aim = {PERP_STATICS_INTERIOR, MOST_ITERATIONS, 0, NULL};
-    perp__statics_answer answer = {0};
-    perp__statics_rows *rows = &work->stand_rows;
+    perp__statics_answer answer = {.r = work->stand_r};
+    const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
     const int32_t begins = perp__begins_standing(world, island, &begun);
@@ -389,23 +377,19 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     verdict->stands = 0;
     carrying = carrying ? carrying : &begun;
     if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar) ||
-        !perp__gather_standing(world, island, 0) || rows->size == verdict->asked)
+        !perp__gather_standing(world, island, 0) || *size == verdict->asked)
         return PERP_OK;
     find_forces(world, island, carrying);
-    add_motors(world, island);
-    answer.r = work->stand_r;
-    answer.verdict = PERP_STATICS_INDETERMINATE;
     statics = find_statics(world, NULL, &is_known);
     if (!statics)
         return PERP_ERROR_MEMORY;
-    status = set_up(world, statics, rows);
-    if (status == PERP_OK && !perp__statics_is_too_large(statics))
-        status = perp__statics_decide(statics, &answer, work->stand_forces, &aim);
+    status = set_up(world, statics);
+    PERP__THEN(status, perp__statics_decide(statics, &answer, work->stand_forces, &aim));
     perp__spend(world, answer.iterations);
     if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS && begins)
         start_from(world, island, statics);
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
-        verdict->asked = rows->size;
+        verdict->asked = *size;
         return status;
     }
     take_answer(world, island);
