@@ -14,11 +14,6 @@
  * pushes have no pivot of their own. Refinement takes it out again. */
 #define SHIFT 1e-13
 
-static const double *link_rows(const perp__statics *s, const perp__statics_link *link)
-{
-    return s->rows->values + link->at;
-}
-
 /* Neighbours of each node, sorted. */
 static void list_neighbours(perp__statics *s, const int32_t *unit_starts, const int32_t *units,
                             int32_t *starts, int32_t *graph)
@@ -98,7 +93,7 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
         const double *F = s->F + s->square[u];
 
         for (int32_t a = 0; a < unit->links && !s->idle[u]; a++) {
-            const double *A = link_rows(s, &rows->link[unit->link + a]);
+            const double *A = rows->values + rows->link[unit->link + a].at;
             double *restrict P = s->P + (size_t)(a * n) * (size_t)width;
 
             for (int32_t j = 0; j < n; j++)
@@ -209,7 +204,7 @@ PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__stati
 {
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const size_t first = (size_t)(s->rows->link[l].node * width);
-        const double *A = link_rows(s, &s->rows->link[l]);
+        const double *A = s->rows->values + s->rows->link[l].at;
         double *restrict at = to + first;
 
         for (int32_t i = 0; i < width; i++)
@@ -229,7 +224,7 @@ PERP__KERNEL static void take_rows(int32_t rows, int32_t width, const perp__stat
         out[k] = 0.0;
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const double *at = y + s->rows->link[l].node * width;
-        const double *A = link_rows(s, &s->rows->link[l]);
+        const double *A = s->rows->values + s->rows->link[l].at;
 
         for (int32_t k = 0; k < rows; k++)
             out[k] += dot(width, A + k * width, at);

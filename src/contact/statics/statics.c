@@ -443,19 +443,14 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
 void perp__statics_nearest(perp__statics *s, double *r)
 {
     memset(r, 0, (size_t)s->rows->size * sizeof *r);
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        const perp__cone *cone = &s->cones[c];
-        const perp__statics_unit *unit = &s->rows->unit[cone->unit];
-        const double *x = s->x + unit->row;
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        const double *x = s->x + unit->row, most = unit->rows > 0 ? unit->mu * x[0] : 0.0;
         const double size =
             perp__length2(unit->tangents > 0 ? x[1] : 0.0, unit->tangents > 1 ? x[2] : 0.0);
-        double *own = r + unit->row;
 
-        if (unit->kind != PERP__STATICS_CONE || !(x[0] > 0.0))
-            continue;
-        own[0] = s->scale * x[0];
-        for (int32_t k = 1; k <= unit->tangents; k++)
-            own[k] = s->scale * x[k] * (size > unit->mu * x[0] ? unit->mu * x[0] / size : 1.0);
+        for (int32_t k = 0; k <= unit->tangents && unit->rows > 0 && x[0] > 0.0; k++)
+            r[unit->row + k] = s->scale * x[k] * (k > 0 && size > most ? most / size : 1.0);
     }
 }
 

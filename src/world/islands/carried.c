@@ -196,19 +196,6 @@ static int32_t obeys(const perp__world_contact *contact, const double *r, int32_
            !(swept && perp__is_deep(contact));
 }
 
-/* Asks memory for a contact that comes soon, of this island or a later one. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, const perp__island *island, int32_t i)
-{
-    const int32_t at = island->first_contact + i + AHEAD;
-
-    if (at < world->contacts.included) {
-        const int32_t number = world->contact_order[at];
-
-        perp__fetch_far(&world->contacts.contacts[number], sizeof *world->contacts.contacts);
-        perp__fetch_far(&world->contacts.responses[number], sizeof *world->contacts.responses);
-    }
-}
-
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
                   double *sums)
 {
@@ -318,8 +305,14 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
+        const int32_t ahead = island->first_contact + i + AHEAD; /* of a later island, maybe */
 
-        fetch_ahead(world, island, i);
+        if (ahead < world->contacts.included) {
+            perp__fetch_far(&world->contacts.contacts[world->contact_order[ahead]],
+                            sizeof *contact);
+            perp__fetch_far(&world->contacts.responses[world->contact_order[ahead]],
+                            sizeof *response);
+        }
         if (!obeys(contact, response->remembered, swept))
             return INFINITY;
         perp__copy3(response->next, response->remembered);

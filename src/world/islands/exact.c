@@ -54,11 +54,6 @@ static void say_outcome(perp__rigid_answer *answer, double tol)
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
-static int32_t most_thorough(const perp_world *world)
-{
-    return world->settings.planar ? FEW_PLANAR : FEW;
-}
-
 static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
                             perp__rigid_problem *problem)
 {
@@ -108,8 +103,8 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
         problem->max_iterations -= (int32_t)spent;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     problem->again = 1;
-    problem->brief =
-        work->count > most_thorough(world) && !perp__begins_standing(world, island, &carrying);
+    problem->brief = work->count > (world->settings.planar ? FEW_PLANAR : FEW) &&
+                     !perp__begins_standing(world, island, &carrying);
     status = perp__rigid_solve(world->solver, answer, problem);
     answer->iterations += spent;
     return status;

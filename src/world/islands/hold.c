@@ -54,10 +54,9 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
 
-    for (int32_t i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++)
         strength[i] = perp__mass_norm(world, work->members[i], work->now + n * i) +
                       perp__mass_norm(world, work->members[i], work->gain + n * i);
-    }
     for (int32_t i = 0; i < work->units; i++)
         for (int32_t k = 0; k < work->rows[i].dim; k++)
             for (int32_t side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {

@@ -448,8 +448,8 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     perp__add_joint_impulses(world, work->impulse + 3 * passed, t / whole);
     for (i = 0; i < island->contacts; i++)
         if (!work->hit[i])
-            perp__add_impulse(world, island, i, perp__step_response(world, island, i)->next,
-                              t / whole);
+            perp__add3(perp__step_response(world, island, i)->impulse, t / whole,
+                       perp__step_response(world, island, i)->next);
     go(world, island, t, mean, whole);
     for (i = 0; i < 3 * work->count && *done; i++)
         work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */

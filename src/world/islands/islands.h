@@ -123,9 +123,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
-/* Adds to the impulse of the island's contact i; adds those of the answer, and takes its modes. */
-void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
-                       const double *impulse, double share);
+/* Adds the impulses of the answer, and takes its modes. */
 void perp__take_answer(perp_world *world, const perp__island *island);
 /* work.moving := the way so far over h. */
 void perp__mean_motion(perp_world *world, const perp__island *island, double h);
