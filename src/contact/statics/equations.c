@@ -285,7 +285,8 @@ PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects, doubl
             for (int32_t k = 0; k < unit->rows; k++)
                 x[k] += dx[k];
         }
-        SIZED(add_rows, s, unit, s, unit, -1.0, x, left, s->terms);
+        if (!s->idle[u] || x[0] != 0.0) /* else it carries nothing */
+            SIZED(add_rows, s, unit, s, unit, -1.0, x, left, s->terms);
     }
 }
 
