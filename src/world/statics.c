@@ -220,7 +220,7 @@ static perp_status decide(question *q, const perp__island *island)
     answer.r = work->stand_r;
     answer.v = work->solved;
     statics = perp__statics_create(world->context);
-    status = statics ? perp__statics_set_up(statics, &work->stand_rows) : PERP_ERROR_MEMORY;
+    status = statics ? perp__statics_set_up(statics, &work->stand_rows, 0.0) : PERP_ERROR_MEMORY;
     PERP__THEN(status, perp__statics_decide(statics, &answer, work->stand_forces, &aim));
     perp__statics_destroy(statics);
     if (status != PERP_OK)

@@ -7,16 +7,12 @@
 #include "base/context.h"
 #include "base/sort.h"
 #include "contact/statics/interior.h"
+#include "linalg/doubled.h"
 #include "linalg/lanes/multiversion.h"
 
 /* Added to the diagonal of K beside its own size: redundant rows and coordinates that nothing
  * pushes have no pivot of their own. Refinement takes it out again. */
 #define SHIFT 1e-13
-
-static const double *link_rows(const perp__statics *s, const perp__statics_link *link)
-{
-    return s->rows->values + link->at;
-}
 
 /* Neighbours of each node, sorted. */
 static void list_neighbours(perp__statics *s, const int32_t *unit_starts, const int32_t *units,
@@ -97,7 +93,7 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
         const double *F = s->F + s->square[u];
 
         for (int32_t a = 0; a < unit->links && !s->idle[u]; a++) {
-            const double *A = link_rows(s, &rows->link[unit->link + a]);
+            const double *A = rows->values + rows->link[unit->link + a].at;
             double *restrict P = s->P + (size_t)(a * n) * (size_t)width;
 
             for (int32_t j = 0; j < n; j++)
@@ -192,44 +188,63 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
     return sum;
 }
 
-PERP__KERNEL static void add_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                  int32_t width, double factor, const double *x, double *to)
-{
-    for (int32_t l = 0; l < unit->links; l++) {
-        const perp__statics_link *link = &s->rows->link[unit->link + l];
-        const double *A = link_rows(s, link);
-        double *restrict at = to + (size_t)link->node * (size_t)width;
+/* A kernel for a unit's rows and width; those of a contact of two bodies in space are constants. */
+#define SIZED(kernel, s, unit, ...)                              \
+    do {                                                         \
+        if ((s)->rows->width == 6 && (unit)->rows == 3)          \
+            kernel(3, 6, __VA_ARGS__);                           \
+        else                                                     \
+            kernel((unit)->rows, (s)->rows->width, __VA_ARGS__); \
+    } while (0)
 
-        for (int32_t k = 0; k < unit->rows; k++)
-            for (int32_t i = 0; i < width; i++)
+/* to += factor A x, and terms, unless NULL, their sizes. */
+PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__statics *s,
+                                  const perp__statics_unit *unit, double factor, const double *x,
+                                  double *to, double *terms)
+{
+    for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
+        const size_t first = (size_t)(s->rows->link[l].node * width);
+        const double *A = s->rows->values + s->rows->link[l].at;
+        double *restrict at = to + first;
+
+        for (int32_t i = 0; i < width; i++)
+            for (int32_t k = 0; k < rows; k++)
                 at[i] += factor * x[k] * A[k * width + i];
+        for (int32_t i = 0; i < width && terms; i++)
+            for (int32_t k = 0; k < rows; k++)
+                terms[first + (size_t)i] += fabs(x[k] * A[k * width + i]);
     }
 }
 
-PERP__KERNEL static void take_rows(const perp__statics *s, const perp__statics_unit *unit,
-                                   int32_t width, const double *y, double *out)
+/* out := A'y */
+PERP__KERNEL static void take_rows(int32_t rows, int32_t width, const perp__statics *s,
+                                   const perp__statics_unit *unit, const double *y, double *out)
 {
-    for (int32_t k = 0; k < unit->rows; k++)
+    for (int32_t k = 0; k < rows; k++)
         out[k] = 0.0;
-    for (int32_t l = 0; l < unit->links; l++) {
-        const perp__statics_link *link = &s->rows->link[unit->link + l];
-        const double *A = link_rows(s, link), *at = y + (size_t)link->node * (size_t)width;
+    for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
+        const double *at = y + s->rows->link[l].node * width;
+        const double *A = s->rows->values + s->rows->link[l].at;
 
-        for (int32_t k = 0; k < unit->rows; k++)
+        for (int32_t k = 0; k < rows; k++)
             out[k] += dot(width, A + k * width, at);
     }
 }
 
-void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out)
+PERP__MULTIVERSION_SHARED(perp__statics_meet,
+                          (const perp__statics *s, const double *y, double *out), (s, y, out))
 {
-    take_rows(s, &s->rows->unit[unit], s->rows->width, y, out);
+    for (int32_t u = 0; u < s->rows->units; u++)
+        SIZED(take_rows, s, &s->rows->unit[u], s, &s->rows->unit[u], y, out + s->rows->unit[u].row);
 }
 
-/* out := F F' p of a unit. */
-PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const double *p, double *out)
+/* out := F F' p */
+PERP__KERNEL static void apply_inverse(int32_t rows, int32_t width, const double *F,
+                                       const double *p, double *out)
 {
     double q[PERP__STATICS_MOST_ROWS];
 
+    (void)width;
     for (int32_t j = 0; j < rows; j++) {
         q[j] = 0.0;
         for (int32_t k = 0; k < rows; k++)
@@ -240,50 +255,66 @@ PERP__KERNEL static void apply_inverse(const double *F, int32_t rows, const doub
 }
 
 PERP__MULTIVERSION(push_all,
-                   (const perp__statics *s, int32_t width, int32_t inverse, double factor,
-                    const double *p, double *to),
-                   (s, width, inverse, factor, p, to))
+                   (const perp__statics *s, double factor, int32_t inverse, const double *p,
+                    double *to),
+                   (s, factor, inverse, p, to))
 {
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
         double out[PERP__STATICS_MOST_ROWS];
-        const double *x = inverse ? out : p + unit->row;
 
         if (inverse && s->idle[u])
             continue;
         if (inverse)
-            apply_inverse(s->F + s->square[u], unit->rows, p + unit->row, out);
-        if (width == 6)
-            add_rows(s, unit, 6, factor, x, to);
-        else
-            add_rows(s, unit, width, factor, x, to);
+            SIZED(apply_inverse, s, unit, s->F + s->square[u], p + unit->row, out);
+        SIZED(add_rows, s, unit, s, unit, factor, inverse ? out : p + unit->row, to, NULL);
     }
 }
 
-PERP__KERNEL static void add_sizes(const perp__statics *s, int32_t width)
+/* x += S^-1 A'dy where it corrects, left -= A x and terms += |A| |x|, in one pass over A. */
+PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects, double *left),
+                   (s, corrects, left))
 {
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
+        double *x = s->x + unit->row, q[PERP__STATICS_MOST_ROWS], dx[PERP__STATICS_MOST_ROWS];
 
-        for (int32_t l = 0; l < unit->links; l++) {
-            const perp__statics_link *link = &s->rows->link[unit->link + l];
-            const double *A = link_rows(s, link), *x = s->x + unit->row;
-            double *restrict at = s->terms + (size_t)link->node * (size_t)width;
-
+        if (corrects && !s->idle[u]) {
+            SIZED(take_rows, s, unit, s, unit, s->dy, q);
+            SIZED(apply_inverse, s, unit, s->F + s->square[u], q, dx);
             for (int32_t k = 0; k < unit->rows; k++)
-                for (int32_t i = 0; i < width; i++)
-                    at[i] += fabs(A[k * width + i] * x[k]);
+                x[k] += dx[k];
         }
+        if (!s->idle[u] || x[0] != 0.0) /* else it carries nothing */
+            SIZED(add_rows, s, unit, s, unit, -1.0, x, left, s->terms);
     }
 }
 
-/* terms += |A| |x| */
-PERP__MULTIVERSION_SHARED(perp__statics_add_terms, (const perp__statics *s), (s))
+void perp__statics_balance(perp__statics *s, int32_t corrects)
 {
-    if (s->rows->width == 6)
-        add_sizes(s, 6);
-    else
-        add_sizes(s, s->rows->width);
+    const size_t n = perp__statics_numbers(s), size = (size_t)s->rows->size;
+
+    if (corrects) {
+        memcpy(s->dy, s->rb, n * sizeof *s->dy);
+        memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
+        perp__statics_solve(s, s->dy, s->dy_low);
+    }
+    if (corrects && s->doubled) {
+        memset(s->p, 0, size * sizeof *s->p);
+        perp__statics_pull_doubled(s, s->p, s->dy, s->dy_low, s->dx);
+        for (size_t i = 0; i < size; i++)
+            s->x[i] += s->dx[i];
+    }
+    for (size_t i = 0; i < n; i++) {
+        s->rb[i] = s->b[i];
+        s->rb_low[i] = 0.0;
+        if (s->aim == PERP__AIM_LOAD)
+            perp__accumulate(&s->rb[i], &s->rb_low[i], s->s, s->c[i]);
+        s->terms[i] = fabs(s->b[i]) + (s->aim == PERP__AIM_LOAD ? fabs(s->s * s->c[i]) : 0.0);
+    }
+    balance_all(s, corrects && !s->doubled, s->doubled ? s->dy : s->rb);
+    if (s->doubled)
+        perp__statics_push_doubled(s, -1.0, 0, s->x, s->rb, s->rb_low);
 }
 
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
@@ -292,37 +323,24 @@ void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const 
     if (s->doubled)
         perp__statics_push_doubled(s, factor, inverse, p, to, low);
     else
-        push_all(s, s->rows->width, inverse, factor, p, to);
-}
-
-PERP__MULTIVERSION(pull_all,
-                   (const perp__statics *s, int32_t width, const double *p, const double *dy,
-                    double *dx),
-                   (s, width, p, dy, dx))
-{
-    for (int32_t u = 0; u < s->rows->units; u++) {
-        const perp__statics_unit *unit = &s->rows->unit[u];
-        double q[PERP__STATICS_MOST_ROWS];
-
-        if (s->idle[u]) {
-            memset(dx + unit->row, 0, (size_t)unit->rows * sizeof *dx);
-            continue;
-        }
-        if (width == 6)
-            take_rows(s, unit, 6, dy, q);
-        else
-            take_rows(s, unit, width, dy, q);
-        for (int32_t k = 0; k < unit->rows; k++)
-            q[k] += p[unit->row + k];
-        apply_inverse(s->F + s->square[u], unit->rows, q, dx + unit->row);
-    }
+        push_all(s, factor, inverse, p, to);
 }
 
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx)
 {
-    if (s->doubled)
+    perp__statics_meet(s, dy, s->met);
+    if (s->doubled) {
         perp__statics_pull_doubled(s, p, dy, dy_low, dx);
-    else
-        pull_all(s, s->rows->width, p, dy, dx);
+        return;
+    }
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
+        double q[PERP__STATICS_MOST_ROWS];
+
+        for (int32_t k = 0; k < rows; k++)
+            dx[row + k] = q[k] = s->idle[u] ? 0.0 : s->met[row + k] + p[row + k];
+        if (!s->idle[u])
+            apply_inverse(rows, 0, s->F + s->square[u], q, dx + row);
+    }
 }

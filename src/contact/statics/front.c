@@ -389,17 +389,11 @@ static perp_status decide(front *a, const perp__statics_aim *given, perp__static
 
     if (status == PERP_OK && !a->statics && !(a->statics = perp__statics_create(a->context)))
         status = PERP_ERROR_MEMORY;
-    if (status == PERP_OK) {
-        perp__statics_limit(a->statics, a->most_products);
-        status = perp__statics_set_up(a->statics, &a->own);
-    }
-    answer->verdict = PERP_STATICS_INDETERMINATE;
-    if (status != PERP_OK || perp__statics_is_too_large(a->statics))
-        return status;
     answer->r = a->r;
     answer->v = a->v;
     aim.load = a->load ? a->loads : NULL;
-    status = perp__statics_decide(a->statics, answer, a->forces, &aim);
+    PERP__THEN(status, perp__statics_set_up(a->statics, &a->own, a->most_products));
+    PERP__THEN(status, perp__statics_decide(a->statics, answer, a->forces, &aim));
     if (status == PERP_OK && a->lost)
         answer->verdict = PERP_STATICS_INDETERMINATE;
     if (status == PERP_OK)

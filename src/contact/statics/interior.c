@@ -192,6 +192,7 @@ static void find_dual_residual(perp__statics *s)
 {
     const double q = s->aim == PERP__AIM_LEAST ? 1.0 : 0.0;
 
+    perp__statics_meet(s, s->y, s->rd);
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
         double *p = s->rd + unit->row;
@@ -200,7 +201,6 @@ static void find_dual_residual(perp__statics *s)
             memset(p, 0, (size_t)unit->rows * sizeof *p);
             continue;
         }
-        perp__statics_row(s, u, s->y, p);
         for (int32_t k = 0; k < unit->rows; k++)
             p[k] -= q * s->x[unit->row + k];
         if (is_limited(s, u))
@@ -245,12 +245,10 @@ static void find_scalars(const perp__statics *s, double rs, const double rt[2], 
 static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_step *d)
 {
     const double ds = s->aim == PERP__AIM_MARGIN ? d->s : 0.0;
-    double row[PERP__STATICS_MOST_ROWS];
+    double *row = s->met + s->rows->unit[u].row; /* of a single one: exactly what the dual lacks */
 
-    if (is_single(s, u)) { /* exactly what the dual lacks */
-        perp__statics_row(s, u, s->dy, row);
-        row[0] -= is_limited(s, u) ? d->tau_R / s->weight[u] : 0.0;
-    }
+    if (is_single(s, u) && is_limited(s, u))
+        row[0] -= d->tau_R / s->weight[u];
     for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
         perp__cone *cone = &s->cones[c];
         double v[3];
@@ -452,7 +450,7 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
 
         /* 1. The gap, u'z of all; with what x makes of the dual's residual: joints approach
          * theirs. */
-        perp__statics_find_unbalance(s);
+        perp__statics_balance(s, 0);
         find_dual_residual(s);
         gap += bounded ? s->t_R * s->tau_R : 0.0;
         for (int32_t c = 0; c < s->cone_count; c++)

@@ -15,10 +15,14 @@ enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
 struct perp__statics {
     perp_context *context;
     perp__arena arena, doubled_arena;
-    size_t edges, squares, widest; /* of `edge`, F and P */
-    const perp__statics_rows *rows;
+    size_t edges, squares, widest, numbers; /* of `edge`, F and P, and the rows' */
+    const perp__statics_rows *rows;         /* `kept`, the workspace's own: */
     perp__fronts fronts;
-    int32_t cone_count, factored; /* factored: factors are those of `touch` */
+    perp__statics_rows kept; /* the workspace's own, of what is adjusted: */
+    perp__statics_unit *kept_units;
+    perp__statics_link *kept_links;
+    double *kept_values, *base;
+    int32_t cone_count, factored; /* factored: factors are those of base */
     int32_t *unit_cone;           /* units + 1: the cones of each */
     int32_t *square;              /* units + 1: where F begins */
     int32_t *edge;                /* for each unit: links by links */
@@ -31,7 +35,7 @@ struct perp__statics {
     double *reach;                        /* nodes by width: the largest entry of A there */
     double *F, *P;                        /* S^-1 = F F' of each unit; A'F of one */
     double *k, *j;                        /* size: S^-1 B'G e, S^-1 h */
-    double *x, *dx, *p, *rd;              /* size */
+    double *x, *dx, *p, *rd, *met;        /* size; met: A'dy of the last pull */
     double *inside;                       /* size: strictly inside all cones */
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
@@ -42,6 +46,7 @@ struct perp__statics {
     double factor, lacks; /* of a load: the best so far, and its gap */
     double kappa;
     int32_t aim, doubled, iterations;
+    int32_t pushes;  /* 1: 0 may not be within all bounds */
     int32_t recedes; /* 1: cones of what impulses may grow by without end */
     /* doubled.c: L L' = K in doubled precision, row after row from `first` on */
     size_t envelope;
@@ -81,12 +86,11 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
 void perp__statics_condense(perp__statics *s, double mean);
 
 /* point.c, what has been found */
-/* rb := b + s c - A x */
-void perp__statics_find_unbalance(perp__statics *s);
-/* The largest that a node's rows lack of b = A x, beside its terms; with rb. */
-double perp__statics_unbalance(perp__statics *s);
-/* Balances x by the last factors until that is `enough`, or no better; returns it. */
-double perp__statics_refine(perp__statics *s, double enough);
+/* The largest that a node's rows lack of b = A x, beside its terms: of perp__statics_balance. */
+double perp__statics_unbalance(perp__statics *s, int32_t corrects);
+/* Balances x by the last factors until what it lacks, which is `left` by now, is `enough`, or no
+ * better; returns it. */
+double perp__statics_refine(perp__statics *s, double left, double enough);
 /* The least room of x in a cone, in units of each. */
 double perp__statics_room(perp__statics *s);
 /* Whether y proves that nothing stands; then the certificate is written. */
@@ -105,13 +109,14 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
-/* terms += |A| |x| */
-void perp__statics_add_terms(const perp__statics *s);
-/* dx := S^-1 (p + A'dy) */
+/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that
+ * adds. */
+void perp__statics_balance(perp__statics *s, int32_t corrects);
+/* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,
                         double *dx);
-/* out := (A'y) of a unit. */
-void perp__statics_row(const perp__statics *s, int32_t unit, const double *y, double *out);
+/* out := A'y */
+void perp__statics_meet(const perp__statics *s, const double *y, double *out);
 
 /* doubled.c */
 /* From now on in doubled precision, where that is not so already and costs little: *goes. */

@@ -129,7 +129,7 @@ double perp__statics_start_balanced(perp__statics *s)
         for (int32_t k = 0; k < s->rows->unit[u].rows && !s->idle[u]; k++)
             s->x[s->rows->unit[u].row + k] = 0.0;
     memset(s->y, 0, n * sizeof *s->y);
-    return perp__statics_refine(s, ROUNDED);
+    return perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
 }
 
 /* R: far above what x has by now; the first tau_R gives t_R tau_R = `mean`. */
@@ -207,9 +207,11 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
         s->b[i] = -(forces ? forces[i] : 0.0) - (load ? load[i] : 0.0);
         s->terms[i] = fabs(s->b[i]);
     }
+    s->pushes = !forces;
     for (int32_t u = 0; u < rows->units && forces; u++) {
         const double least = perp__statics_least(&rows->unit[u]);
 
+        s->pushes |= least != 0.0;
         for (int32_t l = 0; l < rows->unit[u].links && least != 0.0; l++) {
             const perp__statics_link *link = &rows->link[rows->unit[u].link + l];
 
@@ -256,30 +258,13 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
 
 /* ---- what has been found ---- */
 
-void perp__statics_find_unbalance(perp__statics *s)
-{
-    const size_t n = perp__statics_numbers(s);
-
-    for (size_t i = 0; i < n; i++) {
-        s->rb[i] = s->b[i];
-        s->rb_low[i] = 0.0;
-        if (s->aim == PERP__AIM_LOAD)
-            perp__accumulate(&s->rb[i], &s->rb_low[i], s->s, s->c[i]);
-    }
-    perp__statics_push(s, -1.0, 0, s->x, s->rb, s->rb_low);
-}
-
-double perp__statics_unbalance(perp__statics *s)
+double perp__statics_unbalance(perp__statics *s, int32_t corrects)
 {
     const int32_t width = s->rows->width, *parent = s->fronts.parent;
-    const size_t n = perp__statics_numbers(s);
     double *floor = s->permuted, most = 0.0;
 
     /* 1. The terms of each row. */
-    perp__statics_find_unbalance(s);
-    for (size_t i = 0; i < n; i++)
-        s->terms[i] = fabs(s->b[i]) + (s->aim == PERP__AIM_LOAD ? fabs(s->s * s->c[i]) : 0.0);
-    perp__statics_add_terms(s);
+    perp__statics_balance(s, corrects);
 
     /* 2. For each place in the order of elimination, the largest terms of its part. */
     for (int32_t i = 0; i < s->rows->nodes; i++)
@@ -305,21 +290,13 @@ double perp__statics_unbalance(perp__statics *s)
     return most;
 }
 
-double perp__statics_refine(perp__statics *s, double enough)
+double perp__statics_refine(perp__statics *s, double left, double enough)
 {
-    const size_t n = perp__statics_numbers(s);
-    double left = perp__statics_unbalance(s), last = INFINITY;
+    double last = INFINITY;
 
     for (int32_t round = 0; round < 4 && left > enough && left < 0.5 * last; round++) {
         last = left;
-        memcpy(s->dy, s->rb, n * sizeof *s->dy);
-        memcpy(s->dy_low, s->rb_low, n * sizeof *s->dy);
-        perp__statics_solve(s, s->dy, s->dy_low);
-        memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-        perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx); /* x += S^-1 A' K^-1 rb */
-        for (int32_t i = 0; i < s->rows->size; i++)
-            s->x[i] += s->dx[i];
-        left = perp__statics_unbalance(s);
+        left = perp__statics_unbalance(s, 1);
     }
     return left;
 }
@@ -350,11 +327,14 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
         sum += y[i] * s->b[i];
         size += fabs(y[i] * s->b[i]);
     }
-    for (int32_t u = 0; u < rows->units; u++) {
+    if (!(sum > 0.0) && !s->pushes) /* rows can but take from it */
+        return 0;
+    perp__statics_meet(s, y, s->met);
+    for (int32_t u = 0; u < rows->units; u++) { /* idle ones too may push against this motion */
         const perp__statics_unit *unit = &rows->unit[u];
-        double v[6] = {0.0}, lack = 0.0, terms = 0.0, made = 0.0, carried = s->weight[u];
+        const double *v = s->met + unit->row;
+        double lack = 0.0, terms = 0.0, made = 0.0, carried = s->weight[u];
 
-        perp__statics_row(s, u, y, v); /* of idle units too: they may push against this motion */
         for (int32_t l = 0; l < unit->links; l++) {
             const perp__statics_link *link = &rows->link[unit->link + l];
             double longest = 0.0;

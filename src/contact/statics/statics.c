@@ -34,6 +34,9 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t units = (size_t)rows->units, size = (size_t)rows->size;
     const size_t n = (size_t)rows->nodes * (size_t)rows->width;
 
+    s->kept_units = perp__arena_take(arena, units, sizeof *s->kept_units);
+    s->kept_links = perp__arena_take(arena, (size_t)rows->links, sizeof *s->kept_links);
+    s->kept_values = perp__arena_take(arena, s->numbers, sizeof *s->kept_values);
     PERP__INTEGERS(arena, units + 1, &s->unit_cone, &s->square, &s->unit_edge);
     s->edge = perp__arena_take(arena, s->edges, sizeof *s->edge);
     PERP__INTEGERS(arena, (size_t)rows->nodes + 2, &s->graph_starts, &s->mark, &s->unit_starts);
@@ -44,7 +47,8 @@ static void lay_out(perp__arena *arena, void *object)
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);
     s->F = perp__arena_take(arena, s->squares, sizeof *s->F);
     s->P = perp__arena_take(arena, s->widest, sizeof *s->P);
-    PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->inside);
+    PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->met, &s->base,
+                  &s->inside);
     PERP__DOUBLES(arena, n, &s->b, &s->g, &s->q, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg,
                   &s->Kq, &s->reach, &s->shift, &s->terms, &s->permuted);
     PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low, &s->Kq_low);
@@ -71,24 +75,14 @@ void perp__statics_destroy(perp__statics *s)
     perp__release(s->context, s);
 }
 
-void perp__statics_limit(perp__statics *s, double most_products)
-{
-    s->fronts.most_products = most_products;
-}
-
-int32_t perp__statics_is_too_large(const perp__statics *s)
-{
-    return s->fronts.is_too_large;
-}
-
-perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *rows)
+perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *rows, double most)
 {
     const int32_t width = rows->width;
     perp_status status;
 
     s->rows = rows;
     s->factored = 0;
-    s->edges = s->squares = s->widest = 0;
+    s->edges = s->squares = s->widest = s->numbers = 0;
     for (int32_t u = 0; u < rows->units; u++) {
         const size_t links = (size_t)rows->unit[u].links, height = (size_t)rows->unit[u].rows;
         const size_t entries = links * height * (size_t)width;
@@ -96,10 +90,19 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
         s->edges += links * links;
         s->squares += height * height;
         s->widest = entries > s->widest ? entries : s->widest;
+        s->numbers += entries;
     }
     status = perp__arena_fit(&s->arena, s->context, lay_out, s);
     if (status != PERP_OK)
         return status;
+    memcpy(s->kept_units, rows->unit, (size_t)rows->units * sizeof *s->kept_units);
+    memcpy(s->kept_links, rows->link, (size_t)rows->links * sizeof *s->kept_links);
+    memcpy(s->kept_values, rows->values, s->numbers * sizeof *s->kept_values);
+    s->kept = *rows;
+    s->kept.unit = s->kept_units;
+    s->kept.link = s->kept_links;
+    s->kept.values = s->kept_values;
+    s->rows = &s->kept;
     s->unit_edge[0] = s->square[0] = 0;
     memset(s->reach, 0, (size_t)(rows->nodes * width) * sizeof *s->reach);
     for (int32_t u = 0; u < rows->units; u++) {
@@ -112,6 +115,7 @@ perp_status perp__statics_set_up(perp__statics *s, const perp__statics_rows *row
                 perp__raise_to(&s->reach[rows->link[l].node * width + i % width],
                                fabs(rows->values[rows->link[l].at + (size_t)i]));
     }
+    s->fronts.most_products = most;
     return perp__statics_order(s);
 }
 
@@ -205,12 +209,12 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t aim = s->aim;
 
-    answer->unbalance = perp__statics_refine(s, ROUNDED);
+    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
     if (!(answer->unbalance <= BALANCED) && perp__statics_room(s) > 0.0) {
         perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (perp__statics_factor(s))
-            answer->unbalance = perp__statics_refine(s, ROUNDED);
+            answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
         s->aim = aim;
     }
     return answer->unbalance <= BALANCED && perp__statics_room(s) > 0.0;
@@ -286,7 +290,7 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     if (end != PERP__STATICS_FOUND || !is_inside(s, answer)) {
         memcpy(s->x, s->inside, bytes);
         s->aim = PERP__AIM_MARGIN;
-        answer->unbalance = perp__statics_unbalance(s);
+        answer->unbalance = perp__statics_unbalance(s, 0);
     }
     s->doubled = doubled;
 }
@@ -315,7 +319,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
         memcpy(s->x, s->inside, bytes);
         perp__statics_start_inside(s, PERP__AIM_LOAD, 0.1);
         end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
-        if (perp__statics_refine(s, ROUNDED) <= FACTOR_BALANCED &&
+        if (perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED) <= FACTOR_BALANCED &&
             s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH))
             answer->safety = s->factor / load_scale * s->scale;
         else
@@ -385,8 +389,12 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     int32_t loaded;
 
     s->iterations = s->factored = 0;
+    answer->verdict = PERP_STATICS_INDETERMINATE;
+    answer->iterations = 0;
     answer->safety = NAN;
     answer->margin = answer->unbalance = answer->work = 0.0;
+    if (s->fronts.is_too_large)
+        return PERP_OK;
 
     /* 1. The load's factor, in runs of its own: where the load alone is carried, every factor is.
      */
@@ -435,54 +443,52 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
 void perp__statics_nearest(perp__statics *s, double *r)
 {
     memset(r, 0, (size_t)s->rows->size * sizeof *r);
-    for (int32_t c = 0; c < s->cone_count; c++) {
-        const perp__cone *cone = &s->cones[c];
-        const perp__statics_unit *unit = &s->rows->unit[cone->unit];
-        const double *x = s->x + unit->row;
+    for (int32_t u = 0; u < s->rows->units; u++) {
+        const perp__statics_unit *unit = &s->rows->unit[u];
+        const double *x = s->x + unit->row, most = unit->rows > 0 ? unit->mu * x[0] : 0.0;
         const double size =
             perp__length2(unit->tangents > 0 ? x[1] : 0.0, unit->tangents > 1 ? x[2] : 0.0);
-        double *own = r + unit->row;
 
-        if (unit->kind != PERP__STATICS_CONE || !(x[0] > 0.0))
-            continue;
-        own[0] = s->scale * x[0];
-        for (int32_t k = 1; k <= unit->tangents; k++)
-            own[k] = s->scale * x[k] * (size > unit->mu * x[0] ? unit->mu * x[0] / size : 1.0);
+        for (int32_t k = 0; k <= unit->tangents && unit->rows > 0 && x[0] > 0.0; k++)
+            r[unit->row + k] = s->scale * x[k] * (k > 0 && size > most ? most / size : 1.0);
     }
 }
 
 /* ---- other forces ---- */
 
-int32_t perp__statics_adjust(perp__statics *s, const perp__statics_rows *rows,
-                             perp__statics_answer *answer, const double *forces, const double *base,
-                             int32_t keep)
+void perp__statics_keep(perp__statics *s, const double *base)
 {
-    s->rows = rows;
-    if (!(keep && s->factored)) {
-        s->iterations = s->doubled = s->recedes = 0;
-        s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
-        for (int32_t i = 0; i < rows->size; i++)
-            s->x[i] = base[i] / s->scale;
-        for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */
-            s->weight[u] = 1.0;
-            s->idle[u] = rows->unit[u].kind == PERP__STATICS_CONE && s->x[rows->unit[u].row] == 0.0;
-        }
-        perp__statics_build_cones(s);
-        if (!(perp__statics_room(s) > 0.0))
-            return 0;
-        s->t = s->tau = 0.0;
-        perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
-        perp__statics_condense(s, 1.0);
-        if (!perp__statics_factor(s))
-            return 0;
-        s->factored = 1;
+    const perp__statics_rows *rows = s->rows;
+
+    s->iterations = s->doubled = s->recedes = 0;
+    s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
+    for (int32_t i = 0; i < rows->size; i++)
+        s->x[i] = s->base[i] = base[i] / s->scale;
+    for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */
+        s->weight[u] = 1.0;
+        s->idle[u] = rows->unit[u].kind == PERP__STATICS_CONE && s->x[rows->unit[u].row] == 0.0;
     }
-    for (int32_t i = 0; i < s->rows->nodes * s->rows->width; i++)
+    perp__statics_build_cones(s);
+    if (s->fronts.is_too_large || !(perp__statics_room(s) > 0.0))
+        return;
+    s->t = s->tau = 0.0;
+    perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
+    perp__statics_condense(s, 1.0);
+    s->factored = perp__statics_factor(s);
+    memset(s->g, 0, perp__statics_numbers(s) * sizeof *s->g);
+    perp__statics_push(s, 1.0, 0, s->base, s->g, NULL);
+}
+
+int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)
+{
+    if (!s->factored)
+        return 0;
+    for (size_t i = 0; i < perp__statics_numbers(s); i++) {
         s->b[i] = -forces[i] / s->scale;
-    for (int32_t i = 0; i < s->rows->size; i++)
-        s->x[i] = base[i] / s->scale;
-    s->aim = PERP__AIM_MARGIN;
-    answer->unbalance = perp__statics_refine(s, ADJUSTED);
+        s->rb[i] = s->b[i] - s->g[i];
+    }
+    memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
+    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), ADJUSTED);
     answer->margin = perp__statics_room(s);
     if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))
         return 0;

@@ -66,11 +66,6 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
 perp__statics *perp__statics_create(perp_context *context);
 void perp__statics_destroy(perp__statics *statics);
 
-/* From now on set-ups whose factorisation takes more products than these are given up; 0: none is.
- * Whether the last one was. */
-void perp__statics_limit(perp__statics *statics, double most_products);
-int32_t perp__statics_is_too_large(const perp__statics *statics);
-
 /* Products of one factorisation with which a decision, some thirty of them, takes so long, at a
  * product a nanosecond. */
 static inline double perp__statics_products(double seconds)
@@ -78,9 +73,10 @@ static inline double perp__statics_products(double seconds)
     return seconds * (1e9 / 30.0);
 }
 
-/* The rows of a problem: orders and lays out; they stay the caller's, in place until the last call
- * for them. PERP_OK or _MEMORY. */
-perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows);
+/* The rows of a problem: orders, lays out and copies them. Where a factorisation takes more
+ * products than `most`, unless that is 0, all is indeterminate. PERP_OK or _MEMORY. */
+perp_status perp__statics_set_up(perp__statics *statics, const perp__statics_rows *rows,
+                                 double most);
 
 /* Of what falls: impulses within the cones of contacts, near to balance. r: size. */
 void perp__statics_nearest(perp__statics *s, double *r);
@@ -88,17 +84,19 @@ void perp__statics_nearest(perp__statics *s, double *r);
 perp_status perp__statics_decide(perp__statics *statics, perp__statics_answer *answer,
                                  const double *forces, const perp__statics_aim *aim);
 
-/* What changes of the forces make of impulses `base` that are strictly inside all cones:
+/* Impulses `base` of the rows that were set up, for adjusting them to other forces:
  *
  *   r = base - D J (J' D J)^-1 (forces + J' base)
  *
  * D: in the metric of base's own place in its cones, so that what has little room moves little.
- * The factor is that of the last touch where `keep` is 1: then rows and base have to be the same,
- * wherever they are now. Returns whether r is balanced and in all cones; then
- * answer->r, margin (the least room left beside base's) and unbalance are written. */
-int32_t perp__statics_adjust(perp__statics *statics, const perp__statics_rows *rows,
-                             perp__statics_answer *answer, const double *forces, const double *base,
-                             int32_t keep);
+ * Base and the factor are kept until the next set-up or decision; from a base that is not strictly
+ * inside all cones nothing can be adjusted. */
+void perp__statics_keep(perp__statics *statics, const double *base);
+
+/* Whether r is balanced and in all cones; then answer->r, margin (the least room left beside
+ * base's) and unbalance are written. */
+int32_t perp__statics_adjust(perp__statics *statics, perp__statics_answer *answer,
+                             const double *forces);
 
 /* Whether velocities of 0 answer dynamics with the forces f, contacts without bounds, and w that is
  * 0 but for the normals of open ones; then r: the least impulses that balance them: front.c. What

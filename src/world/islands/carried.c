@@ -196,19 +196,6 @@ static int32_t obeys(const perp__world_contact *contact, const double *r, int32_
            !(swept && perp__is_deep(contact));
 }
 
-/* Asks memory for a contact that comes soon, of this island or a later one. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, const perp__island *island, int32_t i)
-{
-    const int32_t at = island->first_contact + i + AHEAD;
-
-    if (at < world->contacts.included) {
-        const int32_t number = world->contact_order[at];
-
-        perp__fetch_far(&world->contacts.contacts[number], sizeof *world->contacts.contacts);
-        perp__fetch_far(&world->contacts.responses[number], sizeof *world->contacts.responses);
-    }
-}
-
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
                   double *sums)
 {
@@ -238,8 +225,8 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
 /* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
  * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
  * of its own. */
-void perp__find_turning(const perp_world *world, int32_t body, const double *now,
-                        const double *carried, double t, double *L)
+static void find_turning(const perp_world *world, int32_t body, const double *now,
+                         const double *carried, double t, double *L)
 {
     const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
     double own[3], turned[3], change[3], momentum[3], gyroscopic[3];
@@ -256,31 +243,33 @@ void perp__find_turning(const perp_world *world, int32_t body, const double *now
     perp__add3(L, -t, gyroscopic);
 }
 
+void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
+                      double t, const double *now, const double *free, double *force)
+{
+    double carried[6];
+
+    perp__carried_twist(world, carrying, body, t, carried);
+    find_turning(world, body, now + 3, carried + 3, t, force + 3);
+    for (int32_t k = 0; k < 3; k++) {
+        force[k] = world->bodies[body].mass * (free[k] - carried[k]);
+        force[3 + k] /= perp__body_length(world, body);
+    }
+}
+
 /* What is left of a body's forces beside the sizes of their terms: of its own, and of what presses
  * on its mass centre at least. */
-static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t i,
+static double unbalance(const perp_world *world, const perp__carrying *carrying, int32_t body,
                         const double *sum)
 {
-    const perp__body *body = &world->bodies[i];
-    const perp__motion *motion = &world->motions[i];
-    const double root = sqrt(body->mass);
-    double own[3], turned[3], gained[3], left[6], gain[6], L[3], terms;
+    const perp__motion *motion = &world->motions[body];
+    const double length = perp__body_length(world, body);
+    double force[6], left[6], own;
 
-    perp__carried_twist(world, carrying, i, world->step_length, gain);
-    perp__find_turning(world, i, motion->start + 3, gain + 3, world->step_length, L);
-    for (int32_t k = 0; k < 3; k++)
-        gain[k] = motion->free[k] - gain[k];
-    perp__apply_transposed3(own, motion->rotation, L);
-    perp__apply_transposed3(gained, body->factor, own);
-    perp__apply_transposed3(own, motion->rotation, sum + MOMENT);
-    perp__apply_transposed3(turned, body->factor, own);
-    for (int32_t k = 0; k < 3; k++) {
-        left[k] = root * gain[k] + sum[FORCE + k] / root;
-        left[3 + k] = gained[k] + turned[k];
-    }
-    terms = root * perp__length3(gain) + perp__length3(gained) + sum[TERMS] / root;
-    own[0] = perp__length2(perp__length3(left), perp__length3(left + 3));
-    return own[0] > 0.0 ? own[0] / terms : 0.0;
+    perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free, force);
+    for (int32_t k = 0; k < 6; k++)
+        left[k] = force[k] + sum[k] / (k < 3 ? 1.0 : length);
+    own = perp__length2(perp__length3(left), perp__length3(left + 3));
+    return own > 0.0 ? own / (perp__length3(force) + perp__length3(force + 3) + sum[TERMS]) : 0.0;
 }
 
 static void lie(perp_world *world, const perp__island *island, const perp__carrying *carrying)
@@ -296,8 +285,7 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
 
-        perp__copy3(response->impulse, response->remembered);
-        perp__copy3(response->next, response->remembered);
+        perp__copy3(response->impulse, response->next);
         memset(response->velocity, 0, sizeof response->velocity);
         if (contact->friction == 0.0) /* what slides freely stands along the normal alone */
             perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
@@ -306,31 +294,52 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
     }
 }
 
-int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
+/* What the impulses of the last step leave of the island's forces; INFINITY where they are none of
+ * this step's. */
+static double last_unbalance(perp_world *world, const perp__island *island,
+                             const perp__carrying *carrying, int32_t swept)
 {
     double *sums = world->work.forces, left = 0.0;
+
+    memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__response *response = perp__step_response(world, island, i);
+        const int32_t ahead = island->first_contact + i + AHEAD; /* of a later island, maybe */
+
+        if (ahead < world->contacts.included) {
+            perp__fetch_far(&world->contacts.contacts[world->contact_order[ahead]],
+                            sizeof *contact);
+            perp__fetch_far(&world->contacts.responses[world->contact_order[ahead]],
+                            sizeof *response);
+        }
+        if (!obeys(contact, response->remembered, swept))
+            return INFINITY;
+        perp__copy3(response->next, response->remembered);
+        press(world, contact, response->next, sums);
+    }
+    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
+        perp__raise_to(&left, unbalance(world, carrying, world->body_order[island->first_body + i],
+                                        sums + NUMBERS * i));
+    return left;
+}
+
+perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    perp_status status = PERP_OK;
     perp__carrying carrying;
     int32_t swept;
+    double left;
 
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__begins_standing(world, island, &carrying))
-        return 0;
+        return PERP_OK;
     swept = !perp__is_worth_exact(world, island);
-    for (int32_t i = 0; i < island->contacts; i++) {
-        fetch_ahead(world, island, i);
-        if (!obeys(perp__step_contact(world, island, i),
-                   perp__step_response(world, island, i)->remembered, swept))
-            return 0;
-    }
-    memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
-    for (int32_t i = 0; i < island->contacts; i++)
-        press(world, perp__step_contact(world, island, i),
-              perp__step_response(world, island, i)->remembered, sums);
-    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
-        perp__raise_to(&left, unbalance(world, &carrying, world->body_order[island->first_body + i],
-                                        sums + NUMBERS * i));
-    if (!(left <= BALANCED))
-        return 0;
+    left = last_unbalance(world, island, &carrying, swept);
+    if (left > BALANCED && left < INFINITY)
+        status = perp__stand_as_decided(world, island, &carrying, &left);
+    if (status != PERP_OK || !(left <= BALANCED))
+        return status;
     lie(world, island, &carrying);
     verdict->outcome = PERP_OUTCOME_SOLVED;
     verdict->residual = left;
@@ -338,5 +347,5 @@ int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__ve
     verdict->swept = swept;
     verdict->stands = 1;
     verdict->rides = carrying.motion == PERP__CARRIED_ALONG;
-    return 1;
+    return PERP_OK;
 }

@@ -54,11 +54,6 @@ static void say_outcome(perp__rigid_answer *answer, double tol)
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
-static int32_t most_thorough(const perp_world *world)
-{
-    return world->settings.planar ? FEW_PLANAR : FEW;
-}
-
 static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
                             perp__rigid_problem *problem)
 {
@@ -99,6 +94,7 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
 {
     perp__island_work *work = &world->work;
     const int64_t spent = answer->iterations;
+    perp__carrying carrying;
     perp_status status;
 
     if (problem->max_iterations > 0 && spent >= problem->max_iterations)
@@ -107,7 +103,8 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
         problem->max_iterations -= (int32_t)spent;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     problem->again = 1;
-    problem->brief = work->count > most_thorough(world) && !perp__begins_at_rest(world, island);
+    problem->brief = work->count > (world->settings.planar ? FEW_PLANAR : FEW) &&
+                     !perp__begins_standing(world, island, &carrying);
     status = perp__rigid_solve(world->solver, answer, problem);
     answer->iterations += spent;
     return status;
@@ -142,17 +139,6 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     return status;
 }
 
-perp_status perp__stand_as_begun(perp_world *world, const perp__island *island,
-                                 perp__verdict *verdict)
-{
-    perp__carrying carrying;
-
-    verdict->stands = 0;
-    if (!perp__begins_standing(world, island, &carrying))
-        return PERP_OK;
-    return perp__stand(world, island, &carrying, verdict, &verdict->stands);
-}
-
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict)
 {
@@ -163,7 +149,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 
     verdict->stands = 0;
     if (!bounces)
-        status = perp__stand_as_begun(world, island, verdict);
+        status = perp__stand(world, island, NULL, verdict);
     if (status != PERP_OK || verdict->stands) {
         memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
         return status;

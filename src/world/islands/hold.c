@@ -54,10 +54,9 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
 
-    for (int32_t i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++)
         strength[i] = perp__mass_norm(world, work->members[i], work->now + n * i) +
                       perp__mass_norm(world, work->members[i], work->gain + n * i);
-    }
     for (int32_t i = 0; i < work->units; i++)
         for (int32_t k = 0; k < work->rows[i].dim; k++)
             for (int32_t side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
@@ -88,15 +87,6 @@ static double largest_change(const perp_world *world, const perp__island *island
             perp__raise_to(&largest, norm / strength[i]);
     }
     return largest;
-}
-
-int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island)
-{
-    int32_t i, rests = world->work.carriers == 0;
-
-    for (i = 0; i < world->dof * island->bodies && rests; i++)
-        rests = world->work.now[i] == 0.0;
-    return rests;
 }
 
 /* Velocities in what the rows that hold leave free, where they are an answer as well. */

@@ -17,6 +17,7 @@
  * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
  * what they make of either body there; where it falls nothing ends a bounce but rounding. */
 #include "world/joints/joints.h"
+#include "world/islands/standing.h"
 
 #include <math.h>
 #include <string.h>
@@ -275,7 +276,7 @@ static perp_status solve_round(perp_world *world, const perp__island *island,
     if (!perp__swings(world, island))
         return perp__solve_rows(world, island, 0, verdict);
     if (work->carriers > 0) /* what hangs still beside what moves, to the last bit */
-        status = perp__stand_as_begun(world, island, verdict);
+        status = perp__stand(world, island, NULL, verdict);
     return status == PERP_OK && !verdict->stands ? perp__swing(world, island, verdict) : status;
 }
 
@@ -434,8 +435,8 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     perp__add_joint_impulses(world, work->impulse + 3 * passed, t / whole);
     for (i = 0; i < island->contacts; i++)
         if (!work->hit[i])
-            perp__add_impulse(world, island, i, perp__step_response(world, island, i)->next,
-                              t / whole);
+            perp__add3(perp__step_response(world, island, i)->impulse, t / whole,
+                       perp__step_response(world, island, i)->next);
     if (!*done)
         move_gaps(world, island, t, mean, whole);
     go(world, island, t, mean, whole);

@@ -129,9 +129,7 @@ double perp__normal_of(const perp_world *world, int32_t i, const double *x, int3
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
-/* Adds to the impulse of the island's contact i; adds those of the answer, and takes its modes. */
-void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
-                       const double *impulse, double share);
+/* Adds the impulses of the answer, and takes its modes. */
 void perp__take_answer(perp_world *world, const perp__island *island);
 /* work.moving := the way so far over h. */
 void perp__mean_motion(perp_world *world, const perp__island *island, double h);
@@ -146,10 +144,6 @@ void perp__write_velocities(perp_world *world, const perp__island *island);
  * is judged by the second. */
 double perp__exact_tol(const perp_world *world);
 double perp__swept_tol(const perp_world *world);
-/* What begins with the motion of what carries it: verdict->stands tells whether it keeps that, and
- * then its velocities are written. */
-perp_status perp__stand_as_begun(perp_world *world, const perp__island *island,
-                                 perp__verdict *verdict);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
@@ -162,8 +156,6 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               double tol);
 /* The sizes of the terms that each body's velocity is made of. */
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength);
-/* Whether all of an island is at rest, and nothing that moves as it is told is next to it. */
-int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island);
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);

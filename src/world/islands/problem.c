@@ -425,12 +425,6 @@ void perp__receive(perp_world *world, perp__rigid_answer *answer)
     answer->carrier = work->carrier;
 }
 
-void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
-                       const double *impulse, double share)
-{
-    perp__add3(perp__step_response(world, island, i)->impulse, share, impulse);
-}
-
 void perp__take_answer(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
@@ -438,7 +432,7 @@ void perp__take_answer(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < work->count; i++) {
         perp__response *response = perp__step_response(world, island, work->chosen[i]);
 
-        perp__add_impulse(world, island, work->chosen[i], work->impulse + 3 * i, 1.0);
+        perp__add3(response->impulse, 1.0, work->impulse + 3 * i);
         perp__copy3(response->next, work->impulse + 3 * i);
         response->mode = work->modes[i];
     }

@@ -65,17 +65,18 @@ static void leave_alone(perp_world *world, const perp__island *island)
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const perp__verdict before = {.asked = verdict->asked, .in_vain = verdict->in_vain};
+    const perp__verdict before = {
+        .asked = verdict->asked, .in_vain = verdict->in_vain, .jointed = island->joints > 0};
     const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
     perp__carrying carrying;
     perp_status status = PERP_OK;
 
     *verdict = before;
-    verdict->jointed = island->joints > 0;
     if (island->joints == 0) {
-        if (perp__lies_still(world, island, verdict))
-            return PERP_OK;
+        status = perp__lie_still(world, island, verdict);
+        if (status != PERP_OK || verdict->stands)
+            return status;
         if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
             leave_alone(world, island);
             return PERP_OK;
@@ -89,7 +90,6 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
             (perp__is_good(verdict->outcome) && !verdict->settles))
             return status;
         *verdict = before;
-        verdict->jointed = island->joints > 0;
     }
     perp__begin_joints(world, island, h, known);
     return perp__follow_island(world, island, h, verdict);

@@ -1,8 +1,9 @@
-/* The question whether an island stands, put to contact/statics: first to what forces changed since
- * it was decided, then anew. */
+/* The question whether an island stands, put to contact/statics: anew, or to what of the forces
+ * changed since it was decided. */
 #include "world/islands/standing.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "base/outcome.h"
@@ -146,22 +147,15 @@ static void find_forces(perp_world *world, const perp__island *island,
     const int32_t n = world->dof;
 
     for (int32_t i = 0; i < island->bodies; i++) {
-        const perp__body *body = &world->bodies[work->members[i]];
-        const double length = perp__body_length(world, work->members[i]);
-        double twist[6], carried[6], now[6];
+        const double t = work->share * world->step_length;
+        double twist[6], now[6], force[6];
 
+        perp__carried_twist(world, carrying, work->members[i], t, twist);
+        perp__coordinates_of(world, twist, work->still + n * i);
         perp__twist_of(world, work->free + n * i, twist);
-        perp__carried_twist(world, carrying, work->members[i], work->share * world->step_length,
-                            carried);
-        perp__coordinates_of(world, carried, work->still + n * i);
         perp__twist_of(world, work->now + n * i, now);
-        perp__find_turning(world, work->members[i], now + 3, carried + 3,
-                           work->share * world->step_length, twist + 3);
-        for (int32_t k = 0; k < 3; k++) {
-            twist[k] = body->mass * (twist[k] - carried[k]);
-            twist[3 + k] /= length;
-        }
-        perp__coordinates_of(world, twist, work->stand_forces + n * i);
+        perp__find_force(world, carrying, work->members[i], t, now, twist, force);
+        perp__coordinates_of(world, force, work->stand_forces + n * i);
     }
     for (int32_t i = work->count; i < work->units; i++) {
         const perp__rigid_rows *rows = &work->rows[i];
@@ -186,32 +180,49 @@ static void find_forces(perp_world *world, const perp__island *island,
 /* Four words side by side: each chain's products wait for nothing but its own. */
 static void mix(uint64_t *key, const void *data, size_t bytes)
 {
-    for (size_t at = 0; at < bytes / sizeof(uint64_t); at++) {
-        uint64_t word, *own = &key[at % PERP__STANDING_WORDS];
+    uint64_t own[PERP__STANDING_WORDS], word;
+
+    memcpy(own, key, sizeof own);
+    for (size_t at = 0; at < bytes / sizeof word; at++) {
+        uint64_t *to = &own[at % PERP__STANDING_WORDS];
 
         memcpy(&word, (const char *)data + at * sizeof word, sizeof word);
-        *own = (*own ^ word) * 0x9E3779B97F4A7C15u;
-        *own ^= *own >> 29;
+        *to = (*to ^ word) * 0x9E3779B97F4A7C15u;
+        *to ^= *to >> 29;
     }
+    memcpy(key, own, sizeof own);
 }
 
-static void find_key(const perp_world *world, const perp__statics_rows *rows, uint64_t *key)
+/* Of all that the rows of contacts are made of, tangents from the normal, and of what was decided
+ * of them. Returns 0 where nothing was, or of other contacts: a point that pressed is open, or one
+ * that only a motion brings about came. */
+static int32_t find_key(const perp_world *world, const perp__island *island, uint64_t *key)
 {
-    const perp__island_work *work = &world->work;
-    size_t numbers = 0;
+    const size_t first = offsetof(perp__world_contact, arms);
+    int32_t any = 0;
 
-    for (int32_t i = 0; i < rows->units; i++)
-        if (rows->unit[i].links > 0)
-            numbers = rows->link[rows->unit[i].link + rows->unit[i].links - 1].at +
-                      (size_t)(rows->unit[i].rows * rows->width);
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
-    key[0] ^= (uint64_t)rows->nodes << 32 | (uint32_t)rows->size;
-    for (int32_t i = 0; i < rows->units; i++)
-        mix(key, &rows->unit[i], sizeof rows->unit[i]);
-    mix(key, rows->link, (size_t)rows->links * sizeof *rows->link);
-    mix(key, work->stand_base, (size_t)rows->size * sizeof(double));
-    mix(key, rows->values, numbers * sizeof(double));
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const perp__tie *tie = perp__step_tie(world, island, i);
+        const double *base = perp__step_response(world, island, i)->base;
+        uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1]};
+
+        if (tie->moved || (base[0] > 0.0 && perp__open_gap(contact, contact->gap) > 0.0))
+            return 0;
+        any |= base[0] > 0.0;
+        memcpy(own + 1, &contact->friction, sizeof contact->friction);
+        memcpy(own + 2, base, 3 * sizeof *base);
+        mix(key, own, sizeof own);
+        mix(key, (const char *)contact + first, offsetof(perp__world_contact, axes[1]) - first);
+    }
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const double length = perp__body_length(world, world->body_order[island->first_body + i]);
+
+        mix(key, &length, sizeof length);
+    }
+    return any;
 }
 
 /* The workspace with this key, or the one that was used longest ago. */
@@ -243,38 +254,72 @@ static perp__statics *find_statics(perp_world *world, const uint64_t *key, int32
 /* ---- the question ---- */
 
 /* Within what a step may cost: where it has a time limit, decisions that fit in. */
-static perp_status set_up(const perp_world *world, perp__statics *statics,
-                          const perp__statics_rows *rows)
+static perp_status set_up(const perp_world *world, perp__statics *statics)
 {
-    double most = MOST_PRODUCTS;
+    const double seconds = world->budget.limited ? world->settings.time_limit : INFINITY;
 
-    if (world->budget.limited)
-        most = fmin(most, perp__statics_products(world->settings.time_limit));
-    perp__statics_limit(statics, most);
-    return perp__statics_set_up(statics, rows);
+    return perp__statics_set_up(statics, &world->work.stand_rows,
+                                fmin(MOST_PRODUCTS, perp__statics_products(seconds)));
 }
 
-/* What was decided in an earlier step, if all that presses then still touches. */
-static int32_t recall_base(const perp_world *world, const perp__island *island)
+/* The rows of the contacts, and their factor in the metric of what was decided: those without an
+ * impulse, open ones among them, stay so. */
+static perp_status keep(perp_world *world, const perp__island *island, perp__statics *statics)
 {
-    const perp__island_work *work = &world->work;
-    int32_t any = 0;
+    perp__island_work *work = &world->work;
+    perp_status status;
 
-    for (int32_t i = 0; i < work->count; i++) {
-        const double *base = perp__step_response(world, island, work->chosen[i])->base;
-        const perp__statics_unit *unit = &work->stand_units[i];
+    perp__choose_rows(world, island, NULL);
+    perp__gather_standing(world, island, 0);
+    for (int32_t i = 0; i < work->count; i++)
+        memcpy(work->stand_base + work->stand_units[i].row,
+               perp__step_response(world, island, i)->base,
+               (size_t)work->stand_units[i].rows * sizeof(double));
+    status = set_up(world, statics);
+    if (status == PERP_OK)
+        perp__statics_keep(statics, work->stand_base);
+    return status;
+}
 
-        if (base[0] > 0.0 && unit->rows == 0)
-            return 0;
-        any |= base[0] > 0.0;
-        for (int32_t k = 0; k < unit->rows; k++)
-            work->stand_base[unit->row + k] = base[k];
+perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
+                                   const perp__carrying *carrying, double *unbalance)
+{
+    perp__island_work *work = &world->work;
+    perp__statics_answer answer = {.r = work->stand_r};
+    uint64_t key[PERP__STANDING_WORDS];
+    perp__statics *statics;
+    int32_t is_known, row = 0;
+    perp_status status = PERP_OK;
+
+    if (!find_key(world, island, key))
+        return PERP_OK;
+    statics = find_statics(world, key, &is_known);
+    if (!statics)
+        return PERP_ERROR_MEMORY;
+    perp__gather_bodies(world, island);
+    perp__force_bodies(world, island, 1.0);
+    work->count = work->units = 0; /* no motors */
+    find_forces(world, island, carrying);
+    if (!is_known)
+        status = keep(world, island, statics);
+    if (status != PERP_OK || !perp__statics_adjust(statics, &answer, work->stand_forces))
+        return status;
+    memcpy(world->standing->key[world->standing->last], key, sizeof key);
+    *unbalance = answer.unbalance;
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const int32_t rubs = perp__step_tie(world, island, i)->rubs;
+        const int32_t rows = !rubs ? 1 : world->settings.planar ? 2 : 3;
+        double *next = perp__step_response(world, island, i)->next;
+
+        for (int32_t k = 0; k < 3; k++)
+            next[k] = k < rows ? work->stand_r[row + k] : 0.0;
+        row += rows;
     }
-    return any && work->units == work->count;
+    return PERP_OK;
 }
 
 /* Impulses and velocities of an island that stands. */
-static void take_answer(perp_world *world, const perp__island *island, int32_t decided)
+static void take_answer(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
 
@@ -296,8 +341,7 @@ static void take_answer(perp_world *world, const perp__island *island, int32_t d
         if (i >= work->count)
             continue;
         work->modes[i] = r[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        if (decided)
-            perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
+        perp__copy3(perp__step_response(world, island, work->chosen[i])->base, r);
     }
     memcpy(work->v, work->still, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
@@ -318,59 +362,40 @@ static void start_from(perp_world *world, const perp__island *island, perp__stat
 }
 
 perp_status perp__stand(perp_world *world, const perp__island *island,
-                        const perp__carrying *carrying, perp__verdict *verdict, int32_t *stands)
+                        const perp__carrying *carrying, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     perp__statics_aim aim = {PERP_STATICS_INTERIOR, MOST_ITERATIONS, 0, NULL};
-    perp__statics_answer answer = {0};
-    perp__statics_rows *rows = &work->stand_rows;
+    perp__statics_answer answer = {.r = work->stand_r};
+    const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
-    int32_t is_known, decided = 0;
-    perp_status status = PERP_OK;
+    const int32_t begins = perp__begins_standing(world, island, &begun);
+    int32_t is_known;
+    perp_status status;
 
-    *stands = 0;
-    if ((world->settings.cone != 0 && !world->settings.planar) ||
-        !perp__gather_standing(world, island, 0) || rows->size == verdict->asked)
+    verdict->stands = 0;
+    carrying = carrying ? carrying : &begun;
+    if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar) ||
+        !perp__gather_standing(world, island, 0) || *size == verdict->asked)
         return PERP_OK;
     find_forces(world, island, carrying);
-    answer.r = work->stand_r;
-    answer.verdict = PERP_STATICS_INDETERMINATE;
-    if (recall_base(world, island)) {
-        uint64_t key[PERP__STANDING_WORDS];
-
-        find_key(world, rows, key);
-        statics = find_statics(world, key, &is_known);
-        if (!statics)
-            return PERP_ERROR_MEMORY;
-        status = is_known ? PERP_OK : set_up(world, statics, rows);
-        if (status == PERP_OK && !perp__statics_is_too_large(statics)) {
-            perp__statics_adjust(statics, rows, &answer, work->stand_forces, work->stand_base,
-                                 is_known);
-            memcpy(world->standing->key[world->standing->last], key, sizeof key);
-        }
-    }
-    if (status == PERP_OK && answer.verdict != PERP_STATICS_STANDS) {
-        statics = find_statics(world, NULL, &is_known);
-        if (!statics)
-            return PERP_ERROR_MEMORY;
-        status = set_up(world, statics, rows);
-        if (status == PERP_OK && !perp__statics_is_too_large(statics))
-            status = perp__statics_decide(statics, &answer, work->stand_forces, &aim);
-        decided = 1;
-        perp__spend(world, answer.iterations);
-    }
-    if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS &&
-        perp__begins_standing(world, island, &begun))
+    statics = find_statics(world, NULL, &is_known);
+    if (!statics)
+        return PERP_ERROR_MEMORY;
+    status = set_up(world, statics);
+    PERP__THEN(status, perp__statics_decide(statics, &answer, work->stand_forces, &aim));
+    perp__spend(world, answer.iterations);
+    if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS && begins)
         start_from(world, island, statics);
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
-        verdict->asked = rows->size;
+        verdict->asked = *size;
         return status;
     }
-    take_answer(world, island, decided);
+    take_answer(world, island);
     verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_SOLVED);
     perp__raise_to(&verdict->residual, answer.unbalance);
-    verdict->stands = *stands = 1;
+    verdict->stands = 1;
     verdict->rides = carrying->motion == PERP__CARRIED_ALONG;
     return PERP_OK;
 }

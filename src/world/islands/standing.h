@@ -47,15 +47,18 @@ void perp__ride(perp_world *world, const perp__island *island, double h);
 int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
                               perp__carrying *carrying);
 
-/* The same impulses as in the last step: whether they leave an island at rest to rounding beside
- * the terms of each body. Then that is its motion. */
-int32_t perp__lies_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
+/* The same impulses as in the last step, or what other forces make of those that were decided:
+ * whether they leave an island at rest to rounding beside the terms of each body. Then
+ * verdict->stands is 1, and that is its motion. PERP_OK or _MEMORY. */
+perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
+/* The second of these: contacts' `next` and *unbalance are written where it stands. */
+perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
+                                   const perp__carrying *carrying, double *unbalance);
 
-/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
- * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
- * of its own. */
-void perp__find_turning(const perp_world *world, int32_t body, const double *now,
-                        const double *carried, double t, double *L);
+/* What takes a body in a time t from the twist `now`, where it would have `free` alone, to the
+ * carried one, as force[6]: an impulse, and an angular one over the body's length. */
+void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
+                      double t, const double *now, const double *free, double *force);
 /* A length of a body, of its inertia: what turns are taken times. */
 double perp__body_length(const perp_world *world, int32_t body);
 /* work.stand_rows: the rows of work as statics has them. Returns 0 where one makes its bodies move,
@@ -63,8 +66,9 @@ double perp__body_length(const perp_world *world, int32_t body);
 int32_t perp__gather_standing(perp_world *world, const perp__island *island, int32_t ignores);
 
 /* Whether the rows of work, over an interval whose velocities would be work.free without impulses,
- * can stand with the bodies in that motion. Then *stands is 1 and work has the answer. */
+ * can stand with the bodies in that motion, NULL: the one that they begin with, if there is one:
+ * verdict->stands. Then work has the answer. */
 perp_status perp__stand(perp_world *world, const perp__island *island,
-                        const perp__carrying *carrying, perp__verdict *verdict, int32_t *stands);
+                        const perp__carrying *carrying, perp__verdict *verdict);
 
 #endif

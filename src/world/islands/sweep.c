@@ -407,7 +407,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                                 perp__island_motion(world, island, i)->trial);
         pose_rows(world, island, h);
         close_gaps(world, island, h);
-        status = perp__stand(world, island, &carrying, verdict, &verdict->stands);
+        status = perp__stand(world, island, &carrying, verdict);
         if (!verdict->stands && island->joints > 0)
             perp__begin_joints(world, island, h, 0);
     }
@@ -442,7 +442,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                                                         : PERP_OUTCOME_ITERATION_LIMIT;
         if (status == PERP_OK && carried && goes_nowhere(world, island, h)) {
             close_gaps(world, island, h); /* overlap that no energy is left for stays */
-            status = perp__stand(world, island, &carrying, verdict, &verdict->stands);
+            status = perp__stand(world, island, &carrying, verdict);
         }
     }
     if (status == PERP_OK)
