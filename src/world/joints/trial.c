@@ -187,7 +187,10 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
                          &joint->middle);
 
         /* 2. what their change till the end makes of the trial motion's last velocity, if it is
-         * more than rounding */
+         * more than rounding; of what stays there is none */
+        memset(joint->turning, 0, sizeof joint->turning);
+        if (paths[0]->stays && paths[1]->stays)
+            continue;
         view_placed(world, joint, (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to},
                     &end);
         const double length = fmax(end.size, fabs(end.coordinate));
@@ -205,23 +208,6 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
             }
             joint->turning[row] = fabs(turning) > unsure * terms ? turning : 0.0;
         }
-    }
-}
-
-void perp__mean_of_ends(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        double now[6], v[6], seen[3];
-
-        perp__twist_of(world, work->now + world->dof * i, now);
-        perp__twist_of(world, work->v + world->dof * i, v);
-        perp__apply_transposed3(seen, work->paths[i].turn, v + 3);
-        perp__copy3(v + 3, seen);
-        for (int32_t k = 0; k < 6; k++)
-            v[k] = 0.5 * (now[k] + v[k]);
-        perp__coordinates_of(world, v, work->moving + world->dof * i);
     }
 }
 
