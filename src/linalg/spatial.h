@@ -188,7 +188,7 @@ static inline void perp__quaternion_product(double *p, const double *a, const do
 
 static inline double perp__quaternion_norm(const double *q)
 {
-    return hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
+    return perp__length2(perp__length2(q[0], q[1]), perp__length2(q[2], q[3]));
 }
 
 static inline void perp__quaternion_normalise(double *q)

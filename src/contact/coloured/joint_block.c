@@ -60,7 +60,7 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
                         const perp__rigid_rows *g, const int32_t *splits, int32_t i, int32_t n)
 {
     const int32_t width = problem->width;
-    double P[16] = {0.0}, *old = b->P + 16 * n;
+    double P[16], *old = b->P + 16 * n;
     int32_t bodies[2], same;
 
     for (int32_t side = 0; side < 2; side++) {
@@ -69,6 +69,7 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
                      *C = problem->factors + (is_free ? width * width * body : 0);
 
         bodies[side] = is_free ? body : problem->bodies;
+        memset(P + 8 * side, 0, 8 * sizeof *P);
         if (is_free)
             turn_row(P + 8 * side, J, C, width, splits[side]);
         for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
@@ -219,10 +220,14 @@ PERP__MULTIVERSION(multiply, (perp__joint_block * b, const double *y), (b, y))
 {
     const perp__joint_factor *f = &b->factor;
 
-    memset(b->x, 0, PERP__NODE * (size_t)f->nodes * sizeof *b->x);
-    for (int32_t k = 0; k < 2 * f->nodes; k++)
-        perp__add_product(b->x + PERP__NODE * (k / 2), f->rows[k / 2], 1.0,
-                          &f->P[k / 2][PERP__NODE * (k % 2)], y + 8 * f->body[k], 6);
+    for (int32_t k = 0; k < f->nodes; k++) {
+        double sum[PERP__NODE] = {0.0};
+
+        for (int32_t side = 0; side < 2; side++)
+            perp__add_columns(sum, f->rows[k], 1.0, &f->P[k][PERP__NODE * side],
+                              y + 8 * f->body[2 * k + side], 6);
+        memcpy(b->x + PERP__NODE * k, sum, sizeof sum);
+    }
 }
 
 /* b->error := K^-1 (P y + share w), and y less what that pushes. Returns the largest that a row

@@ -197,7 +197,7 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
                 const double x[6] = {own[0][c], own[1][c], own[2][c],
                                      own[3][c], own[4][c], own[5][c]};
 
-                perp__add_product(tile[c], f->rows[other], 1.0, P, x, 6);
+                perp__add_columns(tile[c], f->rows[other], 1.0, P, x, 6);
             }
         }
     }
@@ -228,7 +228,7 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP_
         for (int32_t k = 0; k < c; k++) {
             const double x = -root * D[k][c];
 
-            perp__add_product(back[c], rows, 1.0, &back[k], &x, 1);
+            perp__add_columns(back[c], rows, 1.0, &back[k], &x, 1);
         }
         /* 2. What that leaves of the columns behind it. */
         for (int32_t d = c + 1; d < rows; d++) {
@@ -238,8 +238,8 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP_
                 D[d][l] += x * D[c][l];
         }
     }
-    for (int32_t c = 0; c < PERP__NODE; c++)
-        for (int32_t l = 0; l < PERP__NODE; l++)
+    for (int32_t c = 0; c < rows; c++)
+        for (int32_t l = 0; l < rows; l++)
             D[l][c] = back[c][l];
     return 1;
 }
@@ -263,8 +263,9 @@ PERP__KERNEL static int32_t eliminate(perp__joint_factor *f, int32_t k, double l
             perp__add_product(half[c], others, 1.0, f->tile[t], turned[c], rows);
         for (int32_t c = 0; c < rows; c++)
             perp__add_product(L[c], others, 1.0, half, inverse[c], rows);
-        for (int32_t c = 0; c < PERP__NODE; c++)
-            for (int32_t l = 0; l < PERP__NODE; l++)
+        memset(f->back[t], 0, sizeof *f->back);
+        for (int32_t c = 0; c < rows; c++)
+            for (int32_t l = 0; l < others; l++)
                 f->back[t][l][c] = L[c][l];
         find_places(f, f->row[t], f->mark);
         for (int32_t s = t; s < end; s++) {

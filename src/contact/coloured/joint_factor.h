@@ -20,8 +20,9 @@ typedef double perp__joint_tile[PERP__NODE][PERP__NODE];
 /* What a node has of P: a row of numbers y, eight of A and eight of B, in each of its lanes. */
 typedef double perp__joint_lanes[2 * PERP__NODE][PERP__NODE];
 
-/* to := to + sign A x, of as many lanes as cover `rows`; A has so many columns. */
-PERP__KERNEL static void perp__add_product(double *to, int32_t rows, double sign,
+/* to := to + sign A x, of as many lanes as cover `rows`; A has so many columns, which the compiler
+ * knows. */
+PERP__KERNEL static void perp__add_columns(double *to, int32_t rows, double sign,
                                            double (*A)[PERP__NODE], const double *x,
                                            int32_t columns)
 {
@@ -37,6 +38,19 @@ PERP__KERNEL static void perp__add_product(double *to, int32_t rows, double sign
     PERP__LANES_AT(to) = sums[0];
     if (rows > PERP__NODE / 2)
         PERP__LANES_AT(to + PERP__NODE / 2) = sums[1];
+}
+
+/* The same of a tile, beyond whose columns, three of a ball and five of a hinge, all is 0. */
+PERP__KERNEL static void perp__add_product(double *to, int32_t rows, double sign,
+                                           double (*A)[PERP__NODE], const double *x,
+                                           int32_t columns)
+{
+    if (columns <= 3)
+        perp__add_columns(to, rows, sign, A, x, 3);
+    else if (columns <= 6)
+        perp__add_columns(to, rows, sign, A, x, 6);
+    else
+        perp__add_columns(to, rows, sign, A, x, PERP__NODE);
 }
 
 typedef struct perp__joint_factor {

@@ -181,28 +181,30 @@ int perp__box_is_smaller(const perp__placed *a, const perp__placed *b)
     return x[0] + x[1] + x[2] < y[0] + y[1] + y[2];
 }
 
+/* The one of the axes from `from` to `end` that lacks most, if that is more by `ahead`. */
+static void close_later(const perp__axes *axes, const double *gate, int32_t from, int32_t end,
+                        double ahead, int32_t *best, double *most)
+{
+    for (int32_t k = from; k < end; k++) {
+        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
+        if (lacks > *most + ahead) {
+            *best = k;
+            *most = lacks;
+        }
+    }
+}
+
 int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
                             const double *gate)
 {
-    const double bias = BIAS * fmin(perp__size_of(a), perp__size_of(b));
+    const double bias = BIAS * perp__lesser(perp__size_of(a), perp__size_of(b));
     const int32_t smaller = perp__box_is_smaller(a, b);
-    const int32_t first = smaller ? axes->faces[0] : 0, faces = axes->faces[smaller];
+    const int32_t first = smaller ? axes->faces[0] : 0, end = first + axes->faces[smaller];
     double most = -INFINITY;
     int32_t best = 0;
-    for (int32_t k = first; k < first + faces; k++) {
-        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
-        if (lacks > most) {
-            best = k;
-            most = lacks;
-        }
-    }
-    for (int32_t k = 0; k < axes->count; k++) {
-        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
-        if ((k < first || k >= first + faces) && lacks > most + bias) {
-            best = k;
-            most = lacks;
-        }
-    }
+    close_later(axes, gate, first, end, 0.0, &best, &most);
+    close_later(axes, gate, 0, first, bias, &best, &most);
+    close_later(axes, gate, end, axes->count, bias, &best, &most);
     return best;
 }
 

@@ -91,12 +91,12 @@ void perp__stop_trial(perp_world *world, const perp__island *island);
 /* Whether joints turn too far in the interval: by about a radian, or so that rounds do not settle;
  * sweeps have one, and then the rows of the beginning, of first order. */
 int32_t perp__is_rough(const perp__rounds *rounds);
-/* The mean of both ends' velocities, as bodies see it: of `now` and `v`. */
-void perp__mean_of_ends(perp_world *world, const perp__island *island);
 
 /* swing.c */
 /* Whether nothing but joints acts on the rows at hand, and nothing drives them. */
 int32_t perp__swings(const perp_world *world, const perp__island *island);
+/* The mean of both ends' velocities, as bodies see it: of `now` and `v`. */
+void perp__mean_of_ends(perp_world *world, const perp__island *island);
 /* The velocities to which that leads; once its path is known, as they are at its end. */
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
 void perp__end_swing(perp_world *world, const perp__island *island, double t,

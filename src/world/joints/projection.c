@@ -93,17 +93,18 @@ static void add_row(perp_world *world, const perp__joint *joint, const double ro
     }
 }
 
-/* What bodies that move as they are told make of a row. */
-static double told_rate(const perp_world *world, const perp__joint *joint, const double row[2][6])
+/* What velocities in some states make of a row; of bodies that move as they are `told` alone. */
+static double rate_of(const perp_world *world, const perp__joint *joint, const perp__state *states,
+                      const perp__joint_view *view, int32_t row, int32_t told)
 {
     double rate = 0.0;
 
     for (int32_t side = 0; side < 2; side++) {
-        const perp__state *told = &world->next[joint->body[side]];
+        const perp__state *state = &states[joint->body[side]];
 
-        if (!perp__is_dynamic(world, joint->body[side]))
-            rate += perp__dot3(row[side], told->velocity) +
-                    perp__dot3(row[side] + 3, told->angular_velocity);
+        if (!told || !perp__is_dynamic(world, joint->body[side]))
+            rate += perp__dot3(view->rows[row][side], state->velocity) +
+                    perp__dot3(view->rows[row][side] + 3, state->angular_velocity);
     }
     return rate;
 }
@@ -125,11 +126,15 @@ static void add_rows(perp_world *world, const perp__island *island, row_kind whi
 
         for (int32_t k = 0; k < view->count && which != LIMITS; k++)
             add_row(world, joint, view->rows[k],
-                    which == RATES ? told_rate(world, joint, view->rows[k]) : view->error[k], 1.0);
+                    which == RATES ? rate_of(world, joint, world->next, view, k, 1)
+                                   : view->error[k],
+                    1.0);
         if (!perp__has_direction(view) || (equal && which == LIMITS))
             continue;
         if (equal)
-            add_row(world, joint, last, which == RATES ? told_rate(world, joint, last) : -beyond[0],
+            add_row(world, joint, last,
+                    which == RATES ? rate_of(world, joint, world->next, view, PERP__JOINT_ROWS, 1)
+                                   : -beyond[0],
                     1.0);
         for (int32_t k = 0; k < 2 && !equal; k++) {
             if (which == LIMITS ? beyond[k] > 0.0 : which == CLOSING && joint->closing[k])
@@ -286,15 +291,13 @@ static int32_t begins_on_joints(const perp_world *world, const perp__island *isl
 
         perp__view_of_states(world, joint, world->states, 0.0, &view);
         for (int32_t k = 0; k < view.count; k++) {
-            double sum = 0.0, terms = 0.0;
+            const double sum = rate_of(world, joint, world->states, &view, k, 0);
+            double terms = 0.0;
 
             for (int32_t side = 0; side < 2; side++) {
                 const perp__state *state = &world->states[joint->body[side]];
-
                 const double *row = view.rows[k][side];
 
-                sum +=
-                    perp__dot3(row, state->velocity) + perp__dot3(row + 3, state->angular_velocity);
                 terms += perp__length3(row) * perp__length3(state->velocity) +
                          perp__length3(row + 3) * perp__length3(state->angular_velocity);
             }
@@ -307,22 +310,6 @@ static int32_t begins_on_joints(const perp_world *world, const perp__island *isl
 
 /* ---- energy ---- */
 
-/* The rate of a joint's coordinate in some states. */
-static double rate_of(const perp_world *world, const perp__joint *joint, const perp__state *states)
-{
-    double rate = 0.0;
-    perp__joint_view view;
-
-    perp__view_of_states(world, joint, states, 0.0, &view);
-    for (int32_t side = 0; side < 2; side++) {
-        const double *row = view.rows[PERP__JOINT_ROWS][side];
-        const perp__state *state = &states[joint->body[side]];
-
-        rate += perp__dot3(row, state->velocity) + perp__dot3(row + 3, state->angular_velocity);
-    }
-    return rate;
-}
-
 /* One of the speed 0 takes energy, as friction does. */
 double perp__work_of_motors(const perp_world *world, const perp__island *island)
 {
@@ -331,14 +318,17 @@ double perp__work_of_motors(const perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
+        perp__joint_view begin, end;
 
         if (joint->impulse[PERP__SLOT_MOTOR] == 0.0 || state->speed == 0.0)
             continue;
         if (state->force == INFINITY)
             return INFINITY;
+        perp__view_of_states(world, joint, world->states, 0.0, &begin);
+        perp__view_of_states(world, joint, world->next, 0.0, &end);
         sum += world->step_length * state->force *
-               fmax(fabs(rate_of(world, joint, world->states)),
-                    fabs(rate_of(world, joint, world->next)));
+               fmax(fabs(rate_of(world, joint, world->states, &begin, PERP__JOINT_ROWS, 0)),
+                    fabs(rate_of(world, joint, world->next, &end, PERP__JOINT_ROWS, 0)));
     }
     return sum;
 }

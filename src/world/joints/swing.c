@@ -47,6 +47,34 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
     return status;
 }
 
+/* x := y with angular velocities as bodies see them that turn along their paths, or back. */
+static void turn_numbers(perp_world *world, const perp__island *island, double *x, const double *y,
+                         int32_t back)
+{
+    const int32_t n = world->dof;
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        double twist[6], seen[3];
+
+        perp__twist_of(world, y + n * i, twist);
+        if (back)
+            perp__apply_transposed3(seen, world->work.paths[i].turn, twist + 3);
+        else
+            perp__apply3(seen, world->work.paths[i].turn, twist + 3);
+        perp__copy3(twist + 3, seen);
+        perp__coordinates_of(world, twist, x + n * i);
+    }
+}
+
+void perp__mean_of_ends(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+
+    turn_numbers(world, island, work->moving, work->v, 1);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] = 0.5 * (work->now[i] + work->moving[i]);
+}
+
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
@@ -56,24 +84,17 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
     perp_status status;
 
     /* 1. biases J v0, of what turns with bodies along their paths */
+    turn_numbers(world, island, work->solved, work->now, 0);
     for (int32_t u = 0; u < work->units; u++) {
         perp__rigid_rows *rows = &work->rows[u];
 
         memset(rows->bias, 0, sizeof rows->bias);
         for (int32_t side = 0; side < 2; side++) {
             const int32_t body = rows->body[side];
-            double twist[6], seen[3], now[6];
+            const double *now = body < island->bodies ? work->solved : work->now;
 
-            if (body < 0)
-                continue;
-            perp__twist_of(world, work->now + n * body, twist);
-            if (body < island->bodies) {
-                perp__apply3(seen, work->paths[body].turn, twist + 3);
-                perp__copy3(twist + 3, seen);
-            }
-            perp__coordinates_of(world, twist, now);
-            for (int32_t k = 0; k < rows->dim; k++)
-                rows->bias[k] += perp__dot(rows->rows[side][k], now, n);
+            for (int32_t k = 0; k < rows->dim && body >= 0; k++)
+                rows->bias[k] += perp__dot(rows->rows[side][k], now + n * body, n);
         }
     }
 
@@ -98,25 +119,6 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
     if (still)
         memset(work->v, 0, (size_t)(n * island->bodies) * sizeof *work->v);
     return status;
-}
-
-/* x := y with angular velocities as bodies see them that turn along their paths, or back. */
-static void turn_numbers(perp_world *world, const perp__island *island, double *x, const double *y,
-                         int32_t back)
-{
-    const int32_t n = world->dof;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        double twist[6], seen[3];
-
-        perp__twist_of(world, y + n * i, twist);
-        if (back)
-            perp__apply_transposed3(seen, world->work.paths[i].turn, twist + 3);
-        else
-            perp__apply3(seen, world->work.paths[i].turn, twist + 3);
-        perp__copy3(twist + 3, seen);
-        perp__coordinates_of(world, twist, x + n * i);
-    }
 }
 
 void perp__end_swing(perp_world *world, const perp__island *island, double t,

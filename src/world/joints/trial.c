@@ -283,21 +283,26 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         const perp__path *paths[2];
         perp__path told[2];
         perp__joint_view end;
+        int32_t stays;
 
         /* 1. rows of the paths of both bodies, of which those of the island are known */
         for (int32_t side = 0; side < 2; side++)
             paths[side] = perp__path_of(world, joint->body[side], t, &told[side]);
-        if (island->contacts > 0 && !(paths[0]->stays && paths[1]->stays)) {
-            view_beside_contacts(world, joint, paths, t, &end);
-        } else {
+        memset(joint->turning, 0, sizeof joint->turning);
+        stays = paths[0]->stays && paths[1]->stays;
+        if (stays || island->contacts == 0)
             perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate, paths,
                              &joint->middle);
-            view_placed(world, joint,
-                        (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to}, &end);
-        }
+        if (stays)
+            continue;
 
         /* 2. what their change till the end makes of the trial motion's last velocity, if it is
-         * more than rounding */
+         * more than rounding; of what stays there is none */
+        if (island->contacts > 0)
+            view_beside_contacts(world, joint, paths, t, &end);
+        else
+            view_placed(world, joint,
+                        (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to}, &end);
         const double length = fmax(end.size, fabs(end.coordinate));
         const double unsure = length > 0.0 ? end.rounding / length : 0.0;
 
@@ -313,23 +318,6 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
             }
             joint->turning[row] = fabs(turning) > unsure * terms ? turning : 0.0;
         }
-    }
-}
-
-void perp__mean_of_ends(perp_world *world, const perp__island *island)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        double now[6], v[6], seen[3];
-
-        perp__twist_of(world, work->now + world->dof * i, now);
-        perp__twist_of(world, work->v + world->dof * i, v);
-        perp__apply_transposed3(seen, work->paths[i].turn, v + 3);
-        perp__copy3(v + 3, seen);
-        for (int32_t k = 0; k < 6; k++)
-            v[k] = 0.5 * (now[k] + v[k]);
-        perp__coordinates_of(world, v, work->moving + world->dof * i);
     }
 }
 
