@@ -183,7 +183,7 @@ typedef struct perp_mechanism_step {
     size_t struct_size;
     int32_t outcome;     /* PERP_OUTCOME_...; the state moved unless it is ray, evaluation_failed or
                             singular */
-    int32_t scheme;      /* that gave the answer: FROZEN where the implicit problem had no answer */
+    int32_t scheme;      /* that gave the answer: FROZEN where no implicit answer was met */
     int32_t closed;      /* contacts with an impulse */
     int32_t sticking;    /* of those and of the dry groups */
     int32_t impacts;     /* contacts with restitution > 0 that were hit */
@@ -408,8 +408,9 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  *          first needed).
  * Cost:    frozen: one call of each callback, of the rows a second one at the step's end (a run
  *          keeps them for the next step), a Cholesky factorisation of M, one contact problem.
- *          implicit: that, then a factorisation a Newton step, mostly two to six of them, and
- *          about n + 7 calls of each callback, of which n are for derivatives.
+ *          implicit: that, then a call of each callback and a contact problem an iterate, mostly
+ *          one to four of them (none where nothing changes in the step), and n calls more where
+ *          they come near slowly.
  *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
  *          where k does not depend on q and v, one more where a slip in space, or with Stribeck's
  *          coefficient, lasts). Where the iteration does not converge the outcome is

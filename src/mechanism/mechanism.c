@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "mechanism/copy.h"
-#include "mechanism/schemes/implicit.h"
 
 #define LARGEST 10000000     /* so that sizes of arrays fit */
 #define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
@@ -275,8 +274,6 @@ static void release(void *object)
     perp_mechanism *m = object;
 
     perp__acceleration_release(m->accelerations);
-    if (m->implicit)
-        PERP__TELL(m->context, perp_ncp_solver_destroy(m->implicit->solver));
     perp__work_release(m->implicit);
     perp__work_release(m->theta);
     perp__work_release(m->adaptive);

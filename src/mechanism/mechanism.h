@@ -21,6 +21,9 @@
  * stopped early) the solution's stand. */
 #define PERP__AGREEMENT 1e-8
 
+/* What bodies and levers make of a residual: up to 6 was seen in random problems. */
+#define PERP__LEVERS 16.0
+
 /* Sliding speed relative to its terms that counts as none: rounding of the sum. */
 #define PERP__SPEED_ROUNDING (64.0 * PERP__EPS)
 
