@@ -195,6 +195,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, rows, &m->start_velocity, &m->free_velocity);
     PERP__DOUBLES(arena, (size_t)m->coordinates, &m->moved, &m->kept_q);
     PERP__DOUBLES(arena, 4 * n, &m->work);
+    PERP__DOUBLES(arena, (3 + 2 * PERP__BIAS_COLUMNS) * rows, &m->differences);
     m->included = perp__arena_take(arena, contacts, 1);
     m->let_go = perp__arena_take(arena, contacts, 1);
     m->apart = perp__arena_take(arena, contacts, 1);

@@ -7,7 +7,6 @@
 
 /* Entries of a family's inequalities and points below this, beside their terms, are rounding. */
 #define ROUNDING 1e-11
-#define DIFFERENCE_ROWS 24 /* of state.c */
 
 PERP__WORDS(perp_mechanism_reason_text, "unknown reason",
             "one acceleration, whatever the loads are", "a contact that slides pulls itself in",
@@ -33,7 +32,6 @@ static void layout(perp__arena *arena, void *object)
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
     PERP__DOUBLES(arena, 2 * elements, &a->pattern.direction, &a->chosen);
-    a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
     a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
     a->pattern.load = perp__arena_take(arena, PERP__MOST_NORMALS * elements, sizeof(double));

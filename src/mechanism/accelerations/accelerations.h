@@ -67,7 +67,6 @@ struct perp__acceleration {
     double *load_work;      /* of load.c */
     int32_t bent;           /* a pattern that is not linear was met: its minors say nothing */
     double *work;           /* 4 active^2 + 8 active + 4 n */
-    double *row_work;       /* 24 rows, of differences */
     double *velocity;       /* n: M^-1 k */
     double *zeros;          /* rows */
     struct {
