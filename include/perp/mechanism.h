@@ -164,7 +164,7 @@ typedef struct perp_mechanism_settings {
                            tried at first (every second of them with three or four, every fourth
                            with more), then made exact; default 16; >= 3. One alone is found by
                            the zeros of a polynomial. At most 1024 */
-    int32_t starts;     /* covering vectors of the search beyond most_patterns; default 16 */
+    int32_t starts;     /* patterns that the search beyond most_patterns begins with; default 16 */
     double stiffness;   /* of compliant contacts, for the label 'stable'; > 0; default 1 */
     double damping;     /* >= 0; default 2 */
     int32_t select;     /* PERP_MECHANISM_ANY (default), ...; NEAREST and FREEST enumerate in
@@ -449,9 +449,10 @@ PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, do
  * holds more than its vertices tell. Of one with more than 10 dimensions one point is given.
  *
  * Up to settings.most_patterns combinations (and 12 contacts) all are looked at; beyond, and where
- * a family is too large, Lemke's method from several covering vectors finds some, and
- * summary->exhaustive is 0. settings.time_limit ends either. An answer whose residual is more than
- * 1e-8 (numbers that overflow, or vanish) is none, and then exhaustive is 0, too.
+ * a family is too large, the contact solver and fixed points of patterns, from settings.starts of
+ * them, find some, and summary->exhaustive is 0. settings.time_limit ends either. An answer whose
+ * residual is more than 1e-8 (numbers that overflow, or vanish) is none, and then exhaustive is 0,
+ * too.
  *
  * Returns: PERP_OK, also where there is none; else as perp_mechanism_advance (then the handle keeps
  *          no answers).

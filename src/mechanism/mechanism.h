@@ -27,6 +27,9 @@
 /* Sliding speed relative to its terms that counts as none: rounding of the sum. */
 #define PERP__SPEED_ROUNDING (64.0 * PERP__EPS)
 
+/* In a problem in accelerations a slip is a drift faster than these by this factor. */
+#define PERP__FAST 64.0
+
 /* Of the scheme of differences in perp__evaluate_bias. */
 enum { PERP__BIAS_COLUMNS = 10 };
 

@@ -37,7 +37,7 @@ static void layout(perp__arena *arena, void *object)
     a->pattern.load = perp__arena_take(arena, PERP__MOST_NORMALS * elements, sizeof(double));
     a->load_work = perp__arena_take(arena, perp__load_room(elements), sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
-    PERP__DOUBLES(arena, n, &a->velocity, &a->seed.momentum);
+    PERP__DOUBLES(arena, n, &a->velocity);
     a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
     a->seed.dry = perp__arena_take(arena, (size_t)a->m->dry, sizeof(double));
     a->seed.included = perp__arena_take(arena, (size_t)a->m->contacts, 1);
@@ -163,7 +163,7 @@ perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mech
             .vertex_count = answer->vertices,
             .ray_count = answer->rays,
             .residual = answer->residual,
-            .acceleration = perp__answer_acceleration(answer),
+            .acceleration = answer->own,
             .force = answer->middle,
             .row_acceleration = perp__answer_row_acceleration(a, answer),
             .modes = answer->modes,

@@ -16,9 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-/* A slip is faster than accelerations by this factor. In three dimensions its direction is made
- * exact by repetition. */
-#define FAST 64.0
+/* In three dimensions the direction of a slip is made exact by repetition. */
 #define MOST_PASSES 8
 
 /* Accelerations below this, beside the largest of free motion, are none. */
@@ -156,10 +154,10 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
             for (int32_t i = first; i < first + count && speed > 0.0; i++) {
                 const double before = a->drift[i];
 
-                a->drift[i] = FAST * a->free * (state->u[i] / speed);
+                a->drift[i] = PERP__FAST * a->free * (state->u[i] / speed);
                 if (pass > 0)
                     a->drift[i] -= m->answer.u[i] - before;
-                again |= count > 1 && fabs(a->drift[i] - before) > NOTHING * (FAST * a->free);
+                again |= count > 1 && fabs(a->drift[i] - before) > NOTHING * (PERP__FAST * a->free);
             }
         }
         m->answer.iterations = 0;
