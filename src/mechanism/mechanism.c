@@ -48,8 +48,7 @@ static PERP__SETTINGS_READER(read_settings, perp_mechanism_settings, settings_fi
                                                 "settings.cone is %d, expected 0 or 3 to %d",
                                                 (int)read.cone, MOST_DIRECTIONS))
 
-    /* ---- the model -----------------------------------------------------------------------------
-     */
+    /* ---- the model ---- */
 
     static const perp__field sizes[] = {
         PERP__INTEGER(perp_mechanism_model, velocities, 1, LARGEST),
@@ -253,8 +252,7 @@ void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
     motion->certificate = motion->has_ray = 0;
 }
 
-/* The solvers for these settings. Polyhedra of friction are not for contacts that hold both ways.
- */
+/* The solvers for these settings. Polyhedra of friction are not for what holds both ways. */
 static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
     const int32_t poisson = settings->law == PERP_MECHANISM_POISSON;
