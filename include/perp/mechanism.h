@@ -164,7 +164,7 @@ typedef struct perp_mechanism_settings {
                            tried at first (every second of them with three or four, every fourth
                            with more), then made exact; default 16; >= 3. One alone is found by
                            the zeros of a polynomial. At most 1024 */
-    int32_t starts;     /* covering vectors of the search beyond most_patterns; default 16 */
+    int32_t starts;     /* patterns that the search beyond most_patterns begins with; default 16 */
     double stiffness;   /* of compliant contacts, for the label 'stable'; > 0; default 1 */
     double damping;     /* >= 0; default 2 */
     int32_t select;     /* PERP_MECHANISM_ANY (default), ...; NEAREST and FREEST enumerate in
@@ -183,7 +183,7 @@ typedef struct perp_mechanism_step {
     size_t struct_size;
     int32_t outcome;     /* PERP_OUTCOME_...; the state moved unless it is ray, evaluation_failed or
                             singular */
-    int32_t scheme;      /* that gave the answer: FROZEN where the implicit problem had no answer */
+    int32_t scheme;      /* that gave the answer: FROZEN where no implicit answer was met */
     int32_t closed;      /* contacts with an impulse */
     int32_t sticking;    /* of those and of the dry groups */
     int32_t impacts;     /* contacts with restitution > 0 that were hit */
@@ -408,8 +408,9 @@ PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
  *          first needed).
  * Cost:    frozen: one call of each callback, of the rows a second one at the step's end (a run
  *          keeps them for the next step), a Cholesky factorisation of M, one contact problem.
- *          implicit: that, then a factorisation a Newton step, mostly two to six of them, and
- *          about n + 7 calls of each callback, of which n are for derivatives.
+ *          implicit: that, then a call of each callback and a contact problem an iterate, mostly
+ *          one to four of them (none where nothing changes in the step), and n calls more where
+ *          they come near slowly.
  *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
  *          where k does not depend on q and v, one more where a slip in space, or with Stribeck's
  *          coefficient, lasts). Where the iteration does not converge the outcome is
@@ -448,9 +449,10 @@ PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, do
  * holds more than its vertices tell. Of one with more than 10 dimensions one point is given.
  *
  * Up to settings.most_patterns combinations (and 12 contacts) all are looked at; beyond, and where
- * a family is too large, Lemke's method from several covering vectors finds some, and
- * summary->exhaustive is 0. settings.time_limit ends either. An answer whose residual is more than
- * 1e-8 (numbers that overflow, or vanish) is none, and then exhaustive is 0, too.
+ * a family is too large, the contact solver and fixed points of patterns, from settings.starts of
+ * them, find some, and summary->exhaustive is 0. settings.time_limit ends either. An answer whose
+ * residual is more than 1e-8 (numbers that overflow, or vanish) is none, and then exhaustive is 0,
+ * too.
  *
  * Returns: PERP_OK, also where there is none; else as perp_mechanism_advance (then the handle keeps
  *          no answers).

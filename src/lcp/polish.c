@@ -17,10 +17,6 @@
 #define PERP__REPAIRS_SPARSE 64
 /* Of a point that is good as it is: last digits are not worth more. */
 #define PERP__REPAIRS_GOOD 4
-/* Of sparse blocks: repairs that change more places than this, and for so many rounds no fewer than
- * before, lead nowhere: the index set was that of another problem, or of none. */
-#define PERP__MANY_CHANGES 16
-#define PERP__PATIENCE 4
 /* Below this size a sparse block is factored as a dense one. */
 #define PERP__DENSE_BLOCK 64
 
@@ -259,11 +255,11 @@ int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth)
     return 0;
 }
 
-/* One value of rho: solve, repair, solve again. *wanders: that leads nowhere, by any rho. */
+/* One value of rho: solve, repair, solve again. */
 static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
-                           perp__evaluation *best, int32_t *wanders)
+                           perp__evaluation *best)
 {
-    int32_t regular, changes = 1, least = INT32_MAX, waited = 0;
+    int32_t regular, changes = 1;
     perp_status status = PERP_OK;
 
     for (int32_t round = 0; round < rounds && changes > 0; round++) {
@@ -300,10 +296,7 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
         if (worth.tested <= best->tested ||
             (perp__is_exact(solver, &worth) && worth.tested <= 64.0 * best->tested))
             remember(solver, best, &worth);
-        waited = changes < least ? 0 : waited + 1;
-        least = changes < least ? changes : least;
-        *wanders = !uses_dense(solver) && changes > PERP__MANY_CHANGES && waited > PERP__PATIENCE;
-        if (perp__is_exact(solver, best) || *wanders)
+        if (perp__is_exact(solver, best))
             break;
     }
     return status;
@@ -317,7 +310,6 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
                                                 : PERP__REPAIRS_SPARSE;
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
-    int32_t wanders = 0;
 
     if (is_good && solver->settings.tol >= PERP__ROUGH_TOLERANCE)
         return PERP_OK; /* nobody asked for last digits */
@@ -325,9 +317,8 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (size_t k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
-        status = attempt(solver, rounds, proximal[k], &best, &wanders);
-        if (status != PERP_OK || perp__is_exact(solver, &best) || wanders ||
-            perp__is_past(solver->deadline))
+        status = attempt(solver, rounds, proximal[k], &best);
+        if (status != PERP_OK || perp__is_exact(solver, &best) || perp__is_past(solver->deadline))
             break;
         recall(solver);
     }

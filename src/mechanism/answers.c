@@ -71,7 +71,7 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
     step->exhaustive = summary.exhaustive;
     /* 1. the answer nearest to v' = 0, or to that without impulses, in the metric of M */
     for (a = m->accelerations->answers.first; a; a = a->next) {
-        const double *x = perp__answer_acceleration(a);
+        const double *x = a->own;
         double length = 0.0;
 
         for (size_t i = 0; i < n; i++)

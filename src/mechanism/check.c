@@ -127,11 +127,12 @@ static perp_status differ(look *a, int32_t column)
 
 /* ---- the verdict --------------------------------------------------------------------------- */
 
-static void blame(look *a, double ratio, double *worst, int32_t part, int32_t index, int32_t row)
+/* Whether it is the worst so far. */
+static int32_t blame(look *a, double ratio, double *worst, int32_t part, int32_t index, int32_t row)
 {
     a->result.wrong++;
     if (!(ratio > *worst))
-        return;
+        return 0;
     *worst = ratio;
     a->result.part = part;
     a->result.index = index;
@@ -139,6 +140,7 @@ static void blame(look *a, double ratio, double *worst, int32_t part, int32_t in
     a->result.column = -1;
     a->result.given = a->result.difference = (double)NAN;
     a->result.uncertainty = 0.0;
+    return 1;
 }
 
 /* Row `row` of contact `j` or, behind these, of G. */
@@ -160,16 +162,12 @@ static void compare(look *a, int32_t j, int32_t row, double *worst)
         const double given = column < m->n ? J[column] : m->begin.drift[row];
         const double size = column < m->n ? largest : fmax(fabs(given), fabs(found));
         const double allowed = fmax(CERTAIN * uncertainty, RELATIVE * size);
-        const double before = *worst;
+        const int32_t part = column == m->n ? PERP_MECHANISM_DRIFT
+                             : bilateral    ? PERP_MECHANISM_GRADIENT
+                                            : PERP_MECHANISM_NORMAL;
 
-        if (!(fabs(given - found) > allowed))
-            continue;
-        blame(a, fabs(given - found) / allowed, worst,
-              column == m->n ? PERP_MECHANISM_DRIFT
-              : bilateral    ? PERP_MECHANISM_GRADIENT
-                             : PERP_MECHANISM_NORMAL,
-              bilateral ? j - m->contacts : j, row);
-        if (*worst > before) {
+        if (fabs(given - found) > allowed && blame(a, fabs(given - found) / allowed, worst, part,
+                                                   bilateral ? j - m->contacts : j, row)) {
             a->result.column = column < m->n ? column : -1;
             a->result.given = given;
             a->result.difference = found;

@@ -47,13 +47,11 @@ perp_status perp__check_inertia(perp_context *context, const char *name, int32_t
 perp_status perp__copy_vector(perp_context *context, const char *name, int32_t n, double *to,
                               const double *from)
 {
-    perp_status status = PERP_OK;
+    const perp_status status = from ? perp__check_finite(context, name, from, (size_t)n) : PERP_OK;
 
-    if (from)
-        status = perp__check_finite(context, name, from, (size_t)n);
     if (status == PERP_OK && from)
         memcpy(to, from, (size_t)n * sizeof *to);
-    if (status == PERP_OK && !from)
+    else if (status == PERP_OK)
         memset(to, 0, (size_t)n * sizeof *to);
     return status;
 }

@@ -96,16 +96,6 @@ static void reflect(const square *A, int32_t k, int32_t count, const double *x, 
     }
 }
 
-/* w: n. */
-static void to_hessenberg(const square *A, double *w)
-{
-    for (int32_t m = 1; m < A->n - 1; m++) {
-        reflect(A, m, A->n - m, at(A, m, m - 1), w);
-        for (int32_t i = m + 1; i < A->n; i++)
-            *at(A, i, m - 1) = 0.0;
-    }
-}
-
 /* The first row of the block that ends at `last`: the entry left of it is as good as zero. */
 static int32_t block_start(const square *A, int32_t last, double norm)
 {
@@ -210,7 +200,11 @@ int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
             exponent = 0;
         for (i = 0; i < n * n && exponent != 0; i++)
             A[i] = ldexp(A[i], -exponent);
-        to_hessenberg(&view, real);
+        for (int32_t k = 1; k < n - 1; k++) { /* to Hessenberg form */
+            reflect(&view, k, n - k, at(&view, k, k - 1), real);
+            for (i = k + 1; i < n; i++)
+                *at(&view, i, k - 1) = 0.0;
+        }
         for (j = 0; j < n; j++)
             for (i = 0; i < n && i <= j + 1; i++)
                 norm += fabs(*at(&view, i, j));

@@ -187,13 +187,85 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
     return check(m, status, &(filled){"rate", rate, (size_t)m->coordinates, 0}, 1);
 }
 
-perp_status perp__evaluate_curvature(perp_mechanism *m, double *bias, double t, const double *q,
-                                     const double *v)
-{
-    const perp_status status =
-        judge(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
+/* ---- the bias -------------------------------------------------------------------------------
+ *
+ * The derivative of phi(s) = J(t + s, q(s)) v + drift(t + s, q(s)), q(s) = q + s N(q) v. Central
+ * differences (phi(s) - phi(-s)) / 2 s have an error in even powers of s, which Neville's scheme
+ * removes (C. J. F. Ridders, Advances in Engineering Software 4 (1982)). Of all entries of the
+ * scheme the one that agrees best with its neighbours is taken. */
 
-    return check(m, status, &(filled){"bias", bias, (size_t)m->rows, 0}, 1);
+#define RATIO 1.4142135623730951 /* of a span and the next one: their squares are halved */
+#define LEVELS_WITHOUT_GAIN 16
+#define MOST_RETREATS 60
+
+perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, double t,
+                                const double *q, const double *v, double first, int32_t levels)
+{
+    const size_t rows = (size_t)m->rows;
+    double *const side[2] = {m->differences, m->differences + rows};
+    double *terms = side[1] + rows, *now = terms + rows, *last = now + PERP__BIAS_COLUMNS * rows;
+    double s = first, wrong = m->model.curvature || rows == 0 ? 0.0 : INFINITY;
+    int32_t level = 0, gained = 0, retreats = 0;
+    perp_status status = PERP_OK;
+
+    memset(bias, 0, rows * sizeof *bias);
+    memset(terms, 0, rows * sizeof *terms); /* the largest so far */
+    if (m->model.curvature && rows > 0) {
+        status = judge(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
+        status = check(m, status, &(filled){"bias", bias, rows, 0}, 1);
+    }
+    while (wrong > 0.0 && level < levels && level < gained + LEVELS_WITHOUT_GAIN) {
+        double *const swap = last;
+        const double before = wrong;
+        double power = 1.0;
+
+        /* 1. the central difference, with a shorter span where its ends are outside */
+        last = now;
+        now = swap;
+        for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
+            const double at = k == 0 ? s : -s;
+
+            status = perp__evaluate_move(m, m->moved, q, at, v);
+            PERP__THEN(status, perp__evaluate_rows(m, &m->end, t + at, m->moved, v));
+            for (int32_t i = 0; i < m->rows && status == PERP_OK; i++) {
+                side[k][i] = perp__row_times(m, &m->end, i, m->end.drift[i], v);
+                terms[i] = fmax(terms[i], perp__row_size(m, &m->end, i, v));
+            }
+        }
+        if (status == PERP__OUTSIDE && retreats++ < MOST_RETREATS) {
+            status = PERP_OK;
+            level = gained = 0;
+            s /= RATIO;
+            continue;
+        }
+        if (status != PERP_OK)
+            return status;
+        for (size_t i = 0; i < rows; i++)
+            now[i] = (side[0][i] - side[1][i]) / (2.0 * s);
+        /* 2. the row of the scheme from the one before; what agrees best is kept */
+        for (int32_t j = 1; j < PERP__BIAS_COLUMNS && j <= level; j++) {
+            const double *coarse = last + (size_t)(j - 1) * rows;
+            double *fine = now + (size_t)(j - 1) * rows, *to = fine + rows, apart = 0.0;
+
+            power *= RATIO * RATIO;
+            for (size_t i = 0; i < rows; i++) {
+                to[i] = fine[i] + (fine[i] - coarse[i]) / (power - 1.0);
+                if (terms[i] > 0.0)
+                    apart = fmax(apart, fmax(fabs(to[i] - fine[i]), fabs(to[i] - coarse[i])) *
+                                            first / terms[i]);
+            }
+            if (apart < wrong) {
+                wrong = apart;
+                memcpy(bias, to, rows * sizeof *bias);
+            }
+        }
+        level++;
+        gained = wrong < before ? level : gained;
+        s /= RATIO;
+    }
+    for (size_t i = 0; i < rows && error; i++)
+        error[i] = wrong * terms[i] / first;
+    return status;
 }
 
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,

@@ -113,9 +113,6 @@ void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
  * It rests on the laws, which the solvers judge, and on velocities and impulses that belong
  * together: v is made of other things than r. */
 
-/* What bodies and levers make of a residual: up to 6 was seen in random problems. */
-#define LEVERS 16.0
-
 double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, const double *momentum,
                                const double *v, const double *r)
 {
@@ -152,7 +149,8 @@ void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem)
 {
     /* impulses are known as well as the laws are met, up to levers */
-    const double tol = fmax(PERP__AGREEMENT, LEVERS * fmax(m->settings.tol, answer->residual));
+    const double tol =
+        fmax(PERP__AGREEMENT, PERP__LEVERS * fmax(m->settings.tol, answer->residual));
     perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
 
     evidence.tested = evidence.own =

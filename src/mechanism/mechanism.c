@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "mechanism/copy.h"
-#include "mechanism/schemes/implicit.h"
 
 #define LARGEST 10000000     /* so that sizes of arrays fit */
 #define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
@@ -49,8 +48,7 @@ static PERP__SETTINGS_READER(read_settings, perp_mechanism_settings, settings_fi
                                                 "settings.cone is %d, expected 0 or 3 to %d",
                                                 (int)read.cone, MOST_DIRECTIONS))
 
-    /* ---- the model -----------------------------------------------------------------------------
-     */
+    /* ---- the model ---- */
 
     static const perp__field sizes[] = {
         PERP__INTEGER(perp_mechanism_model, velocities, 1, LARGEST),
@@ -196,6 +194,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, rows, &m->start_velocity, &m->free_velocity);
     PERP__DOUBLES(arena, (size_t)m->coordinates, &m->moved, &m->kept_q);
     PERP__DOUBLES(arena, 4 * n, &m->work);
+    PERP__DOUBLES(arena, (3 + 2 * PERP__BIAS_COLUMNS) * rows, &m->differences);
     m->included = perp__arena_take(arena, contacts, 1);
     m->let_go = perp__arena_take(arena, contacts, 1);
     m->apart = perp__arena_take(arena, contacts, 1);
@@ -253,8 +252,7 @@ void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
     motion->certificate = motion->has_ray = 0;
 }
 
-/* The solvers for these settings. Polyhedra of friction are not for contacts that hold both ways.
- */
+/* The solvers for these settings. Polyhedra of friction are not for what holds both ways. */
 static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
     const int32_t poisson = settings->law == PERP_MECHANISM_POISSON;
@@ -275,8 +273,6 @@ static void release(void *object)
     perp_mechanism *m = object;
 
     perp__acceleration_release(m->accelerations);
-    if (m->implicit)
-        PERP__TELL(m->context, perp_ncp_solver_destroy(m->implicit->solver));
     perp__work_release(m->implicit);
     perp__work_release(m->theta);
     perp__work_release(m->adaptive);

@@ -21,8 +21,17 @@
  * stopped early) the solution's stand. */
 #define PERP__AGREEMENT 1e-8
 
+/* What bodies and levers make of a residual: up to 6 was seen in random problems. */
+#define PERP__LEVERS 16.0
+
 /* Sliding speed relative to its terms that counts as none: rounding of the sum. */
 #define PERP__SPEED_ROUNDING (64.0 * PERP__EPS)
+
+/* In a problem in accelerations a slip is a drift faster than these by this factor. */
+#define PERP__FAST 64.0
+
+/* Of the scheme of differences in perp__evaluate_bias. */
+enum { PERP__BIAS_COLUMNS = 10 };
 
 /* Beside the negative statuses: q is outside of what the mechanism is defined for. */
 enum { PERP__OUTSIDE = 1 };
@@ -136,6 +145,7 @@ struct perp_mechanism {
                        it; 0: as its speed says */
     double *acceleration; /* n: that a step may expect; of runs in chosen steps, else 0 */
     double *work;         /* 4 n, nobody's beyond a function */
+    double *differences;  /* 3 + 2 PERP__BIAS_COLUMNS rows, of perp__evaluate_bias */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;
@@ -159,9 +169,11 @@ perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, 
                                const double *v);
 /* rate := N(q) v; may be neither q nor v. */
 perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q, const double *v);
-/* By the model's callback, which it has. */
-perp_status perp__evaluate_curvature(perp_mechanism *m, double *bias, double t, const double *q,
-                                     const double *v);
+/* bias := d/dt(J) v + d/dt(drift) along q' = N v: by the model's callback or, where it has none, by
+ * differences over +-first and, at most `levels` times in all, shorter ones. error: rows, of it; or
+ * NULL. */
+perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, double t,
+                                const double *q, const double *v, double first, int32_t levels);
 /* q1 := q0 + h N(q0) v, normalised. q1 may not be q0. */
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v);

@@ -137,7 +137,6 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
 
     for (k = 1.0; k <= count && status == PERP_OK && !run->ended; k += 1.0) {
         const double t = k == count ? t1 : t0 + k * length;
-
         const perp__start from = {run->t, length, m->now.q, m->now.v};
 
         status = perp__advance_from(m, &m->next, &step, &from);

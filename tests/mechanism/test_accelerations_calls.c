@@ -167,8 +167,8 @@ static void test_differences(void **state)
 }
 
 /* A sled of mass 2, of a body and what is tied to it: the body's contact carries 1 with mu = 0.3,
- * and the other is held by dry friction of 0.4. Where there are too many patterns Lemke's method
- * finds the same acceleration as all of them do, from rest and in motion. */
+ * and the other is held by dry friction of 0.4. Where there are too many patterns the search finds
+ * the same acceleration as all of them do, from rest and in motion. */
 static void test_search_with_all_kinds(void **state)
 {
     static const double pulls[] = {2.0, 0.5}, expected[] = {(2.0 - 0.3 - 0.4) / 2, 0.0};

@@ -314,9 +314,9 @@ static void attempt(gen_random *random, int32_t dim, int32_t edges, double h, ta
         /* what rounding of gap / h leaves is called that, no less and no more */
         assert_in_range(step.outcome, PERP_OUTCOME_SOLVED, PERP_OUTCOME_ROUNDING_LIMIT);
         assert_int_equal(step.outcome == PERP_OUTCOME_SOLVED, step.residual <= settings.tol);
-        /* gaps are known up to 16 eps of their terms, |q| of up to 4 in three of them; polygons,
-           with more than one way to a force, are solved to tol = 1e-10 of speeds up to 5 */
-        if (!(left < (edges > 0 ? 1e-9 : 1e-11) + 4e-14 / h))
+        /* gaps are known up to 16 eps of their terms, |q| of up to 4 in three of them; the rest is
+           solved to tol = 1e-10 of speeds up to 5 */
+        if (!(left < 1e-9 + 4e-14 / h))
             fail_msg("h = %g: the step's equations are violated by %g", h, left);
         all->presses += step.closed;
         all->sticks += step.sticking;

@@ -303,7 +303,7 @@ class Mechanism(MechanismBase):
         stick and slip. There may be none, one, several, or families. q: (coordinates,), v: (n,).
 
         most_patterns: more combinations (or 12 contacts) are not enumerated: `exhaustive` is then
-            False, and Lemke's method from so many `starts` finds some.
+            False, and a search from so many `starts` finds some.
         directions: in space, of several slips that start at once: tried at first, then made
             exact.
         stiffness, damping: of compliant contacts, which tell what is `stable`.

@@ -7,7 +7,6 @@
 
 /* Entries of a family's inequalities and points below this, beside their terms, are rounding. */
 #define ROUNDING 1e-11
-#define DIFFERENCE_ROWS 24 /* of state.c */
 
 PERP__WORDS(perp_mechanism_reason_text, "unknown reason",
             "one acceleration, whatever the loads are", "a contact that slides pulls itself in",
@@ -33,13 +32,12 @@ static void layout(perp__arena *arena, void *object)
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
     PERP__DOUBLES(arena, 2 * elements, &a->pattern.direction, &a->chosen);
-    a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
     a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
     a->pattern.load = perp__arena_take(arena, PERP__MOST_NORMALS * elements, sizeof(double));
     a->load_work = perp__arena_take(arena, perp__load_room(elements), sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
-    PERP__DOUBLES(arena, n, &a->velocity, &a->seed.momentum);
+    PERP__DOUBLES(arena, n, &a->velocity);
     a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
     a->seed.dry = perp__arena_take(arena, (size_t)a->m->dry, sizeof(double));
     a->seed.included = perp__arena_take(arena, (size_t)a->m->contacts, 1);
@@ -165,7 +163,7 @@ perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mech
             .vertex_count = answer->vertices,
             .ray_count = answer->rays,
             .residual = answer->residual,
-            .acceleration = perp__answer_acceleration(answer),
+            .acceleration = answer->own,
             .force = answer->middle,
             .row_acceleration = perp__answer_row_acceleration(a, answer),
             .modes = answer->modes,

@@ -67,14 +67,13 @@ struct perp__acceleration {
     double *load_work;      /* of load.c */
     int32_t bent;           /* a pattern that is not linear was met: its minors say nothing */
     double *work;           /* 4 active^2 + 8 active + 4 n */
-    double *row_work;       /* 24 rows, of differences */
     double *velocity;       /* n: M^-1 k */
     double *zeros;          /* rows */
     struct {
-        double *momentum, *friction, *dry; /* n, contacts, dry */
-        int8_t *included;                  /* contacts */
-    } seed;                                /* a problem of its own: a step may be asking */
-    int32_t complete;                      /* 1: every pattern was looked at */
+        double *friction, *dry; /* contacts, dry */
+        int8_t *included;       /* contacts */
+    } seed;                     /* a problem of its own: a step may be asking */
+    int32_t complete;           /* 1: every pattern was looked at */
     perp__pattern_tree tree;
     int64_t leaves;
     double *chosen; /* 2 elements: directions of slip at a leaf of the tree */
@@ -82,12 +81,8 @@ struct perp__acceleration {
     perp__answers answers; /* points are forces in all rows of the mechanism */
 };
 
-/* ---- of an answer, besides its force --------------------------------------------------------- */
-static inline double *perp__answer_acceleration(const perp__answer *answer)
-{
-    return answer->own;
-}
-
+/* ---- of an answer, besides its force, and its acceleration first in `own` ----------------------
+ */
 static inline double *perp__answer_row_acceleration(const perp__acceleration *a,
                                                     const perp__answer *answer)
 {
@@ -179,11 +174,11 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
 perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimension);
 
 /* ---- search.c ---- */
-/* Answers where there are too many patterns, or too large a family: Lemke's method. */
+/* Answers where there are too many patterns, or too large a family, from settings.starts. */
 perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summary *summary);
-/* Tries the pattern of one solution that the contact solver gives, where nothing slides yet and
- * slips start in a plane: contacts that share a load, whose directions Newton's method does not
- * find from anywhere. */
+/* Tries the pattern of one solution that the contact solver gives: where patterns are too many, and
+ * after an enumeration where slips start in a plane: contacts that share a load, whose directions
+ * Newton's method does not find from anywhere. */
 perp_status perp__acceleration_seed(perp__acceleration *a);
 
 /* ---- all.c ---- */

@@ -253,7 +253,7 @@ static perp_status leaf(void *user)
 static int32_t is_before(const void *user, const perp__answer *one, const perp__answer *other)
 {
     const perp__acceleration *a = user;
-    const double *x = perp__answer_acceleration(one), *y = perp__answer_acceleration(other);
+    const double *x = one->own, *y = other->own;
 
     if (one->kind != other->kind)
         return one->kind < other->kind;
@@ -267,7 +267,6 @@ perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summar
                                     int32_t impact)
 {
     const int64_t most = a->m->settings.most_patterns;
-    int32_t one_sided = 1; /* the searches know no other contacts */
     perp_status status = PERP_OK;
 
     summary->closed = a->closed;
@@ -293,12 +292,9 @@ perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summar
         status = perp__pattern_tree_search(&a->tree);
     summary->patterns = a->leaves;
     /* 2. else, and where a family is too large, what searches find */
-    for (int32_t i = 0; i < a->closed; i++)
-        one_sided &= !a->element[i].two_sided;
-    if (one_sided)
-        PERP__THEN(status, perp__acceleration_seed(a));
+    PERP__THEN(status, perp__acceleration_seed(a));
     summary->exhaustive = a->complete && !a->answers.incomplete;
-    if (one_sided && !summary->exhaustive)
+    if (!summary->exhaustive)
         PERP__THEN(status, perp__acceleration_search(a, summary));
     if (status != PERP_OK) {
         perp__answers_clear(&a->answers);

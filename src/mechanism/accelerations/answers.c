@@ -134,8 +134,7 @@ static double row_residual(const perp__acceleration *a, const perp__answer *answ
 {
     const perp_mechanism *m = a->m;
     const int32_t row = a->row_of[r];
-    const double sum =
-        perp__row_times(m, &m->begin, row, a->bias[row], perp__answer_acceleration(answer));
+    const double sum = perp__row_times(m, &m->begin, row, a->bias[row], answer->own);
     double size = a->load[r];
 
     for (size_t k = 0; k < (size_t)a->active; k++)
@@ -183,7 +182,7 @@ static void describe(perp__acceleration *a, perp__answer *answer)
     perp__terms terms = m->begin;
     const perp__velocity_problem problem = {
         .terms = &terms, .momentum = terms.k, .shift = a->zeros};
-    perp__motion held = {.v = perp__answer_acceleration(answer),
+    perp__motion held = {.v = answer->own,
                          .r = answer->middle,
                          .u = perp__answer_row_acceleration(a, answer),
                          .holds = m->second.holds};
@@ -286,7 +285,7 @@ static void keep(perp__acceleration *a, perp__answer *answer)
 
     describe(a, answer);
     evidence.tested = evidence.own = answer->residual;
-    evidence.sound = perp__all_finite(perp__answer_acceleration(answer), (size_t)a->m->n) &&
+    evidence.sound = perp__all_finite(answer->own, (size_t)a->m->n) &&
                      perp__all_finite(answer->middle, rows) &&
                      perp__all_finite(perp__answer_row_acceleration(a, answer), rows) &&
                      perp__all_finite(answer->points, points * rows);
@@ -343,8 +342,6 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
  * until the middle of what is left is inside; then within the disc, with corners in the directions
  * of that middle. So no family is missed, and all of its points are answers, but not all answers
  * are there. */
-
-/* ---- the family ----------------------------------------------------------------------------- */
 
 /* The polyhedron in `null` directions as an answer without a description; NULL if empty. */
 static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs,

@@ -13,14 +13,10 @@
 #define CLOSED_TOLERANCE 1e-12
 
 #define LEVELS 64
-#define LEVELS_WITHOUT_GAIN 16
-#define COLUMNS 10
-#define RATIO 1.4142135623730951
 /* The first step moves the coordinates by this, beside the largest of them or 1 (an angle's unit);
  * what is too long is no harm. Not a round number: motion with a period must not look as if it
  * stood still. */
 #define FIRST_MOVE 0.3711
-#define MOST_RETREATS 60
 
 /* Whether the element slides now, and along which direction. */
 static void find_slip(const perp_mechanism *m, perp__element *element, const double *v)
@@ -64,133 +60,25 @@ void perp__element_add_bilateral(perp__acceleration *a)
         a->row_of[a->active++] = a->m->contact_rows + j;
 }
 
-/* ---- the bias -----------------------------------------------------------------------------------
- *
- * d/dt(J) v + d/dt(drift) along q' = N v: by the callback, or by differences of
- * phi(s) = J(t + s, q(s)) v + drift(t + s, q(s)), with q(s) = q + s N(q) v.
- *
- * Central differences (phi(s) - phi(-s)) / 2 s have an error in even powers of s, which Neville's
- * scheme removes (C. J. F. Ridders, Advances in Engineering Software 4 (1982)). Of all entries of
- * the scheme the one that agrees best with its neighbours is taken. */
-
-typedef struct differences {
-    double t, *plus, *minus, *previous, *current, *best, *size;
-    const double *q, *v;
-    double error; /* of the best entry, relative to the largest of the row's terms */
-} differences;
-
-/* to := phi(s); size: the largest of its terms so far. */
-static perp_status evaluate(perp__acceleration *a, differences *d, double *to, double s)
-{
-    perp_mechanism *m = a->m;
-    perp_status status = perp__evaluate_move(m, m->moved, d->q, s, d->v);
-
-    PERP__THEN(status, perp__evaluate_rows(m, &m->end, d->t + s, m->moved, d->v));
-    if (status != PERP_OK)
-        return status;
-    perp__row_velocities(m, &m->end, to, d->v);
-    for (int32_t i = 0; i < m->rows; i++)
-        d->size[i] = fmax(d->size[i], perp__row_size(m, &m->end, i, d->v));
-    return PERP_OK;
-}
-
-/* The worst relative difference of two candidates. */
-static double distance(const perp_mechanism *m, const differences *d, const double *x,
-                       const double *y, double s)
-{
-    double worst = 0.0;
-
-    for (int32_t i = 0; i < m->rows; i++)
-        if (d->size[i] > 0.0)
-            worst = fmax(worst, fabs(x[i] - y[i]) * s / d->size[i]);
-    return worst;
-}
-
-/* d->best := d phi/ds; s: the first step. */
-static perp_status difference(perp__acceleration *a, differences *d, const double first)
-{
-    const size_t rows = (size_t)a->m->rows;
-    double s = first;
-    int32_t level = 0, retreats = 0, gained = 0;
-    perp_status status = PERP_OK;
-
-    while (level < LEVELS && level < gained + LEVELS_WITHOUT_GAIN) {
-        const double before = d->error;
-        double *swap = d->previous, factor = RATIO * RATIO;
-
-        /* 1. the central difference */
-        d->previous = d->current;
-        d->current = swap;
-        status = evaluate(a, d, d->plus, s);
-        PERP__THEN(status, evaluate(a, d, d->minus, -s));
-        if (status == PERP__OUTSIDE && retreats++ < MOST_RETREATS) {
-            level = gained = 0;
-            s /= RATIO;
-            continue;
-        }
-        if (status != PERP_OK)
-            return status;
-        for (size_t i = 0; i < rows; i++)
-            d->current[i] = (d->plus[i] - d->minus[i]) / (2.0 * s);
-        /* 2. the row of the scheme from the one before; what agrees best is kept */
-        for (int32_t j = 1; j < COLUMNS && j <= level; j++, factor *= RATIO * RATIO) {
-            const double *coarse = d->previous + (size_t)(j - 1) * rows;
-            const double *fine = d->current + (size_t)(j - 1) * rows;
-            double *to = d->current + (size_t)j * rows, error;
-
-            for (size_t i = 0; i < rows; i++)
-                to[i] = fine[i] + (fine[i] - coarse[i]) / (factor - 1.0);
-            error = fmax(distance(a->m, d, to, fine, first), distance(a->m, d, to, coarse, first));
-            if (error < d->error) {
-                d->error = error;
-                memcpy(d->best, to, rows * sizeof *d->best);
-            }
-        }
-        level++;
-        if (d->error < before)
-            gained = level;
-        s /= RATIO;
-    }
-    return status;
-}
-
+/* The bias, with what it may be wrong by: a tolerance of its size covers that, too. */
 static perp_status find_bias(perp__acceleration *a, double t, const double *q, const double *v)
 {
     perp_mechanism *m = a->m;
-    const size_t rows = (size_t)m->rows;
-    differences d = {.t = t, .q = q, .v = v, .best = a->bias, .error = INFINITY};
-    double s = FIRST_MOVE, largest = 1.0, fastest = 0.0;
-    perp_status status;
+    double largest = 1.0, fastest = 0.0;
+    /* from a time in which the coordinates change by about their size */
+    perp_status status = perp__evaluate_move(m, m->moved, q, 1.0, v);
 
-    memset(a->bias, 0, rows * sizeof *a->bias);
-    memset(a->size, 0, rows * sizeof *a->size);
-    if (rows == 0)
-        return PERP_OK;
-    if (m->model.curvature) {
-        status = perp__evaluate_curvature(m, a->bias, t, q, v);
-        for (size_t i = 0; i < rows; i++)
-            a->size[i] = fabs(a->bias[i]);
-        return status;
-    }
-    d.plus = a->row_work;
-    d.minus = d.plus + rows;
-    d.previous = d.minus + rows;
-    d.current = d.previous + (size_t)COLUMNS * rows;
-    d.size = d.current + (size_t)COLUMNS * rows;
-    memset(d.size, 0, rows * sizeof *d.size);
-    /* a time in which the coordinates change by about their size */
-    status = perp__evaluate_move(m, m->moved, q, 1.0, v);
     for (int32_t i = 0; i < m->coordinates && status == PERP_OK; i++) {
         largest = fmax(largest, fabs(q[i]));
         fastest = fmax(fastest, fabs(m->moved[i] - q[i]));
     }
     if (status == PERP__OUTSIDE)
         status = PERP_OK;
-    else
-        s = FIRST_MOVE * (fastest > 0.0 ? largest / fastest : 1.0);
-    PERP__THEN(status, difference(a, &d, s));
-    for (size_t i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
-        a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__ACCELERATION_TOLERANCE);
+    PERP__THEN(status,
+               perp__evaluate_bias(m, a->bias, a->size, t, q, v,
+                                   FIRST_MOVE * (fastest > 0.0 ? largest / fastest : 1.0), LEVELS));
+    for (int32_t i = 0; i < m->rows; i++)
+        a->size[i] = fabs(a->bias[i]) + a->size[i] / PERP__ACCELERATION_TOLERANCE;
     return status;
 }
 

@@ -42,9 +42,8 @@ static void layout(perp__arena *arena, void *object)
                    &c->pivots);
     layout_response(arena, &c->all, n, p);
     layout_response(arena, &c->held, n, p);
-    for (size_t k = 0; k < PERP__STAGES; k++) {
+    for (size_t k = 0; k < PERP__STAGES; k++)
         PERP__DOUBLES(arena, n, &c->kx[k], &c->kv[k]);
-    }
     c->gamma = perp__arena_take(arena, 2 * p, sizeof(double));
     c->roots = perp__arena_take(arena, 4 * p, sizeof(double));
     perp__held_rows_layout(&c->rows, arena, n * p, p, n);

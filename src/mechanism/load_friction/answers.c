@@ -97,7 +97,7 @@ static void label(perp_load_friction *f, perp__answer *a)
 /* The answer's middle is f->linear.x, and evaluated. */
 static void describe(perp_load_friction *f, perp__answer *a)
 {
-    double *normal = perp__friction_normal(a), *friction = perp__friction_force(f, a);
+    double *normal = a->own, *friction = a->own + f->n;
     int32_t sticks = 0, i, j;
 
     memcpy(a->pattern, f->pattern.mode, 2 * (size_t)f->n);
@@ -135,7 +135,7 @@ static void describe(perp_load_friction *f, perp__answer *a)
 static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
 {
     const size_t n = (size_t)f->n, points = (size_t)(a->vertices + a->rays);
-    const double *N = perp__friction_normal(a), *friction = perp__friction_force(f, a);
+    const double *N = a->own, *friction = a->own + f->n;
 
     holds = holds && perp__all_finite(a->points, points * n) && perp__all_finite(a->middle, n) &&
             perp__all_finite(a->own, 2 * n) && a->residual <= HELD;

@@ -46,7 +46,7 @@ struct perp_load_friction {
     perp__friction_question question;
     perp__friction_pattern pattern;
     perp__pattern_tree tree;
-    perp__answers answers; /* points are x = q''; own: normal and friction forces */
+    perp__answers answers; /* points are x = q''; own: n normal forces, n of friction */
     int8_t *regular;       /* of a step: a stable acceleration stops this coordinate within it */
     /* work */
     perp__linear linear; /* of a pattern: x, and u = (A x + b - tau, C x + d) */
@@ -78,17 +78,6 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
 
 /* Whether an answer is part of another one: of perp__answers. */
 int32_t perp__friction_holds_answer(void *user, perp__answer *outer, const perp__answer *inner);
-
-/* The forces of an answer. */
-static inline double *perp__friction_normal(const perp__answer *a)
-{
-    return a->own;
-}
-
-static inline double *perp__friction_force(const perp_load_friction *f, const perp__answer *a)
-{
-    return a->own + f->n;
-}
 
 /* Answers all patterns, or what a search finds. Answers are sorted and labelled. */
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary);

@@ -25,9 +25,9 @@ static const perp__answer *choose(const perp_load_friction *f, perp_load_step *o
 
     for (a = f->answers.first; a && f->n == 1; a = a->next)
         if (!a->stable && a->dimension == 0)
-            divide = perp__friction_normal(a)[0];
+            divide = a->own[0];
     for (a = f->answers.first; a; a = a->next, index++) {
-        const double *x = a->middle, *N = perp__friction_normal(a);
+        const double *x = a->middle, *N = a->own;
         merit m = {!a->stable, 0, 0, 0.0};
 
         for (int32_t i = 0; i < f->n; i++) {
@@ -96,7 +96,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
         next[i] = f->linear.x[i];
         if (normal)
-            normal[i] = taken ? perp__friction_normal(taken)[i] : NAN;
+            normal[i] = taken ? taken->own[i] : NAN;
     }
     return status;
 }

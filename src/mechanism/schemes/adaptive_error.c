@@ -184,59 +184,54 @@ void perp__adaptive_keep(const perp_mechanism *m, perp__adaptive *a, double late
     a->event.after = after;
 }
 
-/* ends: a slip may end in contact or dry group j smoothly, so that it is located. */
-static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
-                          const perp__motion *to, double start, double length, int32_t j,
-                          int32_t ends)
-{
-    const int32_t row = m->tangent[j], count = m->tangents[j];
-    const int32_t sticks = to->modes[j] == PERP_MECHANISM_STICK;
-    const double bound = j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
-                                         : m->dry_bound[j - m->contacts];
-    double d[2] = {0.0, 0.0}, speed, after = 0.0, own = 0.0, all, free, response, lost, when, wrong;
-
-    /* 1. the slip at the start, along d */
-    if (from->modes[j] != PERP_MECHANISM_SLIP || !(bound > 0.0))
-        return;
-    for (int32_t i = 0; i < count; i++)
-        d[i] = perp__row_times(m, &m->begin, row + i, m->begin.drift[row + i], from->v);
-    speed = hypot(d[0], d[1]);
-    for (int32_t i = 0; i < 2 && speed > 0.0; i++)
-        d[i] /= speed;
-    for (int32_t i = 0; i < count; i++) {
-        after += d[i] * to->u[row + i];
-        own += d[i] * to->r[row + i];
-    }
-    if (!(speed > 0.0) || (after >= 0.0 && !sticks))
-        return;
-    /* 2. d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways among
-     * them */
-    perp__hold_constraints(m);
-    memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
-    for (int32_t i = 0; i < count; i++)
-        perp__add_row(m, &m->begin, row + i, d[i], a->scratch);
-    perp__solve_lower(m, &m->begin, a->scratch);
-    all = perp__length(a->scratch, m->n);
-    perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
-    free = perp__length(a->scratch, m->n);
-    response = free > PERP__AGREEMENT * all ? free * free : 0.0;
-    /* 3. when it turns, and what that makes of the step */
-    lost = speed - (after - response * own); /* by other forces than this friction */
-    when = length * speed / (lost + response * bound);
-    if (!(response > 0.0) || !(when >= 0.0 && when < length))
-        return;
-    wrong = sticks ? fmax(lost / response - bound, ends ? speed / response : 0.0) *
-                         (length - when) / length
-                   : 2.0 * bound * when / length;
-    if (wrong > 0.0)
-        perp__adaptive_keep(m, a, length - when, wrong * sqrt(response) / a->speed_scale,
-                            start + when);
-}
-
 void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
                            const perp__motion *to, double start, double length)
 {
-    for (int32_t j = 0; j < m->contacts + m->dry; j++)
-        look_for_turn(m, a, from, to, start, length, j,
-                      a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0));
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        const int32_t row = m->tangent[j], count = m->tangents[j];
+        const int32_t sticks = to->modes[j] == PERP_MECHANISM_STICK;
+        /* a slip may end here smoothly, so that it is located */
+        const int32_t ends = a->order == 2 && (j >= m->contacts || m->two_sided[j] == 0);
+        const double bound = j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
+                                             : m->dry_bound[j - m->contacts];
+        double d[2] = {0.0, 0.0}, speed, after = 0.0, own = 0.0, all, free, response, lost, when,
+               wrong;
+
+        /* 1. the slip at the start, along d */
+        if (from->modes[j] != PERP_MECHANISM_SLIP || !(bound > 0.0))
+            continue;
+        for (int32_t i = 0; i < count; i++)
+            d[i] = perp__row_times(m, &m->begin, row + i, m->begin.drift[row + i], from->v);
+        speed = hypot(d[0], d[1]);
+        for (int32_t i = 0; i < 2 && speed > 0.0; i++)
+            d[i] /= speed;
+        for (int32_t i = 0; i < count; i++) {
+            after += d[i] * to->u[row + i];
+            own += d[i] * to->r[row + i];
+        }
+        if (!(speed > 0.0) || (after >= 0.0 && !sticks))
+            continue;
+        /* 2. d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways
+         * among them */
+        perp__hold_constraints(m);
+        memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
+        for (int32_t i = 0; i < count; i++)
+            perp__add_row(m, &m->begin, row + i, d[i], a->scratch);
+        perp__solve_lower(m, &m->begin, a->scratch);
+        all = perp__length(a->scratch, m->n);
+        perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
+        free = perp__length(a->scratch, m->n);
+        response = free > PERP__AGREEMENT * all ? free * free : 0.0;
+        /* 3. when it turns, and what that makes of the step */
+        lost = speed - (after - response * own); /* by other forces than this friction */
+        when = length * speed / (lost + response * bound);
+        if (!(response > 0.0) || !(when >= 0.0 && when < length))
+            continue;
+        wrong = sticks ? fmax(lost / response - bound, ends ? speed / response : 0.0) *
+                             (length - when) / length
+                       : 2.0 * bound * when / length;
+        if (wrong > 0.0)
+            perp__adaptive_keep(m, a, length - when, wrong * sqrt(response) / a->speed_scale,
+                                start + when);
+    }
 }

@@ -16,15 +16,14 @@
 #include <math.h>
 #include <string.h>
 
-/* A slip is faster than accelerations by this factor. In three dimensions its direction is made
- * exact by repetition. */
-#define FAST 64.0
+/* In three dimensions the direction of a slip is made exact by repetition. */
 #define MOST_PASSES 8
 
 /* Accelerations below this, beside the largest of free motion, are none. */
 #define NOTHING 1e-12
 
-/* Differences are taken over this share of a step, or of a run's unit of time. */
+/* Differences, of order 4, are taken over this share of a step, or of a run's unit of time. */
+#define BIAS_LEVELS 2
 #define SHARE (1.0 / 32.0)
 #define SHARE_OF_UNIT 1e-3
 
@@ -97,30 +96,6 @@ static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
 
 /* ---- forces at an instant -------------------------------------------------------------------- */
 
-/* a->bias := d/dt(J) v + d/dt(drift), by central differences, of order 4. */
-static perp_status find_bias(perp_mechanism *m, perp__adaptive *a, double t, const double *q,
-                             const double *v)
-{
-    static const double places[4] = {1.0, -1.0, 0.5, -0.5},
-                        weights[4] = {-1.0 / 6.0, 1.0 / 6.0, 4.0 / 3.0, -4.0 / 3.0};
-    double *u = a->drift;
-    perp_status status = PERP_OK;
-
-    memset(a->bias, 0, (size_t)m->rows * sizeof *a->bias);
-    for (int32_t k = 0; k < 4 && status == PERP_OK; k++) {
-        const double s = places[k] * a->span;
-
-        status = perp__evaluate_move(m, m->moved, q, s, v);
-        PERP__THEN(status, perp__evaluate_rows(m, &m->end, t + s, m->moved, v));
-        if (status != PERP_OK)
-            return status;
-        perp__row_velocities(m, &m->end, u, v);
-        for (int32_t i = 0; i < m->rows; i++)
-            a->bias[i] += weights[k] / a->span * u[i];
-    }
-    return status;
-}
-
 /* The largest acceleration of a row that takes part, in free motion, term by term. */
 static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
 {
@@ -143,7 +118,8 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
 {
     perp__terms terms = m->begin;
     perp__velocity_problem problem;
-    perp_status status = find_bias(m, a, t, state->q, state->v);
+    perp_status status =
+        perp__evaluate_bias(m, a->bias, NULL, t, state->q, state->v, a->span, BIAS_LEVELS);
     int32_t again = 1;
 
     if (status != PERP_OK)
@@ -178,10 +154,10 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
             for (int32_t i = first; i < first + count && speed > 0.0; i++) {
                 const double before = a->drift[i];
 
-                a->drift[i] = FAST * a->free * (state->u[i] / speed);
+                a->drift[i] = PERP__FAST * a->free * (state->u[i] / speed);
                 if (pass > 0)
                     a->drift[i] -= m->answer.u[i] - before;
-                again |= count > 1 && fabs(a->drift[i] - before) > NOTHING * (FAST * a->free);
+                again |= count > 1 && fabs(a->drift[i] - before) > NOTHING * (PERP__FAST * a->free);
             }
         }
         m->answer.iterations = 0;

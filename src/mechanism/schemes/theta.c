@@ -313,12 +313,6 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
     problem = perp__pose(m, &w->terms);
     status = perp__solve_frozen(m, &problem);
     step->iterations += m->answer.iterations;
-    if (status == PERP_OK && !perp__outcome_moves(m->answer.outcome) && w->corrected) {
-        w->corrected = 0; /* walls that seem to close: the rows of the middle alone */
-        correct_drift(m, w, w->v);
-        status = perp__solve_frozen(m, &problem);
-        step->iterations += m->answer.iterations;
-    }
     m->answer.iterations = 0;
     return status;
 }
