@@ -463,10 +463,9 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
-        const double bounce = perp__moreau_shift(contact->restitution,
-                                                 work->came[i]);
-        const double gap = perp__open_gap(
-            contact, work->gap[k] + left * normal_after(world, island, i));
+        const double bounce = perp__moreau_shift(contact->restitution, work->came[i]);
+        const double gap =
+            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i));
 
         work->guard[i] =
             work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
