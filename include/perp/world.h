@@ -175,7 +175,7 @@ typedef struct perp_step_result {
                            island's numbers; where sweeps gave them, that of perp_world_step */
     int32_t contacts;
     int32_t islands; /* islands that needed a solve */
-    int32_t steps;   /* that it was taken in: 1, unless settings.error or far turns of joints say */
+    int32_t steps;   /* that it was taken in: 1, unless settings.error or far turns say */
     int32_t reserved;
     double error; /* sum of their estimated errors; nan where steps were not chosen */
 } perp_step_result;

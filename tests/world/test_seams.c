@@ -245,6 +245,39 @@ static void test_no_tunnelling(void **state)
                     shoot(planar, ball, spins[i], 1.7 * j);
 }
 
+/* A corner that hits turns a card by radians in a step; it ends on the side it came from all the
+ * same, deeper than the plate by no more than its size. */
+static void test_no_tunnelling_of_cards(void **state)
+{
+    (void)state;
+    for (int32_t planar = 0; planar < 2; planar++)
+        for (int i = 0; i < 30; i++) {
+            perp_body_settings settings = scene_settings();
+            perp_body card;
+            double length = 0.0;
+            scene s;
+
+            scene_open(&s, planar, 0.0, 0.0, 0.0);
+            settings.kind = PERP_BODY_STATIC;
+            scene_box(&s, scene_add(&s, &settings), 0.005, 40.0, 40.0, 0.3, 0.0);
+            settings = scene_defaults();
+            settings.position[0] = -0.3 - 0.05 * i;
+            settings.velocity[0] = 20.0 + 10.0 * i;
+            for (int k = 0; k < 4; k++) {
+                settings.orientation[k] = planar && k % 3 > 0 ? 0.0 : sin(1.0 + 2.3 * i + 1.1 * k);
+                length += settings.orientation[k] * settings.orientation[k];
+            }
+            for (int k = 0; k < 4; k++)
+                settings.orientation[k] /= sqrt(length);
+            card = scene_add(&s, &settings);
+            scene_box(&s, card, 0.1, 0.001, 0.1, 0.3, 0.0);
+            for (int k = 0; k < 30; k++)
+                SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+            assert_true(scene_state(&s, card).position[0] < 0.105);
+            scene_close(&s);
+        }
+}
+
 /* What crawls towards a plate and is hit from behind gets there within the step, and no farther. */
 static void test_no_tunnelling_of_what_is_hit(void **state)
 {
@@ -505,6 +538,7 @@ int main(void)
         cmocka_unit_test(test_balls_pass),
         cmocka_unit_test(test_no_tunnelling),
         cmocka_unit_test(test_no_tunnelling_of_what_is_hit),
+        cmocka_unit_test(test_no_tunnelling_of_cards),
         cmocka_unit_test(test_no_overlap_of_what_is_hit),
         cmocka_unit_test(test_tumble_over_seams),
         cmocka_unit_test(test_slide_under_a_lintel),
