@@ -354,6 +354,8 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
         }
         for (int32_t k = 0; k < unit->rows; k++)
             carried = fmax(carried, fabs(s->x[unit->row + k]));
+        if (unit->rows == 0) /* what is open */
+            continue;
         if (unit->kind == PERP__STATICS_INTERVAL) {
             const double least = v[0] > 0.0 ? -unit->upper * v[0] : -unit->lower * v[0];
 
