@@ -303,7 +303,7 @@ typedef struct perp__island_work {
     double *free, *v, *moving;         /* numbers: of the interval at hand */
     int32_t *carrier, *modes;          /* bodies; contacts chosen */
     double *impulse, *velocity, *warm; /* 3 a contact chosen */
-    double *turning;                   /* too: what rows change by the end makes of velocities */
+    double *turning;                   /* 3 a contact chosen, too: along.c */
     double *came;                      /* contacts chosen: normal velocities of `now` */
     double *gap, *guard;               /* contacts of the island */
     double *strength, *solved, *solved_rows; /* bodies; numbers; 3 a contact: of hold */

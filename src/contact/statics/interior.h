@@ -76,6 +76,8 @@ void perp__statics_build_cones(perp__statics *s);
 /* What is nearest to 0 within a unit's bounds. */
 double perp__statics_least(const perp__statics_unit *unit);
 double perp__statics_start_balanced(perp__statics *s);
+/* No impulses, but of what is idle. */
+void perp__statics_clear(perp__statics *s);
 void perp__statics_start_margin(perp__statics *s, double room);
 void perp__statics_start_inside(perp__statics *s, int32_t aim, double mean);
 

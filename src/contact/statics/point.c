@@ -110,6 +110,13 @@ void perp__statics_build_cones(perp__statics *s)
 }
 
 /* x := the least |x|^2 with A x = b, without cones; y; returns what is left of b. */
+void perp__statics_clear(perp__statics *s)
+{
+    for (int32_t u = 0; u < s->rows->units; u++)
+        for (int32_t k = 0; k < s->rows->unit[u].rows && !s->idle[u]; k++)
+            s->x[s->rows->unit[u].row + k] = 0.0;
+}
+
 double perp__statics_start_balanced(perp__statics *s)
 {
     const size_t n = (size_t)s->rows->nodes * (size_t)s->rows->width;
@@ -125,9 +132,7 @@ double perp__statics_start_balanced(perp__statics *s)
     s->aim = PERP__AIM_MARGIN;
     if (!perp__statics_factor(s))
         return INFINITY;
-    for (int32_t u = 0; u < s->rows->units; u++)
-        for (int32_t k = 0; k < s->rows->unit[u].rows && !s->idle[u]; k++)
-            s->x[s->rows->unit[u].row + k] = 0.0;
+    perp__statics_clear(s);
     memset(s->y, 0, n * sizeof *s->y);
     return perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
 }

@@ -168,9 +168,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     /* 1. Forces on coordinates without a row, or with none but noise beside others of their body.
      */
     *room = -INFINITY;
-    for (int32_t u = 0; u < s->rows->units; u++)
-        for (int32_t k = 0; k < s->rows->unit[u].rows && !s->idle[u]; k++)
-            s->x[s->rows->unit[u].row + k] = 0.0;
+    perp__statics_clear(s);
     for (int32_t i = 0; i < n; i++)
         s->y[i] =
             s->reach[i] > ROUNDED * perp__largest(s->reach + i - i % width, width) || s->b[i] == 0.0

@@ -120,7 +120,9 @@ double perp__row_norm(const perp_world *world, int32_t body, const double *row);
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
-/* Adds to biases what rows that go along with bodies change by. */
+/* along.c: the rows of work.count, of a contact, along its interval; and adds to the biases of all
+ * what they change by. */
+void perp__turn_contact(perp_world *world, const perp__world_contact *contact);
 void perp__turn_contacts(perp_world *world);
 /* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
  * moves as it is told where `carried`. */

@@ -206,146 +206,6 @@ double perp__normal_of(const perp_world *world, int32_t i, const double *x, int3
     return sum;
 }
 
-/* ---- contacts along the paths of bodies that joints hold ---- */
-
-/* How a contact goes along: turns of both bodies and, of its normal, that which both have in
- * common; before the interval, and up to half of it. */
-typedef struct contact_path {
-    int32_t late; /* bodies turned before */
-    double begun[3][9], normal[9];
-    const double *half[2];
-    perp__path told[2];
-    double slide[2][3]; /* of the point on either body, up to half of it, as the normal sees it */
-} contact_path;
-
-/* A contact goes with what is round or stands beside what moves, and between others. */
-static double share_of_slide(const perp_world *world, const perp__world_contact *contact,
-                             int32_t side)
-{
-    const perp__shape *own = &world->shapes[side == 0 ? contact->shape_a : contact->shape_b];
-    const perp__shape *other = &world->shapes[side == 0 ? contact->shape_b : contact->shape_a];
-    const int32_t is_round = own->geometry.radius > 0.0;
-
-    if (is_round || other->geometry.radius > 0.0)
-        return is_round ? 0.0 : 1.0;
-    if (world->bodies[own->body].kind == PERP_BODY_STATIC ||
-        world->bodies[other->body].kind == PERP_BODY_STATIC)
-        return world->bodies[own->body].kind == PERP_BODY_STATIC ? 1.0 : 0.0;
-    return 0.5;
-}
-
-/* Returns 0 where nothing turns. */
-static int32_t find_contact_path(const perp_world *world, const perp__world_contact *contact,
-                                 contact_path *path)
-{
-    const perp__island_work *work = &world->work;
-    double gone[3][3], turn[3][3], rate[3] = {0.0, 0.0, 0.0};
-    int32_t turns = 0;
-
-    path->late = 0;
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        const double *spin = world->motions[body].trial + 3;
-        double drift[6] = {0.0};
-
-        if (perp__is_dynamic(world, body))
-            perp__twist_of(world, work->drift + world->dof * world->roles[body].local, drift);
-        else
-            perp__add3(drift + 3, work->gone, spin);
-        perp__copy3(gone[side], drift + 3);
-        for (int32_t k = 0; k < 3; k++)
-            turn[side][k] = 0.5 * work->span * spin[k];
-        path->late |= !perp__is_zero3(gone[side]);
-        turns |= !perp__is_zero3(turn[side]);
-    }
-    if (!turns && !path->late)
-        return 0;
-    perp__common_turn(turn[2], turn[0], turn[1]);
-    perp__turn_matrix(path->normal, turn[2]);
-    perp__common_turn(gone[2], gone[0], gone[1]);
-    for (int32_t k = 0; k < 3 && path->late; k++)
-        perp__turn_matrix(path->begun[k], gone[k]);
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        const double sign = side == 0 ? -1.0 : 1.0;
-        double now[6], spun[3];
-
-        path->half[side] = perp__path_of(world, body, work->span, &path->told[side])->half;
-        perp__twist_now(world, body, now);
-        perp__cross(spun, now + 3, contact->arms[side]);
-        for (int32_t k = 0; k < 3; k++)
-            rate[k] += sign * (now[k] + spun[k]);
-    }
-    for (int32_t side = 0; side < 2; side++)
-        for (int32_t k = 0; k < 3; k++)
-            path->slide[side][k] = (side == 0 ? 0.5 : -0.5) * work->span * rate[k] *
-                                   share_of_slide(world, contact, side);
-    return 1;
-}
-
-/* Contacts go along as joints do that are beside them (trial.c): else a joint and a contact on one
- * line contradict each other by as much as all turns. What is round turns below its contact: the
- * radius goes along with the normal. */
-static void turn_rows(perp_world *world, const perp__world_contact *contact,
-                      const contact_path *path, perp__rigid_rows *rows)
-{
-    perp__island_work *work = &world->work;
-    double *turning = work->turning + 3 * work->count, axes[3][3][3];
-
-    /* 1. axes in the beginning, half-way, and at the end */
-    for (int32_t k = 0; k < rows->dim; k++) {
-        perp__copy3(axes[0][k], contact->axes[k]);
-        if (path->late)
-            perp__apply3(axes[0][k], path->begun[2], contact->axes[k]);
-        perp__apply3(axes[1][k], path->normal, axes[0][k]);
-        perp__apply3(axes[2][k], path->normal, axes[1][k]);
-    }
-    work->came[work->count] = 0.0;
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t body = side == 0 ? contact->body_a : contact->body_b;
-        const int32_t shape = side == 0 ? contact->shape_a : contact->shape_b;
-        const double sign = side == 0 ? -1.0 : 1.0, *last = world->motions[body].last;
-        const double radius = -sign * world->shapes[shape].geometry.radius;
-        double core[3][3], now[6], moment[3], seen[3];
-
-        if (rows->body[side] < 0)
-            continue;
-
-        /* 2. arms there: to the core of the shape, and on to its surface */
-        perp__copy3(core[0], contact->arms[side]);
-        perp__add3(core[0], -radius, contact->axes[0]);
-        perp__copy3(moment, core[0]);
-        if (path->late)
-            perp__apply3(core[0], path->begun[side], moment);
-        perp__apply3(core[1], path->half[side], core[0]);
-        perp__apply3(core[2], path->half[side], core[1]);
-        perp__apply3(moment, path->normal, path->slide[side]);
-        perp__add3(core[1], 1.0, moment);
-        perp__apply3(seen, path->normal, moment);
-        perp__add3(core[2], 2.0, seen);
-        for (int32_t at = 0; at < 3; at++)
-            perp__add3(core[at], radius, axes[at][0]);
-
-        /* 3. rows of the path, as they are seen from its end, and what they are there */
-        perp__twist_of(world, work->now + world->dof * rows->body[side], now);
-        perp__cross(moment, core[0], axes[0][0]);
-        work->came[work->count] +=
-            sign * (perp__dot3(axes[0][0], now) + perp__dot3(moment, now + 3));
-        for (int32_t k = 0; k < rows->dim; k++) {
-            double twist[6] = {0.0};
-
-            perp__cross(moment, core[1], axes[1][k]);
-            perp__apply3(seen, path->half[side], moment);
-            perp__add3(twist, sign, axes[1][k]);
-            perp__add3(twist + 3, sign, seen);
-            perp__coordinates_of(world, twist, rows->rows[side][k]);
-            perp__cross(moment, core[2], axes[2][k]);
-            turning[k] += sign * (perp__dot3(axes[2][k], last) + perp__dot3(moment, last + 3)) -
-                          perp__dot(twist, last, 6);
-        }
-    }
-}
-
 /* Rows of the chosen contacts; bias is written for each problem. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
 {
@@ -356,7 +216,6 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         perp__rigid_rows *rows = &work->rows[work->count];
-        contact_path path;
 
         if (leaves_out && leaves_out[i])
             continue;
@@ -377,8 +236,8 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
             }
         work->came[work->count] = perp__normal_of(world, work->count, work->now, island->bodies, 1);
         memset(work->turning + 3 * work->count, 0, 3 * sizeof(double));
-        if (island->joints > 0 && find_contact_path(world, contact, &path))
-            turn_rows(world, contact, &path, rows);
+        if (island->joints > 0)
+            perp__turn_contact(world, contact);
         perp__copy3(work->warm + 3 * work->count, perp__step_response(world, island, i)->warm);
         work->chosen[work->count++] = i;
     }
@@ -446,15 +305,6 @@ void perp__mean_motion(perp_world *world, const perp__island *island, double h)
 
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->moving[i] = work->drift[i] / h;
-}
-
-void perp__turn_contacts(perp_world *world)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < work->count; i++)
-        for (int32_t k = 0; k < work->rows[i].dim; k++)
-            work->rows[i].bias[k] += work->turning[3 * i + k];
 }
 
 void perp__write_velocities(perp_world *world, const perp__island *island)

@@ -97,12 +97,12 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 
 /* Whether a body turns so far about a point that presses on it, its radius aside, that the point
  * goes elsewhere along the normal than its rate says, h^2/2 n.(w x (w x r)), by more than the half
- * widths of both shapes: then it can be beyond the other one. With joints: perp__is_rough(). */
+ * widths of both shapes: then it can be beyond the other one. Joints have perp__is_rough(). */
 static int32_t turns_far(const perp_world *world, const perp__island *island, double h)
 {
     int32_t far = 0;
 
-    for (int32_t i = 0; i < island->contacts && island->joints == 0 && !far; i++) {
+    for (int32_t i = 0; i < island->contacts && !far; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const perp__shape *a = &world->shapes[contact->shape_a];
         const perp__shape *b = &world->shapes[contact->shape_b];
@@ -143,7 +143,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     status = solve_island(world, island, h, &verdict);
     if (verdict.stands && verdict.rides && verdict.impacts == 0)
         perp__ride(world, island, h);
-    verdict.rough |= turns_far(world, island, h);
+    verdict.rough |= island->joints == 0 && turns_far(world, island, h);
     verdict.endless = 0;
     for (int32_t k = 0; k < island->contacts; k++) {
         const int32_t number = world->contact_order[island->first_contact + k];

@@ -70,8 +70,6 @@ void perp__common_turn(double *turn, const double *a, const double *b);
 void perp__turn_matrix(double *R, const double *turn);
 /* The twist of a body as the interval at hand begins. */
 void perp__twist_now(const perp_world *world, int32_t body, double *twist);
-/* The path of a body of the island at hand, or of another one, which is written to *told. */
-const perp__path *perp__path_of(const perp_world *world, int32_t body, double t, perp__path *told);
 /* The paths of that motion alone. */
 void perp__find_paths(perp_world *world, const perp__island *island, double t);
 /* Whether the interval is to be solved again, by the motion work.moving and work.v that it led to.

@@ -153,14 +153,6 @@ static void turn_mass(perp_world *world, int32_t body, double t)
     perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
-const perp__path *perp__path_of(const perp_world *world, int32_t body, double t, perp__path *told)
-{
-    if (perp__is_dynamic(world, body))
-        return &world->work.paths[world->roles[body].local];
-    path_along(world, body, t, told);
-    return told;
-}
-
 /* Where both bodies are. */
 static void view_placed(const perp_world *world, const perp__joint *joint,
                         const perp__placement *const places[2], perp__joint_view *view)
@@ -192,6 +184,25 @@ void perp__find_paths(perp_world *world, const perp__island *island, double t)
         path_along(world, world->work.members[i], t, &world->work.paths[i]);
 }
 
+/* How the anchors of a joint part, and at which rate, as A sees it as the interval begins. */
+static void find_parting(const perp_world *world, const perp__joint *joint,
+                         const perp__path *const paths[2], double *d, double *rate)
+{
+    double arms[2][3], twists[2][6], spun[3];
+
+    for (int32_t side = 0; side < 2; side++) {
+        perp__twist_now(world, joint->body[side], twists[side]);
+        perp__apply3(arms[side], paths[side]->from.rotation, joint->anchors[side]);
+    }
+    perp__subtract3(d, paths[1]->from.position, paths[0]->from.position);
+    perp__add3(d, 1.0, arms[1]); /* from A's mass centre */
+    perp__subtract3(rate, twists[1], twists[0]);
+    perp__cross(spun, twists[1] + 3, arms[1]);
+    perp__add3(rate, 1.0, spun);
+    perp__cross(spun, twists[0] + 3, d);
+    perp__add3(rate, -1.0, spun);
+}
+
 /* Rows beside contacts are those half-way, of bodies that turn and move beside each other as A sees
  * it, in axes that turn as both do: of what turns as one all rows are those of the beginning then,
  * only turned, and what they had to do with each other they still have. They are told as they are
@@ -201,72 +212,53 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
 {
     const double before = perp__state_of(world, joint)->coordinate;
     const int32_t axes = world->settings.planar ? 2 : 3;
-    double arms[3][2][3], d[3], rate[3], spun[3], twists[2][6], common[3], turn[9];
+    double d[3], rate[3], common[3], turn[9], seen[3];
     perp__path there[2];
 
-    /* 1. anchors then; how they part, as A sees it, which goes on */
-    for (int32_t side = 0; side < 2; side++) {
-        perp__twist_now(world, joint->body[side], twists[side]);
-        perp__apply3(arms[0][side], paths[side]->from.rotation, joint->anchors[side]);
-        perp__apply3(arms[1][side], paths[side]->half, arms[0][side]);
-        perp__apply3(arms[2][side], paths[side]->turn, arms[0][side]);
-    }
-    perp__subtract3(d, paths[1]->from.position, paths[0]->from.position);
-    perp__add3(d, 1.0, arms[0][1]);
-    perp__add3(d, -1.0, arms[0][0]);
-    perp__subtract3(rate, twists[1], twists[0]);
-    perp__cross(spun, twists[1] + 3, arms[0][1]);
-    perp__add3(rate, 1.0, spun);
-    perp__add3(d, 1.0, arms[0][0]);
-    perp__cross(spun, twists[0] + 3, d);
-    perp__add3(rate, -1.0, spun);
-    perp__add3(d, -1.0, arms[0][0]);
+    find_parting(world, joint, paths, d, rate);
     perp__common_turn(common, world->motions[joint->body[0]].trial + 3,
                       world->motions[joint->body[1]].trial + 3);
-
-    /* 2. rows there, with B where its anchor is then */
     for (int32_t k = 1; k < 3; k++) {
         perp__joint_view *view = k == 1 ? &joint->middle : end;
-        double seen[3];
 
+        /* 1. both bodies, seen from the mass centre of A, with B where its anchor is then */
         perp__add3(d, 0.5 * t, rate);
-        perp__apply3(seen, k == 1 ? paths[0]->half : paths[0]->turn, d);
+        perp__apply3(there[1].to.position, k == 1 ? paths[0]->half : paths[0]->turn, d);
+        perp__copy3(there[0].to.position, paths[0]->to.position);
+        perp__add3(there[1].to.position, 1.0, there[0].to.position);
         for (int32_t side = 0; side < 2; side++) {
-            if (k == 2)
-                there[side].to = paths[side]->to;
-            else
-                perp__multiply3(there[side].to.rotation, paths[side]->half,
-                                paths[side]->from.rotation);
-            perp__copy3(there[side].to.position, paths[0]->to.position);
+            perp__multiply3(there[side].to.rotation, k == 1 ? paths[side]->half : paths[side]->turn,
+                            paths[side]->from.rotation);
             perp__stay(&there[side]);
         }
-        for (int32_t i = 0; i < 3; i++)
-            there[1].to.position[i] += arms[k][0][i] + seen[i] - arms[k][1][i];
+        perp__apply3(seen, there[1].to.rotation, joint->anchors[1]);
+        perp__add3(there[1].to.position, -1.0, seen);
+        there[1].from = there[1].to;
+
+        /* 2. rows there, in axes that turn as both do */
         perp__view_joint(world, joint, before, (const perp__path *const[2]){&there[0], &there[1]},
                          view);
         for (int32_t i = 0; i < 3; i++)
-            spun[i] = 0.5 * t * k * common[i];
-        perp__turn_matrix(turn, spun);
+            seen[i] = 0.5 * t * k * common[i];
+        perp__turn_matrix(turn, seen);
         for (int32_t i = 0; i < 12 && perp__has_space_axes(joint->kind); i++) {
-            double along[3] = {0.0, 0.0, 0.0}, turned[3];
+            double along[3] = {0.0, 0.0, 0.0};
 
             for (int32_t j = 0; j < axes; j++)
                 along[j] = view->rows[j][i / 6][i % 6];
-            perp__apply_transposed3(turned, turn, along);
+            perp__apply_transposed3(seen, turn, along);
             for (int32_t j = 0; j < axes; j++)
-                view->rows[j][i / 6][i % 6] = turned[j];
+                view->rows[j][i / 6][i % 6] = seen[j];
         }
     }
 
-    /* 3. as seen from the end */
-    for (int32_t side = 0; side < 2; side++)
-        for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
-            double *moment = joint->middle.rows[row][side] + 3, seen[3];
+    /* 3. those of half-way as seen from the end */
+    for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++)
+        for (int32_t side = 0; side < 2 && (row < end->count || row == PERP__JOINT_ROWS); side++) {
+            double *moment = joint->middle.rows[row][side] + 3;
 
-            if (row < joint->middle.count || row == PERP__JOINT_ROWS) {
-                perp__apply3(seen, paths[side]->half, moment);
-                perp__copy3(moment, seen);
-            }
+            perp__apply3(seen, paths[side]->half, moment);
+            perp__copy3(moment, seen);
         }
     memcpy(joint->middle.mean, paths[1]->half, sizeof joint->middle.mean);
     memcpy(joint->middle.arms, end->arms, sizeof end->arms);
@@ -286,8 +278,15 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         int32_t stays;
 
         /* 1. rows of the paths of both bodies, of which those of the island are known */
-        for (int32_t side = 0; side < 2; side++)
-            paths[side] = perp__path_of(world, joint->body[side], t, &told[side]);
+        for (int32_t side = 0; side < 2; side++) {
+            const int32_t body = joint->body[side];
+
+            paths[side] = &told[side];
+            if (perp__is_dynamic(world, body))
+                paths[side] = &world->work.paths[world->roles[body].local];
+            else
+                path_along(world, body, t, &told[side]);
+        }
         memset(joint->turning, 0, sizeof joint->turning);
         stays = paths[0]->stays && paths[1]->stays;
         if (stays || island->contacts == 0)
