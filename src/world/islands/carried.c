@@ -324,17 +324,16 @@ static double last_unbalance(perp_world *world, const perp__island *island,
     return left;
 }
 
-perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict)
+perp_status perp__lie_still(perp_world *world, const perp__island *island, int32_t swept,
+                            perp__verdict *verdict)
 {
     perp_status status = PERP_OK;
     perp__carrying carrying;
-    int32_t swept;
     double left;
 
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__begins_standing(world, island, &carrying))
         return PERP_OK;
-    swept = !perp__is_worth_exact(world, island);
     left = last_unbalance(world, island, &carrying, swept);
     if (left > BALANCED && left < INFINITY)
         status = perp__stand_as_decided(world, island, &carrying, &left);

@@ -74,7 +74,7 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 
     *verdict = before;
     if (island->joints == 0) {
-        status = perp__lie_still(world, island, verdict);
+        status = perp__lie_still(world, island, !exact, verdict);
         if (status != PERP_OK || verdict->stands)
             return status;
         if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {

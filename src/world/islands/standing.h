@@ -49,8 +49,10 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
 
 /* The same impulses as in the last step, or what other forces make of those that were decided:
  * whether they leave an island at rest to rounding beside the terms of each body. Then
- * verdict->stands is 1, and that is its motion. PERP_OK or _MEMORY. */
-perp_status perp__lie_still(perp_world *world, const perp__island *island, perp__verdict *verdict);
+ * verdict->stands is 1, and that is its motion. swept: not what is deep, which sweeps take out.
+ * Without joints; work is that of another problem then. PERP_OK or _MEMORY. */
+perp_status perp__lie_still(perp_world *world, const perp__island *island, int32_t swept,
+                            perp__verdict *verdict);
 /* The second of these: contacts' `next` and *unbalance are written where it stands. */
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
                                    const perp__carrying *carrying, double *unbalance);

@@ -441,7 +441,12 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                            : perp__is_time_over(world)  ? PERP_OUTCOME_TIME_LIMIT
                                                         : PERP_OUTCOME_ITERATION_LIMIT;
         if (status == PERP_OK && carried && goes_nowhere(world, island, h)) {
-            close_gaps(world, island, h); /* overlap that no energy is left for stays */
+            if (island->joints == 0) /* overlap that no energy is left for stays */
+                status = perp__lie_still(world, island, 0, verdict);
+            if (status != PERP_OK || verdict->stands)
+                return status;
+            pose_rows(world, island, h);
+            close_gaps(world, island, h);
             status = perp__stand(world, island, &carrying, verdict);
         }
     }
