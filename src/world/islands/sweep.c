@@ -443,6 +443,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         if (status == PERP_OK && carried && goes_nowhere(world, island, h)) {
             if (island->joints == 0) /* overlap that no energy is left for stays */
                 status = perp__lie_still(world, island, 0, verdict);
+            verdict->swept = 1; /* and no projection lifts it either */
             if (status != PERP_OK || verdict->stands)
                 return status;
             pose_rows(world, island, h);
