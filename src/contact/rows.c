@@ -51,16 +51,6 @@ static int32_t contact_moves(const perp_contact_step *s, const touch *t)
            !(perp__largest_or_nan(at, s->n) <= 0x1p-40 * perp__largest_or_nan(at, all));
 }
 
-static int32_t contact_is_same(const perp__contact_rows *own, const perp_contact_step *s, int32_t k)
-{
-    const touch t = read_contact(s->source, k);
-    const int32_t *seen = own->places + 4 * (size_t)k;
-
-    return t.geoms[0] == seen[0] && t.geoms[1] == seen[1] && t.row == seen[2] && t.dim == seen[3] &&
-           memcmp(t.friction, own->frictions + 5 * (size_t)k, sizeof t.friction) == 0 &&
-           contact_moves(s, &t) == own->moves[own->counts[EQUATIONS] + k];
-}
-
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
 {
     const perp__contact_rows *own = &solver->arranged[solver->arranged_now];
@@ -78,9 +68,16 @@ int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_co
     for (int32_t i = 0; i < now[EQUATIONS]; i++)
         if (moves(s, i) != own->moves[i])
             return 0;
-    for (int32_t k = 0; k < now[CONTACTS]; k++)
-        if (!contact_is_same(own, s, k))
+    for (int32_t k = 0; k < now[CONTACTS]; k++) {
+        const touch t = read_contact(s->source, k);
+        const int32_t *seen = own->places + 4 * (size_t)k;
+
+        if (t.geoms[0] != seen[0] || t.geoms[1] != seen[1] || t.row != seen[2] ||
+            t.dim != seen[3] ||
+            memcmp(t.friction, own->frictions + 5 * (size_t)k, sizeof t.friction) != 0 ||
+            contact_moves(s, &t) != own->moves[own->counts[EQUATIONS] + k])
             return 0;
+    }
     return 1;
 }
 
@@ -411,6 +408,5 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
 perp_status perp_contact_solver_arrange(perp_contact_solver *solver, perp_contact_step *step,
                                         perp_contact_laws *laws, perp_contact_dynamics *dynamics)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      arrange(solver, step, laws, dynamics));
+    return PERP__CONTACT_CALL(solver, arrange(solver, step, laws, dynamics));
 }

@@ -96,16 +96,14 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      perp__contact_configure(solver, settings));
+    return PERP__CONTACT_CALL(solver, perp__contact_configure(solver, settings));
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
                                                const perp_contact_laws *laws,
                                                const perp_contact_dynamics *dynamics)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      perp__contact_setup(solver, laws, dynamics, NULL));
+    return PERP__CONTACT_CALL(solver, perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
 static perp_status setup_delassus(perp_contact_solver *solver, const perp_contact_laws *laws,
@@ -119,8 +117,7 @@ static perp_status setup_delassus(perp_contact_solver *solver, const perp_contac
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      setup_delassus(solver, laws, W));
+    return PERP__CONTACT_CALL(solver, setup_delassus(solver, laws, W));
 }
 
 /* A solve of what was set up in this way, not in the other. */
@@ -141,8 +138,7 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
 
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      solve(solver, PERP__ENTRANCE_DELASSUS, &call));
+    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DELASSUS, &call));
 }
 
 perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r, double *u,
@@ -152,8 +148,7 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
 
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
+    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
 }
 
 /* With a solver of its own. */

@@ -228,25 +228,13 @@ static int32_t is_over(perp_ncp_solver *solver)
     return is_good(solver) || solver->model.control.ended >= 0;
 }
 
-/* A method that stops where its own scales are content, and the gate is not, goes on from there, up
- * to a hundredth and a ten-thousandth of tol; where digits are wanted and auto has other starts,
- * those are better. */
-static perp_status run_on(perp_ncp_solver *solver, int32_t method, double penalty)
-{
-    const int32_t last = solver->settings.polish && solver->settings.method == PERP_NCP_AUTO;
-    perp_status status = run(solver, method, penalty, 1.0);
-
-    for (double share = last ? 0.0 : 1e-2; share > 1e-5 && status == PERP_OK && !is_over(solver) &&
-                                           solver->run.outcome == PERP_OUTCOME_SOLVED;
-         share *= 1e-2)
-        status = run(solver, method, penalty, share);
-    return status;
-}
-
-/* Both methods from `from`, or the one asked for. */
+/* Both methods from `from`, or the one asked for. One that stops where its own scales are content,
+ * and the gate is not, goes on from there, up to a hundredth and a ten-thousandth of tol; where
+ * digits are wanted and auto has other starts, those are better. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
+    const double least = solver->settings.polish && asked == PERP_NCP_AUTO ? 1.0 : 1e-5;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
@@ -255,7 +243,11 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
 
         if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
             perp__copy(solver->candidate, from, solver->model.n);
-            status = run_on(solver, method, penalty);
+            status = run(solver, method, penalty, 1.0);
+            for (double share = 1e-2; share > least && status == PERP_OK && !is_over(solver) &&
+                                      solver->run.outcome == PERP_OUTCOME_SOLVED;
+                 share *= 1e-2)
+                status = run(solver, method, penalty, share);
         }
     }
     return status;

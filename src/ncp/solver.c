@@ -135,11 +135,6 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
     return PERP_OK;
 }
 
-static perp_status enter(perp_ncp_solver *solver)
-{
-    return perp__handle_enter(solver, &kind);
-}
-
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
                                    const perp_ncp_settings *settings)
 {
@@ -153,18 +148,18 @@ void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__ncp_set(solver, settings));
+    return PERP__HANDLE_CALL(solver, &kind, perp__ncp_set(solver, settings));
 }
 
 perp_status perp_ncp_solver_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__ncp_setup(solver, problem));
+    return PERP__HANDLE_CALL(solver, &kind, perp__ncp_setup(solver, problem));
 }
 
 perp_status perp_ncp_solver_solve(perp_ncp_solver *solver, double *z, double *w,
                                   perp_ncp_result *result, const double *z0)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__ncp_solve(solver, z, w, result, z0));
+    return PERP__HANDLE_CALL(solver, &kind, perp__ncp_solve(solver, z, w, result, z0));
 }
 
 perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp_result *result,

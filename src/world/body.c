@@ -168,7 +168,7 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
 perp_status perp_world_add_body(perp_world *world, perp_body *body,
                                 const perp_body_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, add_body(world, body, settings));
+    return PERP__WORLD_CALL(world, add_body(world, body, settings));
 }
 
 static perp_status remove_body(perp_world *world, perp_body id)
@@ -195,7 +195,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
 
 perp_status perp_world_remove_body(perp_world *world, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, remove_body(world, body));
+    return PERP__WORLD_CALL(world, remove_body(world, body));
 }
 
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
@@ -223,7 +223,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
 
 perp_status perp_world_get_body(const perp_world *world, perp_body_state *state, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, get_body(world, state, body));
+    return PERP__WORLD_CALL(world, get_body(world, state, body));
 }
 
 static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
@@ -265,7 +265,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
 
 perp_status perp_world_set_body(perp_world *world, const perp_body_state *state, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, set_body(world, state, body));
+    return PERP__WORLD_CALL(world, set_body(world, state, body));
 }
 
 static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
@@ -290,8 +290,7 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
 perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
                                 perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      get_mass(world, mass, inertia, body));
+    return PERP__WORLD_CALL(world, get_mass(world, mass, inertia, body));
 }
 
 static perp_status get_states(const perp_world *world, perp_world_states *states)
@@ -316,7 +315,7 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
 
 perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, get_states(world, states));
+    return PERP__WORLD_CALL(world, get_states(world, states));
 }
 
 static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
@@ -332,5 +331,5 @@ static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body i
 
 perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, body_slot(world, slot, body));
+    return PERP__WORLD_CALL(world, body_slot(world, slot, body));
 }

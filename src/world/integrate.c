@@ -238,14 +238,6 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
     }
 }
 
-static int32_t is_turned(const perp_world *world, int32_t i)
-{
-    const perp__state *old = &world->states[i], *next = &world->next[i];
-
-    return old->angle != next->angle ||
-           memcmp(old->orientation, next->orientation, sizeof old->orientation) != 0;
-}
-
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -273,10 +265,14 @@ static void integrate(perp_world *world, perp__share *share, double h)
         if (!is_finite(next))
             share->found = body;
         else if (!motion->enclosed || perp__has_pairs(world, body)) {
+            const perp__state *old = &world->states[body];
             const int32_t anew = motion->placed != world->coasting;
+            const int32_t turns =
+                anew || old->angle != next->angle ||
+                memcmp(old->orientation, next->orientation, sizeof old->orientation) != 0;
 
             if (anew || !perp__is_zero3(motion->moving) || !perp__stays(world, body))
-                perp__place_body(world, world->next, body, anew || is_turned(world, body));
+                perp__place_body(world, world->next, body, turns);
             motion->placed = world->coasting + 1;
         }
     }

@@ -254,29 +254,24 @@ static void find_calm(perp_world *world)
     }
 }
 
-static int32_t begin_nap(perp_world *world)
-{
-    int32_t slot = world->free_nap;
-    perp__nap *nap;
-
-    if (slot != NONE)
-        world->free_nap = world->naps[slot].next_free;
-    else
-        slot = world->nap_slots++;
-    nap = &world->naps[slot];
-    memset(nap, 0, sizeof *nap);
-    nap->first = nap->last = NONE;
-    return slot;
-}
-
 /* The body joins the nap of its set's root, which is the first of it. */
 static void join_nap(perp_world *world, int32_t body, int32_t root)
 {
     const perp__verdict *verdict = &world->motions[body].verdict;
+    const int32_t begins = body == root;
+    int32_t slot = begins ? world->free_nap : world->bodies[root].nap;
     perp__nap *nap;
 
-    world->bodies[body].nap = body == root ? begin_nap(world) : world->bodies[root].nap;
-    nap = &world->naps[world->bodies[body].nap];
+    if (begins && slot != NONE)
+        world->free_nap = world->naps[slot].next_free;
+    else if (begins)
+        slot = world->nap_slots++;
+    nap = &world->naps[slot];
+    if (begins) {
+        memset(nap, 0, sizeof *nap);
+        nap->first = nap->last = NONE;
+    }
+    world->bodies[body].nap = slot;
     if (nap->first == NONE)
         nap->first = body;
     else

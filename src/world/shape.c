@@ -62,17 +62,6 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
     return PERP_OK;
 }
 
-static perp_status reserve_shape(perp_world *world)
-{
-    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
-                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
-
-    return world->free_shape >= 0
-               ? PERP_OK
-               : perp__grow(world->context, "another shape", &world->shape_capacity,
-                            (int64_t)world->shape_slots + 1, arrays, 2);
-}
-
 void perp__remove_shapes(perp_world *world, int32_t body)
 {
     int32_t i;
@@ -115,6 +104,8 @@ static void enlist(perp_world *world, int32_t i)
 static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body body_id,
                                 const perp__shape *shape)
 {
+    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
+                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
     uint32_t generation = 1;
     int32_t slot, body;
     perp__shape *own;
@@ -123,7 +114,9 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
         status = perp__refuse(world->context,
                               "body is dynamic: a half-space may be on a static or kinematic body");
-    PERP__THEN(status, reserve_shape(world));
+    if (status == PERP_OK && world->free_shape < 0)
+        status = perp__grow(world->context, "another shape", &world->shape_capacity,
+                            (int64_t)world->shape_slots + 1, arrays, 2);
     PERP__THEN(status, perp__add_shape_mass(world, &world->bodies[body], shape));
     if (status != PERP_OK)
         return status;
@@ -151,97 +144,82 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     return PERP_OK;
 }
 
+/* The same of one whose settings are still the caller's. */
+static perp_status add_shape(perp_world *world, perp_shape *id, perp_body body, perp__shape *shape,
+                             const perp_shape_settings *settings)
+{
+    const perp_status status = read_settings(world, shape, settings);
+
+    return status == PERP_OK ? attach_shape(world, id, body, shape) : status;
+}
+
 static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body, double radius,
                               const perp_shape_settings *settings)
 {
-    perp__shape shape;
-    perp_status status;
+    perp__shape shape = {.geometry = {.kind = PERP__SPHERE, .radius = radius},
+                         .radius = radius,
+                         .thickness = radius > 0.0 ? radius : INFINITY};
+    perp_status status = perp__check_finite(world->context, "radius", &radius, 1);
 
-    memset(&shape, 0, sizeof shape);
-    status = perp__check_finite(world->context, "radius", &radius, 1);
     if (status == PERP_OK && radius < 0.0)
         status = perp__refuse(world->context, "radius is %g, >= 0 expected", radius);
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__SPHERE;
-    shape.geometry.radius = radius;
-    shape.radius = radius;
-    shape.thickness = radius > 0.0 ? radius : INFINITY;
-    return attach_shape(world, id, body, &shape);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                   double radius, const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_sphere(world, shape, body, radius, settings));
+    return PERP__WORLD_CALL(world, add_sphere(world, shape, body, radius, settings));
 }
 
 static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
                            const double *half_extents, const perp_shape_settings *settings)
 {
-    size_t dimensions = world->settings.planar ? 2 : 3;
-    perp__shape shape;
+    const size_t dimensions = world->settings.planar ? 2 : 3;
+    perp__shape shape = {.geometry = {.kind = PERP__BOX}, .thickness = INFINITY};
     perp_status status = perp__check_pointer(world->context, "half_extents", half_extents);
 
-    memset(&shape, 0, sizeof shape);
     PERP__THEN(status,
                perp__check_finite(world->context, "half_extents", half_extents, dimensions));
-    for (size_t i = 0; status == PERP_OK && i < dimensions; i++)
+    for (size_t i = 0; status == PERP_OK && i < dimensions; i++) {
         if (half_extents[i] <= 0.0)
             status = perp__refuse(world->context, "half_extents[%zu] is %g, > 0 expected", i,
                                   half_extents[i]);
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__BOX;
-    for (size_t i = 0; i < dimensions; i++)
         shape.geometry.half_extents[i] = half_extents[i];
-    shape.radius = perp__length3(shape.geometry.half_extents);
-    shape.thickness = INFINITY;
-    for (size_t i = 0; i < dimensions; i++)
         shape.thickness = fmin(shape.thickness, half_extents[i]);
-    return attach_shape(world, id, body, &shape);
+    }
+    shape.radius = perp__length3(shape.geometry.half_extents);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                const double *half_extents, const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_box(world, shape, body, half_extents, settings));
+    return PERP__WORLD_CALL(world, add_box(world, shape, body, half_extents, settings));
 }
 
 static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body, double radius,
                                double half_length, const perp_shape_settings *settings)
 {
-    perp__shape shape;
-    perp_status status;
+    perp__shape shape = {
+        .geometry = {.kind = PERP__CAPSULE, .radius = radius, .half_extents = {half_length}},
+        .radius = half_length + radius,
+        .thickness = radius};
+    perp_status status = perp__check_finite(world->context, "radius", &radius, 1);
 
-    memset(&shape, 0, sizeof shape);
-    status = perp__check_finite(world->context, "radius", &radius, 1);
     PERP__THEN(status, perp__check_finite(world->context, "half_length", &half_length, 1));
     if (status == PERP_OK && radius <= 0.0)
         status = perp__refuse(world->context, "radius is %g, > 0 expected", radius);
     if (status == PERP_OK && half_length < 0.0)
         status = perp__refuse(world->context, "half_length is %g, >= 0 expected", half_length);
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__CAPSULE;
-    shape.geometry.radius = radius;
-    shape.geometry.half_extents[0] = half_length;
-    shape.radius = half_length + radius;
-    shape.thickness = radius;
-    return attach_shape(world, id, body, &shape);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_body body,
                                    double radius, double half_length,
                                    const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_capsule(world, shape, body, radius, half_length, settings));
+    return PERP__WORLD_CALL(world, add_capsule(world, shape, body, radius, half_length, settings));
 }
 
 static perp_status check_points(const perp_world *world, const double *points, int32_t count)
@@ -292,32 +270,20 @@ perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body 
                                 const double *points, int32_t count,
                                 const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_hull(world, shape, body, points, count, settings));
+    return PERP__WORLD_CALL(world, add_hull(world, shape, body, points, count, settings));
 }
 
-/* The normal is scaled by its largest entry first: it may be as long or short as a double goes. A
- * unit normal keeps its bits. */
+/* The normal may be as long or short as a double goes. A unit normal keeps its bits. */
 static perp_status unit_normal(const perp_world *world, double *unit, const double *normal)
 {
-    double largest, length;
     perp_status status = perp__check_pointer(world->context, "normal", normal);
 
     PERP__THEN(status, perp__check_vector3(world, "normal", normal));
     if (status != PERP_OK)
         return status;
-    largest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
-    if (largest == 0.0)
-        return perp__refuse(world->context, "normal is zero");
     perp__copy3(unit, normal);
-    length = perp__length3(unit);
-    if (fabs(length - 1.0) <= 2.0 * PERP__EPSILON)
-        return PERP_OK;
-    for (int32_t i = 0; i < 3; i++)
-        unit[i] = normal[i] / largest;
-    length = perp__length3(unit);
-    for (int32_t i = 0; i < 3; i++)
-        unit[i] /= length;
+    if (!(fabs(perp__length3(unit) - 1.0) <= 2.0 * PERP__EPSILON) && perp__normalise3(unit) == 0.0)
+        return perp__refuse(world->context, "normal is zero");
     return PERP_OK;
 }
 
@@ -325,25 +291,17 @@ static perp_status add_plane(perp_world *world, perp_shape *id, perp_body body,
                              const double *normal, double offset,
                              const perp_shape_settings *settings)
 {
-    perp__shape shape;
-    perp_status status;
+    perp__shape shape = {.geometry = {.kind = PERP__PLANE, .offset = offset},
+                         .thickness = INFINITY};
+    perp_status status = unit_normal(world, shape.geometry.normal, normal);
 
-    memset(&shape, 0, sizeof shape);
-    status = unit_normal(world, shape.geometry.normal, normal);
     PERP__THEN(status, perp__check_finite(world->context, "offset", &offset, 1));
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__PLANE;
-    shape.geometry.offset = offset;
-    shape.thickness = INFINITY;
-    return attach_shape(world, id, body, &shape);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body body,
                                  const double *normal, double offset,
                                  const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_plane(world, shape, body, normal, offset, settings));
+    return PERP__WORLD_CALL(world, add_plane(world, shape, body, normal, offset, settings));
 }

@@ -184,11 +184,6 @@ static void take_in(question *q, const perp__statics_answer *answer)
     q->any = 1;
 }
 
-static int32_t is_loaded(const perp_world *world, const perp__island *island)
-{
-    return !perp__is_zero(world->work.still, world->dof * island->bodies);
-}
-
 static perp_status decide(question *q, const perp__island *island)
 {
     perp_world *world = q->world;
@@ -216,7 +211,7 @@ static perp_status decide(question *q, const perp__island *island)
     write_forces(q, island);
 
     /* 2. The decision. */
-    aim.load = is_loaded(world, island) ? work->still : NULL;
+    aim.load = perp__is_zero(work->still, world->dof * island->bodies) ? NULL : work->still;
     answer.r = work->stand_r;
     answer.v = work->solved;
     statics = perp__statics_create(world->context);

@@ -54,27 +54,21 @@ static perp_status check(const perp_world *world, int32_t body)
                                  "the step takes body %d beyond the range of numbers", (int)body);
 }
 
-/* Memory for all; what lay there before is lost if that grows. */
-static perp_status make_room(perp_world *world)
+/* Memory for all, and bodies in place, with the velocities that forces alone would give them. */
+static perp_status prepare(perp_world *world, double h)
 {
     perp_status status = PERP_OK;
 
-    if (world->fitted_bodies == world->body_capacity &&
-        world->fitted_shapes == world->shape_capacity)
-        return PERP_OK;
-    perp__rouse_all(world);
-    status = perp__arena_fit(&world->body_arena, world->context, lay_out_bodies, world);
-    PERP__THEN(status, perp__arena_fit(&world->shape_arena, world->context, lay_out_shapes, world));
-    if (status != PERP_OK)
-        world->fitted_bodies = 0;
-    return status;
-}
-
-/* Bodies in place, with the velocities that forces alone would give them. */
-static perp_status prepare(perp_world *world, double h)
-{
-    perp_status status = make_room(world);
-
+    /* what lay in the memory before is lost if it grows */
+    if (world->fitted_bodies != world->body_capacity ||
+        world->fitted_shapes != world->shape_capacity) {
+        perp__rouse_all(world);
+        status = perp__arena_fit(&world->body_arena, world->context, lay_out_bodies, world);
+        PERP__THEN(status,
+                   perp__arena_fit(&world->shape_arena, world->context, lay_out_shapes, world));
+        if (status != PERP_OK)
+            world->fitted_bodies = 0;
+    }
     PERP__THEN(status, perp__check_centres(world));
     if (status != PERP_OK)
         return status;

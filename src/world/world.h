@@ -449,6 +449,7 @@ static inline int32_t perp__is_dynamic(const perp_world *world, int32_t body)
 
 /* Opens a public call on a world: PERP_ERROR_HANDLE for what is none. perp__leave closes it. */
 perp_status perp__world_enter(const perp_world *world);
+#define PERP__WORLD_CALL(world, works) PERP__CALL(perp__world_enter(world), (world)->context, works)
 
 /* Ids. */
 uint64_t perp__id(int32_t slot, uint32_t generation);

@@ -470,8 +470,7 @@ perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivi
 {
     change c = {df, dw, db, dmu, {dM, dH, dG}, {{0}, {0}, {0}}};
 
-    return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
-                      forward(sensitivity, dv, dr, &c));
+    return PERP__HANDLE_CALL(sensitivity, &kind, forward(sensitivity, dv, dr, &c));
 }
 
 static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, double *z, double *mu,
@@ -518,6 +517,5 @@ perp_status perp_contact_sensitivity_adjoint(perp_contact_sensitivity *sensitivi
                                              double *y, double *z, double *mu, const double *gv,
                                              const double *gr)
 {
-    return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
-                      adjoint(sensitivity, x, y, z, mu, gv, gr));
+    return PERP__HANDLE_CALL(sensitivity, &kind, adjoint(sensitivity, x, y, z, mu, gv, gr));
 }

@@ -104,16 +104,6 @@ static void form_nodes(perp__joint_block *b)
     }
 }
 
-/* Row n's lane: the next one of its node, or the first one of the next. */
-static void find_lane(perp__joint_block *b, int32_t n)
-{
-    const int32_t *body = b->body + 2 * n, last = n > 0 ? b->lane[n - 1] : -1;
-    const int32_t goes_on =
-        n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1];
-
-    b->lane[n] = goes_on ? last + 1 : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
-}
-
 /* 1. P of the equations; as they were they have their factors, 2. those of K: with a larger ridge
  * where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K left
  * the range of doubles. */
@@ -148,12 +138,18 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
             splits[side] = moves(problem, g->body[side]) &&
                            perp__splits(problem->factors + square * g->body[side], problem->width);
         for (int32_t i = 0; i < g->dim; i++, b->rows++) {
-            b->w[b->rows] = g->bias[i];
-            b->r[b->rows] = b->last[b->rows] = problem->warm ? problem->warm[3 * k + i] : 0.0;
+            const int32_t n = b->rows, *body = b->body + 2 * n, last = n > 0 ? b->lane[n - 1] : -1;
+
+            b->w[n] = g->bias[i];
+            b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
             if (again)
                 continue;
-            same &= read_row(b, problem, g, splits, i, b->rows);
-            find_lane(b, b->rows);
+            same &= read_row(b, problem, g, splits, i, n);
+            /* the next lane of its node, or the first one of the next */
+            b->lane[n] =
+                n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1]
+                    ? last + 1
+                    : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
         }
     }
     b->factored = same;

@@ -240,17 +240,6 @@ static double longest_step(const perp__proximal *s, const perp__proximal_part *p
     return most;
 }
 
-static void go(perp__proximal *s, const perp__proximal_part *part, double step)
-{
-    for (int32_t i = part->row; i < part->last_row; i++)
-        s->x[i] += step * s->start[i];
-    for (int32_t k = part->constraint; k < part->last_constraint; k++)
-        for (int32_t i = 0; i < 3; i++) {
-            s->cones[k].z[i] += step * s->cones[k].dz[i];
-            s->cones[k].u[i] += step * s->cones[k].du[i];
-        }
-}
-
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
@@ -285,7 +274,13 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         step = fmin(1.0, PERP__CONE_REACH * longest_step(s, part));
         if (!(step > 0.0))
             break;
-        go(s, part, step);
+        for (int32_t i = part->row; i < part->last_row; i++)
+            s->x[i] += step * s->start[i];
+        for (int32_t c = part->constraint; c < part->last_constraint; c++)
+            for (int32_t i = 0; i < 3; i++) {
+                s->cones[c].z[i] += step * s->cones[c].dz[i];
+                s->cones[c].u[i] += step * s->cones[c].du[i];
+            }
         slow = step < SHORT ? slow + 1 : 0;
     }
     memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);

@@ -9,12 +9,6 @@
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
-/* P x; in lanes where rows are as long as a part. */
-static inline double times(int32_t width, int32_t whole, const double *P, const double *x)
-{
-    return whole ? perp__lanes_dot(P, x, width) : perp__dot(P, x, width);
-}
-
 /* u := J v + q of constraint k */
 PERP__KERNEL static void move_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
                                   const double *v, const double *q, double *u)
@@ -27,7 +21,9 @@ PERP__KERNEL static void move_one(int32_t width, int32_t d, const perp__proximal
         const double *x = v + (int64_t)s->piece_blocks[p] * width;
 
         for (int32_t i = 0; i < d; i++)
-            u[i] += times(width, width % PERP__WHOLE_STEP == 0 && s->whole, P + i * width, x);
+            u[i] += width % PERP__WHOLE_STEP == 0 && s->whole
+                        ? perp__lanes_dot(P + i * width, x, width)
+                        : perp__dot(P + i * width, x, width);
     }
 }
 

@@ -120,15 +120,6 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
     }
 }
 
-/* Whether it stood in the last step: then a contact has what was decided then. */
-static int32_t stood(const perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < island->contacts; i++)
-        if (perp__step_response(world, island, i)->base[0] > 0.0)
-            return 1;
-    return 0;
-}
-
 /* To the last bit; or, of a carrier that turns, to what a step leaves that knows rows of its
  * beginning alone: h w^2 r. */
 static int32_t begins_with(const perp_world *world, const perp__island *island,
@@ -152,10 +143,20 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
     return 1;
 }
 
-/* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as rounding
- * of a sliding velocity is no rest. */
-static int32_t goes_on(const perp_world *world, const perp__island *island)
+int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
+                              perp__carrying *carrying)
 {
+    if (perp__find_carrying(world, island, carrying)) {
+        if (begins_with(world, island, carrying))
+            return 1;
+        /* what stood in the last step has a contact with what was decided then */
+        for (int32_t i = 0; i < island->contacts && carrying->motion == PERP__CARRIED_ALONG; i++)
+            if (perp__step_response(world, island, i)->base[0] > 0.0)
+                return 1;
+    }
+    carrying->motion = PERP__CARRIED_ON;
+    /* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as
+     * rounding of a sliding velocity is no rest. */
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         double u[3];
@@ -165,19 +166,6 @@ static int32_t goes_on(const perp_world *world, const perp__island *island)
             return 0;
     }
     return island->joints == 0;
-}
-
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
-                              perp__carrying *carrying)
-{
-    if (perp__find_carrying(world, island, carrying)) {
-        if (begins_with(world, island, carrying))
-            return 1;
-        if (carrying->motion == PERP__CARRIED_ALONG && stood(world, island))
-            return 1;
-    }
-    carrying->motion = PERP__CARRIED_ON;
-    return goes_on(world, island);
 }
 
 /* ---- the impulses of the last step ---- */

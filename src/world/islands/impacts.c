@@ -116,29 +116,15 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
         work->free[i] = work->now[i] + share * work->gain[i];
 }
 
-/* Turns follow each other: where their axes differ the turn of both is not their sum. */
-static void add_way(perp_world *world, int32_t i, double t)
-{
-    const int32_t n = world->dof, turning = n == 6 ? 3 : n;
-    double *drift = world->work.drift + n * i, turn[3];
-    const double *moving = world->work.moving + n * i;
-
-    for (int32_t k = 0; k < turning; k++)
-        drift[k] += t * moving[k];
-    for (int32_t k = 0; k < n - turning; k++)
-        turn[k] = t * moving[3 + k];
-    if (n == 6)
-        perp__add_turn(drift + 3, turn);
-}
-
 /* Goes on for a time t of the interval `left` that leads from now to v, by the mean velocity, or by
  * that at the interval's end. Velocities have their share of what forces and impulses make of them,
  * also where positions move as if they had all: the rest is that of the time which is left. */
 static void go(perp_world *world, const perp__island *island, double t, int32_t mean, double left)
 {
     perp__island_work *work = &world->work;
+    const int32_t n = world->dof, places = n == 6 ? 3 : n;
 
-    for (int32_t i = 0; i < world->dof * island->bodies; i++) {
+    for (int32_t i = 0; i < n * island->bodies; i++) {
         const double v =
             t < left ? work->now[i] + t / left * (work->v[i] - work->now[i]) : work->v[i];
 
@@ -146,8 +132,18 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
             work->moving[i] = mean ? 0.5 * (work->now[i] + v) : work->v[i];
         work->now[i] = v;
     }
-    for (int32_t i = 0; i < island->bodies; i++)
-        add_way(world, i, t);
+    /* turns follow each other: where their axes differ the turn of both is not their sum */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        double *drift = work->drift + n * i, turn[3];
+        const double *moving = work->moving + n * i;
+
+        for (int32_t k = 0; k < places; k++)
+            drift[k] += t * moving[k];
+        for (int32_t k = 0; k < n - places; k++)
+            turn[k] = t * moving[3 + k];
+        if (n == 6)
+            perp__add_turn(drift + 3, turn);
+    }
     work->gone += t;
 }
 
@@ -484,10 +480,17 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
     return status;
 }
 
-static void begin(perp_world *world, const perp__island *island)
+perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict)
 {
+    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
+    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
     perp__island_work *work = &world->work;
+    double left = h;
+    int32_t done = 0, hits;
+    perp_status status;
 
+    /* 1. Nothing has moved yet. */
     perp__gather_bodies(world, island);
     work->gone = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -497,33 +500,7 @@ static void begin(perp_world *world, const perp__island *island)
         impulse[0] = impulse[1] = impulse[2] = 0.0;
         work->gap[i] = perp__open_gap(contact, contact->gap);
     }
-}
-
-/* The last interval, in which nothing is hit. */
-static void finish(perp_world *world, const perp__island *island, double left, double h)
-{
-    const perp__island_work *work = &world->work;
-
-    perp__take_answer(world, island);
-    go(world, island, left, lasts(world, island), left);
-    for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over the whole step */
-        double *next = perp__step_response(world, island, work->chosen[i])->next;
-
-        for (int32_t k = 0; k < 3; k++)
-            next[k] = h / left * work->impulse[3 * i + k];
-    }
-}
-
-perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict)
-{
-    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
-    double left = h;
-    int32_t done = 0, hits;
-    perp_status status;
-
-    begin(world, island);
+    /* 2. From impact to impact, to the interval in which nothing is hit. */
     do {
         status = solve_interval(world, island, NULL, left, h, verdict);
         verdict->stages++;
@@ -531,7 +508,14 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             return status;
         hits = find_hits(world, island, h, 0.5 / most);
         if (hits == 0) {
-            finish(world, island, left, h);
+            perp__take_answer(world, island);
+            go(world, island, left, lasts(world, island), left);
+            for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over all of h */
+                double *next = perp__step_response(world, island, work->chosen[i])->next;
+
+                for (int32_t k = 0; k < 3; k++)
+                    next[k] = h / left * work->impulse[3 * i + k];
+            }
             done = 1;
         } else if (verdict->impacts == most) {
             status = end_on_impacts(world, island, left, verdict);
@@ -543,6 +527,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
             return status;
     } while (!done);
+    /* 3. What the island has come to. */
     if (verdict->impacts > 0) /* else the interval is the step */
         perp__mean_motion(world, island, h);
     perp__write_twists(world, island);
