@@ -186,23 +186,6 @@ static perp_status count(perp_context *context, const perp_contact_step *s, perp
     return PERP_OK;
 }
 
-static void take_contact(perp__contact_rows *own, const touch *t, int32_t c, int32_t *row)
-{
-    own->first[c] = own->gap_rows[c] = *row;
-    own->kept[c] = t->dim;
-    own->dims[c] = t->dim == 1 ? 1 : 3;
-    own->mu[c] = t->dim >= 3 ? t->friction[0] : 0.0;
-    own->spinning[c] = t->dim >= 4 ? t->friction[2] : 0.0;
-    own->rolling[c] = t->dim == 6 ? t->friction[3] : 0.0;
-    own->gap_sources[c] = t->row;
-    for (int32_t slot = 0; slot < SLOTS; slot++)
-        if (row_of[t->dim][slot] >= 0) {
-            own->scale[*row] = scale_of(t, slot);
-            own->is_scaled |= own->scale[*row] != 1.0;
-            own->H_rows[(*row)++] = t->row + row_of[t->dim][slot];
-        }
-}
-
 /* By what an item is known to last: two numbers, and its place among neighbours with the same. */
 static void name_item(perp__contact_rows *own, int32_t item, int32_t first, int32_t second)
 {
@@ -229,7 +212,19 @@ static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, i
             continue;
         name_item(own, c, t.geoms[0], t.geoms[1]);
         own->record[c] = k;
-        take_contact(own, &t, c++, row);
+        own->first[c] = own->gap_rows[c] = *row;
+        own->kept[c] = t.dim;
+        own->dims[c] = t.dim == 1 ? 1 : 3;
+        own->mu[c] = t.dim >= 3 ? t.friction[0] : 0.0;
+        own->spinning[c] = t.dim >= 4 ? t.friction[2] : 0.0;
+        own->rolling[c] = t.dim == 6 ? t.friction[3] : 0.0;
+        own->gap_sources[c++] = t.row;
+        for (int32_t slot = 0; slot < SLOTS; slot++)
+            if (row_of[t.dim][slot] >= 0) {
+                own->scale[*row] = scale_of(&t, slot);
+                own->is_scaled |= own->scale[*row] != 1.0;
+                own->H_rows[(*row)++] = t.row + row_of[t.dim][slot];
+            }
     }
     own->first[c] = *row;
 }

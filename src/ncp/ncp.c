@@ -10,25 +10,14 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "base/random.h"
 #include "linalg/sparse_block.h"
 #include "ncp/solver.h"
 
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
  * perturbations of it from a generator with a fixed seed ---- */
 
-#define SEED UINT64_C(0x9e3779b97f4a7c15)
 #define START_TRIES 40 /* to find a point of the domain: 2^-20 .. 2^19 units */
-
-/* Steele, Lea & Flood, "Fast splittable pseudorandom number generators" (2014); in [-1, 1). */
-static double random_number(perp_ncp_solver *solver)
-{
-    uint64_t x = solver->random += SEED;
-
-    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-    x ^= x >> 31;
-    return ldexp((double)(x >> 11), -52) - 1.0;
-}
 
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 static perp_status find_start(perp_ncp_solver *solver, const double *z0)
@@ -38,7 +27,7 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
     double unit = 0.0;
     perp_status status;
 
-    solver->random = SEED;
+    solver->random = PERP__GOLDEN;
     for (int32_t i = 0; i < m->n; i++) {
         solver->start[i] = perp__clamp(z0 ? z0[i] : 0.0, m->lower[i], m->upper[i]);
         unit = fmax(unit, fabs(solver->start[i]));
@@ -55,7 +44,7 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
         /* off its bounds by about that, elsewhere at random */
         for (int32_t i = 0; i < m->n; i++) {
             const double z = solver->start[i], half = 0.5 * (m->upper[i] - m->lower[i]);
-            const double random = random_number(solver);
+            const double random = perp__draw(&solver->random);
             double shift = size * (0.75 + 0.25 * random);
 
             if (z == m->upper[i] || (z > m->lower[i] && random < 0.0))
@@ -289,7 +278,7 @@ static perp_status restart(perp_ncp_solver *solver)
         for (int32_t i = 0; i < m->n; i++) {
             const double size = fmin(factor * solver->unit[i], m->upper[i] - m->lower[i]);
             const double z = solver->start[i];
-            double shift = size * random_number(solver);
+            double shift = size * perp__draw(&solver->random);
 
             if (z + shift < m->lower[i] || z + shift > m->upper[i])
                 shift = -shift;
@@ -385,21 +374,6 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
     return status;
 }
 
-/* F was defined nowhere, as far as time went: the start, and nothing else. */
-static void give_up(perp_ncp_solver *solver)
-{
-    for (int32_t i = 0; i < solver->model.n; i++) {
-        solver->best_z[i] = solver->start[i];
-        solver->best_w[i] = NAN;
-    }
-    solver->best.evidence = (perp__evidence){INFINITY, INFINITY, INFINITY, 0};
-    solver->best.natural = INFINITY;
-    solver->best.said = solver->model.control.ended >= 0 ? solver->model.control.ended
-                                                         : PERP_OUTCOME_EVALUATION_FAILED;
-    solver->best_method =
-        solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
-}
-
 perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
                             const double *z0)
 {
@@ -432,8 +406,19 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
     status = search(solver, z0);
     if (status < 0)
         return status;
-    if (status == PERP__NCP_OUTSIDE || solver->best_method < 0)
-        give_up(solver);
+    if (status == PERP__NCP_OUTSIDE || solver->best_method < 0) {
+        /* F was defined nowhere, as far as time went: the start, and nothing else */
+        for (int32_t i = 0; i < m->n; i++) {
+            solver->best_z[i] = solver->start[i];
+            solver->best_w[i] = NAN;
+        }
+        solver->best.evidence = (perp__evidence){INFINITY, INFINITY, INFINITY, 0};
+        solver->best.natural = INFINITY;
+        solver->best.said =
+            m->control.ended >= 0 ? m->control.ended : PERP_OUTCOME_EVALUATION_FAILED;
+        solver->best_method =
+            solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
+    }
     /* 3. Its answer. */
     own.outcome = verdict(solver, best);
     own.method = solver->best_method;

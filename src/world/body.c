@@ -78,20 +78,6 @@ static perp_status check_state(const perp_world *world, perp__state *state, cons
     return status;
 }
 
-/* Room for one more body; on failure the old arrays are in place. */
-static perp_status reserve_body(perp_world *world)
-{
-    const perp__growing arrays[] = {
-        PERP__GROWING(world->bodies, world->body_slots, 1),
-        PERP__GROWING(world->states, world->body_slots, 1),
-        PERP__GROWING(world->clusters, world->body_slots, 1),
-        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
-
-    return world->free_body >= 0 ? PERP_OK
-                                 : perp__grow(world->context, "another body", &world->body_capacity,
-                                              (int64_t)world->body_slots + 1, arrays, 4);
-}
-
 /* Takes a free slot, or the next one; room is there. */
 static int32_t take_slot(perp_world *world, const perp__body *body, const perp__state *state)
 {
@@ -121,6 +107,11 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
 
 perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_settings *settings)
 {
+    const perp__growing arrays[] = {
+        PERP__GROWING(world->bodies, world->body_slots, 1),
+        PERP__GROWING(world->states, world->body_slots, 1),
+        PERP__GROWING(world->clusters, world->body_slots, 1),
+        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
     perp__body body;
     perp__state state;
     int32_t slot;
@@ -145,7 +136,9 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
                               "settings.velocity and angular_velocity of a static body must be 0");
     if (status == PERP_OK && body.kind == PERP_BODY_DYNAMIC)
         status = perp__body_mass(world, &body, settings->mass, settings->inertia);
-    PERP__THEN(status, reserve_body(world));
+    if (status == PERP_OK && world->free_body < 0)
+        status = perp__grow(world->context, "another body", &world->body_capacity,
+                            (int64_t)world->body_slots + 1, arrays, 4);
     if (status != PERP_OK)
         return status;
     slot = take_slot(world, &body, &state);

@@ -58,24 +58,13 @@ static void transpose3(double *B, const double *A)
             B[3 * i + j] = A[3 * j + i];
 }
 
-/* A mass distribution has I = (trace S) E - S with S its second moments, which are positive
- * semidefinite: S = (trace I / 2) E - I. In principal axes this is the triangle inequality. */
-static int32_t triangle_inequality(const double *I)
-{
-    const double slack = 1e-9; /* thin plates and rods lie on the edge; data have rounded digits */
-    double trace = I[0] + I[4] + I[8];
-    double negative[9], L[9];
-
-    for (int32_t i = 0; i < 9; i++)
-        negative[i] = -I[i];
-    return cholesky3(L, negative, (0.5 + slack) * trace, 0.0);
-}
-
 static perp_status check_inertia(perp_context *context, const double *I)
 {
     const double symmetry = 1e-12;
+    const double slack = 1e-9; /* thin plates and rods lie on the edge; data have rounded digits */
+    const double trace = I[0] + I[4] + I[8];
     double scale = fabs(I[0]) + fabs(I[4]) + fabs(I[8]);
-    double L[9];
+    double negative[9], L[9];
     perp_status status = perp__check_finite(context, "settings.inertia", I, 9);
 
     if (status != PERP_OK)
@@ -85,7 +74,11 @@ static perp_status check_inertia(perp_context *context, const double *I)
         return perp__refuse(context, "settings.inertia is not symmetric");
     if (!cholesky3(L, I, 0.0, 16.0 * PERP__EPSILON))
         return perp__refuse(context, "settings.inertia is not positive definite");
-    if (!triangle_inequality(I))
+    /* A mass distribution has I = (trace S) E - S with S its second moments, which are positive
+     * semidefinite: S = (trace I / 2) E - I. In principal axes this is the triangle inequality. */
+    for (int32_t i = 0; i < 9; i++)
+        negative[i] = -I[i];
+    if (!cholesky3(L, negative, (0.5 + slack) * trace, 0.0))
         return perp__refuse(context,
                             "settings.inertia violates the triangle inequality: no mass "
                             "distribution has a principal moment above the sum of the others");

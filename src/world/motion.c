@@ -152,23 +152,6 @@ void perp__push_freely(const perp_world *world, int32_t i, double h, double *fre
     perp__add3(free + 3, h, change);
 }
 
-/* With w_f from Euler's equations with the frame frozen. */
-static void free_velocity(perp_world *world, int32_t i, double h)
-{
-    const perp__body *body = &world->bodies[i];
-    const perp__state *state = &world->states[i];
-    perp__motion *motion = &world->motions[i];
-    double w[3], w_next[3], torque[3];
-
-    perp__push_freely(world, i, h, motion->free);
-    if (body->spherical)
-        return;
-    perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
-    perp__apply_transposed3(torque, motion->rotation, state->torque);
-    perp__euler_step(body, h, w, torque, w_next);
-    perp__apply3(motion->free + 3, motion->rotation, w_next);
-}
-
 void perp__keep_placed(perp_world *world, int32_t body)
 {
     perp__motion *motion = &world->motions[body];
@@ -183,6 +166,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     const perp__state *state = &world->states[body];
     perp__motion *motion = &world->motions[body];
     perp__role *role = &world->roles[body];
+    double w[3], w_next[3], torque[3];
 
     perp__keep_placed(world, body);
     for (int32_t k = 0; k < 3; k++) {
@@ -191,7 +175,14 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     }
     role->dynamic = (int8_t)perp__is_dynamic(world, body);
     if (role->dynamic)
-        free_velocity(world, body, h);
+        perp__push_freely(world, body, h, motion->free);
+    if (role->dynamic && !world->bodies[body].spherical) {
+        /* w_f from Euler's equations with the frame frozen */
+        perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
+        perp__apply_transposed3(torque, motion->rotation, state->torque);
+        perp__euler_step(&world->bodies[body], h, w, torque, w_next);
+        perp__apply3(motion->free + 3, motion->rotation, w_next);
+    }
     for (int32_t k = 0; k < 6; k++) {
         const double free = motion->free[k];
 

@@ -82,24 +82,6 @@ void perp__remove_shapes(perp_world *world, int32_t body)
     world->bodies[body].shapes = 0;
 }
 
-/* A new shape goes on the lists of its body's, and of the half-spaces; its pairs come with the next
- * step. */
-static void enlist(perp_world *world, int32_t i)
-{
-    perp__shape *shape = &world->shapes[i];
-
-    shape->leaf = shape->first_link = -1;
-    shape->mark = 0;
-    shape->next_of_body = world->bodies[shape->body].first_shape;
-    world->bodies[shape->body].first_shape = i;
-    perp__disturb(world, shape->body);
-    if (shape->geometry.kind == PERP__PLANE) {
-        shape->next_plane = world->first_plane;
-        world->first_plane = i;
-        world->planes_changed = 1;
-    }
-}
-
 /* Puts `shape`, complete but for body and slot, on the body. */
 static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body body_id,
                                 const perp__shape *shape)
@@ -134,7 +116,17 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     own->body = body;
     own->generation = generation;
     own->reach = perp__length3(own->offset) + own->radius;
-    enlist(world, slot);
+    /* on the lists of its body's, and of the half-spaces; its pairs come with the next step */
+    own->leaf = own->first_link = -1;
+    own->mark = 0;
+    own->next_of_body = world->bodies[body].first_shape;
+    world->bodies[body].first_shape = slot;
+    perp__disturb(world, body);
+    if (own->geometry.kind == PERP__PLANE) {
+        own->next_plane = world->first_plane;
+        world->first_plane = slot;
+        world->planes_changed = 1;
+    }
     world->bodies[body].shapes++;
     if (own->geometry.kind != PERP__PLANE && own->reach > world->bodies[body].radius)
         world->bodies[body].radius = own->reach;
@@ -222,21 +214,6 @@ perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_bo
     return PERP__WORLD_CALL(world, add_capsule(world, shape, body, radius, half_length, settings));
 }
 
-static perp_status check_points(const perp_world *world, const double *points, int32_t count)
-{
-    const int32_t least = world->settings.planar ? 3 : 4;
-    perp_status status = perp__check_pointer(world->context, "points", points);
-
-    if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
-        return perp__refuse(world->context, "count is %d, >= %d expected", (int)count, (int)least);
-    PERP__THEN(status, perp__check_finite(world->context, "points", points, 3 * (size_t)count));
-    for (int32_t i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
-        if (points[3 * i + 2] != 0.0)
-            status = perp__refuse(world->context, "points[%d] is %g, 0 expected in a planar world",
-                                  (int)(3 * i + 2), points[3 * i + 2]);
-    return status;
-}
-
 /* The shape's centre becomes that of the hull, which is where its corners are measured from. */
 static perp_status add_hull(perp_world *world, perp_shape *id, perp_body body, const double *points,
                             int32_t count, const perp_shape_settings *settings)
@@ -244,13 +221,19 @@ static perp_status add_hull(perp_world *world, perp_shape *id, perp_body body, c
     perp__shape shape;
     perp__hull *hull = NULL;
     double centre[3], turned[3];
-    perp_status status = check_points(world, points, count);
+    const int32_t planar = world->settings.planar, least = planar ? 3 : 4;
+    perp_status status = perp__check_pointer(world->context, "points", points);
 
+    if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
+        return perp__refuse(world->context, "count is %d, >= %d expected", (int)count, (int)least);
+    PERP__THEN(status, perp__check_finite(world->context, "points", points, 3 * (size_t)count));
+    for (int32_t i = 0; i < count && status == PERP_OK && planar; i++)
+        if (points[3 * i + 2] != 0.0)
+            status = perp__refuse(world->context, "points[%d] is %g, 0 expected in a planar world",
+                                  (int)(3 * i + 2), points[3 * i + 2]);
     memset(&shape, 0, sizeof shape);
     PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status == PERP_OK)
-        status =
-            perp__hull_make(world->context, &hull, centre, points, count, world->settings.planar);
+    PERP__THEN(status, perp__hull_make(world->context, &hull, centre, points, count, planar));
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__HULL;

@@ -91,23 +91,6 @@ static double choose_step(const question *q)
     return least < INFINITY ? SHORT * least : 1.0;
 }
 
-/* Contacts of a step, and islands, without the step. */
-static perp_status look(question *q)
-{
-    perp_world *world = q->world;
-    perp__solve_summary summary;
-    perp_status status;
-
-    perp__rouse_all(world);
-    perp__open_budget(world);
-    do
-        status = perp__find_step_contacts(world, q->h, &summary);
-    while (status == PERP_OK && world->awake_changed);
-    PERP__THEN(status, perp__build_islands(world, &world->contacts));
-    PERP__THEN(status, perp__fit_island_work(world));
-    return status;
-}
-
 /* Forces and loads as impulses over h, turns over the bodies' lengths. */
 static void write_forces(const question *q, const perp__island *island)
 {
@@ -251,12 +234,21 @@ static void let_fall(question *q, int32_t body)
 static perp_status ask(question *q)
 {
     perp_world *world = q->world;
+    perp__solve_summary summary;
     perp_status status;
 
+    /* 1. Contacts of a step, and islands, without the step. */
     q->h = choose_step(q);
-    status = look(q);
+    perp__rouse_all(world);
+    perp__open_budget(world);
+    do
+        status = perp__find_step_contacts(world, q->h, &summary);
+    while (status == PERP_OK && world->awake_changed);
+    PERP__THEN(status, perp__build_islands(world, &world->contacts));
+    PERP__THEN(status, perp__fit_island_work(world));
     if (status != PERP_OK)
         return status;
+    /* 2. The decisions. */
     q->own.margin = q->own.safety = INFINITY;
     if (q->velocities)
         memset(q->velocities, 0, 6 * (size_t)world->body_slots * sizeof *q->velocities);

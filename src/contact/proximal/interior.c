@@ -132,16 +132,6 @@ static void find_slopes(perp__proximal *s, const perp__proximal_part *part)
     }
 }
 
-/* What complementarity asks of x at the ends of an interval, over its K: towards `target`. */
-static double aim_interval(const perp__cone *cone, double target, double corrects)
-{
-    double ends[2];
-
-    for (int32_t i = 0; i < 2; i++)
-        ends[i] = (target - corrects * cone->dz[i] * cone->du[i]) / cone->z[i] - cone->u[i];
-    return ends[0] - ends[1];
-}
-
 /* Of dx = c - K J dv: c of constraint k towards complementarity of `target`, with `corrects` times
  * the second-order part of the cone's last step. */
 static void find_aim(perp__proximal *s, int32_t k, double target, double corrects, double *c)
@@ -154,8 +144,12 @@ static void find_aim(perp__proximal *s, int32_t k, double target, double correct
         c[0] = -STIFF * u[0];
         return;
     }
-    if (kind_of(s, k) == INTERVAL) {
-        c[0] = K[0] * (aim_interval(cone, target, corrects) - (u[0] - (cone->u[0] - cone->u[1])));
+    if (kind_of(s, k) == INTERVAL) { /* towards `target` at both of its ends */
+        double ends[2];
+
+        for (int32_t i = 0; i < 2; i++)
+            ends[i] = (target - corrects * cone->dz[i] * cone->du[i]) / cone->z[i] - cone->u[i];
+        c[0] = K[0] * (ends[0] - ends[1] - (u[0] - (cone->u[0] - cone->u[1])));
         return;
     }
     perp__cone_aim(cone, target, corrects);

@@ -172,23 +172,6 @@ static double normal_after(const perp_world *world, const perp__island *island, 
     return perp__normal_of(world, i, world->work.v, island->bodies, 1) + world->work.turning[3 * i];
 }
 
-/* gap := gap + t (mean normal velocity), of all contacts, a time t on the way of `left`; rounding
- * of one is none. */
-static void move_gaps(perp_world *world, const perp__island *island, double t, int32_t mean,
-                      double left)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < work->count; i++) {
-        const int32_t k = work->chosen[i];
-        const perp__world_contact *contact = perp__step_contact(world, island, k);
-        const double end = normal_after(world, island, i), came = work->came[i];
-
-        work->gap[k] += t * (mean ? came + 0.5 * t / left * (end - came) : end);
-        work->gap[k] = perp__open_gap(contact, work->gap[k]);
-    }
-}
-
 /* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,
  * or v all along; but what has just been hit and leaves comes back in its time. */
 static double first_impact(const perp_world *world, const perp__island *island, double left,
@@ -223,38 +206,34 @@ void perp__move_bodies(perp_world *world, const perp__island *island)
             work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-/* The work of the impulses on body a side of unit i over a jump, half of r'(u- + u+); adds the size
- * of its terms, which may cancel altogether. */
-static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
-                      double *size)
-{
-    const perp__rigid_rows *rows = &work->rows[i];
-    const double *before = work->now + n * rows->body[side],
-                 *after = work->v + n * rows->body[side];
-    double sum = 0.0;
-
-    for (int32_t k = 0; k < rows->dim; k++)
-        for (int32_t j = 0; j < n; j++) {
-            const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
-
-            sum += push * (before[j] + after[j]);
-            *size += fabs(push) * (fabs(before[j]) + fabs(after[j]));
-        }
-    return sum;
-}
-
+/* Half of r'(u- + u+) of the impulses over a jump, and the size of its terms, which may cancel
+ * altogether. */
 double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
                           double *size)
 {
     const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
     double sum = 0.0;
 
     *size = 0.0;
     for (int32_t i = 0; i < units; i++)
-        for (int32_t side = 0; side < 2; side++)
-            if (work->rows[i].body[side] >= 0 && work->rows[i].body[side] < island->bodies &&
-                (i < work->count || work->joint_units[i - work->count].slot != PERP__SLOT_MOTOR))
-                sum += work_on(work, i, side, world->dof, size);
+        for (int32_t side = 0; side < 2; side++) {
+            const perp__rigid_rows *rows = &work->rows[i];
+            const int32_t body = rows->body[side];
+            const int32_t is_motor =
+                i >= work->count && work->joint_units[i - work->count].slot == PERP__SLOT_MOTOR;
+
+            if (body < 0 || body >= island->bodies || is_motor)
+                continue;
+            for (int32_t k = 0; k < rows->dim; k++)
+                for (int32_t j = 0; j < n; j++) {
+                    const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
+                    const double before = work->now[n * body + j], after = work->v[n * body + j];
+
+                    sum += push * (before + after);
+                    *size += fabs(push) * (fabs(before) + fabs(after));
+                }
+        }
     return sum;
 }
 
@@ -433,8 +412,13 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         if (!work->hit[i])
             perp__add3(perp__step_response(world, island, i)->impulse, t / whole,
                        perp__step_response(world, island, i)->next);
-    if (!*done)
-        move_gaps(world, island, t, mean, whole);
+    for (i = 0; i < work->count && !*done; i++) { /* by t times the mean normal velocity */
+        double *gap = &work->gap[work->chosen[i]];
+        const double end = normal_after(world, island, i), came = work->came[i];
+
+        *gap += t * (mean ? came + 0.5 * t / whole * (end - came) : end);
+        *gap = perp__open_gap(perp__step_contact(world, island, work->chosen[i]), *gap);
+    }
     go(world, island, t, mean, whole);
     for (i = 0; i < 3 * work->count && *done; i++)
         work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */

@@ -83,26 +83,6 @@ int32_t perp__shares_islands(const perp_world *world)
            world->budget.iterations == INT64_MAX;
 }
 
-/* The world as it is, with the lane's own things. */
-static void enter(perp__lane *lane, const perp_world *world)
-{
-    const perp__island_work work = lane->world.work;
-    const perp__coloured coloured = lane->world.coloured;
-    const perp__arena arena = lane->world.island_arena;
-    perp__rigid_solver *solver = lane->world.solver;
-    perp__standing *standing = lane->world.standing;
-
-    lane->world = *world;
-    lane->world.context = &lane->context;
-    lane->world.work = work;
-    lane->world.coloured = coloured;
-    lane->world.island_arena = arena;
-    lane->world.solver = solver;
-    lane->world.standing = standing;
-    lane->status = PERP_OK;
-    lane->last = -1;
-}
-
 /* The first island of a run: as many contacts and bodies in each. */
 static int32_t first_of(const perp_world *world, int32_t run, int32_t runs)
 {
@@ -172,8 +152,17 @@ static void solve_lane(int32_t k, void *data)
     const job *at = data;
     perp__lane *lane = &at->world->lanes[k];
     const int32_t lanes = at->world->lane_count, runs = RUNS * lanes;
+    const perp_world own = lane->world;
 
-    enter(lane, at->world);
+    /* the world as it is, with the lane's own things */
+    lane->world = *at->world;
+    lane->world.context = &lane->context;
+    lane->world.work = own.work;
+    lane->world.coloured = own.coloured;
+    lane->world.island_arena = own.island_arena;
+    lane->world.solver = own.solver;
+    lane->world.standing = own.standing;
+    lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
     if (lane->status != PERP_OK)
         lane->last = 0;
