@@ -270,26 +270,12 @@ static int32_t begin_of(const perp__contact_rows *own, int32_t item, const int32
     return is_contact ? own->first[item] : own->first[own->contacts] + item - own->contacts;
 }
 
-static void hand_over_one(perp__contact_rows *own, int32_t item, const perp__contact_rows *old,
-                          int32_t was)
-{
-    const int32_t *slots, *old_slots;
-    int32_t row = begin_of(own, item, &slots), from = begin_of(old, was, &old_slots);
-    double *start = start_of(own), *before = start_of(old);
-
-    for (int32_t slot = 0; slot < SLOTS; slot++) {
-        const int32_t had = old_slots[slot] >= 0;
-
-        if (slots[slot] >= 0)
-            start[row++] = had ? before[from] : 0.0;
-        from += had;
-    }
-}
-
 /* What lasts is mostly in the same order. */
 static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 {
     const int32_t items = own->contacts + own->bounded, olds = old->contacts + old->bounded;
+    double *start = start_of(own);
+    const double *before = start_of(old);
     int32_t next = 0;
 
     for (int32_t item = 0; item < items && olds > 0; item++)
@@ -298,14 +284,22 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 
             if (memcmp(old->names + NAME * (size_t)was, own->names + NAME * (size_t)item,
                        NAME * sizeof *own->names) == 0) {
-                hand_over_one(own, item, old, was);
+                const int32_t *slots, *old_slots;
+                int32_t row = begin_of(own, item, &slots), from = begin_of(old, was, &old_slots);
+
+                for (int32_t slot = 0; slot < SLOTS; slot++) {
+                    const int32_t had = old_slots[slot] >= 0;
+
+                    if (slots[slot] >= 0)
+                        start[row++] = had ? before[from] : 0.0;
+                    from += had;
+                }
                 next = was + 1;
                 break;
             }
         }
     if (own->bilateral == old->bilateral && own->bilateral > 0)
-        memcpy(start_of(own) + own->rows, start_of(old) + old->rows,
-               (size_t)own->bilateral * sizeof(double));
+        memcpy(start + own->rows, before + old->rows, (size_t)own->bilateral * sizeof *start);
 }
 
 static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)

@@ -13,15 +13,15 @@ static void release(void *object)
 
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
-    perp__lcp_destroy(solver->feasibility.lcp);
+    perp__handle_end(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
     perp__joint_block_release(&solver->joints);
-    perp__contact_destroy(solver->opening.solver);
+    perp__handle_end(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
     perp__arena_release(&solver->arranged[0].arena);
     perp__arena_release(&solver->arranged[1].arena);
-    perp__hold_release(&solver->hold);
+    perp__arena_release(&solver->hold.arena);
     perp__statics_front_release(solver->context, solver->front);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
@@ -69,11 +69,6 @@ perp_status perp__contact_configure(perp_contact_solver *solver,
 
     solver->settings.method = perp__contact_method_named(solver->settings.method);
     return status;
-}
-
-void perp__contact_destroy(perp_contact_solver *solver)
-{
-    perp__handle_end(solver);
 }
 
 perp_status perp__contact_enter(perp_contact_solver *solver)
@@ -162,7 +157,7 @@ static perp_status solve_once(perp_context *context, const perp_contact_settings
     PERP__THEN(status, by_W ? setup_delassus(solver, laws, W)
                             : perp__contact_setup(solver, laws, dynamics, NULL));
     PERP__THEN(status, perp__contact_solve(solver, call));
-    perp__contact_destroy(solver);
+    perp__handle_end(solver);
     return status;
 }
 

@@ -83,11 +83,6 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     return status;
 }
 
-void perp__lcp_destroy(perp_lcp_solver *solver)
-{
-    perp__handle_end(solver);
-}
-
 static void layout(perp__arena *arena, void *object)
 {
     perp_lcp_solver *s = object;

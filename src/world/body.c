@@ -314,11 +314,8 @@ perp_status perp_world_get_states(const perp_world *world, perp_world_states *st
 static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
 {
     perp_status status = perp__check_pointer(world->context, "slot", slot);
-    int32_t found;
 
-    PERP__THEN(status, perp__find_body(world, &found, id));
-    if (status == PERP_OK)
-        *slot = found;
+    PERP__THEN(status, perp__find_body(world, slot, id));
     return status;
 }
 

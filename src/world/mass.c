@@ -35,22 +35,6 @@ static int32_t cholesky3(double *L, const double *A, double shift, double least)
     return 1;
 }
 
-/* X = L^-1 for lower triangular L. */
-static void invert_lower3(double *X, const double *L)
-{
-    memset(X, 0, 9 * sizeof *X);
-    for (int32_t j = 0; j < 3; j++) {
-        X[3 * j + j] = 1.0 / L[3 * j + j];
-        for (int32_t i = j + 1; i < 3; i++) {
-            double entry = 0.0;
-
-            for (int32_t k = j; k < i; k++)
-                entry -= L[3 * i + k] * X[3 * k + j];
-            X[3 * i + j] = entry / L[3 * i + i];
-        }
-    }
-}
-
 static void transpose3(double *B, const double *A)
 {
     for (int32_t i = 0; i < 3; i++)
@@ -95,7 +79,17 @@ static void spatial_inertia(perp__body *body, const double *I)
             symmetric[3 * i + j] = 0.5 * (I[3 * i + j] + I[3 * j + i]);
     memcpy(body->inertia, symmetric, sizeof symmetric);
     (void)cholesky3(L, symmetric, 0.0, 0.0);
-    invert_lower3(inverse, L);
+    memset(inverse, 0, sizeof inverse); /* L^-1 */
+    for (int32_t j = 0; j < 3; j++) {
+        inverse[3 * j + j] = 1.0 / L[3 * j + j];
+        for (int32_t i = j + 1; i < 3; i++) {
+            double entry = 0.0;
+
+            for (int32_t k = j; k < i; k++)
+                entry -= L[3 * i + k] * inverse[3 * k + j];
+            inverse[3 * i + j] = entry / L[3 * i + i];
+        }
+    }
     transpose3(body->inverse_factor, L);
     transpose3(body->factor, inverse);
     perp__multiply_transposed3(body->inverse_inertia, body->factor, body->factor);

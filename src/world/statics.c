@@ -71,26 +71,6 @@ static void add_forces(const question *q, int32_t body, double *wrench, double *
     }
 }
 
-/* A step in which nothing gets far. */
-static double choose_step(const question *q)
-{
-    const perp_world *world = q->world;
-    double least = INFINITY;
-
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        double wrench[6], load[6], force, length;
-
-        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
-            continue;
-        add_forces(q, i, wrench, load);
-        force = perp__length3(wrench) + perp__length3(load);
-        length = world->bodies[i].radius;
-        if (force > 0.0 && length > 0.0)
-            least = fmin(least, sqrt(length * world->bodies[i].mass / force));
-    }
-    return least < INFINITY ? SHORT * least : 1.0;
-}
-
 /* Forces and loads as impulses over h, turns over the bodies' lengths. */
 static void write_forces(const question *q, const perp__island *island)
 {
@@ -235,10 +215,22 @@ static perp_status ask(question *q)
 {
     perp_world *world = q->world;
     perp__solve_summary summary;
+    double least = INFINITY;
     perp_status status;
 
-    /* 1. Contacts of a step, and islands, without the step. */
-    q->h = choose_step(q);
+    /* 1. Contacts of a step in which nothing gets far, and islands, without the step. */
+    for (int32_t i = 0; i < world->body_slots; i++) {
+        const double length = world->bodies[i].radius;
+        double wrench[6], load[6], force;
+
+        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
+            continue;
+        add_forces(q, i, wrench, load);
+        force = perp__length3(wrench) + perp__length3(load);
+        if (force > 0.0 && length > 0.0)
+            least = fmin(least, sqrt(length * world->bodies[i].mass / force));
+    }
+    q->h = least < INFINITY ? SHORT * least : 1.0;
     perp__rouse_all(world);
     perp__open_budget(world);
     do

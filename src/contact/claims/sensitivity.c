@@ -266,7 +266,7 @@ static void release(void *object)
     perp_contact_sensitivity *s = object;
 
     perp__arena_release(&s->arena);
-    perp__contact_destroy(s->solver);
+    perp__handle_end(s->solver);
 }
 
 static const perp__kind kind = {"sensitivities of contacts", sizeof(perp_contact_sensitivity),

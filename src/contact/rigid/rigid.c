@@ -38,7 +38,7 @@ void perp__rigid_destroy(perp__rigid_solver *solver)
         return;
     context = solver->solver->context;
     perp__arena_release(&solver->arena);
-    perp__contact_destroy(solver->solver);
+    perp__handle_end(solver->solver);
     perp__release(context, solver);
 }
 

@@ -206,7 +206,7 @@ static void release(void *object)
 
     perp__kept_factor_release(&s->kept);
     perp__arena_release(&s->arena);
-    perp__lcp_destroy(s->solver);
+    perp__handle_end(s->solver);
 }
 
 static const perp__kind kind = {"sensitivities", sizeof(perp_lcp_sensitivity), release};

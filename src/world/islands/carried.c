@@ -210,34 +210,26 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
     }
 }
 
-/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
- * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
- * of its own. */
-static void find_turning(const perp_world *world, int32_t body, const double *now,
-                         const double *carried, double t, double *L)
-{
-    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
-    double own[3], turned[3], change[3], momentum[3], gyroscopic[3];
-
-    perp__subtract3(change, now, carried);
-    perp__apply_transposed3(own, R, change);
-    perp__apply3(turned, I, own);
-    perp__apply3(L, R, turned);
-    perp__apply_transposed3(own, R, carried);
-    perp__apply3(turned, I, own);
-    perp__apply3(momentum, R, turned);
-    perp__cross(gyroscopic, carried, momentum);
-    perp__add3(L, t, world->states[body].torque);
-    perp__add3(L, -t, gyroscopic);
-}
-
 void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
                       double t, const double *now, const double *free, double *force)
 {
-    double carried[6];
+    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
+    double carried[6], own[3], turned[3], change[3], momentum[3], gyroscopic[3];
 
     perp__carried_twist(world, carrying, body, t, carried);
-    find_turning(world, body, now + 3, carried + 3, t, force + 3);
+    /* The angular impulse that takes the body from the angular velocity `now` to the carried one in
+     * a time t, without contacts: not that of the free motion, which turns, and so has gyroscopic
+     * terms of its own. */
+    perp__subtract3(change, now + 3, carried + 3);
+    perp__apply_transposed3(own, R, change);
+    perp__apply3(turned, I, own);
+    perp__apply3(force + 3, R, turned);
+    perp__apply_transposed3(own, R, carried + 3);
+    perp__apply3(turned, I, own);
+    perp__apply3(momentum, R, turned);
+    perp__cross(gyroscopic, carried + 3, momentum);
+    perp__add3(force + 3, t, world->states[body].torque);
+    perp__add3(force + 3, -t, gyroscopic);
     for (int32_t k = 0; k < 3; k++) {
         force[k] = world->bodies[body].mass * (free[k] - carried[k]);
         force[3 + k] /= perp__body_length(world, body);

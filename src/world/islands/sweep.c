@@ -88,31 +88,6 @@ int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
     return is_few(world, island, perp__level_of(world)->few);
 }
 
-static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
-{
-    perp__island_work *work = &world->work;
-    const int32_t passes = perp__is_time_over(world) ? perp__levels[PERP_ACCURACY_FAST].passes
-                                                     : perp__level_of(world)->passes;
-
-    memset(step, 0, sizeof *step);
-    step->h = h;
-    step->passes = island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
-    if (world->settings.substeps > 0)
-        step->passes = PASSES_OF_A_SUBSTEP * world->settings.substeps;
-    step->measures = 1;
-    step->clear = CLEAR;
-    step->gap = work->gap;
-    step->guard = work->guard;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
-        work->guard[i] = GUARD * contact->size;
-        work->rows[i].bias[0] = 0.0;
-    }
-    perp__turn_contacts(world);
-}
-
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
 static int32_t has_impacts(const perp_world *world, const perp__island *island)
 {
@@ -259,25 +234,11 @@ static double mass_product(const perp_world *world, const perp__island *island, 
     return sum;
 }
 
-/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving. */
-static double work_beside(const perp_world *world, const perp__island *island, double h)
-{
-    const perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
-    double sum = 0.0, shift[6];
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__twist_of(world, work->solved + n * i, shift);
-        sum -= h * perp__work_needed(world, work->members[i], shift);
-    }
-    return sum;
-}
-
 static int32_t take_energy(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
     const int32_t numbers = world->dof * island->bodies;
-    double *d = work->solved, *m = work->drift, size, work_of_d, growth, share;
+    double *d = work->solved, *m = work->drift, size, work_of_d, growth = 0.0, share, shift[6];
     int32_t scaled;
 
     for (int32_t i = 0; i < numbers; i++) {
@@ -300,7 +261,11 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     }
     for (int32_t i = 0; i < numbers; i++)
         d[i] = m[i] - work->moving[i];
-    growth = work_beside(world, island, h);
+    /* what forces do where bodies move by `moving` over h, not by m */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__twist_of(world, d + world->dof * i, shift);
+        growth -= h * perp__work_needed(world, work->members[i], shift);
+    }
     share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
     for (int32_t i = 0; i < numbers && share < 1.0; i++)
         work->moving[i] = m[i] - share * d[i];
@@ -313,10 +278,30 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
                               perp__passes *step)
 {
     perp__island_work *work = &world->work;
+    const int32_t passes = perp__is_time_over(world) ? perp__levels[PERP_ACCURACY_FAST].passes
+                                                     : perp__level_of(world)->passes;
     double *shift = work->solved;
     perp_status status;
 
-    plan(world, island, step, h);
+    /* 1. The budget, and what contacts may close. */
+    memset(step, 0, sizeof *step);
+    step->h = h;
+    step->passes = island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
+    if (world->settings.substeps > 0)
+        step->passes = PASSES_OF_A_SUBSTEP * world->settings.substeps;
+    step->measures = 1;
+    step->clear = CLEAR;
+    step->gap = work->gap;
+    step->guard = work->guard;
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
+        work->guard[i] = GUARD * contact->size;
+        work->rows[i].bias[0] = 0.0;
+    }
+    perp__turn_contacts(world);
+    /* 2. The passes. */
     for (int32_t i = island->contacts; i < work->units; i++)
         work->gap[i] = work->guard[i] = 0.0;
     perp__pose_island(world, island, problem);
@@ -325,6 +310,7 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer->iterations);
+    /* 3. Where they lead to. */
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         shift[i] -= work->v[i];
     perp__move_bodies(world, island);

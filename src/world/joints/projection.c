@@ -469,16 +469,6 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     return PERP_OK;
 }
 
-/* Closes the joints of an island; *closed: whether its bodies are elsewhere then. */
-static perp_status end_joints(perp_world *world, const perp__island *island, int32_t *closed)
-{
-    perp_status status = close_island(world, island, closed);
-
-    if (status == PERP_OK && perp__island_motion(world, island, 0)->verdict.swings)
-        status = end_swing(world, island);
-    return status;
-}
-
 perp_status perp__end_islands(perp_world *world, int32_t *changed)
 {
     perp_status status = PERP_OK;
@@ -490,7 +480,10 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         int32_t closed = 0;
 
         if (island->joints > 0)
-            status = end_joints(world, island, &closed);
+            status = close_island(world, island, &closed);
+        if (island->joints > 0 && status == PERP_OK &&
+            perp__island_motion(world, island, 0)->verdict.swings)
+            status = end_swing(world, island);
         given = perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC)
                     ? 0.0
                     : energy_given(world, island);
