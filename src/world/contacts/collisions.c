@@ -381,7 +381,8 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes
 static int32_t lean(const encounter *e, perp__pair *pair, const perp__axes *axes)
 {
     const perp_world *world = e->world;
-    const double mu = perp__pair_friction(&world->shapes[pair->first], &world->shapes[pair->second]);
+    const double mu =
+        perp__pair_friction(&world->shapes[pair->first], &world->shapes[pair->second]);
     double middle[3], within;
 
     pair->collision.axis = PERP__MIDDLE_AXIS;
