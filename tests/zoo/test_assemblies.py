@@ -200,3 +200,22 @@ def test_corners_of_flush_neighbours_do_not_lean(level: str) -> None:
         world.step(h)
     expected = (push / mass - friction * GRAVITY) * steps * h
     assert box.velocity[0] == pytest.approx(expected, rel=1e-10)  # rounding of sums of weights
+
+
+@pytest.mark.parametrize("level", assemblies.LEVELS)
+@pytest.mark.parametrize("neighbours", [0, 1, 2])
+def test_an_edge_among_flush_neighbours(neighbours: int, level: str) -> None:
+    """Cubes on ice that touch in an upright edge, pushed together along the diagonal: the edge holds
+    them, also where others lie flush in the free corners, which may carry nothing."""
+    world = perp.World(accuracy=level)
+    world.ground.add_plane((0, 0, 1))
+    places = [(0, 0), (1, 1), (1, 0), (0, 1)][: 2 + neighbours]
+    cubes = [world.add_body(1.0, position=(x, y, 0.5)) for x, y in places]
+    for cube in cubes:
+        cube.add_box((0.5, 0.5, 0.5))
+    for step in range(3):
+        cubes[0].force, cubes[1].force = (2, 2, 0), (-2, -2, 0)
+        if step == 0:
+            assert world.statics().verdict == "stands"
+        world.step(0.01)
+    assert np.abs(world.velocities).max() == 0.0

@@ -239,6 +239,8 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     perp__moved(&e->a, collision->time, &a);
     perp__moved(&e->b, collision->time, &b);
     made = perp__collide_along(&a, &b, e->world->settings.planar, collision->axis, e->points);
+    if (collision->axis == PERP__MIDDLE_AXIS) /* at rest, and closed by what all others leave */
+        return made;
     return made > 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
 }
 
