@@ -70,9 +70,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
         contact->round = world->rounds;
         contact->rounding = perp__pair_rounding(world, pair);
         contact->size = perp__pair_size(world, pair);
-        /* the geometric mean; exact where both are equal */
-        contact->friction =
-            a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
+        contact->friction = perp__pair_friction(a, b);
         contact->restitution = perp__greater(a->restitution, b->restitution);
         perp__copy3(contact->axes[0], point->normal);
         perp__contact_frame(world, contact);

@@ -90,6 +90,12 @@ void perp__forget_shape(perp_world *world, int32_t shape);
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* The size of the two bodies. */
 double perp__pair_size(const perp_world *world, const perp__pair *pair);
+
+/* The geometric mean; exact where both are equal. */
+static inline double perp__pair_friction(const perp__shape *a, const perp__shape *b)
+{
+    return a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
+}
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* How far a shape has points that turning may move, from its body's mass centre; and what turning

@@ -34,9 +34,11 @@
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
 
-/* Contacts from which on an island is deep: what a pass does goes on to the next body only, so that
- * such a one gets half as many again. */
-#define DEEP_ISLAND 1000
+/* Passes after which it is asked whether the residual is the level's, and rounds of these at most.
+ * What a pass does goes on to the next body only, and is little where a light one bears heavy ones:
+ * with momentum n passes take a ratio of n^2 or so. */
+#define PASSES 16
+#define ROUNDS 6
 
 /* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
  * body's size. */
@@ -278,17 +280,15 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
                               perp__passes *step)
 {
     perp__island_work *work = &world->work;
-    const int32_t passes = perp__is_time_over(world) ? perp__levels[PERP_ACCURACY_FAST].passes
-                                                     : perp__level_of(world)->passes;
+    const int32_t substeps = world->settings.substeps;
     double *shift = work->solved;
     perp_status status;
 
     /* 1. The budget, and what contacts may close. */
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->passes = island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
-    if (world->settings.substeps > 0)
-        step->passes = PASSES_OF_A_SUBSTEP * world->settings.substeps;
+    step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
+    step->rounds = substeps > 0 ? 1 : ROUNDS;
     step->measures = 1;
     step->clear = CLEAR;
     step->gap = work->gap;
