@@ -8,7 +8,7 @@
 #include "base/sort.h"
 #include "contact/statics/interior.h"
 #include "linalg/doubled.h"
-#include "linalg/lanes/multiversion.h"
+#include "linalg/lanes/lanes.h"
 
 /* Added to the diagonal of K beside its own size: redundant rows and coordinates that nothing
  * pushes have no pivot of their own. Refinement takes it out again. */
@@ -197,7 +197,33 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
             kernel((unit)->rows, (s)->rows->width, __VA_ARGS__); \
     } while (0)
 
-/* to += factor A x, and terms, unless NULL, their sizes. */
+/* to += factor A x, and terms, unless NULL, their sizes, of a body: its six coordinates are four
+ * lanes and two, which the compiler does not find.
+ */
+PERP__KERNEL static void add_body(int32_t rows, const double *A, double factor, const double *x,
+                                  double *to, double *terms)
+{
+    perp__lanes sum = {0.0}, size = {0.0};
+    perp__lane_pair sum_2 = {0.0}, size_2 = {0.0};
+
+    for (int32_t k = 0; k < rows; k++, A += 6) {
+        const perp__lanes four = x[k] * PERP__CONST_LANES_AT(A);
+        const perp__lane_pair two = x[k] * PERP__CONST_PAIR_AT(A + 4);
+
+        sum += four;
+        sum_2 += two;
+        size += PERP__ABSOLUTE_LANES(four);
+        size_2 += PERP__ABSOLUTE_PAIR(two);
+    }
+    PERP__LANES_AT(to) += factor * sum;
+    PERP__PAIR_AT(to + 4) += factor * sum_2;
+    if (terms) {
+        PERP__LANES_AT(terms) += size;
+        PERP__PAIR_AT(terms + 4) += size_2;
+    }
+}
+
+/* The same of a unit. */
 PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__statics *s,
                                   const perp__statics_unit *unit, double factor, const double *x,
                                   double *to, double *terms)
@@ -205,14 +231,16 @@ PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__stati
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const size_t first = (size_t)(s->rows->link[l].node * width);
         const double *A = s->rows->values + s->rows->link[l].at;
-        double *restrict at = to + first;
+        double *at = to + first, *size = terms ? terms + first : NULL;
 
-        for (int32_t i = 0; i < width; i++)
-            for (int32_t k = 0; k < rows; k++)
+        if (width == 6)
+            add_body(rows, A, factor, x, at, size);
+        for (int32_t i = 0; i < width && width != 6; i++)
+            for (int32_t k = 0; k < rows; k++) {
                 at[i] += factor * x[k] * A[k * width + i];
-        for (int32_t i = 0; i < width && terms; i++)
-            for (int32_t k = 0; k < rows; k++)
-                terms[first + (size_t)i] += fabs(x[k] * A[k * width + i]);
+                if (terms)
+                    size[i] += fabs(x[k] * A[k * width + i]);
+            }
     }
 }
 
@@ -220,15 +248,28 @@ PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__stati
 PERP__KERNEL static void take_rows(int32_t rows, int32_t width, const perp__statics *s,
                                    const perp__statics_unit *unit, const double *y, double *out)
 {
-    for (int32_t k = 0; k < rows; k++)
-        out[k] = 0.0;
+    perp__lanes four[PERP__STATICS_MOST_ROWS];
+    perp__lane_pair two[PERP__STATICS_MOST_ROWS];
+
+    for (int32_t k = 0; k < rows; k++) {
+        four[k] = PERP__SAME_LANES(0.0);
+        two[k] = PERP__SAME_PAIR(0.0);
+    }
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const double *at = y + s->rows->link[l].node * width;
         const double *A = s->rows->values + s->rows->link[l].at;
 
-        for (int32_t k = 0; k < rows; k++)
-            out[k] += dot(width, A + k * width, at);
+        for (int32_t k = 0; k < rows; k++, A += width) {
+            if (width != 6) {
+                two[k][0] += dot(width, A, at);
+                continue;
+            }
+            four[k] += PERP__CONST_LANES_AT(A) * PERP__CONST_LANES_AT(at);
+            two[k] += PERP__CONST_PAIR_AT(A + 4) * PERP__CONST_PAIR_AT(at + 4);
+        }
     }
+    for (int32_t k = 0; k < rows; k++)
+        out[k] = ((four[k][0] + four[k][2]) + two[k][0]) + ((four[k][1] + four[k][3]) + two[k][1]);
 }
 
 PERP__MULTIVERSION_SHARED(perp__statics_meet,
