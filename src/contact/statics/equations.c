@@ -179,10 +179,17 @@ void perp__statics_solve(perp__statics *s, double *x, double *low)
     }
 }
 
+/* A body's six coordinates are four lanes and two: the compiler finds no vectors there. */
 PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
 {
     double sum = 0.0;
 
+    if (n == 6) {
+        const perp__lanes four = PERP__CONST_LANES_AT(a) * PERP__CONST_LANES_AT(b);
+        const perp__lane_pair two = PERP__CONST_PAIR_AT(a + 4) * PERP__CONST_PAIR_AT(b + 4);
+
+        return ((four[0] + four[2]) + two[0]) + ((four[1] + four[3]) + two[1]);
+    }
     for (int32_t i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
@@ -197,9 +204,7 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
             kernel((unit)->rows, (s)->rows->width, __VA_ARGS__); \
     } while (0)
 
-/* to += factor A x, and terms, unless NULL, their sizes, of a body: its six coordinates are four
- * lanes and two, which the compiler does not find.
- */
+/* to += factor A x, and terms, unless NULL, their sizes; of a body. */
 PERP__KERNEL static void add_body(int32_t rows, const double *A, double factor, const double *x,
                                   double *to, double *terms)
 {
@@ -213,7 +218,7 @@ PERP__KERNEL static void add_body(int32_t rows, const double *A, double factor, 
         sum += four;
         sum_2 += two;
         size += PERP__ABSOLUTE_LANES(four);
-        size_2 += PERP__ABSOLUTE_PAIR(two);
+        size_2 += (perp__lane_pair){fabs(two[0]), fabs(two[1])};
     }
     PERP__LANES_AT(to) += factor * sum;
     PERP__PAIR_AT(to + 4) += factor * sum_2;
@@ -248,28 +253,15 @@ PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__stati
 PERP__KERNEL static void take_rows(int32_t rows, int32_t width, const perp__statics *s,
                                    const perp__statics_unit *unit, const double *y, double *out)
 {
-    perp__lanes four[PERP__STATICS_MOST_ROWS];
-    perp__lane_pair two[PERP__STATICS_MOST_ROWS];
-
-    for (int32_t k = 0; k < rows; k++) {
-        four[k] = PERP__SAME_LANES(0.0);
-        two[k] = PERP__SAME_PAIR(0.0);
-    }
+    for (int32_t k = 0; k < rows; k++)
+        out[k] = 0.0;
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const double *at = y + s->rows->link[l].node * width;
         const double *A = s->rows->values + s->rows->link[l].at;
 
-        for (int32_t k = 0; k < rows; k++, A += width) {
-            if (width != 6) {
-                two[k][0] += dot(width, A, at);
-                continue;
-            }
-            four[k] += PERP__CONST_LANES_AT(A) * PERP__CONST_LANES_AT(at);
-            two[k] += PERP__CONST_PAIR_AT(A + 4) * PERP__CONST_PAIR_AT(at + 4);
-        }
+        for (int32_t k = 0; k < rows; k++)
+            out[k] += dot(width, A + k * width, at);
     }
-    for (int32_t k = 0; k < rows; k++)
-        out[k] = ((four[k][0] + four[k][2]) + two[k][0]) + ((four[k][1] + four[k][3]) + two[k][1]);
 }
 
 PERP__MULTIVERSION_SHARED(perp__statics_meet,

@@ -22,13 +22,10 @@ typedef int64_t perp__lane_bits __attribute__((vector_size(32), aligned(8), may_
 
 /* Two doubles: what four leave of six. */
 typedef double perp__lane_pair __attribute__((vector_size(16), aligned(8), may_alias));
-typedef int64_t perp__lane_pair_bits __attribute__((vector_size(16), aligned(8), may_alias));
 
 #define PERP__PAIR_AT(p) (*(perp__lane_pair *)(p))
 #define PERP__CONST_PAIR_AT(p) (*(const perp__lane_pair *)(p))
 #define PERP__SAME_PAIR(x) ((perp__lane_pair){(x), (x)})
-#define PERP__ABSOLUTE_PAIR(a) \
-    ((perp__lane_pair)((perp__lane_pair_bits)(a) & (perp__lane_pair_bits){INT64_MAX, INT64_MAX}))
 
 /* where ? a : b, lane by lane; `where` is the result of a comparison. */
 #define PERP__SELECT_LANES(where, a, b)                                \

@@ -91,7 +91,8 @@ static void tie_bodies(const perp__contact_set *set, int32_t i, int32_t closed)
     const perp__world_contact *contact = &set->contacts[i];
     const perp__tie tie = {.body = {contact->body_a, contact->body_b},
                            .closed = (int8_t)closed,
-                           .rubs = contact->friction > 0.0};
+                           .rubs = contact->friction > 0.0,
+                           .deep = (int8_t)perp__is_deep(contact)};
 
     set->ties[i] = tie;
 }
