@@ -79,6 +79,32 @@ perp_status perp__statics_order(perp__statics *s)
     return status == PERP_ERROR_MEMORY ? perp__fail_memory(s->context, "statics") : status;
 }
 
+/* Column c of `out` += sum_k row k of X times Y_kc, of `width` numbers each; a body's six are four
+ * lanes and two: the compiler finds no vectors there. */
+PERP__KERNEL static void add_product(int32_t columns, int32_t depth, int32_t width, const double *X,
+                                     const double *Y, double *out)
+{
+    for (int32_t c = 0; c < columns; c++, out += width) {
+        perp__lanes four = {0.0};
+        perp__lane_pair two = {0.0};
+
+        for (int32_t k = 0; k < depth; k++) {
+            const double *row = X + k * width, y = Y[k * columns + c];
+
+            for (int32_t i = 0; i < width && width != 6; i++)
+                out[i] += row[i] * y;
+            if (width != 6)
+                continue;
+            four += PERP__CONST_LANES_AT(row) * y;
+            two += PERP__CONST_PAIR_AT(row + 4) * y;
+        }
+        if (width != 6)
+            continue;
+        PERP__LANES_AT(out) += four;
+        PERP__PAIR_AT(out + 4) += two;
+    }
+}
+
 /* K += A S^-1 A' = P P' of all units, P := A'F: of each link by coordinates, rows of F side by
  * side. width, and rows_of where the unit has as many: constants of bodies and their contacts. */
 PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, int32_t rows_of)
@@ -89,36 +115,20 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
     for (int32_t u = 0; u < rows->units; u++) {
         const perp__statics_unit *unit = &rows->unit[u];
         const int32_t n = rows_of > 0 && unit->rows == rows_of ? rows_of : unit->rows;
+        const size_t size = (size_t)n * (size_t)width;
         const int32_t *edge = s->edge + s->unit_edge[u];
-        const double *F = s->F + s->square[u];
 
-        for (int32_t a = 0; a < unit->links && !s->idle[u]; a++) {
-            const double *A = rows->values + rows->link[unit->link + a].at;
-            double *restrict P = s->P + (size_t)(a * n) * (size_t)width;
-
-            for (int32_t j = 0; j < n; j++)
-                for (int32_t i = 0; i < width; i++) {
-                    double sum = 0.0;
-
-                    for (int32_t k = 0; k < n; k++)
-                        sum += A[k * width + i] * F[k * n + j];
-                    P[j * width + i] = sum;
-                }
-        }
-        for (int32_t pair = 0; pair < unit->links * unit->links && !s->idle[u]; pair++) {
-            const double *P = s->P + (size_t)(pair / unit->links * n) * (size_t)width;
-            const double *Q = s->P + (size_t)(pair % unit->links * n) * (size_t)width;
-            double *restrict block =
-                s->fronts.values + (size_t)(edge[pair] < 0 ? 0 : edge[pair]) * square;
-
-            for (int32_t c = 0; c < width && edge[pair] >= 0; c++)
-                for (int32_t j = 0; j < n; j++) {
-                    const double q = Q[j * width + c];
-
-                    for (int32_t i = 0; i < width; i++)
-                        block[c * width + i] += P[j * width + i] * q;
-                }
-        }
+        if (s->idle[u])
+            continue;
+        memset(s->P, 0, (size_t)unit->links * size * sizeof *s->P);
+        for (int32_t a = 0; a < unit->links; a++)
+            add_product(n, n, width, rows->values + rows->link[unit->link + a].at,
+                        s->F + s->square[u], s->P + (size_t)a * size);
+        for (int32_t pair = 0; pair < unit->links * unit->links; pair++)
+            if (edge[pair] >= 0)
+                add_product(width, n, width, s->P + (size_t)(pair / unit->links) * size,
+                            s->P + (size_t)(pair % unit->links) * size,
+                            s->fronts.values + (size_t)edge[pair] * square);
     }
 }
 
@@ -179,7 +189,6 @@ void perp__statics_solve(perp__statics *s, double *x, double *low)
     }
 }
 
-/* A body's six coordinates are four lanes and two: the compiler finds no vectors there. */
 PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
 {
     double sum = 0.0;
