@@ -79,29 +79,32 @@ perp_status perp__statics_order(perp__statics *s)
     return status == PERP_ERROR_MEMORY ? perp__fail_memory(s->context, "statics") : status;
 }
 
-/* Column c of `out` += sum_k row k of X times Y_kc, of `width` numbers each; a body's six are four
- * lanes and two: the compiler finds no vectors there. */
-PERP__KERNEL static void add_product(int32_t columns, int32_t depth, int32_t width, const double *X,
-                                     const double *Y, double *out)
+/* Column c of `out` += sum_k row k of X times Y_kc, or the sizes of these terms, of `width` numbers
+ * each; a body's six are four lanes and two: the compiler finds no vectors there. */
+PERP__KERNEL static void add_product(int32_t columns, int32_t depth, int32_t width, int32_t sizes,
+                                     const double *X, const double *Y, double *out)
 {
     for (int32_t c = 0; c < columns; c++, out += width) {
-        perp__lanes four = {0.0};
-        perp__lane_pair two = {0.0};
+        perp__lanes sum = {0.0};
+        perp__lane_pair sum_2 = {0.0};
 
         for (int32_t k = 0; k < depth; k++) {
             const double *row = X + k * width, y = Y[k * columns + c];
 
             for (int32_t i = 0; i < width && width != 6; i++)
-                out[i] += row[i] * y;
+                out[i] += sizes ? fabs(row[i] * y) : row[i] * y;
             if (width != 6)
                 continue;
-            four += PERP__CONST_LANES_AT(row) * y;
-            two += PERP__CONST_PAIR_AT(row + 4) * y;
+            const perp__lanes four = PERP__CONST_LANES_AT(row) * y;
+            const perp__lane_pair two = PERP__CONST_PAIR_AT(row + 4) * y;
+
+            sum += sizes ? PERP__ABSOLUTE_LANES(four) : four;
+            sum_2 += sizes ? (perp__lane_pair){fabs(two[0]), fabs(two[1])} : two;
         }
         if (width != 6)
             continue;
-        PERP__LANES_AT(out) += four;
-        PERP__PAIR_AT(out + 4) += two;
+        PERP__LANES_AT(out) += sum;
+        PERP__PAIR_AT(out + 4) += sum_2;
     }
 }
 
@@ -122,11 +125,11 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
             continue;
         memset(s->P, 0, (size_t)unit->links * size * sizeof *s->P);
         for (int32_t a = 0; a < unit->links; a++)
-            add_product(n, n, width, rows->values + rows->link[unit->link + a].at,
+            add_product(n, n, width, 0, rows->values + rows->link[unit->link + a].at,
                         s->F + s->square[u], s->P + (size_t)a * size);
         for (int32_t pair = 0; pair < unit->links * unit->links; pair++)
             if (edge[pair] >= 0)
-                add_product(width, n, width, s->P + (size_t)(pair / unit->links) * size,
+                add_product(width, n, width, 0, s->P + (size_t)(pair / unit->links) * size,
                             s->P + (size_t)(pair % unit->links) * size,
                             s->fronts.values + (size_t)edge[pair] * square);
     }
@@ -213,48 +216,22 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
             kernel((unit)->rows, (s)->rows->width, __VA_ARGS__); \
     } while (0)
 
-/* to += factor A x, and terms, unless NULL, their sizes; of a body. */
-PERP__KERNEL static void add_body(int32_t rows, const double *A, double factor, const double *x,
-                                  double *to, double *terms)
-{
-    perp__lanes sum = {0.0}, size = {0.0};
-    perp__lane_pair sum_2 = {0.0}, size_2 = {0.0};
-
-    for (int32_t k = 0; k < rows; k++, A += 6) {
-        const perp__lanes four = x[k] * PERP__CONST_LANES_AT(A);
-        const perp__lane_pair two = x[k] * PERP__CONST_PAIR_AT(A + 4);
-
-        sum += four;
-        sum_2 += two;
-        size += PERP__ABSOLUTE_LANES(four);
-        size_2 += (perp__lane_pair){fabs(two[0]), fabs(two[1])};
-    }
-    PERP__LANES_AT(to) += factor * sum;
-    PERP__PAIR_AT(to + 4) += factor * sum_2;
-    if (terms) {
-        PERP__LANES_AT(terms) += size;
-        PERP__PAIR_AT(terms + 4) += size_2;
-    }
-}
-
-/* The same of a unit. */
+/* to += factor A x, and terms, unless NULL, their sizes. */
 PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__statics *s,
                                   const perp__statics_unit *unit, double factor, const double *x,
                                   double *to, double *terms)
 {
+    double y[PERP__STATICS_MOST_ROWS];
+
+    for (int32_t k = 0; k < rows; k++)
+        y[k] = factor * x[k];
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const size_t first = (size_t)(s->rows->link[l].node * width);
         const double *A = s->rows->values + s->rows->link[l].at;
-        double *at = to + first, *size = terms ? terms + first : NULL;
 
-        if (width == 6)
-            add_body(rows, A, factor, x, at, size);
-        for (int32_t i = 0; i < width && width != 6; i++)
-            for (int32_t k = 0; k < rows; k++) {
-                at[i] += factor * x[k] * A[k * width + i];
-                if (terms)
-                    size[i] += fabs(x[k] * A[k * width + i]);
-            }
+        add_product(1, rows, width, 0, A, y, to + first);
+        if (terms)
+            add_product(1, rows, width, 1, A, y, terms + first);
     }
 }
 

@@ -282,8 +282,8 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
 
         perp__copy3(response->impulse, response->next);
         memset(response->velocity, 0, sizeof response->velocity);
-        if (!perp__step_tie(world, island, i)
-                 ->rubs) /* what slides freely stands along the normal alone */
+        /* what slides freely stands along the normal alone */
+        if (!perp__step_tie(world, island, i)->rubs)
             perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
         response->velocity[0] = 0.0;
         response->mode = response->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
