@@ -217,6 +217,16 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
     }
 }
 
+/* Whether it was decided of something that began at rest that it falls. */
+static int32_t has_fallen(const perp_world *world)
+{
+    int32_t fell = 0;
+
+    for (int32_t i = 0; i < world->island_count && !fell; i++)
+        fell = perp__island_motion(world, &world->islands[i], 0)->verdict.fell;
+    return fell;
+}
+
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
     const perp__level *level = &perp__levels[world->settings.accuracy];
@@ -232,10 +242,8 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         status = solve_changed(world, h, summary);
     do {
         came = 0;
-        for (int32_t i = 0; i < world->island_count && level == perp__levels; i++) /* at fast */
-            if (perp__island_motion(world, &world->islands[i], 0)->verdict.fell)
-                level =
-                    &perp__levels[PERP_ACCURACY_STANDARD]; /* it may stand with what meets yet */
+        if (world->settings.accuracy == PERP_ACCURACY_FAST && has_fallen(world))
+            level = &perp__levels[PERP_ACCURACY_STANDARD]; /* it may stand with what meets yet */
         if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
             status =
                 perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : deep, &came);
