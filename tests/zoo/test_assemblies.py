@@ -173,12 +173,3 @@ def test_a_push_moves_what_hangs_with_a_load() -> None:
         scene = assemblies.make(seed, "hung")
         assert judge.verdict(scene).word == "falls"
         check(scene, stands=False, level="fast")
-
-
-@with_clarabel
-def test_a_high_house_of_cards_stands_at_fast() -> None:
-    """Ten levels: apexes and feet that touch edge to edge join as the motion of what falls without
-    them brings them together, and all of them have to before it is said that the house falls."""
-    scene = assemblies.make(5009, "cards")
-    assert len(scene.dynamic()) > 150 and judge.verdict(scene).word == "stands"
-    check(scene, stands=True, level="fast")
