@@ -170,8 +170,7 @@ typedef struct perp__verdict {
     int32_t swings;   /* and nothing else */
     int32_t rough;    /* which turn further in an interval than what is linear there knows of */
     int32_t endless;  /* contacts that are not finite */
-    int32_t asked;    /* rows of which it was asked whether they stand, and do not; */
-    int32_t fell;     /* and it began at rest */
+    int32_t asked;    /* rows of which it was asked whether they stand, and do not */
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
     int32_t in_vain;  /* all that there is came to no answer in this step, of some part of it */
     int32_t stands;   /* at rest beside what carries it, decided (islands/standing.h) */

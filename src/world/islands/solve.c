@@ -65,10 +65,8 @@ static void leave_alone(perp_world *world, const perp__island *island)
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const perp__verdict before = {.asked = verdict->asked,
-                                  .fell = verdict->fell,
-                                  .in_vain = verdict->in_vain,
-                                  .jointed = island->joints > 0};
+    const perp__verdict before = {
+        .asked = verdict->asked, .in_vain = verdict->in_vain, .jointed = island->joints > 0};
     const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
     perp__carrying carrying;
@@ -217,16 +215,6 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
     }
 }
 
-/* Whether it was decided of something that began at rest that it falls. */
-static int32_t has_fallen(const perp_world *world)
-{
-    int32_t fell = 0;
-
-    for (int32_t i = 0; i < world->island_count && !fell; i++)
-        fell = perp__island_motion(world, &world->islands[i], 0)->verdict.fell;
-    return fell;
-}
-
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
     const perp__level *level = &perp__levels[world->settings.accuracy];
@@ -242,8 +230,6 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         status = solve_changed(world, h, summary);
     do {
         came = 0;
-        if (world->settings.accuracy == PERP_ACCURACY_FAST && has_fallen(world))
-            level = &perp__levels[PERP_ACCURACY_STANDARD]; /* it may stand with what meets yet */
         if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
             status =
                 perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : deep, &came);

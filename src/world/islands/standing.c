@@ -405,8 +405,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     status = set_up(world, statics);
     PERP__THEN(status, perp__statics_decide(statics, &answer, work->stand_forces, &aim));
     perp__spend(world, answer.iterations);
-    verdict->fell = status == PERP_OK && answer.verdict == PERP_STATICS_FALLS && begins;
-    if (verdict->fell)
+    if (status == PERP_OK && answer.verdict == PERP_STATICS_FALLS && begins)
         start_from(world, island, statics);
     if (status != PERP_OK || answer.verdict != PERP_STATICS_STANDS) {
         verdict->asked = *size;

@@ -88,8 +88,8 @@ int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
     return is_few(world, island, perp__level_of(world)->few);
 }
 
-/* What begins at rest, and falls with the contacts that it has, is swept as at `standard` at least:
- * that tells what else meets, and it is asked again then. */
+/* What was asked whether it stands, and falls, is swept as at `standard` at least: that tells what
+ * else meets, and it is asked again then. */
 static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h,
                  int32_t fell)
 {
@@ -419,7 +419,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     /* 2. sweeps, with joints where the motion takes them, while that changes it */
     while (status == PERP_OK && !verdict->stands && again) {
         pose_rows(world, island, h);
-        status = sweep_rows(world, island, h, &problem, &answer, &step, verdict->fell);
+        status = sweep_rows(world, island, h, &problem, &answer, &step, verdict->asked > 0);
         again =
             status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
         if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
