@@ -88,16 +88,11 @@ int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
     return is_few(world, island, perp__level_of(world)->few);
 }
 
-/* What was asked whether it stands, and falls, is swept as at `standard` at least: that tells what
- * else meets, and it is asked again then. */
-static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h,
-                 int32_t fell)
+static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
 {
     perp__island_work *work = &world->work;
     const int32_t passes = perp__is_time_over(world) ? perp__levels[PERP_ACCURACY_FAST].passes
-                           : fell && world->settings.accuracy == PERP_ACCURACY_FAST
-                               ? perp__levels[PERP_ACCURACY_STANDARD].passes
-                               : perp__level_of(world)->passes;
+                                                     : perp__level_of(world)->passes;
 
     memset(step, 0, sizeof *step);
     step->h = h;
@@ -325,13 +320,13 @@ static int32_t gives_energy(const perp_world *world, const perp__island *island)
 /* Rows where the trial motion takes the joints, and passes over all of them; work.moving then. */
 static perp_status sweep_rows(perp_world *world, const perp__island *island, double h,
                               perp__rigid_problem *problem, perp__rigid_answer *answer,
-                              perp__passes *step, int32_t fell)
+                              perp__passes *step)
 {
     perp__island_work *work = &world->work;
     double *shift = work->solved;
     perp_status status;
 
-    plan(world, island, step, h, fell);
+    plan(world, island, step, h);
     for (int32_t i = island->contacts; i < work->units; i++)
         work->gap[i] = work->guard[i] = 0.0;
     perp__pose_island(world, island, problem);
@@ -419,7 +414,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     /* 2. sweeps, with joints where the motion takes them, while that changes it */
     while (status == PERP_OK && !verdict->stands && again) {
         pose_rows(world, island, h);
-        status = sweep_rows(world, island, h, &problem, &answer, &step, verdict->asked > 0);
+        status = sweep_rows(world, island, h, &problem, &answer, &step);
         again =
             status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
         if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
