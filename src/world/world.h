@@ -257,6 +257,9 @@ typedef struct perp__tie {
     int8_t closed;    /* its gap is not told apart from 0, as it came */
     int8_t rubs;      /* has friction */
     int8_t moved;     /* lies where only a motion of the bodies brings it */
+    int8_t deep;      /* perp__is_deep() */
+    int8_t repeats;   /* is that of the last step, to the last bit */
+    uint64_t key;     /* of what its rows are made of; 0: not made yet (standing.c) */
 } perp__tie;
 
 typedef struct perp__contact_set {

@@ -30,17 +30,6 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
     (void)bytes;
 #endif
 }
-/* The same of what is read later, into the caches that are larger. */
-PERP__KERNEL static void perp__fetch_far(const void *from, size_t bytes)
-{
-#ifdef __GNUC__
-    for (size_t at = 0; at < bytes; at += 64)
-        __builtin_prefetch((const char *)from + at, 0, 1);
-#else
-    (void)from;
-    (void)bytes;
-#endif
-}
 /* Pair i of what is gone through in order, and which is asked of memory meanwhile: all of it, or
  * as far as the steps. */
 #define PERP__PAIRS_AHEAD 8

@@ -16,9 +16,6 @@
 /* Roundings of velocities that two bodies have of one turn. */
 #define TURNED (16.0 * PERP__EPSILON)
 
-/* Contacts between one that is asked of memory and that at hand. */
-#define AHEAD 64
-
 /* ---- what carries an island ---- */
 
 static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32_t *any,
@@ -58,10 +55,9 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
     for (int32_t i = 0; i < island->contacts && one; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const int32_t *body = perp__step_tie(world, island, i)->body;
 
-        one = takes_in(world, carrying, &any, contact->body_a) &&
-              takes_in(world, carrying, &any, contact->body_b);
+        one = takes_in(world, carrying, &any, body[0]) && takes_in(world, carrying, &any, body[1]);
     }
     for (int32_t i = 0; i < island->joints && one; i++)
         for (int32_t side = 0; side < 2 && one; side++)
@@ -175,13 +171,12 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
 enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
 
 /* Whether the contact may press as it did while nothing moves. Sweeps take out what is deep. */
-static int32_t obeys(const perp__world_contact *contact, const double *r, int32_t swept)
+static int32_t obeys(const perp__world_contact *contact, const double *r, int32_t deep)
 {
     const double most = contact->friction * r[0];
 
     return r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most &&
-           (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) &&
-           !(swept && perp__is_deep(contact));
+           (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) && !deep;
 }
 
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
@@ -267,40 +262,40 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
 
         perp__copy3(response->impulse, response->next);
         memset(response->velocity, 0, sizeof response->velocity);
-        if (contact->friction == 0.0) /* what slides freely stands along the normal alone */
+        /* what slides freely stands along the normal alone */
+        if (!perp__step_tie(world, island, i)->rubs)
             perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
         response->velocity[0] = 0.0;
         response->mode = response->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
     }
 }
 
-/* What the impulses of the last step leave of the island's forces; INFINITY where they are none of
- * this step's. */
+/* What the impulses of the last step leave of the forces of the island, or of its bodies that were
+ * changed since; INFINITY where they are none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
-                             const perp__carrying *carrying, int32_t swept)
+                             const perp__carrying *carrying, int32_t swept, int32_t all)
 {
     double *sums = world->work.forces, left = 0.0;
 
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const perp__tie *tie = perp__step_tie(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
-        const int32_t ahead = island->first_contact + i + AHEAD; /* of a later island, maybe */
 
-        if (ahead < world->contacts.included) {
-            perp__fetch_far(&world->contacts.contacts[world->contact_order[ahead]],
-                            sizeof *contact);
-            perp__fetch_far(&world->contacts.responses[world->contact_order[ahead]],
-                            sizeof *response);
-        }
-        if (!obeys(contact, response->remembered, swept))
+        if (!all && world->roles[tie->body[0]].repeats && world->roles[tie->body[1]].repeats)
+            continue;
+        if (!obeys(contact, response->remembered, swept && tie->deep))
             return INFINITY;
         perp__copy3(response->next, response->remembered);
         press(world, contact, response->next, sums);
     }
-    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
-        perp__raise_to(&left, unbalance(world, carrying, world->body_order[island->first_body + i],
-                                        sums + NUMBERS * i));
+    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        if (all || !world->roles[body].repeats)
+            perp__raise_to(&left, unbalance(world, carrying, body, sums + NUMBERS * i));
+    }
     return left;
 }
 
@@ -314,9 +309,11 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__begins_standing(world, island, &carrying))
         return PERP_OK;
-    left = last_unbalance(world, island, &carrying, swept);
-    if (left > BALANCED && left < INFINITY)
-        status = perp__stand_as_decided(world, island, &carrying, &left);
+    left = last_unbalance(world, island, &carrying, swept, 0);
+    if (left <= 2.0 * BALANCED) /* their sums are in another order there */
+        left = last_unbalance(world, island, &carrying, swept, 1);
+    if (!(left <= BALANCED))
+        status = perp__stand_as_decided(world, island, &carrying, swept, &left);
     if (status != PERP_OK || !(left <= BALANCED))
         return status;
     lie(world, island, &carrying);

@@ -136,8 +136,10 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
     for (int32_t i = 0; i < set->count; i++) {
         const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
 
-        if (!set->ties[i].included)
-            continue;
+        if (!set->ties[i].included ||
+            (i > 0 && set->ties[i - 1].included && set->ties[i - 1].body[0] == a &&
+             set->ties[i - 1].body[1] == b))
+            continue; /* or joined by the point before */
         world->roles[a].touched = world->roles[b].touched = 1;
         if (world->roles[a].dynamic && world->roles[b].dynamic)
             perp__join(world->parent, a, b);
