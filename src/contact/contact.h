@@ -89,9 +89,6 @@ typedef struct perp__rigid_problem {
                                      comes across counts anyway */
     int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the
                                      last solve: only free, bias, warm and what follows are read */
-    int32_t yields;               /* 1: rows of joints that repeat others but for what poses are out
-                                     of place give way, and `again` is not read; an answer that
-                                     leaves these more than that counts as STALLED */
     int32_t holds;                /* 1: v, velocity and carrier are those of perp__rigid_hold,
                                      whatever the outcome */
     double deadline;              /* on perp__now()'s clock; 0: none */

@@ -154,7 +154,10 @@ static perp_status decide(question *q, const perp__island *island)
     perp__statics_aim aim = q->aim;
     perp__statics_answer answer = {0};
     perp__statics *statics;
-    perp_status status;
+    perp_status status = perp__find_spare_rows(world, island);
+
+    if (status != PERP_OK)
+        return status;
 
     /* 1. Rows where the bodies are. */
     if (island->joints > 0)

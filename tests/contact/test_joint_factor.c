@@ -117,11 +117,37 @@ static void test_rows_that_say_the_same(void **state)
     perp_context_destroy(context);
 }
 
+/* Of three rows in two directions the one stays that is farther from the first. */
+static void test_the_clearest_rows_stay(void **state)
+{
+    perp_context *context = create();
+    perp__joint_factor f = {0};
+    double x[8] = {2.0, 5.0, 3.0};
+    int32_t definite;
+
+    (void)state;
+    assert_int_equal(perp__joint_factor_open(&f, context, 1, 1), PERP_OK);
+    memset(f.P, 0, sizeof *f.P);
+    f.rows[0] = 3;
+    f.body[0] = 0;
+    f.body[1] = 1;
+    f.P[0][2][0] = f.P[0][4][2] = 1.0;
+    f.P[0][2][1] = 0.8;
+    f.P[0][4][1] = 0.6;
+    assert_int_equal(perp__joint_factor_make(&f, context, 0.0, 0x1p-40, &definite), PERP_OK);
+    assert_true(definite && !f.repeats[0] && f.repeats[1] && !f.repeats[2]);
+    perp__joint_factor_solve(&f, x);
+    assert_true(x[0] == 2.0 && x[1] == 0.0 && x[2] == 3.0);
+    perp__joint_factor_release(&f);
+    perp_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random_graphs),
         cmocka_unit_test(test_rows_that_say_the_same),
+        cmocka_unit_test(test_the_clearest_rows_stay),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -515,6 +515,72 @@ static void heap_chains(int32_t accuracy)
     scene_close(&s);
 }
 
+/* ---- rows that repeat others ---- */
+
+static void add_moment(scene *s, perp_body body, double inertia, double *moment)
+{
+    const perp_body_state at = scene_state(s, body);
+
+    for (int k = 0; k < 3; k++) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+
+        moment[k] += at.position[i] * at.velocity[j] - at.position[j] * at.velocity[i] +
+                     inertia * at.angular_velocity[k];
+    }
+}
+
+/* Two round bodies of mass 1 that turn as one, w = (1, 2, 2), about the place between them, and
+ * have two hinges; or one, and `tied` to the ground a ball each there. */
+static void turn_doors(int32_t accuracy, int tied)
+{
+    const double h = 0.01, w[3] = {1.0, 2.0, 2.0};
+    double begun[3] = {0.0}, ended[3] = {0.0};
+    perp_world_settings settings;
+    perp_body bodies[2];
+    scene s;
+
+    assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+    settings.accuracy = accuracy;
+    for (int k = 0; k < 3; k++)
+        settings.gravity[k] = 0.0;
+    scene_create(&s, &settings);
+    for (int i = 0; i < 2; i++) {
+        perp_body_settings body = joint_body(1.0, 0.1, 0.1, 0.1, i == 0 ? -0.5 : 0.5, 0.0, 0.0);
+
+        body.velocity[1] = w[2] * body.position[0];
+        body.velocity[2] = -w[1] * body.position[0];
+        memcpy(body.angular_velocity, w, sizeof w);
+        bodies[i] = scene_add(&s, &body);
+    }
+    for (int i = 0; i < 2; i++) {
+        perp_joint_settings hinge = joint_along(PERP_JOINT_REVOLUTE, 0.36, 0.48, 0.8);
+        const perp_joint_settings ball = joint_at(PERP_JOINT_BALL, 0.0, 0.0, 0.0);
+
+        for (int k = 0; k < 3; k++)
+            hinge.anchor[k] = (tied + i) * 0.5 * hinge.axis[k];
+        if (tied)
+            (void)joint_add(&s, s.ground, bodies[i], &ball);
+        if (!tied || i == 0)
+            (void)joint_add(&s, bodies[0], bodies[1], &hinge);
+        add_moment(&s, bodies[i], 0.1, begun);
+    }
+    for (int step = 0; step < 50; step++)
+        assert_int_equal(scene_step(&s, h).outcome, PERP_OUTCOME_SOLVED);
+    for (int i = 0; i < 2; i++)
+        add_moment(&s, bodies[i], 0.1, ended);
+    for (int k = 0; k < 3; k++) /* (|w| h)^3 a step */
+        assert_true(fabs(ended[k] - begun[k]) <= 50 * 2.7e-5 * 2.0);
+    scene_close(&s);
+}
+
+/* Angular momentum stays with hinges that say the same, on both bodies or to the ground. */
+static void test_doors_that_turn(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 8; i++)
+        turn_doors(levels[i / 2], i % 2);
+}
+
 static void test_heap_of_chains(void **state)
 {
     (void)state;
@@ -540,6 +606,7 @@ int main(void)
         cmocka_unit_test(test_carried),
         cmocka_unit_test(test_cart),
         cmocka_unit_test(test_heap_of_chains),
+        cmocka_unit_test(test_doors_that_turn),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

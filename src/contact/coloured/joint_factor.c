@@ -197,21 +197,57 @@ PERP__KERNEL static void fill_column(perp__joint_factor *f, int32_t k, double ri
     }
 }
 
+static void exchange(double *a, double *b)
+{
+    const double kept = *a;
+
+    *a = *b;
+    *b = kept;
+}
+
+/* Brings the largest pivot that is left of D to c, of which the lower triangle is known; `lane`
+ * tells where its row and the other one were. */
+PERP__KERNEL static void find_pivot(double (*D)[PERP__NODE], int32_t rows, int32_t c, int32_t *lane)
+{
+    int32_t p = c, kept;
+
+    for (int32_t l = c + 1; l < rows; l++)
+        p = D[l][l] > D[p][p] ? l : p;
+    for (int32_t l = 0; l < rows && p != c; l++)
+        if (l < c)
+            exchange(&D[l][c], &D[l][p]);
+        else if (l == c)
+            exchange(&D[c][c], &D[p][p]);
+        else if (l != p)
+            exchange(&D[c][l], l < p ? &D[l][p] : &D[p][l]);
+    kept = lane[c];
+    lane[c] = lane[p];
+    lane[p] = kept;
+}
+
 /* A positive definite tile D = R R': the inverse of R in its place, and its transpose. Rows whose
- * pivots are not above `least` are left out, 0 in both. Returns whether the other pivots are
- * positive numbers. R^-1 has twice the digits of D^-1: rows that say nearly the same need them. */
+ * pivots are not above `least` >= 0 are left out, 0 in both, of what others say as clearly as can
+ * be: the largest pivot comes first. Returns whether the other pivots are positive numbers. R^-1
+ * has twice the digits of D^-1: rows that say nearly the same need them. */
 PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP__NODE],
                                    int32_t rows, double least, int8_t *repeats)
 {
+    int32_t lane[PERP__NODE] = {0, 1, 2, 3, 4, 5, 6, 7};
+    perp__joint_tile sorted;
+
     memset(back, 0, sizeof(perp__joint_tile));
     for (int32_t c = 0; c < rows; c++) {
-        const double pivot = D[c][c], root = 1.0 / sqrt(pivot);
+        double pivot, root;
 
         /* 1. Column c of R, and row c of R^-1: column c of back. */
-        repeats[c] = pivot <= least;
-        if (!isfinite(pivot) || (pivot <= 0.0 && !repeats[c]))
+        if (least >= 0.0)
+            find_pivot(D, rows, c, lane);
+        pivot = D[c][c];
+        root = 1.0 / sqrt(pivot);
+        repeats[lane[c]] = pivot <= least;
+        if (!isfinite(pivot) || (pivot <= 0.0 && !repeats[lane[c]]))
             return 0;
-        if (repeats[c]) {
+        if (repeats[lane[c]]) {
             for (int32_t l = c; l < rows; l++)
                 D[c][l] = 0.0;
             continue;
@@ -232,9 +268,10 @@ PERP__KERNEL static int32_t invert(double (*D)[PERP__NODE], double (*back)[PERP_
                 D[d][l] += x * D[c][l];
         }
     }
+    memcpy(sorted, back, sizeof sorted);
     for (int32_t c = 0; c < rows; c++)
         for (int32_t l = 0; l < rows; l++)
-            D[l][c] = back[c][l];
+            D[lane[l]][c] = back[c][lane[l]] = sorted[c][l];
     return 1;
 }
 

@@ -50,55 +50,17 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
                           : 0.0;
 }
 
-/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
- * hinges in a loop do, come near to them by that times the number of rows, over which it adds up.
- */
-#define PLACED 1e-6
-
-/* Beside a row's own diagonal: what yields so much answers to nothing. */
-#define YIELDS 1e9
-
 /* Solves of equations of joints at most: one more than it takes. Rows that hardly differ need some,
  * as their factors have a ridge. */
 enum { SOLVES = 20 };
 
-/* The equations of joints, where they are alone, or some are to yield. Asked for all, rows that
- * repeat others would take impulses without measure for what they differ by. */
+/* The equations of joints, where they are alone. */
 static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
-    const int32_t first = s->bodies.rows[problem->contacts];
-    perp_status status;
-
     s->joints.rows = 0;
-    if (problem->joints == 0 || (problem->contacts > 0 && !problem->yields))
-        return PERP_OK;
-    s->joints.most_angle = problem->yields ? PLACED : 0.0;
-    status = perp__joint_block_set_up(&s->joints, s->context, problem, 0);
-    for (int32_t n = 0; status == PERP_OK && problem->yields && n < s->joints.rows; n++)
-        if (perp__joint_block_repeats(&s->joints, n))
-            s->bodies.compliance[first + n] += YIELDS / (s->joints.scale[n] * s->joints.scale[n]);
-    return status;
-}
-
-/* What the rows that yield lack of 0 at most, beside the largest free velocity: more than poses
- * being out of place explains is a residual like any other. */
-static void judge_yielded(perp_contact_solver *s)
-{
-    double most = 0.0;
-
-    for (int32_t n = 0; n < s->joints.rows; n++) {
-        const int32_t i = s->rows + n;
-        const double speed = s->best.u[i] - s->compliance[i] * s->best.r[i];
-
-        if (perp__joint_block_repeats(&s->joints, n) && speed != 0.0)
-            perp__raise_to(&most,
-                           fabs(speed) * s->joints.scale[n] / s->drive[s->part[s->contacts + n]]);
-    }
-    if (most <= PLACED * s->joints.rows)
-        return;
-    perp__raise_to(&s->best.worth.tested, most);
-    if (perp__is_good(s->best.outcome))
-        s->best.outcome = PERP_OUTCOME_STALLED;
+    return problem->joints == 0 || problem->contacts > 0
+               ? PERP_OK
+               : perp__joint_block_set_up(&s->joints, s->context, problem, 0);
 }
 
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
@@ -159,8 +121,7 @@ perp_status perp__rigid_meet_joints(perp_contact_solver *s)
         perp__copy(s->high, s->u, s->size);
         perp__joint_block_invert(&s->joints, s->high);
         for (int32_t i = 0; i < s->size; i++)
-            s->r[i] -=
-                perp__joint_block_repeats(&s->joints, i) ? s->u[i] / s->compliance[i] : s->high[i];
+            s->r[i] -= s->high[i];
         status = perp__contact_consider(s, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
     }
     return status;
@@ -199,7 +160,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     perp_contact_solver *s = solver->solver;
     perp_status status = PERP_OK;
 
-    if (!problem->again || !solver->is_set_up || problem->yields || solver->yields) {
+    if (!problem->again || !solver->is_set_up) {
         solver->is_set_up = 0;
         status = set_up(s, problem);
     }
@@ -210,7 +171,6 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
             solver->room = 0;
     }
     solver->is_set_up = status == PERP_OK;
-    solver->yields = problem->yields;
     read_bounds(s, problem);
     s->rigid = problem;
     s->bodies.C = problem->factors;
@@ -237,8 +197,6 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
         call.r0 = solver->warm;
     }
     PERP__THEN(status, perp__contact_find(s, &call, problem->deadline));
-    if (status == PERP_OK && problem->yields)
-        judge_yielded(s);
     if (status == PERP_OK && problem->holds)
         status = hold(s, best->r, best->u, best->modes, s->best_v, answer->carrier);
     else if (status == PERP_OK && perp__is_good(best->outcome))

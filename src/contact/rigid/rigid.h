@@ -11,7 +11,6 @@ struct perp__rigid_solver {
     double *warm; /* rows */
     int32_t room;
     int32_t is_set_up;
-    int32_t yields; /* 1: for a problem some of whose rows may yield */
 };
 
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */

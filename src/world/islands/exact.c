@@ -108,15 +108,6 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     status = solve_by(world, answer, problem);
     if (status == PERP_OK && !perp__is_good(answer->outcome) && !is_exact)
         say_outcome(answer, tol = perp__swept_tol(world));
-    if (status == PERP_OK && !perp__is_good(answer->outcome) && island->joints > 1 &&
-        is_exact) { /* the same where rows of joints that repeat others may yield */
-        const int64_t spent = answer->iterations;
-
-        problem->yields = 1;
-        status = solve_by(world, answer, problem);
-        problem->yields = 0;
-        answer->iterations += spent;
-    }
     if (status == PERP_OK && !perp__is_good(answer->outcome) && !*in_vain && is_exact) {
         status = solve_thoroughly(world, island, answer, problem);
         *in_vain = !perp__is_good(answer->outcome);

@@ -72,6 +72,10 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     perp__carrying carrying;
     perp_status status = PERP_OK;
 
+    if (island->joints > 0 && !verdict->jointed)
+        status = perp__find_spare_rows(world, island);
+    if (status != PERP_OK)
+        return status;
     *verdict = before;
     if (island->joints == 0) {
         status = perp__lie_still(world, island, !exact, verdict);

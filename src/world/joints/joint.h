@@ -63,6 +63,7 @@ typedef struct perp__joint {
     double gap[2];                        /* lower, upper: at the start of the step */
     int32_t came[2];                      /* it moves towards them then */
     int32_t reached[2];                   /* the limits that take part */
+    int8_t spare[PERP__JOINT_ROWS + 1];   /* equations, and the lock, that others say already */
     int32_t closing[2];                   /* those that were passed while it is closed */
     double impulse[PERP__JOINT_SLOTS];
     double next_warm[PERP__JOINT_SLOTS];

@@ -111,6 +111,9 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
 /* step.c */
 /* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
 void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
+/* Which equations say what others do where the step begins: they take no part in it. PERP_OK or
+ * _MEMORY. */
+perp_status perp__find_spare_rows(perp_world *world, const perp__island *island);
 /* The joints' units after those of the contacts; and the bounds of an interval of length t. */
 void perp__add_joint_rows(perp_world *world, const perp__island *island);
 void perp__time_joints(perp_world *world, double t);

@@ -15,6 +15,11 @@
 #define ROUNDING (64.0 * DBL_EPSILON)
 #define STILL 1e-9
 
+/* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
+ * hinges in a loop do, come near to them by that times the number of rows, over which it adds up.
+ */
+#define PLACED 1e-6
+
 /* Places farther off than this may have no difference, and impulses no moment. */
 #define FAR 1e300
 
@@ -107,33 +112,102 @@ static int32_t is_locked(const perp__joint_state *state)
     return state->lower == state->upper;
 }
 
+/* Those that are not spare, up to three in a row to a unit. */
 static void add_equations(perp_world *world, const perp__island *island, perp__joint *joint)
 {
-    const perp__joint_state *state = perp__state_of(world, joint);
-    const int32_t count = joint->middle.count;
+    int32_t slot = 0;
 
-    for (int32_t slot = 0; slot < count; slot += 3) {
-        const int32_t dim = count - slot < 3 ? count - slot : 3;
-        perp__rigid_rows *rows = next_unit(world, joint, slot, dim);
+    while (slot < joint->middle.count) {
+        perp__rigid_rows *rows;
+        int32_t dim = 0;
 
-        for (int32_t k = 0; k < dim; k++) {
-            fill_row(world, island, joint, slot + k, 1.0, rows, k);
-            rows->bias[k] = joint->turning[slot + k];
+        while (slot + dim < joint->middle.count && dim < 3 && !joint->spare[slot + dim])
+            dim++;
+        if (dim == 0) {
+            slot++;
+            continue;
+        }
+        rows = next_unit(world, joint, slot, dim);
+        for (int32_t k = 0; k < dim; k++, slot++) {
+            fill_row(world, island, joint, slot, 1.0, rows, k);
+            rows->bias[k] = joint->turning[slot];
         }
     }
-    if (!perp__has_direction(&joint->middle))
-        return;
-    if (is_locked(state)) {
+    if (is_locked(perp__state_of(world, joint)) && perp__has_direction(&joint->middle) &&
+        !joint->spare[PERP__SLOT_LOCK]) {
         perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOCK, 1);
 
         fill_row(world, island, joint, PERP__JOINT_ROWS, 1.0, rows, 0);
         rows->bias[0] = joint->turning[PERP__JOINT_ROWS];
-        return; /* what holds needs no motor, and takes no friction */
     }
+}
+
+/* A motor of any force, or friction; what a lock holds needs no motor, and takes no friction. */
+static void add_drive(perp_world *world, const perp__island *island, perp__joint *joint)
+{
+    const perp__joint_state *state = perp__state_of(world, joint);
+
+    if (is_locked(state) || !perp__has_direction(&joint->middle))
+        return;
     if (state->force == INFINITY)
         add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, INFINITY);
     else if (state->friction == INFINITY)
         add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
+}
+
+/* Whether joints lead from a body back to it, or from what impulses do not move to such again: in a
+ * tree no row says what others do. */
+static int32_t has_loops(const perp_world *world, const perp__island *island)
+{
+    int32_t *parents = world->work.carrier, ground = -1, loops = 0;
+
+    for (int32_t i = 0; i < island->bodies; i++)
+        parents[i] = i;
+    for (int32_t i = 0; i < island->joints && !loops; i++) {
+        const int32_t *body = perp__island_joint(world, island, i)->body;
+        int32_t ends[2];
+
+        for (int32_t side = 0; side < 2; side++)
+            ends[side] =
+                perp__is_dynamic(world, body[side]) ? world->roles[body[side]].local : ground;
+        if (ends[0] < 0 || ends[1] < 0)
+            ground = ends[0] < 0 ? ends[1] : ends[0]; /* the first that is tied stands for it */
+        else
+            loops = !perp__join(parents, ends[0], ends[1]);
+    }
+    return loops;
+}
+
+perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    perp__joint_block *block = &world->coloured.joints;
+    perp__rigid_problem problem;
+    int32_t n = 0;
+    perp_status status;
+
+    for (int32_t i = 0; i < island->joints; i++)
+        memset(perp__island_joint(world, island, i)->spare, 0, PERP__JOINT_ROWS + 1);
+    if (!has_loops(world, island))
+        return PERP_OK;
+    perp__gather_bodies(world, island);
+    work->gone = 0.0;
+    perp__place_joints(world, island, 0.0);
+    work->count = work->inequalities = work->units = 0;
+    for (int32_t i = 0; i < island->joints; i++)
+        add_equations(world, island, perp__island_joint(world, island, i));
+    perp__pose_island(world, island, &problem);
+    block->most_angle = PLACED;
+    status = perp__joint_block_set_up(block, world->context, &problem, 0);
+    block->most_angle = 0.0;
+    for (int32_t i = 0; i < work->units && status == PERP_OK; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i];
+
+        for (int32_t k = 0; k < unit->dim; k++)
+            world->joints[unit->joint].spare[unit->slot + k] =
+                (int8_t)perp__joint_block_repeats(block, n++);
+    }
+    return status;
 }
 
 /* Units that are contacts to the contact layer, then those that are equations. */
@@ -167,8 +241,10 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
 
     /* 2. equations */
     work->inequalities = work->units;
-    for (int32_t i = 0; i < island->joints; i++)
+    for (int32_t i = 0; i < island->joints; i++) {
         add_equations(world, island, perp__island_joint(world, island, i));
+        add_drive(world, island, perp__island_joint(world, island, i));
+    }
 
     /* 3. how many rows each joint has */
     for (int32_t i = 0; i < work->units - work->count; i++)
