@@ -113,6 +113,7 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
     world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
     world->clusters[slot] = slot;
     world->states[slot] = *state;
+    perp__note_put(world, slot);
     perp__rouse(world, slot);
     world->edition++;
     world->stats.bodies++;
@@ -240,6 +241,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
     if (status != PERP_OK)
         return status;
     memset(&state, 0, sizeof state);
+    state.put = world->states[slot].put;
     perp__copy3(state.position, own.position);
     memcpy(state.orientation, own.orientation, sizeof state.orientation);
     state.angle = own.angle;
@@ -257,7 +259,12 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
         status =
             perp__refuse(world->context, "body is static: velocities, force and torque must be 0");
     if (status == PERP_OK && memcmp(&world->states[slot], &state, sizeof state) != 0) {
+        const size_t pose = offsetof(perp__state, velocity);
+        const int32_t moves = memcmp(&world->states[slot], &state, pose) != 0;
+
         world->states[slot] = state;
+        if (moves)
+            perp__note_put(world, slot);
         perp__disturb(world, slot);
     }
     return status;

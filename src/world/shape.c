@@ -103,6 +103,7 @@ static void enlist(perp_world *world, int32_t i)
     shape->mark = 0;
     shape->next_of_body = world->bodies[shape->body].first_shape;
     world->bodies[shape->body].first_shape = i;
+    perp__note_put(world, shape->body);
     perp__disturb(world, shape->body);
     if (shape->geometry.kind == PERP__PLANE) {
         shape->next_plane = world->first_plane;

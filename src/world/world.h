@@ -23,6 +23,10 @@
 #define PERP__EPSILON 2.220446049250313e-16
 
 /* What changes in time: exactly what a snapshot holds. */
+/* What a caller did to a body, or to what it touches, since the last step; and what it is known for
+ * until it comes apart from what it was put deep into. */
+enum { PERP__PUT = 1, PERP__PUT_INTO = 2, PERP__STAYS_INTO = 4 };
+
 typedef struct perp__state {
     double position[3];
     double orientation[4]; /* three dimensions */
@@ -31,6 +35,7 @@ typedef struct perp__state {
     double angular_velocity[3];
     double force[3];
     double torque[3];
+    int64_t put; /* PERP__PUT, _INTO others; 0: neither */
 } perp__state;
 
 /* What does not. */
@@ -411,6 +416,7 @@ struct perp_world {
     perp__contact_set contacts; /* of the step */
     perp__contact_set last;     /* of the last one that went on */
     int32_t last_included;
+    int32_t some_put;           /* some body is PERP__PUT, or _INTO others */
     int32_t settled;            /* bodies that end the last step as they began it */
     perp__contact_set overlaps; /* of the projection */
     perp__rigid_solver *solver;

@@ -175,9 +175,24 @@ static void pose_rows(perp_world *world, const perp__island *island, double h)
     perp__time_joints(world, h);
 }
 
+double perp__deep_overlap(const perp__world_contact *contact)
+{
+    return TOO_DEEP * GUARD * contact->size;
+}
+
 int32_t perp__is_deep(const perp__world_contact *contact)
 {
-    return contact->gap < -TOO_DEEP * GUARD * contact->size;
+    return contact->gap < -perp__deep_overlap(contact);
+}
+
+/* Whether the way out of overlaps is the work of who made them. */
+static int32_t is_given(const perp_world *world, const perp__island *island)
+{
+    int32_t given = 0;
+
+    for (int32_t i = 0; i < island->contacts; i++)
+        given = given || perp__is_given(world, perp__step_contact(world, island, i));
+    return given;
 }
 
 static int32_t has_deep(const perp_world *world, const perp__island *island)
@@ -259,16 +274,20 @@ static double mass_product(const perp_world *world, const perp__island *island, 
     return sum;
 }
 
-/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving. */
-static double work_beside(const perp_world *world, const perp__island *island, double h)
+/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving; *size: of its
+ * terms. */
+static double work_beside(const perp_world *world, const perp__island *island, double h,
+                          double *size)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    double sum = 0.0, shift[6];
+    double sum = 0.0, work_of_one, shift[6];
 
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__twist_of(world, work->solved + n * i, shift);
-        sum -= h * perp__work_needed(world, work->members[i], shift);
+        work_of_one = h * perp__work_needed(world, work->members[i], shift);
+        sum -= work_of_one;
+        *size += fabs(work_of_one);
     }
     return sum;
 }
@@ -300,8 +319,10 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     }
     for (int32_t i = 0; i < numbers; i++)
         d[i] = m[i] - work->moving[i];
-    growth = work_beside(world, island, h);
-    share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
+    growth = work_beside(world, island, h, &size);
+    share = work_of_d + growth > ENERGY_ROUNDING * size && !is_given(world, island)
+                ? fmax(-work_of_d / growth, 0.0)
+                : 1.0;
     for (int32_t i = 0; i < numbers && share < 1.0; i++)
         work->moving[i] = m[i] - share * d[i];
     return scaled;

@@ -68,9 +68,9 @@ double perp__joint_errors(const perp_world *world)
     return sum;
 }
 
-int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
+double perp__joints_lack(const perp_world *world, const perp__island *island)
 {
-    return errors_of(world, island) > 0.0;
+    return errors_of(world, island);
 }
 
 static void add_row(perp_world *world, const perp__joint *joint, const double row[2][6],
