@@ -118,17 +118,25 @@ static double longest_opening(const perp_world *world, const perp__island *islan
     return longest;
 }
 
-/* The largest way a point of a body goes. */
+/* The largest way of a mass centre, or of a point of contact with its body: what is thin may turn
+ * far about its length without going anywhere. */
 static double longest_displacement(const perp_world *world, const perp__island *island)
 {
-    double largest = 0.0;
+    double largest = 0.0, way[3];
 
-    for (int32_t i = 0; i < island->bodies; i++) {
-        int32_t body = world->body_order[island->first_body + i];
+    for (int32_t i = 0; i < island->bodies; i++)
+        perp__raise_to(&largest, perp__length3(perp__island_motion(world, island, i)->shift));
+    for (int32_t i = 0; i < 2 * island->contacts; i++) {
+        const perp__world_contact *contact =
+            perp__island_contact(world, &world->overlaps, island, i / 2);
+        const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
         const double *shift = world->motions[body].shift;
 
-        perp__raise_to(&largest, perp__length3(shift) +
-                                     perp__length3(shift + 3) * world->bodies[body].radius);
+        if (!perp__is_dynamic(world, body))
+            continue;
+        perp__cross(way, shift + 3, contact->arms[i % 2]);
+        perp__add3(way, 1.0, shift);
+        perp__raise_to(&largest, perp__length3(way));
     }
     return largest;
 }
@@ -163,16 +171,18 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
-/* Whether the shifts may take more than the step lost: that is the work of who put bodies deep into
- * others, or moves what they touch. */
-static int32_t is_paid_for(const perp_world *world, const perp__island *island)
+int32_t perp__is_paid_for(const perp_world *world, const perp__contact_set *set,
+                          const perp__island *island)
 {
-    int32_t given = 0;
+    int32_t paid = perp__is_tied(world, set, island, PERP_BODY_KINEMATIC);
 
-    for (int32_t i = 0; i < island->contacts; i++)
-        given = given ||
-                perp__is_given(world, perp__island_contact(world, &world->overlaps, island, i));
-    return given || perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC);
+    for (int32_t i = 0; i < island->contacts && !paid; i++) {
+        const perp__world_contact *contact = perp__island_contact(world, set, island, i);
+
+        paid = contact->gap < 0.0 &&
+               (world->states[contact->body_a].put || world->states[contact->body_b].put);
+    }
+    return paid;
 }
 
 /* Shifts are shorter where a point would go farther than `most`, and where they would take more
@@ -192,7 +202,7 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     lost = perp__greater(lost, 0.0);
-    if (needed > lost + rounding && !is_paid_for(world, island))
+    if (needed > lost + rounding && !perp__is_paid_for(world, &world->overlaps, island))
         share *= lost / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
@@ -294,7 +304,8 @@ static perp_status project_island(perp_world *world, const perp__island *island,
     for (int32_t equally = 0; equally < 2 && status == PERP_OK && !found; equally++) {
         pose(world, island, equally);
         status = solve_shifts(world, island, &found);
-        found = found && longest_displacement(world, island) <= LONGEST_WAY * longest;
+        found = found &&
+                longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
     }
     if (status == PERP_OK && found) {
         shorten(world, island, most);

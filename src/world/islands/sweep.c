@@ -185,16 +185,6 @@ int32_t perp__is_deep(const perp__world_contact *contact)
     return contact->gap < -perp__deep_overlap(contact);
 }
 
-/* Whether the way out of overlaps is the work of who made them. */
-static int32_t is_given(const perp_world *world, const perp__island *island)
-{
-    int32_t given = 0;
-
-    for (int32_t i = 0; i < island->contacts; i++)
-        given = given || perp__is_given(world, perp__step_contact(world, island, i));
-    return given;
-}
-
 static int32_t has_deep(const perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->contacts; i++)
@@ -320,7 +310,8 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     for (int32_t i = 0; i < numbers; i++)
         d[i] = m[i] - work->moving[i];
     growth = work_beside(world, island, h, &size);
-    share = work_of_d + growth > ENERGY_ROUNDING * size && !is_given(world, island)
+    share = work_of_d + growth > ENERGY_ROUNDING * size &&
+                    !perp__is_paid_for(world, &world->contacts, island)
                 ? fmax(-work_of_d / growth, 0.0)
                 : 1.0;
     for (int32_t i = 0; i < numbers && share < 1.0; i++)
