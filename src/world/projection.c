@@ -82,14 +82,16 @@ static double deepest(perp_world *world)
     return most + lack;
 }
 
-/* How far a step may take what overlaps: as far as the shapes went in it, which may have made the
- * overlap; and a share of one that was there before. */
+/* How far a step may take what overlaps: a share of that; or as far as the shapes went in it, where
+ * nothing but that can have made the overlap. */
 static double reach_of(const perp_world *world, const perp__world_contact *contact)
 {
     const perp__moving a = perp__moving_shape(world, contact->shape_a, world->step_length);
     const perp__moving b = perp__moving_shape(world, contact->shape_b, world->step_length);
 
-    return fmax(perp__relative_displacement(&a, &b),
+    return fmax(perp__is_put(world, contact->body_a, contact->body_b)
+                    ? 0.0
+                    : perp__relative_displacement(&a, &b),
                 perp__cleared(-contact->gap, 0.5 * perp__deep_overlap(contact)));
 }
 
@@ -171,17 +173,14 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
-int32_t perp__is_paid_for(const perp_world *world, const perp__contact_set *set,
-                          const perp__island *island)
+/* Whether the shifts may take more than the step lost: that is the work of who put bodies deep into
+ * others, or moves what they touch. */
+static int32_t is_paid_for(const perp_world *world, const perp__island *island)
 {
-    int32_t paid = perp__is_tied(world, set, island, PERP_BODY_KINEMATIC);
+    int32_t paid = perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC);
 
-    for (int32_t i = 0; i < island->contacts && !paid; i++) {
-        const perp__world_contact *contact = perp__island_contact(world, set, island, i);
-
-        paid = contact->gap < 0.0 &&
-               (world->states[contact->body_a].put || world->states[contact->body_b].put);
-    }
+    for (int32_t i = 0; i < island->bodies && !paid; i++)
+        paid = world->states[world->body_order[island->first_body + i]].put != 0;
     return paid;
 }
 
@@ -202,7 +201,7 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     lost = perp__greater(lost, 0.0);
-    if (needed > lost + rounding && !perp__is_paid_for(world, &world->overlaps, island))
+    if (needed > lost + rounding && !is_paid_for(world, island))
         share *= lost / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
@@ -294,18 +293,21 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     return PERP_OK;
 }
 
-/* Corrects the island, if that takes ways no longer than LONGEST_WAY times what opens. */
+/* Corrects the island. Of what nothing holds the mass centre stays, so that no way is too long;
+ * else ways are those that bodies have as they weigh, or equally, but for longer ones than what
+ * opens makes of a chain of so many. */
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   double most)
 {
+    const int32_t tied = perp__is_tied(world, &world->overlaps, island, PERP_BODY_STATIC);
+    const double far = (LONGEST_WAY + island->bodies) * longest;
     perp_status status = PERP_OK;
     int32_t found = 0;
 
-    for (int32_t equally = 0; equally < 2 && status == PERP_OK && !found; equally++) {
+    for (int32_t equally = 0; equally <= tied && status == PERP_OK && !found; equally++) {
         pose(world, island, equally);
         status = solve_shifts(world, island, &found);
-        found = found &&
-                longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
+        found = found && (!tied || longest_displacement(world, island) <= far);
     }
     if (status == PERP_OK && found) {
         shorten(world, island, most);

@@ -88,10 +88,6 @@ static inline void perp__note_put(perp_world *world, int32_t body)
 /* When the step's contacts are known: which bodies callers put deep into others, and are not apart
  * from them yet. */
 void perp__find_put(perp_world *world);
-/* Whether ways out of the overlaps of a set may take more energy than the step lost: that is the
- * work of who put bodies deep into others, or moves what they touch. */
-int32_t perp__is_paid_for(const perp_world *world, const perp__contact_set *set,
-                          const perp__island *island);
 /* *changed: next states are others. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed);
 

@@ -137,8 +137,8 @@ static void test_limits(void **state)
     }
 }
 
-/* One body of two in each other along an axis goes by no more than a fifth of the overlap in a step,
- * and gets no velocity. */
+/* One body of two in each other along an axis goes by no more than a fifth of the overlap in a
+ * step, and gets no velocity. */
 static void part(scene *s, perp_body body, int axis, double apart)
 {
     for (int k = 0; k < 40; k++) { /* a fifth 30 times is 1e-3, and what is little goes at once */

@@ -107,7 +107,9 @@ static void plan(perp_world *world, const perp__island *island, perp__passes *st
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
-        work->guard[i] = GUARD * contact->size;
+        work->guard[i] = perp__is_put(world, contact->body_a, contact->body_b) && contact->gap < 0.0
+                             ? INFINITY /* the projection's */
+                             : GUARD * contact->size;
         work->rows[i].bias[0] = 0.0;
     }
     perp__turn_contacts(world);
@@ -264,20 +266,16 @@ static double mass_product(const perp_world *world, const perp__island *island, 
     return sum;
 }
 
-/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving; *size: of its
- * terms. */
-static double work_beside(const perp_world *world, const perp__island *island, double h,
-                          double *size)
+/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving. */
+static double work_beside(const perp_world *world, const perp__island *island, double h)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    double sum = 0.0, work_of_one, shift[6];
+    double sum = 0.0, shift[6];
 
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__twist_of(world, work->solved + n * i, shift);
-        work_of_one = h * perp__work_needed(world, work->members[i], shift);
-        sum -= work_of_one;
-        *size += fabs(work_of_one);
+        sum -= h * perp__work_needed(world, work->members[i], shift);
     }
     return sum;
 }
@@ -309,11 +307,8 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     }
     for (int32_t i = 0; i < numbers; i++)
         d[i] = m[i] - work->moving[i];
-    growth = work_beside(world, island, h, &size);
-    share = work_of_d + growth > ENERGY_ROUNDING * size &&
-                    !perp__is_paid_for(world, &world->contacts, island)
-                ? fmax(-work_of_d / growth, 0.0)
-                : 1.0;
+    growth = work_beside(world, island, h);
+    share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
     for (int32_t i = 0; i < numbers && share < 1.0; i++)
         work->moving[i] = m[i] - share * d[i];
     return scaled;

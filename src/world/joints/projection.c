@@ -491,8 +491,9 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
 
         if (island->joints > 0)
             status = end_joints(world, island, &closed);
-        given =
-            perp__is_paid_for(world, &world->contacts, island) ? 0.0 : energy_given(world, island);
+        given = perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC)
+                    ? 0.0
+                    : energy_given(world, island);
         if (given > 0.0 && keep_energy(world, island, given)) {
             (void)errors_of(world, island);
             closed = 1;
