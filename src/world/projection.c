@@ -173,17 +173,6 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
-/* Whether the shifts may take more than the step lost: that is the work of who put bodies deep into
- * others, or moves what they touch. */
-static int32_t is_paid_for(const perp_world *world, const perp__island *island)
-{
-    int32_t paid = perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC);
-
-    for (int32_t i = 0; i < island->bodies && !paid; i++)
-        paid = world->states[world->body_order[island->first_body + i]].put != 0;
-    return paid;
-}
-
 /* Shifts are shorter where a point would go farther than `most`, and where they would take more
  * energy than the step lost, rounding aside: what is left of the overlap is taken out in the next
  * steps, as more is lost, and what rests stays as it is. Gaps are linear in the shifts, so that
@@ -201,7 +190,8 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     lost = perp__greater(lost, 0.0);
-    if (needed > lost + rounding && !is_paid_for(world, island))
+    if (needed > lost + rounding && !perp__has_put(world, island) &&
+        !perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC)) /* others' work */
         share *= lost / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)

@@ -134,12 +134,10 @@ static inline int32_t perp__is_put(const perp_world *world, int32_t a, int32_t b
 {
     return world->states[a].put != 0 || world->states[b].put != 0;
 }
-/* What sweeps move they take out of overlaps as well, but for those that callers made. */
+/* What sweeps move they take out of overlaps as well. */
 static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
-    const int32_t a = pair->body[0], b = pair->body[1];
-
-    return (world->roles[a].swept || world->roles[b].swept) && !perp__is_put(world, a, b);
+    return world->roles[pair->body[0]].swept || world->roles[pair->body[1]].swept;
 }
 /* Points of the next states, of what is not swept: with gaps up to `ways` times the overlaps of the
  * two bodies. */

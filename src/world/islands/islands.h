@@ -35,6 +35,16 @@ static inline perp__tie *perp__step_tie(const perp_world *world, const perp__isl
     return &world->contacts.ties[world->contact_order[island->first_contact + i]];
 }
 
+/* Whether callers put one of its bodies deep into others: the projection parts all of it then. */
+static inline int32_t perp__has_put(const perp_world *world, const perp__island *island)
+{
+    int32_t put = 0;
+
+    for (int32_t i = 0; i < island->bodies && !put; i++)
+        put = world->states[world->body_order[island->first_body + i]].put != 0;
+    return put;
+}
+
 /* One of the step's contacts. */
 static inline perp__world_contact *perp__step_contact(const perp_world *world,
                                                       const perp__island *island, int32_t i)

@@ -100,17 +100,14 @@ static void plan(perp_world *world, const perp__island *island, perp__passes *st
     if (world->settings.substeps > 0)
         step->passes = PASSES_OF_A_SUBSTEP * world->settings.substeps;
     step->measures = 1;
-    step->clear = CLEAR;
+    step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
     step->gap = work->gap;
     step->guard = work->guard;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
-        work->guard[i] = perp__is_put(world, contact->body_a, contact->body_b) && contact->gap < 0.0
-                             ? INFINITY /* the projection's */
-                             : GUARD * contact->size;
-        work->rows[i].bias[0] = 0.0;
+        work->guard[i] = GUARD * contact->size;
     }
     perp__turn_contacts(world);
 }
