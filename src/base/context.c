@@ -5,14 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static void release_if_unused(perp_context *context)
-{
-    if (context->destroyed && context->children == 0 && !context->busy) {
-        context->is = NULL;
-        context->release(context, context->allocator_user);
-    }
-}
-
 perp_status perp__open(perp_context *context)
 {
     if (context->busy)
@@ -37,7 +29,10 @@ perp_status perp__leave(perp_context *context, perp_status status)
     if (status == PERP_OK && context->busy != PERP__DESTROYS)
         context->message[0] = '\0'; /* what went wrong on the way was mended */
     context->busy = PERP__IDLE;
-    release_if_unused(context);
+    if (context->destroyed && context->children == 0) {
+        context->is = NULL;
+        context->release(context, context->allocator_user);
+    }
     return status;
 }
 

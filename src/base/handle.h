@@ -31,6 +31,10 @@ void perp__handle_end(void *handle);
  * pointer is read), PERP_ERROR_BUSY inside another call. perp__leave closes it. */
 perp_status perp__handle_enter(const void *handle, const perp__kind *kind);
 
+/* A public function that does no more with a handle of this kind than `works` (PERP__CALL). */
+#define PERP__HANDLE_CALL(handle, kind, works) \
+    PERP__CALL(perp__handle_enter((handle), (kind)), (handle)->context, works)
+
 /* The body of a public destroy. Ignored are what is not of this kind, and a destroy inside a
  * callback, where the call around it needs the memory. Keeps the message: a caller may clean up
  * first and tell afterwards. */

@@ -190,13 +190,7 @@ static void append(const perp__contact_bounded *own, writer *to, const perp__mat
 
 static void view(const perp__contact_lines *lines, int32_t rows, int32_t columns, perp__matrix *A)
 {
-    memset(A, 0, sizeof *A);
-    A->rows = rows;
-    A->columns = columns;
-    A->row_stride = A->column_stride = 1;
-    A->values = lines->values;
-    A->column_starts = lines->starts;
-    A->row_indices = lines->indices;
+    *A = (perp__matrix){rows, columns, 1, 1, lines->values, lines->starts, lines->indices};
 }
 
 static void copy_rows(perp__contact_bounded *own, perp__dynamics *dynamics)

@@ -32,12 +32,6 @@ static void write_turn(const double *w, double sign, double factor, double *H)
     H[8] = factor * (1.0 + c * t[1] * t[1]);
 }
 
-static void apply(const double *H, const double *x, double *y)
-{
-    for (int32_t i = 0; i < 3; i++)
-        y[i] = H[3 * i] * x[0] + H[3 * i + 1] * x[1] + H[3 * i + 2] * x[2];
-}
-
 void perp__cone_scale(perp__cone *cone)
 {
     const double rz = sqrt(perp__cone_det(cone->z)), ru = sqrt(perp__cone_det(cone->u)),
@@ -55,7 +49,7 @@ void perp__cone_scale(perp__cone *cone)
     w[2] = (u[2] - z[2]) / (2.0 * gamma);
     write_turn(w, 1.0, eta, cone->V);
     write_turn(w, -1.0, 1.0 / eta, cone->inverse);
-    apply(cone->V, cone->z, cone->lambda);
+    perp__apply3(cone->lambda, cone->V, cone->z);
 }
 
 /* The largest step with z + step dz in K; INFINITY where all are. */
@@ -87,8 +81,8 @@ void perp__cone_aim(perp__cone *cone, double target, double corrects)
     right[1] -= 2.0 * l[0] * l[1];
     right[2] -= 2.0 * l[0] * l[2];
     if (corrects > 0.0) {
-        apply(cone->inverse, cone->du, a);
-        apply(cone->V, cone->dz, b);
+        perp__apply3(a, cone->inverse, cone->du);
+        perp__apply3(b, cone->V, cone->dz);
         right[0] -= corrects * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
         right[1] -= corrects * (a[0] * b[1] + b[0] * a[1]);
         right[2] -= corrects * (a[0] * b[2] + b[0] * a[2]);
@@ -96,5 +90,5 @@ void perp__cone_aim(perp__cone *cone, double target, double corrects)
     out[0] = (l[0] * right[0] - l[1] * right[1] - l[2] * right[2]) / det;
     out[1] = (right[1] - out[0] * l[1]) / l[0];
     out[2] = (right[2] - out[0] * l[2]) / l[0];
-    apply(cone->V, out, cone->rc);
+    perp__apply3(cone->rc, cone->V, out);
 }

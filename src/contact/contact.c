@@ -351,15 +351,9 @@ static perp_status try_start(perp_contact_solver *solver)
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
-static int32_t begins_with_sweeps(const perp_contact_solver *solver)
-{
-    return solver->settings.cone == 0 && (solver->settings.method == PERP_CONTACT_METHOD_AUTO ||
-                                          solver->settings.method == PERP_CONTACT_METHOD_SWEEP);
-}
-
 static perp_status search(perp_contact_solver *solver)
 {
-    const int32_t limit = solver->settings.max_iterations;
+    const int32_t limit = solver->settings.max_iterations, method = solver->settings.method;
     plan_step steps[PLAN_MOST];
     int32_t count = limit < 0 ? 0 : plan(solver, steps), ray_after, made;
     perp_status status;
@@ -381,7 +375,8 @@ static perp_status search(perp_contact_solver *solver)
     if (status == PERP_OK && !ends_the_search(solver) && solver->contacts == 0 &&
         solver->entrance == PERP__ENTRANCE_RIGID)
         status = perp__rigid_meet_joints(solver);
-    if (status == PERP_OK && begins_with_sweeps(solver) && !solver->call->r0)
+    if (status == PERP_OK && solver->settings.cone == 0 && !solver->call->r0 &&
+        (method == PERP_CONTACT_METHOD_AUTO || method == PERP_CONTACT_METHOD_SWEEP))
         status = look_at_rest(solver);
     /* 2. The plan. Where it is cheap, the question whether there are any velocities at all comes
        early; never with a budget that is used up. */
@@ -400,8 +395,7 @@ static perp_status search(perp_contact_solver *solver)
     /* 3. Auto's last word on small problems with contacts that hold both ways: all their sets, as
        no path is sure to lead to their answers. */
     if (status != PERP_OK || ends_the_search(solver) || !solver->holds_both || limit != 0 ||
-        solver->size > PERP__POLISH_SEARCH_MOST ||
-        solver->settings.method != PERP_CONTACT_METHOD_AUTO)
+        solver->size > PERP__POLISH_SEARCH_MOST || method != PERP_CONTACT_METHOD_AUTO)
         return status;
     status = perp__contact_delassus(solver, &made);
     solver->running = PERP_CONTACT_METHOD_PROXIMAL;

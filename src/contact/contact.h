@@ -35,7 +35,6 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
                                  const perp_contact_settings *settings);
 perp_status perp__contact_configure(perp_contact_solver *solver,
                                     const perp_contact_settings *settings);
-void perp__contact_destroy(perp_contact_solver *solver);
 
 /* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
  * is. */

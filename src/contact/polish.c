@@ -17,6 +17,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/random.h"
 #include "contact/law.h"
 #include "contact/solver.h"
 #include "linalg/blas.h"
@@ -468,12 +469,6 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
 
 /* ---- the search ----------------------------------------------------------------------------- */
 
-/* Between -1 and 1. */
-static double draw(uint64_t *seed)
-{
-    return (double)(perp__next_random(seed) >> 11) * 0x1p-52 - 1.0;
-}
-
 perp_status perp__contact_polish_search(perp_contact_solver *solver)
 {
     const perp__contact_problem *problem = &solver->problem;
@@ -487,18 +482,18 @@ perp_status perp__contact_polish_search(perp_contact_solver *solver)
         /* modes, and impulses that have them, up to a few times what the problem drives with */
         for (int32_t k = 0; k < problem->contacts; k++) {
             const double unit = problem->omega[k] / sqrt(problem->trace[k]);
-            const double size = ldexp(unit, (int)(3.0 * draw(&seed)));
+            const double size = ldexp(unit, (int)(3.0 * perp__draw(&seed)));
             int8_t *states = p->parts + 3 * k;
             perp__contact_part parts[3];
             const int32_t count = perp__contact_parts(problem, k, parts);
 
             for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-                solver->r[i] = size * draw(&seed);
+                solver->r[i] = size * perp__draw(&seed);
             p->presses[k] =
                 perp__contact_two_sided(problem, k) > 0 || solver->r[problem->starts[k]] > 0.0;
             for (int32_t c = 0; c < count; c++)
                 states[c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
-                            : draw(&seed) > 0.0                           ? PERP__PART_SLIPS
+                            : perp__draw(&seed) > 0.0                     ? PERP__PART_SLIPS
                                                                           : PERP__PART_STICKS;
             perp__contact_clip(problem, k, solver->r);
         }

@@ -51,16 +51,6 @@ static int32_t contact_moves(const perp_contact_step *s, const touch *t)
            !(perp__largest_or_nan(at, s->n) <= 0x1p-40 * perp__largest_or_nan(at, all));
 }
 
-static int32_t contact_is_same(const perp__contact_rows *own, const perp_contact_step *s, int32_t k)
-{
-    const touch t = read_contact(s->source, k);
-    const int32_t *seen = own->places + 4 * (size_t)k;
-
-    return t.geoms[0] == seen[0] && t.geoms[1] == seen[1] && t.row == seen[2] && t.dim == seen[3] &&
-           memcmp(t.friction, own->frictions + 5 * (size_t)k, sizeof t.friction) == 0 &&
-           contact_moves(s, &t) == own->moves[own->counts[EQUATIONS] + k];
-}
-
 int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_contact_step *s)
 {
     const perp__contact_rows *own = &solver->arranged[solver->arranged_now];
@@ -78,9 +68,16 @@ int32_t perp__contact_rows_last(const perp_contact_solver *solver, const perp_co
     for (int32_t i = 0; i < now[EQUATIONS]; i++)
         if (moves(s, i) != own->moves[i])
             return 0;
-    for (int32_t k = 0; k < now[CONTACTS]; k++)
-        if (!contact_is_same(own, s, k))
+    for (int32_t k = 0; k < now[CONTACTS]; k++) {
+        const touch t = read_contact(s->source, k);
+        const int32_t *seen = own->places + 4 * (size_t)k;
+
+        if (t.geoms[0] != seen[0] || t.geoms[1] != seen[1] || t.row != seen[2] ||
+            t.dim != seen[3] ||
+            memcmp(t.friction, own->frictions + 5 * (size_t)k, sizeof t.friction) != 0 ||
+            contact_moves(s, &t) != own->moves[own->counts[EQUATIONS] + k])
             return 0;
+    }
     return 1;
 }
 
@@ -189,23 +186,6 @@ static perp_status count(perp_context *context, const perp_contact_step *s, perp
     return PERP_OK;
 }
 
-static void take_contact(perp__contact_rows *own, const touch *t, int32_t c, int32_t *row)
-{
-    own->first[c] = own->gap_rows[c] = *row;
-    own->kept[c] = t->dim;
-    own->dims[c] = t->dim == 1 ? 1 : 3;
-    own->mu[c] = t->dim >= 3 ? t->friction[0] : 0.0;
-    own->spinning[c] = t->dim >= 4 ? t->friction[2] : 0.0;
-    own->rolling[c] = t->dim == 6 ? t->friction[3] : 0.0;
-    own->gap_sources[c] = t->row;
-    for (int32_t slot = 0; slot < SLOTS; slot++)
-        if (row_of[t->dim][slot] >= 0) {
-            own->scale[*row] = scale_of(t, slot);
-            own->is_scaled |= own->scale[*row] != 1.0;
-            own->H_rows[(*row)++] = t->row + row_of[t->dim][slot];
-        }
-}
-
 /* By what an item is known to last: two numbers, and its place among neighbours with the same. */
 static void name_item(perp__contact_rows *own, int32_t item, int32_t first, int32_t second)
 {
@@ -232,7 +212,19 @@ static void take_contacts(perp__contact_rows *own, const perp_contact_step *s, i
             continue;
         name_item(own, c, t.geoms[0], t.geoms[1]);
         own->record[c] = k;
-        take_contact(own, &t, c++, row);
+        own->first[c] = own->gap_rows[c] = *row;
+        own->kept[c] = t.dim;
+        own->dims[c] = t.dim == 1 ? 1 : 3;
+        own->mu[c] = t.dim >= 3 ? t.friction[0] : 0.0;
+        own->spinning[c] = t.dim >= 4 ? t.friction[2] : 0.0;
+        own->rolling[c] = t.dim == 6 ? t.friction[3] : 0.0;
+        own->gap_sources[c++] = t.row;
+        for (int32_t slot = 0; slot < SLOTS; slot++)
+            if (row_of[t.dim][slot] >= 0) {
+                own->scale[*row] = scale_of(&t, slot);
+                own->is_scaled |= own->scale[*row] != 1.0;
+                own->H_rows[(*row)++] = t.row + row_of[t.dim][slot];
+            }
     }
     own->first[c] = *row;
 }
@@ -278,26 +270,12 @@ static int32_t begin_of(const perp__contact_rows *own, int32_t item, const int32
     return is_contact ? own->first[item] : own->first[own->contacts] + item - own->contacts;
 }
 
-static void hand_over_one(perp__contact_rows *own, int32_t item, const perp__contact_rows *old,
-                          int32_t was)
-{
-    const int32_t *slots, *old_slots;
-    int32_t row = begin_of(own, item, &slots), from = begin_of(old, was, &old_slots);
-    double *start = start_of(own), *before = start_of(old);
-
-    for (int32_t slot = 0; slot < SLOTS; slot++) {
-        const int32_t had = old_slots[slot] >= 0;
-
-        if (slots[slot] >= 0)
-            start[row++] = had ? before[from] : 0.0;
-        from += had;
-    }
-}
-
 /* What lasts is mostly in the same order. */
 static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 {
     const int32_t items = own->contacts + own->bounded, olds = old->contacts + old->bounded;
+    double *start = start_of(own);
+    const double *before = start_of(old);
     int32_t next = 0;
 
     for (int32_t item = 0; item < items && olds > 0; item++)
@@ -306,14 +284,22 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 
             if (memcmp(old->names + NAME * (size_t)was, own->names + NAME * (size_t)item,
                        NAME * sizeof *own->names) == 0) {
-                hand_over_one(own, item, old, was);
+                const int32_t *slots, *old_slots;
+                int32_t row = begin_of(own, item, &slots), from = begin_of(old, was, &old_slots);
+
+                for (int32_t slot = 0; slot < SLOTS; slot++) {
+                    const int32_t had = old_slots[slot] >= 0;
+
+                    if (slots[slot] >= 0)
+                        start[row++] = had ? before[from] : 0.0;
+                    from += had;
+                }
                 next = was + 1;
                 break;
             }
         }
     if (own->bilateral == old->bilateral && own->bilateral > 0)
-        memcpy(start_of(own) + own->rows, start_of(old) + old->rows,
-               (size_t)own->bilateral * sizeof(double));
+        memcpy(start + own->rows, before + old->rows, (size_t)own->bilateral * sizeof *start);
 }
 
 static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)
@@ -411,6 +397,5 @@ static perp_status arrange(perp_contact_solver *solver, perp_contact_step *s,
 perp_status perp_contact_solver_arrange(perp_contact_solver *solver, perp_contact_step *step,
                                         perp_contact_laws *laws, perp_contact_dynamics *dynamics)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      arrange(solver, step, laws, dynamics));
+    return PERP__CONTACT_CALL(solver, arrange(solver, step, laws, dynamics));
 }

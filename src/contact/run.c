@@ -16,22 +16,13 @@ static void call_stages(const perp_contact_run *run, const perp_contact_stage *s
         stages[k](run->model, run->data);
 }
 
-static void put_in(const perp_contact_run *run)
+/* Of a record a step: that of step `from` of the sources, as that of step `to`. */
+static void copy_all(const perp_contact_copy *copies, int32_t count, int64_t from, int64_t to)
 {
-    for (int32_t k = 0; k < run->input_count; k++) {
-        const perp_contact_copy *c = &run->inputs[k];
+    for (int32_t k = 0; k < count; k++) {
+        const perp_contact_copy *c = &copies[k];
 
-        memcpy(c->to, c->source + (ptrdiff_t)run->done * c->stride,
-               (size_t)c->count * sizeof *c->to);
-    }
-}
-
-static void take_out(const perp_contact_run *run)
-{
-    for (int32_t k = 0; k < run->output_count; k++) {
-        const perp_contact_copy *c = &run->outputs[k];
-
-        memcpy(c->to + (ptrdiff_t)run->done * c->stride, c->source,
+        memcpy(c->to + (ptrdiff_t)to * c->stride, c->source + (ptrdiff_t)from * c->stride,
                (size_t)c->count * sizeof *c->to);
     }
 }
@@ -39,9 +30,7 @@ static void take_out(const perp_contact_run *run)
 /* The mass with what the simulator's integrator takes implicitly, and the state as it was. */
 static void make_metric(const perp_contact_run *run, double h)
 {
-    for (int32_t k = 0; k < run->kept_count; k++)
-        memcpy(run->kept[k].to, run->kept[k].source,
-               (size_t)run->kept[k].count * sizeof *run->kept[k].to);
+    copy_all(run->kept, run->kept_count, 0, 0);
     run->metric(run->model, run->data);
     for (int32_t k = 0; k < run->kept_count; k++)
         memcpy(run->kept[k].source, run->kept[k].to,
@@ -50,29 +39,21 @@ static void make_metric(const perp_contact_run *run, double h)
         run->metric_mass[k] = run->metric_M[k] - h * run->metric_D[run->metric_places[k]];
 }
 
-/* Of the contacts that slip, the largest |u| of a row; rows of contacts end where bounds begin. */
-static double fastest_slip(const perp_contact_step *s, int32_t bounded)
-{
-    double fastest = 0.0;
-
-    for (int32_t k = 0; k < s->contacts; k++) {
-        const int32_t end = k + 1 < s->contacts ? s->first[k + 1] : s->rows - bounded;
-
-        for (int32_t i = s->first[k]; s->modes[k] == PERP_CONTACT_SLIP && i < end; i++)
-            fastest = fmax(fastest, fabs(s->u[i]));
-    }
-    return fastest;
-}
-
 /* Whether the caller wants to look at an answer: where another one might be at rest. */
 static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int32_t bounded,
                           int32_t was_warm)
 {
-    double drive = 0.0;
+    double drive = 0.0, fastest = 0.0; /* the largest |u| of a row of the contacts that slip */
 
     if (s->first && was_warm && s->slips > 0) {
         run->patience -= run->patience > 0;
-        if (run->patience == 0 && fastest_slip(s, bounded) <= run->look_slip * s->driven)
+        for (int32_t k = 0; k < s->contacts && run->patience == 0; k++) {
+            const int32_t end = k + 1 < s->contacts ? s->first[k + 1] : s->rows - bounded;
+
+            for (int32_t i = s->first[k]; s->modes[k] == PERP_CONTACT_SLIP && i < end; i++)
+                fastest = fmax(fastest, fabs(s->u[i]));
+        }
+        if (run->patience == 0 && fastest <= run->look_slip * s->driven)
             return 1;
     }
     for (int32_t i = 0; run->drive && i < s->n; i++)
@@ -170,15 +151,14 @@ perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_ru
                                     perp_contact_step *step, perp_contact_result *result,
                                     perp_contact_laws *laws, perp_contact_dynamics *dynamics)
 {
-    perp_status status = PERP__CALL(perp__contact_enter(solver), solver->context,
-                                    check(solver, run, step, result, laws));
+    perp_status status = PERP__CONTACT_CALL(solver, check(solver, run, step, result, laws));
 
     if (status != PERP_OK)
         return status;
     run->wait = PERP_CONTACT_WAIT_DONE;
     while (run->done < run->steps) {
         if (run->phase == PERP_CONTACT_PHASE_BEGIN) {
-            put_in(run);
+            copy_all(run->inputs, run->input_count, run->done, 0);
             call_stages(run, run->before, run->before_count);
             if (run->metric)
                 make_metric(run, step->h);
@@ -212,7 +192,7 @@ perp_status perp_contact_solver_run(perp_contact_solver *solver, perp_contact_ru
             }
         }
         move(run, step);
-        take_out(run);
+        copy_all(run->outputs, run->output_count, 0, run->done);
         run->done++;
         run->phase = PERP_CONTACT_PHASE_BEGIN;
     }

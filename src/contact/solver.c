@@ -13,15 +13,15 @@ static void release(void *object)
 
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
-    perp__lcp_destroy(solver->feasibility.lcp);
+    perp__handle_end(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
     perp__joint_block_release(&solver->joints);
-    perp__contact_destroy(solver->opening.solver);
+    perp__handle_end(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
     perp__arena_release(&solver->arranged[0].arena);
     perp__arena_release(&solver->arranged[1].arena);
-    perp__hold_release(&solver->hold);
+    perp__arena_release(&solver->hold.arena);
     perp__statics_front_release(solver->context, solver->front);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
@@ -71,11 +71,6 @@ perp_status perp__contact_configure(perp_contact_solver *solver,
     return status;
 }
 
-void perp__contact_destroy(perp_contact_solver *solver)
-{
-    perp__handle_end(solver);
-}
-
 perp_status perp__contact_enter(perp_contact_solver *solver)
 {
     return perp__handle_enter(solver, &kind);
@@ -96,16 +91,14 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      perp__contact_configure(solver, settings));
+    return PERP__CONTACT_CALL(solver, perp__contact_configure(solver, settings));
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
                                                const perp_contact_laws *laws,
                                                const perp_contact_dynamics *dynamics)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      perp__contact_setup(solver, laws, dynamics, NULL));
+    return PERP__CONTACT_CALL(solver, perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
 static perp_status setup_delassus(perp_contact_solver *solver, const perp_contact_laws *laws,
@@ -119,8 +112,7 @@ static perp_status setup_delassus(perp_contact_solver *solver, const perp_contac
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      setup_delassus(solver, laws, W));
+    return PERP__CONTACT_CALL(solver, setup_delassus(solver, laws, W));
 }
 
 /* A solve of what was set up in this way, not in the other. */
@@ -141,8 +133,7 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
 
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      solve(solver, PERP__ENTRANCE_DELASSUS, &call));
+    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DELASSUS, &call));
 }
 
 perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r, double *u,
@@ -152,8 +143,7 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
 
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
+    return PERP__CONTACT_CALL(solver, solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
 }
 
 /* With a solver of its own. */
@@ -167,7 +157,7 @@ static perp_status solve_once(perp_context *context, const perp_contact_settings
     PERP__THEN(status, by_W ? setup_delassus(solver, laws, W)
                             : perp__contact_setup(solver, laws, dynamics, NULL));
     PERP__THEN(status, perp__contact_solve(solver, call));
-    perp__contact_destroy(solver);
+    perp__handle_end(solver);
     return status;
 }
 

@@ -176,6 +176,8 @@ struct perp_contact_solver {
 
 /* Opens a public call: solver.c. */
 perp_status perp__contact_enter(perp_contact_solver *solver);
+#define PERP__CONTACT_CALL(solver, works) \
+    PERP__CALL(perp__contact_enter(solver), (solver)->context, works)
 
 /* The rest of a set-up, after the laws and matrices are in place. PERP_OK, or _ARGUMENT where a
  * constraint moves nothing. And the arrays, for an arena: problem.c. */

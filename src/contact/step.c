@@ -275,19 +275,6 @@ static perp_status solve(perp_contact_solver *solver, perp_contact_step *s, int3
     return s->was_known ? PERP_OK : perp__contact_solve(solver, &call);
 }
 
-/* w of a row with a gap. */
-static double offset_of(const perp_contact_step *s, int32_t k)
-{
-    const int32_t source = s->gap_sources[k];
-    const double gap = (*s->gaps)[source];
-
-    if (!(gap <= 0.0))
-        return gap / s->h; /* NaN: NaN */
-    return s->restitution > 0.0 && k < s->contacts
-               ? s->restitution * fmin((*s->speeds)[source], 0.0)
-               : 0.0;
-}
-
 static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
                              perp_contact_result *result, const perp_contact_laws *laws,
                              const perp_contact_dynamics *dynamics)
@@ -329,9 +316,14 @@ static perp_status step_once(perp_contact_solver *solver, perp_contact_step *s,
     s->least_gap = 0.0;
     for (int32_t k = 0; k < s->gap_count; k++) {
         const double gap = (*s->gaps)[s->gap_sources[k]];
+        double w = 0.0;
 
         s->least_gap = fmin(s->least_gap, gap);
-        changes |= put(&s->w[s->gap_rows[k]], offset_of(s, k));
+        if (!(gap <= 0.0))
+            w = gap / s->h; /* NaN: NaN */
+        else if (s->restitution > 0.0 && k < s->contacts)
+            w = s->restitution * fmin((*s->speeds)[s->gap_sources[k]], 0.0);
+        changes |= put(&s->w[s->gap_rows[k]], w);
     }
     if (s->source && s->source->surface_at > 0)
         changes |= perp__contact_rows_move(solver, s);
@@ -349,8 +341,7 @@ perp_status perp_contact_solver_step(perp_contact_solver *solver, perp_contact_s
                                      perp_contact_result *result, const perp_contact_laws *laws,
                                      const perp_contact_dynamics *dynamics)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      step_once(solver, step, result, laws, dynamics));
+    return PERP__CONTACT_CALL(solver, step_once(solver, step, result, laws, dynamics));
 }
 
 static perp_status hand_back_checked(perp_contact_solver *solver, perp_contact_step *s)
@@ -370,6 +361,5 @@ static perp_status hand_back_checked(perp_contact_solver *solver, perp_contact_s
 
 perp_status perp_contact_solver_hand_back(perp_contact_solver *solver, perp_contact_step *step)
 {
-    return PERP__CALL(perp__contact_enter(solver), solver->context,
-                      hand_back_checked(solver, step));
+    return PERP__CONTACT_CALL(solver, hand_back_checked(solver, step));
 }

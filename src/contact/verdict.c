@@ -144,33 +144,24 @@ static double answerable(const perp_contact_solver *solver, int32_t k, double *p
     return terms;
 }
 
-/* beyond[k] := whether contact k has such a coupling, in a W that no mechanics has. */
-static void find_beyond(const perp_contact_solver *solver, double *beyond)
-{
-    const perp__matrix *W = &solver->W;
-    perp__cursor c = perp__first(W);
-
-    for (int32_t k = 0; k < solver->constraints; k++)
-        beyond[k] = 0.0;
-    while (!solver->has_bodies && perp__advance(&c)) {
-        const int32_t a = solver->constraint_of[c.i], b = solver->constraint_of[c.j];
-
-        if (fabs(c.value) > (1.0 + NOISE) * solver->root[a] * solver->root[b])
-            beyond[a] = beyond[b] = 1.0;
-    }
-}
-
 /* wide := the whole denominator. */
 static void widen(perp_contact_solver *solver, double *wide)
 {
     const double share = perp__floor_of(solver->settings.tol);
     double *push = solver->high, *moves = solver->low;
+    perp__cursor c = perp__first(&solver->W);
 
     perp__contact_find_near(solver);
     for (int32_t k = 0; k < solver->constraints; k++)
-        solver->most_speed[k] = solver->most_energy[k] = 0.0;
+        solver->most_speed[k] = solver->most_energy[k] = wide[k] = 0.0;
     memset(push, 0, (size_t)solver->size * sizeof *push);
-    find_beyond(solver, wide);
+    /* wide[k] := whether contact k has such a coupling, in a W that no mechanics has */
+    while (!solver->has_bodies && perp__advance(&c)) {
+        const int32_t a = solver->constraint_of[c.i], b = solver->constraint_of[c.j];
+
+        if (fabs(c.value) > (1.0 + NOISE) * solver->root[a] * solver->root[b])
+            wide[a] = wide[b] = 1.0;
+    }
     for (int32_t k = 0; k < solver->constraints; k++) {
         const double terms = wide[k] > 0.0          ? 0.0
                              : k < solver->contacts ? answerable(solver, k, push)
@@ -200,16 +191,6 @@ static void widen(perp_contact_solver *solver, double *wide)
     }
 }
 
-static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_worth *worth)
-{
-    const size_t size = (size_t)solver->size, n = (size_t)solver->n;
-
-    return perp__all_finite(&worth->tested,
-                            offsetof(perp__contact_worth, sound) / sizeof(double)) &&
-           perp__all_finite(solver->r, size) && perp__all_finite(solver->u, size) &&
-           perp__all_finite(solver->v, n);
-}
-
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)
 {
     const double tol = solver->settings.tol;
@@ -235,7 +216,11 @@ void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth
         compare(solver, solver->wide);
     }
     gather(solver, worth);
-    worth->sound = is_sound(solver, worth);
+    worth->sound =
+        perp__all_finite(&worth->tested, offsetof(perp__contact_worth, sound) / sizeof(double)) &&
+        perp__all_finite(solver->r, (size_t)solver->size) &&
+        perp__all_finite(solver->u, (size_t)solver->size) &&
+        perp__all_finite(solver->v, (size_t)solver->n);
     for (int32_t p = 0; p < solver->parts; p++)
         solver->evidence[p].sound = worth->sound;
 }

@@ -32,28 +32,6 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
     return isfinite(scaled) ? scaled : bound < 0.0 ? -DBL_MAX : DBL_MAX;
 }
 
-/* Powers of two for the exponents and omegas as they are, and the bounds with them. */
-static void find_powers(perp_lcp_solver *solver)
-{
-    solver->powers_known = 1;
-    solver->powers_normal = 1;
-    for (int32_t i = 0; i < solver->n && solver->powers_normal; i++) {
-        const int32_t z = solver->exponents[i] + solver->omega[solver->n + i];
-        const int32_t w = solver->exponents[i] - solver->omega[i];
-
-        solver->powers_normal = abs(z) <= 1022 && abs(w) <= 1022;
-        if (solver->powers_normal) {
-            solver->z_down[i] = perp__power_of_two(-z);
-            solver->z_up[i] = perp__power_of_two(z);
-            solver->w_down[i] = perp__power_of_two(w);
-        }
-    }
-    for (int32_t i = 0; i < solver->n; i++) {
-        solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
-        solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
-    }
-}
-
 /* Each number for itself: any n, any scaling, any parts, NaN included. */
 static void project(perp_lcp_solver *solver)
 {
@@ -150,8 +128,25 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
     if (fast && fast->scale(solver))
         return; /* in the units of the last q */
     if (perp__find_omegas(&parts, q, solver->exponents, solver->part_omega, solver->omega,
-                          solver->powers_known))
-        find_powers(solver);
+                          solver->powers_known)) {
+        /* powers of two for the exponents and omegas as they are, and the bounds with them */
+        solver->powers_known = solver->powers_normal = 1;
+        for (int32_t i = 0; i < solver->n && solver->powers_normal; i++) {
+            const int32_t z = solver->exponents[i] + solver->omega[solver->n + i];
+            const int32_t w = solver->exponents[i] - solver->omega[i];
+
+            solver->powers_normal = abs(z) <= 1022 && abs(w) <= 1022;
+            if (solver->powers_normal) {
+                solver->z_down[i] = perp__power_of_two(-z);
+                solver->z_up[i] = perp__power_of_two(z);
+                solver->w_down[i] = perp__power_of_two(w);
+            }
+        }
+        for (int32_t i = 0; i < solver->n; i++) {
+            solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
+            solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
+        }
+    }
     for (int32_t i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }

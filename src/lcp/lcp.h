@@ -10,7 +10,6 @@ perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *ow
                                     const perp_lcp_settings *settings);
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings);
-void perp__lcp_destroy(perp_lcp_solver *solver);
 /* Whether `auto` searches the index sets of problems with up to 20 variables, where all else fails:
  * those of contacts, whose variables choose between two places. */
 void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists);

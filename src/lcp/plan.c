@@ -34,21 +34,6 @@ static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
     return count + 1;
 }
 
-/* Sweeps after which a diagonally dominant problem's residual is below tol: each leaves the rows'
- * off-diagonal share at most, in the mean its square. INFINITY where nothing is promised. */
-static double sweeps_needed(const perp_lcp_solver *solver)
-{
-    double share = 0.0;
-
-    for (int32_t i = 0; i < solver->n; i++) {
-        const double diagonal =
-            perp__diagonal_entry(&solver->M, i) * solver->factors[i] * solver->factors[i];
-
-        share = fmax(share, solver->row_norms[i] / diagonal - 1.0);
-    }
-    return share < 1.0 ? log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) : INFINITY;
-}
-
 /* Sweeps before anything is factored: where the diagonal promises that few suffice; where the
  * tolerance is loose, because they may suffice; where time is short, because a direct solve may end
  * with nothing to show. */
@@ -57,10 +42,19 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     const int32_t is_sparse = solver->M.column_starts != NULL;
     const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
     const int32_t is_limited = solver->settings.time_limit > 0.0;
+    const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_SPARSE;
+    double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
-    if (is_sparse && solver->n >= PERP__LARGE_SPARSE &&
-        sweeps_needed(solver) < PERP__ROUGH_SWEEPS_SPARSE) {
+    /* A sweep over a diagonally dominant problem leaves the rows' off-diagonal share at most, in
+     * the mean its square. */
+    for (int32_t i = 0; i < solver->n && may_promise; i++)
+        share = fmax(share, solver->row_norms[i] / (perp__diagonal_entry(&solver->M, i) *
+                                                    solver->factors[i] * solver->factors[i]) -
+                                1.0);
+    if (may_promise && share < 1.0 &&
+        log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
+            PERP__ROUGH_SWEEPS_SPARSE) {
         steps[0].iteration_limit = PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }

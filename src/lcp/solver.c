@@ -83,11 +83,6 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     return status;
 }
 
-void perp__lcp_destroy(perp_lcp_solver *solver)
-{
-    perp__handle_end(solver);
-}
-
 static void layout(perp__arena *arena, void *object)
 {
     perp_lcp_solver *s = object;
@@ -205,11 +200,6 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 /* Doubles of room for the solver's arena at n = PERP__SMALL_LENGTH. */
 enum { SMALL_ROOM = 1280 };
 
-static perp_status enter(perp_lcp_solver *solver)
-{
-    return perp__handle_enter(solver, &kind);
-}
-
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
@@ -223,20 +213,19 @@ void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__lcp_set(solver, settings));
+    return PERP__HANDLE_CALL(solver, &kind, perp__lcp_set(solver, settings));
 }
 
 perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,
                                   const double *lower, const double *upper)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__lcp_setup(solver, M, lower, upper));
+    return PERP__HANDLE_CALL(solver, &kind, perp__lcp_setup(solver, M, lower, upper));
 }
 
 perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
                                   perp_lcp_result *result, const double *q, const double *z0)
 {
-    return PERP__CALL(enter(solver), solver->context,
-                      perp__lcp_solve(solver, z, w, ray, result, q, z0));
+    return PERP__HANDLE_CALL(solver, &kind, perp__lcp_solve(solver, z, w, ray, result, q, z0));
 }
 
 perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "base/context.h"
 #include "linalg/factor/factor.h"
 
 void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_t entries,
@@ -127,8 +128,7 @@ perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t 
         const perp__square K = kernel_of(basis);
 
         status = perp__klu_reanalyse(basis->factor, &K);
-        if (status == PERP_OK)
-            status = perp__klu_factor(basis->factor, &K);
+        PERP__THEN(status, perp__klu_factor(basis->factor, &K));
     }
     return status;
 }

@@ -168,27 +168,6 @@ static void scale_other_diagonals(search *s)
     s->wanted = UNSET;
 }
 
-/* What is left has no diagonal at all: each component starts at its lowest index. */
-static void start_at_lowest(search *s)
-{
-    const int32_t n = s->M->rows;
-    int32_t *parents = s->queue;
-
-    for (int32_t i = 0; i < n; i++)
-        parents[i] = i;
-    for (int32_t j = 0; j < n; j++) {
-        const perp__line l = perp__line_of(s->M, j);
-
-        for (int32_t k = 0; k < l.count && s->level[j] == UNSET; k++)
-            if (l.values[k] != 0.0)
-                perp__join(parents, l.indices ? l.indices[k] : k, j);
-    }
-    /* the queue grows into parents that have been read: no more roots than rows up to here */
-    for (int32_t i = 0; i < n; i++)
-        if (s->level[i] == UNSET && parents[i] == i)
-            enqueue(s, i, 0, 0);
-}
-
 /* largest[i] := log2 of the largest entry in row and column i of the scaled matrix. */
 static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_t *largest)
 {
@@ -264,7 +243,7 @@ void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *wo
                 .unset = M->rows,
                 .symmetric = 1,
                 .wanted = UNSET};
-    int32_t i = 0;
+    int32_t *parents = s.queue, i = 0;
 
     /* 1. Most problems: every diagonal is positive, and nothing else counts. */
     while (i < M->rows && perp__diagonal_entry(M, i) > 0.0) {
@@ -292,11 +271,23 @@ void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *wo
             s.symmetric &= find_entry(M, j, M->row_indices[k]) != NULL;
     scale_other_diagonals(&s);
     spread(&s);
-    /* 4. What is left has no diagonal at all. */
-    if (s.unset > 0) {
-        start_at_lowest(&s);
-        spread(&s);
+    /* 4. What is left has no diagonal at all: each component starts at its lowest index. The queue
+     * grows into parents that have been read: no more roots than rows up to there. */
+    if (s.unset == 0)
+        return;
+    for (i = 0; i < M->rows; i++)
+        parents[i] = i;
+    for (int32_t j = 0; j < M->rows; j++) {
+        const perp__line l = perp__line_of(M, j);
+
+        for (int32_t k = 0; k < l.count && s.level[j] == UNSET; k++)
+            if (l.values[k] != 0.0)
+                perp__join(parents, l.indices ? l.indices[k] : k, j);
     }
+    for (i = 0; i < M->rows; i++)
+        if (s.level[i] == UNSET && parents[i] == i)
+            enqueue(&s, i, 0, 0);
+    spread(&s);
 }
 
 int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/context.h"
 #include "linalg/blas.h"
 
 /* Up to this size a product R A that working precision can't tell from I is formed again in doubled
@@ -194,12 +195,10 @@ perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
         }
     C.values = d->comparison;
     status = perp__kept_factor_analyse(&d->kept, context, &d->A);
-    if (status == PERP_OK)
-        status = perp__klu_factor(d->kept.factor, &d->A);
+    PERP__THEN(status, perp__klu_factor(d->kept.factor, &d->A));
     if (status == PERP_OK && !d->is_z_matrix) {
         status = perp__kept_factor_analyse(&d->kept_comparison, context, &C);
-        if (status == PERP_OK)
-            status = perp__klu_factor(d->kept_comparison.factor, &C);
+        PERP__THEN(status, perp__klu_factor(d->kept_comparison.factor, &C));
     }
     return status;
 }

@@ -187,7 +187,7 @@ perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check
         status = perp__refuse(context, "problem.jacobian is NULL");
     PERP__THEN(status, perp__check_vector(context, "z", z, (size_t)solver->model.n));
     PERP__THEN(status, check_all(solver, &own, z));
-    perp__ncp_destroy(solver);
+    perp__handle_end(solver);
     if (status == PERP_OK)
         perp__struct_write(check, &own, sizeof own);
     return perp__leave(context, status);

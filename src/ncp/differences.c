@@ -135,23 +135,6 @@ static perp_status shift(perp__ncp_model *m, const int32_t *columns, int32_t cou
     return status;
 }
 
-/* One column by itself, where the others' company, or this side of it, was outside. */
-static perp_status difference_alone(perp__ncp_model *m, int32_t j)
-{
-    perp_status status = PERP__NCP_OUTSIDE;
-    double wanted = m->step[j];
-
-    for (int32_t k = 0; k < SHRINKS && status == PERP__NCP_OUTSIDE; k++) {
-        m->step[j] = perp__ncp_fit_step(m, j, wanted);
-        if (m->step[j] != 0.0)
-            status = shift(m, &j, 1, 1.0, m->w_shifted);
-        wanted *= k % 2 == 0 ? -1.0 : SHRINK;
-    }
-    if (status == PERP_OK)
-        put(m, j, m->w_shifted, m->w_caller, m->step[j]);
-    return status;
-}
-
 /* The columns of one colour together, to both sides where that is asked for and there is room; else
  * one after the other. */
 static perp_status difference_together(perp__ncp_model *m, const int32_t *columns, int32_t count)
@@ -175,10 +158,23 @@ static perp_status difference_together(perp__ncp_model *m, const int32_t *column
         for (int32_t k = 0; k < count; k++)
             put(m, columns[k], high, both ? low : m->w_caller,
                 (both ? 2.0 : 1.0) * m->step[columns[k]]);
-    if (status == PERP__NCP_OUTSIDE) {
-        status = PERP_OK;
-        for (int32_t k = 0; k < count && status == PERP_OK; k++)
-            status = difference_alone(m, columns[k]);
+    if (status != PERP__NCP_OUTSIDE)
+        return status;
+    /* each by itself, where the others' company, or this side of it, was outside */
+    status = PERP_OK;
+    for (int32_t k = 0; k < count && status == PERP_OK; k++) {
+        const int32_t j = columns[k];
+        double wanted = m->step[j];
+
+        status = PERP__NCP_OUTSIDE;
+        for (int32_t s = 0; s < SHRINKS && status == PERP__NCP_OUTSIDE; s++) {
+            m->step[j] = perp__ncp_fit_step(m, j, wanted);
+            if (m->step[j] != 0.0)
+                status = shift(m, &j, 1, 1.0, m->w_shifted);
+            wanted *= s % 2 == 0 ? -1.0 : SHRINK;
+        }
+        if (status == PERP_OK)
+            put(m, j, m->w_shifted, m->w_caller, m->step[j]);
     }
     return status;
 }

@@ -8,23 +8,6 @@
  * descent method would call progress. */
 #define ORTHOGONAL 1e-4
 
-static double backward_error(const perp_ncp_solver *solver)
-{
-    const perp__ncp_model *m = &solver->model;
-    const perp__newton_run *f = &solver->run;
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        const double wrong =
-            perp__row_violation(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i]);
-        const double eta = wrong / m->w_unit[i] / (f->part[i] * f->image[i] + fabs(m->offset[i]));
-
-        if (wrong > 0.0)
-            perp__raise_to(&most, eta >= 0.0 ? eta : INFINITY);
-    }
-    return most;
-}
-
 /* The second witness on the linear problem, in the caller's units. */
 static double own_residual(perp_ncp_solver *solver)
 {
@@ -79,10 +62,18 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
             f->part[l.indices ? l.indices[k] : k] += fabs(l.values[k]);
         m->most[column_part[j]] = fmax(m->most[column_part[j]], fabs(f->z[j]));
     }
-    for (int32_t i = 0; i < m->n; i++)
-        f->image[i] = m->most[row_part[i]];
     evidence->tested = perp__ncp_tested(m, f->z, f->w);
-    evidence->backward = backward_error(solver);
+    evidence->backward = 0.0;
+    for (int32_t i = 0; i < m->n; i++) {
+        const double wrong =
+            perp__row_violation(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i]);
+        double eta;
+
+        f->image[i] = m->most[row_part[i]];
+        eta = wrong / m->w_unit[i] / (f->part[i] * f->image[i] + fabs(m->offset[i]));
+        if (wrong > 0.0)
+            perp__raise_to(&evidence->backward, eta >= 0.0 ? eta : INFINITY);
+    }
     evidence->own = evidence->tested;
     if (evidence->tested <= sqrt(solver->settings.tol))
         evidence->own = own_residual(solver);

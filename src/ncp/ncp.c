@@ -10,25 +10,14 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "base/random.h"
 #include "linalg/sparse_block.h"
 #include "ncp/solver.h"
 
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
  * perturbations of it from a generator with a fixed seed ---- */
 
-#define SEED UINT64_C(0x9e3779b97f4a7c15)
 #define START_TRIES 40 /* to find a point of the domain: 2^-20 .. 2^19 units */
-
-/* Steele, Lea & Flood, "Fast splittable pseudorandom number generators" (2014); in [-1, 1). */
-static double random_number(perp_ncp_solver *solver)
-{
-    uint64_t x = solver->random += SEED;
-
-    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-    x ^= x >> 31;
-    return ldexp((double)(x >> 11), -52) - 1.0;
-}
 
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 static perp_status find_start(perp_ncp_solver *solver, const double *z0)
@@ -38,7 +27,7 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
     double unit = 0.0;
     perp_status status;
 
-    solver->random = SEED;
+    solver->random = PERP__GOLDEN;
     for (int32_t i = 0; i < m->n; i++) {
         solver->start[i] = perp__clamp(z0 ? z0[i] : 0.0, m->lower[i], m->upper[i]);
         unit = fmax(unit, fabs(solver->start[i]));
@@ -55,7 +44,7 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
         /* off its bounds by about that, elsewhere at random */
         for (int32_t i = 0; i < m->n; i++) {
             const double z = solver->start[i], half = 0.5 * (m->upper[i] - m->lower[i]);
-            const double random = random_number(solver);
+            const double random = perp__draw(&solver->random);
             double shift = size * (0.75 + 0.25 * random);
 
             if (z == m->upper[i] || (z > m->lower[i] && random < 0.0))
@@ -228,25 +217,13 @@ static int32_t is_over(perp_ncp_solver *solver)
     return is_good(solver) || solver->model.control.ended >= 0;
 }
 
-/* A method that stops where its own scales are content, and the gate is not, goes on from there, up
- * to a hundredth and a ten-thousandth of tol; where digits are wanted and auto has other starts,
- * those are better. */
-static perp_status run_on(perp_ncp_solver *solver, int32_t method, double penalty)
-{
-    const int32_t last = solver->settings.polish && solver->settings.method == PERP_NCP_AUTO;
-    perp_status status = run(solver, method, penalty, 1.0);
-
-    for (double share = last ? 0.0 : 1e-2; share > 1e-5 && status == PERP_OK && !is_over(solver) &&
-                                           solver->run.outcome == PERP_OUTCOME_SOLVED;
-         share *= 1e-2)
-        status = run(solver, method, penalty, share);
-    return status;
-}
-
-/* Both methods from `from`, or the one asked for. */
+/* Both methods from `from`, or the one asked for. One that stops where its own scales are content,
+ * and the gate is not, goes on from there, up to a hundredth and a ten-thousandth of tol; where
+ * digits are wanted and auto has other starts, those are better. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
+    const double least = solver->settings.polish && asked == PERP_NCP_AUTO ? 1.0 : 1e-5;
     perp_status status = PERP_OK;
 
     for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
@@ -255,7 +232,11 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
 
         if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
             perp__copy(solver->candidate, from, solver->model.n);
-            status = run_on(solver, method, penalty);
+            status = run(solver, method, penalty, 1.0);
+            for (double share = 1e-2; share > least && status == PERP_OK && !is_over(solver) &&
+                                      solver->run.outcome == PERP_OUTCOME_SOLVED;
+                 share *= 1e-2)
+                status = run(solver, method, penalty, share);
         }
     }
     return status;
@@ -297,7 +278,7 @@ static perp_status restart(perp_ncp_solver *solver)
         for (int32_t i = 0; i < m->n; i++) {
             const double size = fmin(factor * solver->unit[i], m->upper[i] - m->lower[i]);
             const double z = solver->start[i];
-            double shift = size * random_number(solver);
+            double shift = size * perp__draw(&solver->random);
 
             if (z + shift < m->lower[i] || z + shift > m->upper[i])
                 shift = -shift;
@@ -393,21 +374,6 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
     return status;
 }
 
-/* F was defined nowhere, as far as time went: the start, and nothing else. */
-static void give_up(perp_ncp_solver *solver)
-{
-    for (int32_t i = 0; i < solver->model.n; i++) {
-        solver->best_z[i] = solver->start[i];
-        solver->best_w[i] = NAN;
-    }
-    solver->best.evidence = (perp__evidence){INFINITY, INFINITY, INFINITY, 0};
-    solver->best.natural = INFINITY;
-    solver->best.said = solver->model.control.ended >= 0 ? solver->model.control.ended
-                                                         : PERP_OUTCOME_EVALUATION_FAILED;
-    solver->best_method =
-        solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
-}
-
 perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
                             const double *z0)
 {
@@ -440,8 +406,19 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
     status = search(solver, z0);
     if (status < 0)
         return status;
-    if (status == PERP__NCP_OUTSIDE || solver->best_method < 0)
-        give_up(solver);
+    if (status == PERP__NCP_OUTSIDE || solver->best_method < 0) {
+        /* F was defined nowhere, as far as time went: the start, and nothing else */
+        for (int32_t i = 0; i < m->n; i++) {
+            solver->best_z[i] = solver->start[i];
+            solver->best_w[i] = NAN;
+        }
+        solver->best.evidence = (perp__evidence){INFINITY, INFINITY, INFINITY, 0};
+        solver->best.natural = INFINITY;
+        solver->best.said =
+            m->control.ended >= 0 ? m->control.ended : PERP_OUTCOME_EVALUATION_FAILED;
+        solver->best_method =
+            solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
+    }
     /* 3. Its answer. */
     own.outcome = verdict(solver, best);
     own.method = solver->best_method;

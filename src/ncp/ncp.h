@@ -7,8 +7,6 @@
 
 perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings);
-perp_status perp__ncp_set(perp_ncp_solver *solver, const perp_ncp_settings *settings);
-void perp__ncp_destroy(perp_ncp_solver *solver);
 perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem);
 perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
                             const double *z0);

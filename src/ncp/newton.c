@@ -159,28 +159,11 @@ void perp__ncp_fill(perp__newton_run *f, double rho)
     }
 }
 
-/* A step far beyond the problem's own size is one along a null vector of a matrix that rounding
- * alone keeps regular. */
-static perp_status solve(const perp__newton_run *f, double *x)
-{
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < 2 * f->model->n; i++)
-        largest = fmax(largest, f->model->omega[i]);
-    if (f->model->sparse)
-        perp__klu_solve(f->factor.factor, x, 0);
-    else
-        perp__lu_solve(f->model->n, f->H, f->model->n, f->pivots, x, 0);
-    for (int32_t i = 0; i < f->model->n; i++)
-        if (!(fabs(x[i]) <= FAR * largest))
-            return PERP__FACTOR_SINGULAR;
-    return PERP_OK;
-}
-
 perp_status perp__ncp_newton_direction(perp__newton_run *f, double rho)
 {
     const perp__ncp_model *m = f->model;
     const perp__square H = {m->n, f->H, m->starts, m->rows};
+    double largest = 0.0;
     perp_status status = PERP_OK;
 
     if (m->sparse)
@@ -194,7 +177,18 @@ perp_status perp__ncp_newton_direction(perp__newton_run *f, double rho)
         return status;
     for (int32_t i = 0; i < m->n; i++)
         f->d[i] = -f->equation[i];
-    return solve(f, f->d);
+    if (m->sparse)
+        perp__klu_solve(f->factor.factor, f->d, 0);
+    else
+        perp__lu_solve(m->n, f->H, m->n, f->pivots, f->d, 0);
+    /* A step far beyond the problem's own size is one along a null vector of a matrix that rounding
+     * alone keeps regular. */
+    for (int32_t i = 0; i < 2 * m->n; i++)
+        largest = fmax(largest, m->omega[i]);
+    for (int32_t i = 0; i < m->n; i++)
+        if (!(fabs(f->d[i]) <= FAR * largest))
+            return PERP__FACTOR_SINGULAR;
+    return PERP_OK;
 }
 
 void perp__ncp_gradient(perp__newton_run *f)

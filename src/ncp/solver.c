@@ -58,7 +58,7 @@ static void release(void *object)
     perp_ncp_solver *solver = object;
 
     perp__kept_factor_release(&solver->run.factor);
-    perp__lcp_destroy(solver->linear.lcp);
+    perp__handle_end(solver->linear.lcp);
     perp__arena_release(&solver->arena);
 }
 
@@ -75,16 +75,6 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
     status = read_settings(context, &made->settings, settings);
     PERP__HAND_OUT(status, made, solver);
     return status;
-}
-
-perp_status perp__ncp_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
-{
-    return read_settings(solver->context, &solver->settings, settings);
-}
-
-void perp__ncp_destroy(perp_ncp_solver *solver)
-{
-    perp__handle_end(solver);
 }
 
 static void layout(perp__arena *arena, void *object)
@@ -135,11 +125,6 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
     return PERP_OK;
 }
 
-static perp_status enter(perp_ncp_solver *solver)
-{
-    return perp__handle_enter(solver, &kind);
-}
-
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
                                    const perp_ncp_settings *settings)
 {
@@ -153,18 +138,19 @@ void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__ncp_set(solver, settings));
+    return PERP__HANDLE_CALL(solver, &kind,
+                             read_settings(solver->context, &solver->settings, settings));
 }
 
 perp_status perp_ncp_solver_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__ncp_setup(solver, problem));
+    return PERP__HANDLE_CALL(solver, &kind, perp__ncp_setup(solver, problem));
 }
 
 perp_status perp_ncp_solver_solve(perp_ncp_solver *solver, double *z, double *w,
                                   perp_ncp_result *result, const double *z0)
 {
-    return PERP__CALL(enter(solver), solver->context, perp__ncp_solve(solver, z, w, result, z0));
+    return PERP__HANDLE_CALL(solver, &kind, perp__ncp_solve(solver, z, w, result, z0));
 }
 
 perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp_result *result,
@@ -179,6 +165,6 @@ perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp
     status = perp__ncp_create(context, &solver, settings);
     PERP__THEN(status, perp__ncp_setup(solver, problem));
     PERP__THEN(status, perp__ncp_solve(solver, z, w, result, z0));
-    perp__ncp_destroy(solver);
+    perp__handle_end(solver);
     return perp__leave(context, status);
 }

@@ -128,18 +128,6 @@ void perp__answer_find_middle(const perp__answers *answers, perp__answer *answer
     }
 }
 
-/* Of two branches that meet, one is not stable: so is the point where they do. */
-static void take_label(const perp__answers *answers, perp__answer *old, const perp__answer *met)
-{
-    if (old->dimension > 0 || !old->stable || met->stable)
-        return;
-    old->stable = 0;
-    old->flutter = met->flutter;
-    old->eigenvalue_count = met->eigenvalue_count;
-    memcpy(old->eigenvalues, met->eigenvalues,
-           (size_t)answers->eigenvalues * sizeof *old->eigenvalues);
-}
-
 void perp__answers_keep(perp__answers *answers, perp__answer *answer)
 {
     perp__answer **link, *old;
@@ -147,7 +135,14 @@ void perp__answers_keep(perp__answers *answers, perp__answer *answer)
     for (old = answers->first; old; old = old->next)
         if ((old->dimension > 0 || answer->dimension == 0) &&
             answers->holds(answers->user, old, answer)) {
-            take_label(answers, old, answer);
+            /* of two branches that meet, one is not stable: so is the point where they do */
+            if (old->dimension == 0 && old->stable && !answer->stable) {
+                old->stable = 0;
+                old->flutter = answer->flutter;
+                old->eigenvalue_count = answer->eigenvalue_count;
+                memcpy(old->eigenvalues, answer->eigenvalues,
+                       (size_t)answers->eigenvalues * sizeof *old->eigenvalues);
+            }
             perp__answer_release(answers, answer);
             return;
         }

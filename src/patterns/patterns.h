@@ -32,14 +32,6 @@ perp_status perp__pattern_tree_search(perp__pattern_tree *tree);
 /* The number of patterns, or more than `most`. */
 int64_t perp__pattern_tree_count(const perp__pattern_tree *tree, int64_t most);
 
-/* Knuth's MMIX generator, for searches where patterns are too many. The upper bits are the good
- * ones. */
-static inline uint64_t perp__next_random(uint64_t *seed)
-{
-    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return *seed;
-}
-
 /* ---- the store ----------------------------------------------------------------------------- */
 
 /* An isolated answer is a family with one vertex. */

@@ -46,22 +46,6 @@ static perp_status keep(perp_world *world, perp__kept_state *kept)
     return status;
 }
 
-/* How far apart points of body i are in two states, at most, in place and in h v. */
-static double distance(const perp_world *world, int32_t i, const perp__state *a,
-                       const perp__state *b, double h)
-{
-    const double reach = world->bodies[i].radius;
-    double apart[3], speed[3], spin[3], turn[4];
-
-    perp__subtract3(apart, a->position, b->position);
-    perp__subtract3(speed, a->velocity, b->velocity);
-    perp__subtract3(spin, a->angular_velocity, b->angular_velocity);
-    for (int32_t k = 0; k < 4; k++)
-        turn[k] = 2.0 * (a->orientation[k] - b->orientation[k]);
-    return perp__length3(apart) + reach * perp__quaternion_norm(turn) +
-           h * (perp__length3(speed) + reach * perp__length3(spin));
-}
-
 /* One step more; the result is the worst of those so far. */
 static perp_status take(perp_world *world, attempt *trial, double h)
 {
@@ -104,9 +88,23 @@ static perp_status try_halves(perp_world *world, attempt *trial, double h)
     for (int32_t half = 0; half < 2 && status == PERP_OK && trial->advances; half++)
         status = take(world, trial, 0.5 * h);
     trial->error = trial->advances ? 0.0 : INFINITY;
-    for (int32_t i = 0; i < world->body_slots && trial->advances; i++)
-        if (world->bodies[i].alive && perp__is_dynamic(world, i))
-            trial->error = fmax(trial->error, distance(world, i, &whole[i], &world->states[i], h));
+    /* how far apart points of a body are in both, at most, in place and in h v */
+    for (int32_t i = 0; i < world->body_slots && trial->advances; i++) {
+        const perp__state *a = &whole[i], *b = &world->states[i];
+        const double reach = world->bodies[i].radius;
+        double apart[3], speed[3], spin[3], turn[4];
+
+        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
+            continue;
+        perp__subtract3(apart, a->position, b->position);
+        perp__subtract3(speed, a->velocity, b->velocity);
+        perp__subtract3(spin, a->angular_velocity, b->angular_velocity);
+        for (int32_t k = 0; k < 4; k++)
+            turn[k] = 2.0 * (a->orientation[k] - b->orientation[k]);
+        trial->error =
+            fmax(trial->error, perp__length3(apart) + reach * perp__quaternion_norm(turn) +
+                                   h * (perp__length3(speed) + reach * perp__length3(spin)));
+    }
     return status;
 }
 
@@ -188,11 +186,23 @@ static perp_status follow_parts(perp_world *world, perp_step_result *result, dou
     return status;
 }
 
-static perp_status choose_steps(perp_world *world, perp_step_result *result, double dt)
+perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
 {
     const perp_world_stats stats = world->stats;
-    perp_status status = keep(world, &world->begun), restored = PERP_OK;
+    perp_status status = PERP_OK, restored = PERP_OK;
 
+    /* 1. In one, where that will do. */
+    perp__open_budget(world);
+    world->divides = world->settings.error == 0.0;
+    if (world->divides)
+        status = perp__step(world, result, dt);
+    if (status != PERP_OK || (world->divides && !world->rough)) {
+        result->steps = 1;
+        result->error = NAN;
+        return status;
+    }
+    /* 2. Else in several: all of them, or none. */
+    status = keep(world, &world->begun);
     result->advanced = 1;
     if (status != PERP_OK)
         return status;
@@ -206,19 +216,4 @@ static perp_status choose_steps(perp_world *world, perp_step_result *result, dou
     world->stats.iterations = result->iterations;
     world->stats.steps = stats.steps + (result->advanced && status == PERP_OK);
     return status == PERP_OK ? restored : status;
-}
-
-perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
-{
-    perp_status status = PERP_OK;
-
-    perp__open_budget(world);
-    world->divides = world->settings.error == 0.0;
-    if (world->divides)
-        status = perp__step(world, result, dt);
-    if (status == PERP_OK && (!world->divides || world->rough))
-        return choose_steps(world, result, dt);
-    result->steps = 1;
-    result->error = NAN;
-    return status;
 }

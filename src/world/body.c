@@ -78,20 +78,6 @@ static perp_status check_state(const perp_world *world, perp__state *state, cons
     return status;
 }
 
-/* Room for one more body; on failure the old arrays are in place. */
-static perp_status reserve_body(perp_world *world)
-{
-    const perp__growing arrays[] = {
-        PERP__GROWING(world->bodies, world->body_slots, 1),
-        PERP__GROWING(world->states, world->body_slots, 1),
-        PERP__GROWING(world->clusters, world->body_slots, 1),
-        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
-
-    return world->free_body >= 0 ? PERP_OK
-                                 : perp__grow(world->context, "another body", &world->body_capacity,
-                                              (int64_t)world->body_slots + 1, arrays, 4);
-}
-
 /* Takes a free slot, or the next one; room is there. */
 static int32_t take_slot(perp_world *world, const perp__body *body, const perp__state *state)
 {
@@ -122,6 +108,11 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
 
 perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_settings *settings)
 {
+    const perp__growing arrays[] = {
+        PERP__GROWING(world->bodies, world->body_slots, 1),
+        PERP__GROWING(world->states, world->body_slots, 1),
+        PERP__GROWING(world->clusters, world->body_slots, 1),
+        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
     perp__body body;
     perp__state state;
     int32_t slot;
@@ -146,7 +137,9 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
                               "settings.velocity and angular_velocity of a static body must be 0");
     if (status == PERP_OK && body.kind == PERP_BODY_DYNAMIC)
         status = perp__body_mass(world, &body, settings->mass, settings->inertia);
-    PERP__THEN(status, reserve_body(world));
+    if (status == PERP_OK && world->free_body < 0)
+        status = perp__grow(world->context, "another body", &world->body_capacity,
+                            (int64_t)world->body_slots + 1, arrays, 4);
     if (status != PERP_OK)
         return status;
     slot = take_slot(world, &body, &state);
@@ -169,7 +162,7 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
 perp_status perp_world_add_body(perp_world *world, perp_body *body,
                                 const perp_body_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, add_body(world, body, settings));
+    return PERP__WORLD_CALL(world, add_body(world, body, settings));
 }
 
 static perp_status remove_body(perp_world *world, perp_body id)
@@ -196,7 +189,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
 
 perp_status perp_world_remove_body(perp_world *world, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, remove_body(world, body));
+    return PERP__WORLD_CALL(world, remove_body(world, body));
 }
 
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
@@ -224,7 +217,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
 
 perp_status perp_world_get_body(const perp_world *world, perp_body_state *state, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, get_body(world, state, body));
+    return PERP__WORLD_CALL(world, get_body(world, state, body));
 }
 
 static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
@@ -272,7 +265,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
 
 perp_status perp_world_set_body(perp_world *world, const perp_body_state *state, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, set_body(world, state, body));
+    return PERP__WORLD_CALL(world, set_body(world, state, body));
 }
 
 static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
@@ -297,8 +290,7 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
 perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
                                 perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      get_mass(world, mass, inertia, body));
+    return PERP__WORLD_CALL(world, get_mass(world, mass, inertia, body));
 }
 
 static perp_status get_states(const perp_world *world, perp_world_states *states)
@@ -323,21 +315,18 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
 
 perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, get_states(world, states));
+    return PERP__WORLD_CALL(world, get_states(world, states));
 }
 
 static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
 {
     perp_status status = perp__check_pointer(world->context, "slot", slot);
-    int32_t found;
 
-    PERP__THEN(status, perp__find_body(world, &found, id));
-    if (status == PERP_OK)
-        *slot = found;
+    PERP__THEN(status, perp__find_body(world, slot, id));
     return status;
 }
 
 perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, body_slot(world, slot, body));
+    return PERP__WORLD_CALL(world, body_slot(world, slot, body));
 }

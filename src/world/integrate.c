@@ -40,22 +40,6 @@ static void scaled_turn(const perp_world *world, perp__state *state, double h, c
     perp__turn(world, state, turn);
 }
 
-/* The smallest rotation that brings `from` into the direction of `to`. */
-static void align(const perp_world *world, perp__state *state, const double *from, const double *to)
-{
-    double product = perp__length3(from) * perp__length3(to);
-    double rotation[4], turned[4];
-
-    rotation[0] = product + perp__dot3(from, to);
-    perp__cross(rotation + 1, from, to);
-    if (world->settings.planar || !(rotation[0] > 0.5 * product))
-        return; /* no direction to keep, or far off: steps of many radians */
-    perp__quaternion_normalise(rotation);
-    perp__quaternion_product(turned, rotation, state->orientation);
-    perp__quaternion_normalise(turned);
-    memcpy(state->orientation, turned, sizeof turned);
-}
-
 /* Angular momentum R I w in the world frame. */
 static void momentum_of(const perp_world *world, const perp__body *body, const perp__state *state,
                         const double *w, double *momentum)
@@ -76,6 +60,7 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__state *next = &world->next[i];
     perp__state halfway = *old;
     double R[9], w[3], w_next[3], torque[3], mean[3], before[3], after[3];
+    double rotation[4], turned[4], product;
 
     world->motions[i].enclosed = 0; /* it does not turn by the motion at hand alone */
     perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
@@ -90,7 +75,17 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     momentum_of(world, body, old, w, before);
     perp__add3(before, h, old->torque);
     momentum_of(world, body, next, w_next, after);
-    align(world, next, after, before);
+    /* the smallest rotation that brings the momentum that is into that which should be; there is no
+     * direction to keep, or it is far off, in steps of many radians */
+    product = perp__length3(after) * perp__length3(before);
+    rotation[0] = product + perp__dot3(after, before);
+    perp__cross(rotation + 1, after, before);
+    if (!world->settings.planar && rotation[0] > 0.5 * product) {
+        perp__quaternion_normalise(rotation);
+        perp__quaternion_product(turned, rotation, next->orientation);
+        perp__quaternion_normalise(turned);
+        memcpy(next->orientation, turned, sizeof turned);
+    }
     perp__rotation_of(world, next, R);
     perp__apply3(next->angular_velocity, R, w_next);
 }
@@ -238,14 +233,6 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
     }
 }
 
-static int32_t is_turned(const perp_world *world, int32_t i)
-{
-    const perp__state *old = &world->states[i], *next = &world->next[i];
-
-    return old->angle != next->angle ||
-           memcmp(old->orientation, next->orientation, sizeof old->orientation) != 0;
-}
-
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -273,10 +260,14 @@ static void integrate(perp_world *world, perp__share *share, double h)
         if (!is_finite(next))
             share->found = body;
         else if (!motion->enclosed || perp__has_pairs(world, body)) {
+            const perp__state *old = &world->states[body];
             const int32_t anew = motion->placed != world->coasting;
+            const int32_t turns =
+                anew || old->angle != next->angle ||
+                memcmp(old->orientation, next->orientation, sizeof old->orientation) != 0;
 
             if (anew || !perp__is_zero3(motion->moving) || !perp__stays(world, body))
-                perp__place_body(world, world->next, body, anew || is_turned(world, body));
+                perp__place_body(world, world->next, body, turns);
             motion->placed = world->coasting + 1;
         }
     }

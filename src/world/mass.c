@@ -35,22 +35,6 @@ static int32_t cholesky3(double *L, const double *A, double shift, double least)
     return 1;
 }
 
-/* X = L^-1 for lower triangular L. */
-static void invert_lower3(double *X, const double *L)
-{
-    memset(X, 0, 9 * sizeof *X);
-    for (int32_t j = 0; j < 3; j++) {
-        X[3 * j + j] = 1.0 / L[3 * j + j];
-        for (int32_t i = j + 1; i < 3; i++) {
-            double entry = 0.0;
-
-            for (int32_t k = j; k < i; k++)
-                entry -= L[3 * i + k] * X[3 * k + j];
-            X[3 * i + j] = entry / L[3 * i + i];
-        }
-    }
-}
-
 static void transpose3(double *B, const double *A)
 {
     for (int32_t i = 0; i < 3; i++)
@@ -58,24 +42,13 @@ static void transpose3(double *B, const double *A)
             B[3 * i + j] = A[3 * j + i];
 }
 
-/* A mass distribution has I = (trace S) E - S with S its second moments, which are positive
- * semidefinite: S = (trace I / 2) E - I. In principal axes this is the triangle inequality. */
-static int32_t triangle_inequality(const double *I)
-{
-    const double slack = 1e-9; /* thin plates and rods lie on the edge; data have rounded digits */
-    double trace = I[0] + I[4] + I[8];
-    double negative[9], L[9];
-
-    for (int32_t i = 0; i < 9; i++)
-        negative[i] = -I[i];
-    return cholesky3(L, negative, (0.5 + slack) * trace, 0.0);
-}
-
 static perp_status check_inertia(perp_context *context, const double *I)
 {
     const double symmetry = 1e-12;
+    const double slack = 1e-9; /* thin plates and rods lie on the edge; data have rounded digits */
+    const double trace = I[0] + I[4] + I[8];
     double scale = fabs(I[0]) + fabs(I[4]) + fabs(I[8]);
-    double L[9];
+    double negative[9], L[9];
     perp_status status = perp__check_finite(context, "settings.inertia", I, 9);
 
     if (status != PERP_OK)
@@ -85,7 +58,11 @@ static perp_status check_inertia(perp_context *context, const double *I)
         return perp__refuse(context, "settings.inertia is not symmetric");
     if (!cholesky3(L, I, 0.0, 16.0 * PERP__EPSILON))
         return perp__refuse(context, "settings.inertia is not positive definite");
-    if (!triangle_inequality(I))
+    /* A mass distribution has I = (trace S) E - S with S its second moments, which are positive
+     * semidefinite: S = (trace I / 2) E - I. In principal axes this is the triangle inequality. */
+    for (int32_t i = 0; i < 9; i++)
+        negative[i] = -I[i];
+    if (!cholesky3(L, negative, (0.5 + slack) * trace, 0.0))
         return perp__refuse(context,
                             "settings.inertia violates the triangle inequality: no mass "
                             "distribution has a principal moment above the sum of the others");
@@ -102,7 +79,17 @@ static void spatial_inertia(perp__body *body, const double *I)
             symmetric[3 * i + j] = 0.5 * (I[3 * i + j] + I[3 * j + i]);
     memcpy(body->inertia, symmetric, sizeof symmetric);
     (void)cholesky3(L, symmetric, 0.0, 0.0);
-    invert_lower3(inverse, L);
+    memset(inverse, 0, sizeof inverse); /* L^-1 */
+    for (int32_t j = 0; j < 3; j++) {
+        inverse[3 * j + j] = 1.0 / L[3 * j + j];
+        for (int32_t i = j + 1; i < 3; i++) {
+            double entry = 0.0;
+
+            for (int32_t k = j; k < i; k++)
+                entry -= L[3 * i + k] * inverse[3 * k + j];
+            inverse[3 * i + j] = entry / L[3 * i + i];
+        }
+    }
     transpose3(body->inverse_factor, L);
     transpose3(body->factor, inverse);
     perp__multiply_transposed3(body->inverse_inertia, body->factor, body->factor);

@@ -56,22 +56,6 @@ void perp__place(perp_world *world, const perp__state *states)
     }
 }
 
-/* x = A^-1 b by Cramer's rule; returns 0 where A is singular. */
-static int32_t solve3(double *x, const double *A, const double *b)
-{
-    double c0[3], c1[3], c2[3], determinant;
-
-    perp__cross(c0, A + 3, A + 6);
-    perp__cross(c1, A + 6, A);
-    perp__cross(c2, A, A + 3);
-    determinant = perp__dot3(A, c0);
-    if (determinant == 0.0)
-        return 0;
-    for (int32_t i = 0; i < 3; i++)
-        x[i] = (c0[i] * b[0] + c1[i] * b[1] + c2[i] * b[2]) / determinant;
-    return 1;
-}
-
 /* One Newton step on
  *   f(w+) = I (w+ - w) + h m x (I m) - h torque,   m = (w+ + w)/2,
  *   f'    = I + h/2 ([m]x I - [I m]x).
@@ -80,6 +64,7 @@ static double newton_step(const double *I, double h, const double *w, const doub
                           double *w_next)
 {
     double m[3], Im[3], cross[3], f[3], change[3], difference[3], jacobian[9];
+    double inverse[3][3], determinant;
 
     for (int32_t i = 0; i < 3; i++) {
         m[i] = 0.5 * (w_next[i] + w[i]);
@@ -100,8 +85,16 @@ static double newton_step(const double *I, double h, const double *w, const doub
         for (int32_t i = 0; i < 3; i++)
             jacobian[3 * i + j] = I[3 * i + j] + 0.5 * h * (turned[i] - crossed[i]);
     }
-    if (!solve3(change, jacobian, f))
+    /* Cramer's rule */
+    perp__cross(inverse[0], jacobian + 3, jacobian + 6);
+    perp__cross(inverse[1], jacobian + 6, jacobian);
+    perp__cross(inverse[2], jacobian, jacobian + 3);
+    determinant = perp__dot3(jacobian, inverse[0]);
+    if (determinant == 0.0)
         return -1.0;
+    for (int32_t i = 0; i < 3; i++)
+        change[i] =
+            (inverse[0][i] * f[0] + inverse[1][i] * f[1] + inverse[2][i] * f[2]) / determinant;
     for (int32_t i = 0; i < 3; i++)
         w_next[i] -= change[i];
     return perp__length3(change) / (perp__length3(w_next) + perp__length3(w));
@@ -152,23 +145,6 @@ void perp__push_freely(const perp_world *world, int32_t i, double h, double *fre
     perp__add3(free + 3, h, change);
 }
 
-/* With w_f from Euler's equations with the frame frozen. */
-static void free_velocity(perp_world *world, int32_t i, double h)
-{
-    const perp__body *body = &world->bodies[i];
-    const perp__state *state = &world->states[i];
-    perp__motion *motion = &world->motions[i];
-    double w[3], w_next[3], torque[3];
-
-    perp__push_freely(world, i, h, motion->free);
-    if (body->spherical)
-        return;
-    perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
-    perp__apply_transposed3(torque, motion->rotation, state->torque);
-    perp__euler_step(body, h, w, torque, w_next);
-    perp__apply3(motion->free + 3, motion->rotation, w_next);
-}
-
 void perp__keep_placed(perp_world *world, int32_t body)
 {
     perp__motion *motion = &world->motions[body];
@@ -183,6 +159,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     const perp__state *state = &world->states[body];
     perp__motion *motion = &world->motions[body];
     perp__role *role = &world->roles[body];
+    double w[3], w_next[3], torque[3];
 
     perp__keep_placed(world, body);
     for (int32_t k = 0; k < 3; k++) {
@@ -191,7 +168,14 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     }
     role->dynamic = (int8_t)perp__is_dynamic(world, body);
     if (role->dynamic)
-        free_velocity(world, body, h);
+        perp__push_freely(world, body, h, motion->free);
+    if (role->dynamic && !world->bodies[body].spherical) {
+        /* w_f from Euler's equations with the frame frozen */
+        perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
+        perp__apply_transposed3(torque, motion->rotation, state->torque);
+        perp__euler_step(&world->bodies[body], h, w, torque, w_next);
+        perp__apply3(motion->free + 3, motion->rotation, w_next);
+    }
     for (int32_t k = 0; k < 6; k++) {
         const double free = motion->free[k];
 

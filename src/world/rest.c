@@ -108,31 +108,10 @@ static void merge_roused(perp_world *world)
     world->awake_count += world->roused_count;
 }
 
-/* Leaves out what sleeps or was removed; lists the shapes. */
-static void finish_list(perp_world *world)
-{
-    int32_t i, count = 0, shape;
-
-    world->awake_shape_count = 0;
-    for (i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
-
-        if (!world->bodies[body].alive)
-            world->bodies[body].awake = 0;
-        if (!world->bodies[body].awake)
-            continue;
-        world->awake[count++] = body;
-        for (shape = world->bodies[body].first_shape; shape != NONE;
-             shape = world->shapes[shape].next_of_body)
-            world->awake_shapes[world->awake_shape_count++] = shape;
-    }
-    world->awake_count = count;
-    world->awake_changed = 0;
-    world->pairs_changed = 2;
-}
-
 void perp__list_awake(perp_world *world)
 {
+    int32_t count = 0;
+
     if (world->roused_count <= MANY_ROUSED) {
         merge_roused(world);
     } else { /* from all slots */
@@ -144,7 +123,23 @@ void perp__list_awake(perp_world *world)
         }
     }
     world->roused_count = 0;
-    finish_list(world);
+    /* what sleeps or was removed is left out, and the shapes are listed */
+    world->awake_shape_count = 0;
+    for (int32_t i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        if (!world->bodies[body].alive)
+            world->bodies[body].awake = 0;
+        if (!world->bodies[body].awake)
+            continue;
+        world->awake[count++] = body;
+        for (int32_t shape = world->bodies[body].first_shape; shape != NONE;
+             shape = world->shapes[shape].next_of_body)
+            world->awake_shapes[world->awake_shape_count++] = shape;
+    }
+    world->awake_count = count;
+    world->awake_changed = 0;
+    world->pairs_changed = 2;
 }
 
 /* ---- what contacts are kept as ---- */
@@ -172,32 +167,26 @@ void perp__forget_naps(perp_world *world)
     world->free_kept = world->first_orphan = NONE;
 }
 
-static perp__kept *take_kept(perp_world *world, perp__pair *pair)
+/* Keeps contact i of the last step, whose pair's memories were written, behind what its pair kept
+ * before. */
+static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
 {
-    int32_t *link = &pair->first_kept;
-    int32_t slot = world->free_kept;
+    const perp__world_contact *contact = &world->last.contacts[i];
+    perp__pair *pair = &world->pairs[contact->pair];
+    perp__tie *tie = &world->last.ties[i];
+    int32_t *link = &pair->first_kept, slot = world->free_kept;
+    perp__kept *kept;
 
     if (slot != NONE)
         world->free_kept = world->kept[slot].next;
     else
         slot = world->kept_slots++;
-    while (*link != NONE) /* in their order */
+    while (*link != NONE)
         link = &world->kept[*link].next;
     *link = slot;
-    memset(&world->kept[slot], 0, sizeof *world->kept);
-    world->kept[slot].next = NONE;
+    kept = memset(&world->kept[slot], 0, sizeof *kept);
+    kept->next = NONE;
     world->kept_count++;
-    return &world->kept[slot];
-}
-
-/* Keeps contact i of the last step, whose pair's memories were written. */
-static void keep_contact(perp_world *world, int32_t i, perp__nap *nap)
-{
-    const perp__world_contact *contact = &world->last.contacts[i];
-    perp__pair *pair = &world->pairs[contact->pair];
-    perp__kept *kept = take_kept(world, pair);
-    perp__tie *tie = &world->last.ties[i];
-
     perp__write_memory(&world->last, i, &kept->memory);
     kept->order = perp__contact_order(contact);
     kept->included = tie->included;
@@ -255,29 +244,24 @@ static void find_calm(perp_world *world)
     }
 }
 
-static int32_t begin_nap(perp_world *world)
-{
-    int32_t slot = world->free_nap;
-    perp__nap *nap;
-
-    if (slot != NONE)
-        world->free_nap = world->naps[slot].next_free;
-    else
-        slot = world->nap_slots++;
-    nap = &world->naps[slot];
-    memset(nap, 0, sizeof *nap);
-    nap->first = nap->last = NONE;
-    return slot;
-}
-
 /* The body joins the nap of its set's root, which is the first of it. */
 static void join_nap(perp_world *world, int32_t body, int32_t root)
 {
     const perp__verdict *verdict = &world->motions[body].verdict;
+    const int32_t begins = body == root;
+    int32_t slot = begins ? world->free_nap : world->bodies[root].nap;
     perp__nap *nap;
 
-    world->bodies[body].nap = body == root ? begin_nap(world) : world->bodies[root].nap;
-    nap = &world->naps[world->bodies[body].nap];
+    if (begins && slot != NONE)
+        world->free_nap = world->naps[slot].next_free;
+    else if (begins)
+        slot = world->nap_slots++;
+    nap = &world->naps[slot];
+    if (begins) {
+        memset(nap, 0, sizeof *nap);
+        nap->first = nap->last = NONE;
+    }
+    world->bodies[body].nap = slot;
     if (nap->first == NONE)
         nap->first = body;
     else
@@ -290,11 +274,24 @@ static void join_nap(perp_world *world, int32_t body, int32_t root)
     nap->solved += verdict->leads && verdict->stages > 0;
 }
 
-/* Those whose sets are calm; what does not move by itself sleeps where it is. */
-static int32_t put_to_sleep(perp_world *world)
+void perp__fall_asleep(perp_world *world)
 {
-    int32_t i, slept = 0;
+    const perp__growing naps = PERP__GROWING(world->naps, world->nap_slots, 1);
+    const perp__growing kept = PERP__GROWING(world->kept, world->kept_slots, 1);
+    perp__nap *all = &world->asleep;
+    int32_t i, calm = 0, slept = 0;
 
+    /* 1. Not where nothing is calm, or without room. */
+    for (i = 0; i < world->lively_count; i++)
+        calm += is_calm(world, world->lively[i]);
+    if (calm == 0 || world->settings.max_iterations > 0 || world->settings.wakeful ||
+        perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + calm,
+                   &naps, 1) != PERP_OK ||
+        perp__grow(world->context, NULL, &world->kept_capacity,
+                   (int64_t)world->kept_count + world->last.count, &kept, 1) != PERP_OK)
+        return;
+    /* 2. Those whose sets are calm; what does not move by itself sleeps where it is. */
+    find_calm(world);
     for (i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i], root = perp__root_of(world->parent, body);
 
@@ -306,14 +303,18 @@ static int32_t put_to_sleep(perp_world *world)
         world->moved[body] = 0;
         slept++;
     }
-    return slept;
-}
+    if (slept == 0)
+        return;
+    /* 3. Their contacts, and what all that sleeps is. */
+    for (i = 0; i < world->last.count; i++) {
+        const int32_t *body = world->last.ties[i].body;
+        const int32_t a = world->bodies[body[0]].nap;
+        const int32_t nap = a != NONE ? a : world->bodies[body[1]].nap;
 
-static void count_naps(perp_world *world)
-{
-    perp__nap *all = &world->asleep;
-
-    for (int32_t i = 0; i < world->awake_count; i++) {
+        if (nap != NONE)
+            keep_contact(world, i, &world->naps[nap]);
+    }
+    for (i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const perp__nap *nap = &world->naps[world->bodies[body].nap];
 
@@ -326,34 +327,6 @@ static void count_naps(perp_world *world)
         all->rounded += nap->rounded;
         perp__raise_to(&all->residual, nap->residual);
     }
-}
-
-void perp__fall_asleep(perp_world *world)
-{
-    const perp__growing naps = PERP__GROWING(world->naps, world->nap_slots, 1);
-    const perp__growing kept = PERP__GROWING(world->kept, world->kept_slots, 1);
-    int32_t i, calm = 0;
-
-    for (i = 0; i < world->lively_count; i++)
-        calm += is_calm(world, world->lively[i]);
-    if (calm == 0 || world->settings.max_iterations > 0 || world->settings.wakeful ||
-        perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + calm,
-                   &naps, 1) != PERP_OK ||
-        perp__grow(world->context, NULL, &world->kept_capacity,
-                   (int64_t)world->kept_count + world->last.count, &kept, 1) != PERP_OK)
-        return; /* without room all stay awake */
-    find_calm(world);
-    if (put_to_sleep(world) == 0)
-        return;
-    for (i = 0; i < world->last.count; i++) {
-        const int32_t *body = world->last.ties[i].body;
-        const int32_t a = world->bodies[body[0]].nap;
-        const int32_t nap = a != NONE ? a : world->bodies[body[1]].nap;
-
-        if (nap != NONE)
-            keep_contact(world, i, &world->naps[nap]);
-    }
-    count_naps(world);
     perp__list_awake(world);
 }
 

@@ -62,17 +62,6 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
     return PERP_OK;
 }
 
-static perp_status reserve_shape(perp_world *world)
-{
-    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
-                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
-
-    return world->free_shape >= 0
-               ? PERP_OK
-               : perp__grow(world->context, "another shape", &world->shape_capacity,
-                            (int64_t)world->shape_slots + 1, arrays, 2);
-}
-
 void perp__remove_shapes(perp_world *world, int32_t body)
 {
     int32_t i;
@@ -93,29 +82,12 @@ void perp__remove_shapes(perp_world *world, int32_t body)
     world->bodies[body].shapes = 0;
 }
 
-/* A new shape goes on the lists of its body's, and of the half-spaces; its pairs come with the next
- * step. */
-static void enlist(perp_world *world, int32_t i)
-{
-    perp__shape *shape = &world->shapes[i];
-
-    shape->leaf = shape->first_link = -1;
-    shape->mark = 0;
-    shape->next_of_body = world->bodies[shape->body].first_shape;
-    world->bodies[shape->body].first_shape = i;
-    perp__note_put(world, shape->body);
-    perp__disturb(world, shape->body);
-    if (shape->geometry.kind == PERP__PLANE) {
-        shape->next_plane = world->first_plane;
-        world->first_plane = i;
-        world->planes_changed = 1;
-    }
-}
-
 /* Puts `shape`, complete but for body and slot, on the body. */
 static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body body_id,
                                 const perp__shape *shape)
 {
+    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
+                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
     uint32_t generation = 1;
     int32_t slot, body;
     perp__shape *own;
@@ -124,7 +96,9 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     if (status == PERP_OK && shape->geometry.kind == PERP__PLANE && perp__is_dynamic(world, body))
         status = perp__refuse(world->context,
                               "body is dynamic: a half-space may be on a static or kinematic body");
-    PERP__THEN(status, reserve_shape(world));
+    if (status == PERP_OK && world->free_shape < 0)
+        status = perp__grow(world->context, "another shape", &world->shape_capacity,
+                            (int64_t)world->shape_slots + 1, arrays, 2);
     PERP__THEN(status, perp__add_shape_mass(world, &world->bodies[body], shape));
     if (status != PERP_OK)
         return status;
@@ -142,7 +116,18 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     own->body = body;
     own->generation = generation;
     own->reach = perp__length3(own->offset) + own->radius;
-    enlist(world, slot);
+    /* on the lists of its body's, and of the half-spaces; its pairs come with the next step */
+    own->leaf = own->first_link = -1;
+    own->mark = 0;
+    own->next_of_body = world->bodies[body].first_shape;
+    world->bodies[body].first_shape = slot;
+    perp__note_put(world, body);
+    perp__disturb(world, body);
+    if (own->geometry.kind == PERP__PLANE) {
+        own->next_plane = world->first_plane;
+        world->first_plane = slot;
+        world->planes_changed = 1;
+    }
     world->bodies[body].shapes++;
     if (own->geometry.kind != PERP__PLANE && own->reach > world->bodies[body].radius)
         world->bodies[body].radius = own->reach;
@@ -152,112 +137,82 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     return PERP_OK;
 }
 
+/* The same of one whose settings are still the caller's. */
+static perp_status add_shape(perp_world *world, perp_shape *id, perp_body body, perp__shape *shape,
+                             const perp_shape_settings *settings)
+{
+    const perp_status status = read_settings(world, shape, settings);
+
+    return status == PERP_OK ? attach_shape(world, id, body, shape) : status;
+}
+
 static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body, double radius,
                               const perp_shape_settings *settings)
 {
-    perp__shape shape;
-    perp_status status;
+    perp__shape shape = {.geometry = {.kind = PERP__SPHERE, .radius = radius},
+                         .radius = radius,
+                         .thickness = radius > 0.0 ? radius : INFINITY};
+    perp_status status = perp__check_finite(world->context, "radius", &radius, 1);
 
-    memset(&shape, 0, sizeof shape);
-    status = perp__check_finite(world->context, "radius", &radius, 1);
     if (status == PERP_OK && radius < 0.0)
         status = perp__refuse(world->context, "radius is %g, >= 0 expected", radius);
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__SPHERE;
-    shape.geometry.radius = radius;
-    shape.radius = radius;
-    shape.thickness = radius > 0.0 ? radius : INFINITY;
-    return attach_shape(world, id, body, &shape);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                   double radius, const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_sphere(world, shape, body, radius, settings));
+    return PERP__WORLD_CALL(world, add_sphere(world, shape, body, radius, settings));
 }
 
 static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
                            const double *half_extents, const perp_shape_settings *settings)
 {
-    size_t dimensions = world->settings.planar ? 2 : 3;
-    perp__shape shape;
+    const size_t dimensions = world->settings.planar ? 2 : 3;
+    perp__shape shape = {.geometry = {.kind = PERP__BOX}, .thickness = INFINITY};
     perp_status status = perp__check_pointer(world->context, "half_extents", half_extents);
 
-    memset(&shape, 0, sizeof shape);
     PERP__THEN(status,
                perp__check_finite(world->context, "half_extents", half_extents, dimensions));
-    for (size_t i = 0; status == PERP_OK && i < dimensions; i++)
+    for (size_t i = 0; status == PERP_OK && i < dimensions; i++) {
         if (half_extents[i] <= 0.0)
             status = perp__refuse(world->context, "half_extents[%zu] is %g, > 0 expected", i,
                                   half_extents[i]);
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__BOX;
-    for (size_t i = 0; i < dimensions; i++)
         shape.geometry.half_extents[i] = half_extents[i];
-    shape.radius = perp__length3(shape.geometry.half_extents);
-    shape.thickness = INFINITY;
-    for (size_t i = 0; i < dimensions; i++)
         shape.thickness = fmin(shape.thickness, half_extents[i]);
-    return attach_shape(world, id, body, &shape);
+    }
+    shape.radius = perp__length3(shape.geometry.half_extents);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                const double *half_extents, const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_box(world, shape, body, half_extents, settings));
+    return PERP__WORLD_CALL(world, add_box(world, shape, body, half_extents, settings));
 }
 
 static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body, double radius,
                                double half_length, const perp_shape_settings *settings)
 {
-    perp__shape shape;
-    perp_status status;
+    perp__shape shape = {
+        .geometry = {.kind = PERP__CAPSULE, .radius = radius, .half_extents = {half_length}},
+        .radius = half_length + radius,
+        .thickness = radius};
+    perp_status status = perp__check_finite(world->context, "radius", &radius, 1);
 
-    memset(&shape, 0, sizeof shape);
-    status = perp__check_finite(world->context, "radius", &radius, 1);
     PERP__THEN(status, perp__check_finite(world->context, "half_length", &half_length, 1));
     if (status == PERP_OK && radius <= 0.0)
         status = perp__refuse(world->context, "radius is %g, > 0 expected", radius);
     if (status == PERP_OK && half_length < 0.0)
         status = perp__refuse(world->context, "half_length is %g, >= 0 expected", half_length);
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__CAPSULE;
-    shape.geometry.radius = radius;
-    shape.geometry.half_extents[0] = half_length;
-    shape.radius = half_length + radius;
-    shape.thickness = radius;
-    return attach_shape(world, id, body, &shape);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_body body,
                                    double radius, double half_length,
                                    const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_capsule(world, shape, body, radius, half_length, settings));
-}
-
-static perp_status check_points(const perp_world *world, const double *points, int32_t count)
-{
-    const int32_t least = world->settings.planar ? 3 : 4;
-    perp_status status = perp__check_pointer(world->context, "points", points);
-
-    if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
-        return perp__refuse(world->context, "count is %d, >= %d expected", (int)count, (int)least);
-    PERP__THEN(status, perp__check_finite(world->context, "points", points, 3 * (size_t)count));
-    for (int32_t i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
-        if (points[3 * i + 2] != 0.0)
-            status = perp__refuse(world->context, "points[%d] is %g, 0 expected in a planar world",
-                                  (int)(3 * i + 2), points[3 * i + 2]);
-    return status;
+    return PERP__WORLD_CALL(world, add_capsule(world, shape, body, radius, half_length, settings));
 }
 
 /* The shape's centre becomes that of the hull, which is where its corners are measured from. */
@@ -267,13 +222,19 @@ static perp_status add_hull(perp_world *world, perp_shape *id, perp_body body, c
     perp__shape shape;
     perp__hull *hull = NULL;
     double centre[3], turned[3];
-    perp_status status = check_points(world, points, count);
+    const int32_t planar = world->settings.planar, least = planar ? 3 : 4;
+    perp_status status = perp__check_pointer(world->context, "points", points);
 
+    if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
+        return perp__refuse(world->context, "count is %d, >= %d expected", (int)count, (int)least);
+    PERP__THEN(status, perp__check_finite(world->context, "points", points, 3 * (size_t)count));
+    for (int32_t i = 0; i < count && status == PERP_OK && planar; i++)
+        if (points[3 * i + 2] != 0.0)
+            status = perp__refuse(world->context, "points[%d] is %g, 0 expected in a planar world",
+                                  (int)(3 * i + 2), points[3 * i + 2]);
     memset(&shape, 0, sizeof shape);
     PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status == PERP_OK)
-        status =
-            perp__hull_make(world->context, &hull, centre, points, count, world->settings.planar);
+    PERP__THEN(status, perp__hull_make(world->context, &hull, centre, points, count, planar));
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__HULL;
@@ -293,32 +254,20 @@ perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body 
                                 const double *points, int32_t count,
                                 const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_hull(world, shape, body, points, count, settings));
+    return PERP__WORLD_CALL(world, add_hull(world, shape, body, points, count, settings));
 }
 
-/* The normal is scaled by its largest entry first: it may be as long or short as a double goes. A
- * unit normal keeps its bits. */
+/* The normal may be as long or short as a double goes. A unit normal keeps its bits. */
 static perp_status unit_normal(const perp_world *world, double *unit, const double *normal)
 {
-    double largest, length;
     perp_status status = perp__check_pointer(world->context, "normal", normal);
 
     PERP__THEN(status, perp__check_vector3(world, "normal", normal));
     if (status != PERP_OK)
         return status;
-    largest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
-    if (largest == 0.0)
-        return perp__refuse(world->context, "normal is zero");
     perp__copy3(unit, normal);
-    length = perp__length3(unit);
-    if (fabs(length - 1.0) <= 2.0 * PERP__EPSILON)
-        return PERP_OK;
-    for (int32_t i = 0; i < 3; i++)
-        unit[i] = normal[i] / largest;
-    length = perp__length3(unit);
-    for (int32_t i = 0; i < 3; i++)
-        unit[i] /= length;
+    if (!(fabs(perp__length3(unit) - 1.0) <= 2.0 * PERP__EPSILON) && perp__normalise3(unit) == 0.0)
+        return perp__refuse(world->context, "normal is zero");
     return PERP_OK;
 }
 
@@ -326,25 +275,17 @@ static perp_status add_plane(perp_world *world, perp_shape *id, perp_body body,
                              const double *normal, double offset,
                              const perp_shape_settings *settings)
 {
-    perp__shape shape;
-    perp_status status;
+    perp__shape shape = {.geometry = {.kind = PERP__PLANE, .offset = offset},
+                         .thickness = INFINITY};
+    perp_status status = unit_normal(world, shape.geometry.normal, normal);
 
-    memset(&shape, 0, sizeof shape);
-    status = unit_normal(world, shape.geometry.normal, normal);
     PERP__THEN(status, perp__check_finite(world->context, "offset", &offset, 1));
-    PERP__THEN(status, read_settings(world, &shape, settings));
-    if (status != PERP_OK)
-        return status;
-    shape.geometry.kind = PERP__PLANE;
-    shape.geometry.offset = offset;
-    shape.thickness = INFINITY;
-    return attach_shape(world, id, body, &shape);
+    return status == PERP_OK ? add_shape(world, id, body, &shape, settings) : status;
 }
 
 perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body body,
                                  const double *normal, double offset,
                                  const perp_shape_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_plane(world, shape, body, normal, offset, settings));
+    return PERP__WORLD_CALL(world, add_plane(world, shape, body, normal, offset, settings));
 }

@@ -61,7 +61,7 @@ perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
         return status;
     status = perp__check_pointer(world->context, "size", size);
     if (status == PERP_OK)
-        *size = snapshot_size(world, header_of(world).memories);
+        *size = perp__snapshot_bytes(world);
     return perp__leave(world->context, status);
 }
 
@@ -104,7 +104,7 @@ static perp_status save(const perp_world *world, char *blob, size_t size)
 
 perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t size)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, save(world, blob, size));
+    return PERP__WORLD_CALL(world, save(world, blob, size));
 }
 
 perp_status perp__snapshot_read(perp_world *world, const char *blob)
@@ -155,5 +155,5 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
 
 perp_status perp_world_snapshot_restore(perp_world *world, const void *blob, size_t size)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, restore(world, blob, size));
+    return PERP__WORLD_CALL(world, restore(world, blob, size));
 }

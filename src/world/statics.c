@@ -71,43 +71,6 @@ static void add_forces(const question *q, int32_t body, double *wrench, double *
     }
 }
 
-/* A step in which nothing gets far. */
-static double choose_step(const question *q)
-{
-    const perp_world *world = q->world;
-    double least = INFINITY;
-
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        double wrench[6], load[6], force, length;
-
-        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
-            continue;
-        add_forces(q, i, wrench, load);
-        force = perp__length3(wrench) + perp__length3(load);
-        length = world->bodies[i].radius;
-        if (force > 0.0 && length > 0.0)
-            least = fmin(least, sqrt(length * world->bodies[i].mass / force));
-    }
-    return least < INFINITY ? SHORT * least : 1.0;
-}
-
-/* Contacts of a step, and islands, without the step. */
-static perp_status look(question *q)
-{
-    perp_world *world = q->world;
-    perp__solve_summary summary;
-    perp_status status;
-
-    perp__rouse_all(world);
-    perp__open_budget(world);
-    do
-        status = perp__find_step_contacts(world, q->h, &summary);
-    while (status == PERP_OK && world->awake_changed);
-    PERP__THEN(status, perp__build_islands(world, &world->contacts));
-    PERP__THEN(status, perp__fit_island_work(world));
-    return status;
-}
-
 /* Forces and loads as impulses over h, turns over the bodies' lengths. */
 static void write_forces(const question *q, const perp__island *island)
 {
@@ -184,11 +147,6 @@ static void take_in(question *q, const perp__statics_answer *answer)
     q->any = 1;
 }
 
-static int32_t is_loaded(const perp_world *world, const perp__island *island)
-{
-    return !perp__is_zero(world->work.still, world->dof * island->bodies);
-}
-
 static perp_status decide(question *q, const perp__island *island)
 {
     perp_world *world = q->world;
@@ -216,7 +174,7 @@ static perp_status decide(question *q, const perp__island *island)
     write_forces(q, island);
 
     /* 2. The decision. */
-    aim.load = is_loaded(world, island) ? work->still : NULL;
+    aim.load = perp__is_zero(work->still, world->dof * island->bodies) ? NULL : work->still;
     answer.r = work->stand_r;
     answer.v = work->solved;
     statics = perp__statics_create(world->context);
@@ -256,12 +214,33 @@ static void let_fall(question *q, int32_t body)
 static perp_status ask(question *q)
 {
     perp_world *world = q->world;
+    perp__solve_summary summary;
+    double least = INFINITY;
     perp_status status;
 
-    q->h = choose_step(q);
-    status = look(q);
+    /* 1. Contacts of a step in which nothing gets far, and islands, without the step. */
+    for (int32_t i = 0; i < world->body_slots; i++) {
+        const double length = world->bodies[i].radius;
+        double wrench[6], load[6], force;
+
+        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
+            continue;
+        add_forces(q, i, wrench, load);
+        force = perp__length3(wrench) + perp__length3(load);
+        if (force > 0.0 && length > 0.0)
+            least = fmin(least, sqrt(length * world->bodies[i].mass / force));
+    }
+    q->h = least < INFINITY ? SHORT * least : 1.0;
+    perp__rouse_all(world);
+    perp__open_budget(world);
+    do
+        status = perp__find_step_contacts(world, q->h, &summary);
+    while (status == PERP_OK && world->awake_changed);
+    PERP__THEN(status, perp__build_islands(world, &world->contacts));
+    PERP__THEN(status, perp__fit_island_work(world));
     if (status != PERP_OK)
         return status;
+    /* 2. The decisions. */
     q->own.margin = q->own.safety = INFINITY;
     if (q->velocities)
         memset(q->velocities, 0, 6 * (size_t)world->body_slots * sizeof *q->velocities);

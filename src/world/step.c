@@ -54,27 +54,21 @@ static perp_status check(const perp_world *world, int32_t body)
                                  "the step takes body %d beyond the range of numbers", (int)body);
 }
 
-/* Memory for all; what lay there before is lost if that grows. */
-static perp_status make_room(perp_world *world)
+/* Memory for all, and bodies in place, with the velocities that forces alone would give them. */
+static perp_status prepare(perp_world *world, double h)
 {
     perp_status status = PERP_OK;
 
-    if (world->fitted_bodies == world->body_capacity &&
-        world->fitted_shapes == world->shape_capacity)
-        return PERP_OK;
-    perp__rouse_all(world);
-    status = perp__arena_fit(&world->body_arena, world->context, lay_out_bodies, world);
-    PERP__THEN(status, perp__arena_fit(&world->shape_arena, world->context, lay_out_shapes, world));
-    if (status != PERP_OK)
-        world->fitted_bodies = 0;
-    return status;
-}
-
-/* Bodies in place, with the velocities that forces alone would give them. */
-static perp_status prepare(perp_world *world, double h)
-{
-    perp_status status = make_room(world);
-
+    /* what lay in the memory before is lost if it grows */
+    if (world->fitted_bodies != world->body_capacity ||
+        world->fitted_shapes != world->shape_capacity) {
+        perp__rouse_all(world);
+        status = perp__arena_fit(&world->body_arena, world->context, lay_out_bodies, world);
+        PERP__THEN(status,
+                   perp__arena_fit(&world->shape_arena, world->context, lay_out_shapes, world));
+        if (status != PERP_OK)
+            world->fitted_bodies = 0;
+    }
     PERP__THEN(status, perp__check_centres(world));
     if (status != PERP_OK)
         return status;
@@ -107,20 +101,6 @@ static perp_status solve_velocities(perp_world *world, double h, perp__solve_sum
     add_time(world, clock, &stats->seconds_solve);
     world->budget.until = world->budget.deadline;
     return status;
-}
-
-/* Counts islands and rows, those asleep too. */
-static void count_rows(perp_world *world, perp_world_stats *stats)
-{
-    stats->islands = world->asleep.islands + world->island_count;
-    stats->contacts = world->asleep.contacts + world->contacts.included;
-    stats->rows_friction =
-        world->asleep.tangents + (world->settings.planar ? 1 : 2) * world->contacts.rubbing;
-    for (int32_t i = 0; i < world->island_count; i++)
-        perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
-    stats->rows_normal = stats->contacts;
-    stats->joints = world->joint_count;
-    stats->rows_joint = perp__count_joint_rows(world);
 }
 
 /* Arms and turns near the largest numbers can leave their range. */
@@ -173,22 +153,6 @@ static int32_t commit(perp_world *world, int32_t included)
     return repeat;
 }
 
-/* Next positions, without overlap. Statistics are taken before the projection, which uses the same
- * memory. */
-static perp_status advance(perp_world *world, double h, perp_world_stats *stats, double *clock)
-{
-    int32_t changed = 0;
-    perp_status status = check(world, perp__integrate(world, h));
-
-    add_time(world, clock, &stats->seconds_integrate);
-    PERP__THEN(status, perp__project_overlaps(world, &changed));
-    if (status == PERP_OK && changed)
-        status = check(world, perp__find_infinite(world));
-    PERP__THEN(status, perp__check_joints(world));
-    add_time(world, clock, &stats->seconds_project);
-    return status;
-}
-
 /* What a result says of the last step. */
 static void report(perp_world *world, const perp__solve_summary *summary, perp_world_stats *stats,
                    perp_step_result *result)
@@ -227,8 +191,10 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
                             double h, double *clock)
 {
     perp__solve_summary summary = {0};
+    int32_t changed = 0;
     perp_status status = prepare(world, h);
 
+    /* 1. Velocities. */
     PERP__THEN(status, solve_velocities(world, h, &summary, stats, clock));
     if (status != PERP_OK || world->awake_changed)
         return status;
@@ -239,10 +205,27 @@ static perp_status try_step(perp_world *world, perp_step_result *result, perp_wo
         status = check_contacts(world);
     if (status != PERP_OK || world->rough)
         return status;
-    count_rows(world, stats);
+    /* 2. Islands and rows, those asleep too: before the projection, which uses the same memory. */
+    stats->islands = world->asleep.islands + world->island_count;
+    stats->contacts = world->asleep.contacts + world->contacts.included;
+    stats->rows_friction =
+        world->asleep.tangents + (world->settings.planar ? 1 : 2) * world->contacts.rubbing;
+    for (int32_t i = 0; i < world->island_count; i++)
+        perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
+    stats->rows_normal = stats->contacts;
+    stats->joints = world->joint_count;
+    stats->rows_joint = perp__count_joint_rows(world);
     report(world, &summary, stats, result);
-    if (result->advanced)
-        status = advance(world, h, stats, clock);
+    if (!result->advanced)
+        return PERP_OK;
+    /* 3. Next positions, without overlap. */
+    status = check(world, perp__integrate(world, h));
+    add_time(world, clock, &stats->seconds_integrate);
+    PERP__THEN(status, perp__project_overlaps(world, &changed));
+    if (status == PERP_OK && changed)
+        status = check(world, perp__find_infinite(world));
+    PERP__THEN(status, perp__check_joints(world));
+    add_time(world, clock, &stats->seconds_project);
     return status;
 }
 

@@ -75,6 +75,7 @@ static const perp__field settings_fields[] = {
 static perp_status check_settings(perp_context *context, const perp_world_settings *settings)
 {
     const int32_t k = settings->cone;
+    perp_contact_settings solver, read;
     perp_status status = PERP__CHECK_FIELDS(context, "settings", settings, settings_fields);
 
     PERP__THEN(status,
@@ -83,39 +84,31 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
         status =
             perp__refuse(context, "settings.cone is %d, 0 or an even number from 4 to %d expected",
                          (int)k, PERP__MAX_DIRECTIONS);
-    return status;
-}
-
-/* method, max_iterations, tol and time_limit mean what they do for perp_contact, which checks. */
-static perp_status check_solver_settings(perp_context *context, const perp_world_settings *settings)
-{
-    perp_contact_settings solver, read;
-    perp_status status = perp_contact_settings_init(&solver, sizeof solver);
-
+    /* the others mean what they do for perp_contact, which checks */
+    PERP__THEN(status, perp_contact_settings_init(&solver, sizeof solver));
+    if (status != PERP_OK)
+        return status;
     solver.method = settings->method;
     solver.max_iterations = settings->max_iterations;
     if (settings->tol != 0.0)
         solver.tol = settings->tol;
     solver.time_limit = settings->time_limit;
-    return status == PERP_OK ? perp__contact_settings_read(context, &read, &solver) : status;
-}
-
-static perp_status make_ground(perp_world *world)
-{
-    perp_body_settings settings;
-    perp_body ground;
-    perp_status status = perp_body_settings_init(&settings, sizeof settings);
-
-    if (status != PERP_OK)
-        return status;
-    settings.kind = PERP_BODY_STATIC;
-    return perp__add_body(world, &ground, &settings);
+    return perp__contact_settings_read(context, &read, &solver);
 }
 
 static void release(void *object)
 {
     perp_world *world = object;
     perp_context *context = world->context;
+    perp__arena *const arenas[] = {&world->body_arena, &world->shape_arena, &world->order_arena,
+                                   &world->island_arena};
+    void *const arrays[] = {
+        world->standing,      world->bodies,      world->states,        world->clusters,
+        world->shapes,        world->joints,      world->joint_states,  world->tree.nodes,
+        world->pairs,         world->pair_order,  world->watched_pairs, world->memories,
+        world->next_memories, world->begun.bytes, world->tried.bytes,   world->whole.bytes,
+        world->records,       world->awake,       world->naps,          world->kept};
+    const perp__contact_set *const sets[] = {&world->contacts, &world->overlaps, &world->last};
 
     perp__release_lanes(world);
     for (int32_t i = 0; i < world->shape_slots; i++)
@@ -123,40 +116,16 @@ static void release(void *object)
     perp__rigid_destroy(world->solver);
     if (world->standing)
         perp__standing_release(world->standing);
-    perp__release(world->context, world->standing);
     perp__coloured_release(&world->coloured);
-    perp__release(context, world->bodies);
-    perp__release(context, world->states);
-    perp__release(context, world->clusters);
-    perp__release(context, world->shapes);
-    perp__release(context, world->joints);
-    perp__release(context, world->joint_states);
-    perp__release(context, world->tree.nodes);
-    perp__release(context, world->pairs);
-    perp__release(context, world->pair_order);
-    perp__release(context, world->watched_pairs);
-    perp__release(context, world->memories);
-    perp__release(context, world->contacts.contacts);
-    perp__release(context, world->contacts.responses);
-    perp__release(context, world->contacts.ties);
-    perp__release(context, world->overlaps.contacts);
-    perp__release(context, world->overlaps.responses);
-    perp__release(context, world->overlaps.ties);
-    perp__release(context, world->begun.bytes);
-    perp__release(context, world->tried.bytes);
-    perp__release(context, world->whole.bytes);
-    perp__release(context, world->records);
-    perp__release(context, world->next_memories);
-    perp__release(context, world->last.contacts);
-    perp__release(context, world->last.responses);
-    perp__release(context, world->last.ties);
-    perp__release(context, world->awake);
-    perp__release(context, world->naps);
-    perp__release(context, world->kept);
-    perp__arena_release(&world->body_arena);
-    perp__arena_release(&world->shape_arena);
-    perp__arena_release(&world->order_arena);
-    perp__arena_release(&world->island_arena);
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        perp__release(context, arrays[k]);
+    for (size_t k = 0; k < sizeof sets / sizeof *sets; k++) {
+        perp__release(context, sets[k]->contacts);
+        perp__release(context, sets[k]->responses);
+        perp__release(context, sets[k]->ties);
+    }
+    for (size_t k = 0; k < sizeof arenas / sizeof *arenas; k++)
+        perp__arena_release(arenas[k]);
 }
 
 static const perp__kind kind = {"the world", sizeof(perp_world), release};
@@ -170,26 +139,24 @@ static perp_status create(perp_context *context, perp_world **world,
                           const perp_world_settings *caller)
 {
     perp_world_settings settings;
+    perp_body_settings ground_settings;
+    perp_body ground;
     perp_world *made;
     perp_status status = perp__check_pointer(context, "world", world);
 
     PERP__THEN(status, perp_world_settings_init(&settings, sizeof settings, 0));
+    PERP__THEN(status, perp_body_settings_init(&ground_settings, sizeof ground_settings));
     PERP__THEN(status, perp__struct_read(context, "settings", &settings, sizeof settings, caller,
                                          PERP__FIRST(perp_world_settings)));
     PERP__THEN(status, check_settings(context, &settings));
-    PERP__THEN(status, check_solver_settings(context, &settings));
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
     if (!made)
         return PERP_ERROR_MEMORY;
     made->settings = settings;
-    made->free_body = -1;
-    made->free_shape = -1;
-    made->free_joint = -1;
-    made->free_pair = -1;
-    made->first_plane = -1;
-    made->free_nap = made->free_kept = made->first_orphan = -1;
+    made->free_body = made->free_shape = made->free_joint = made->free_pair = -1;
+    made->free_nap = made->free_kept = made->first_orphan = made->first_plane = -1;
     perp__tree_init(&made->tree);
     made->dof = made->settings.planar ? 3 : 6;
     perp__coloured_init(&made->coloured, context);
@@ -199,7 +166,8 @@ static perp_status create(perp_context *context, perp_world **world,
         status = made->standing ? PERP_OK : PERP_ERROR_MEMORY;
     }
     PERP__THEN(status, perp__create_lanes(made));
-    PERP__THEN(status, make_ground(made));
+    ground_settings.kind = PERP_BODY_STATIC;
+    PERP__THEN(status, perp__add_body(made, &ground, &ground_settings));
     if (status == PERP_OK)
         *world = made;
     else
@@ -247,8 +215,7 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
 perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                    int32_t index)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      get_contact((perp_world *)world, contact, index));
+    return PERP__WORLD_CALL(world, get_contact((perp_world *)world, contact, index));
 }
 
 perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stats)
@@ -277,7 +244,7 @@ static perp_status set_gravity(perp_world *world, const double *gravity)
 
 perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, set_gravity(world, gravity));
+    return PERP__WORLD_CALL(world, set_gravity(world, gravity));
 }
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
@@ -301,5 +268,5 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
 
 perp_status perp_world_step(perp_world *world, perp_step_result *result, double dt)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, step(world, result, dt));
+    return PERP__WORLD_CALL(world, step(world, result, dt));
 }

@@ -262,6 +262,9 @@ typedef struct perp__tie {
     int8_t closed;    /* its gap is not told apart from 0, as it came */
     int8_t rubs;      /* has friction */
     int8_t moved;     /* lies where only a motion of the bodies brings it */
+    int8_t deep;      /* perp__is_deep() */
+    int8_t repeats;   /* is that of the last step, to the last bit */
+    uint64_t key;     /* of what its rows are made of; 0: not made yet (standing.c) */
 } perp__tie;
 
 typedef struct perp__contact_set {
@@ -455,6 +458,7 @@ static inline int32_t perp__is_dynamic(const perp_world *world, int32_t body)
 
 /* Opens a public call on a world: PERP_ERROR_HANDLE for what is none. perp__leave closes it. */
 perp_status perp__world_enter(const perp_world *world);
+#define PERP__WORLD_CALL(world, works) PERP__CALL(perp__world_enter(world), (world)->context, works)
 
 /* Ids. */
 uint64_t perp__id(int32_t slot, uint32_t generation);

@@ -313,6 +313,39 @@ static void test_warm(void **state)
     close_scene(&f);
 }
 
+/* Rounds of passes end with the first whose residual is within tol, at the last one, and with the
+ * budget: a box bears one of 30 times its mass, which four passes do not hold. */
+static void test_rounds(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.5};
+    double left;
+    fixture f;
+
+    (void)state;
+    open_scene(&f, 0);
+    rigid_box(&f.s, 0.0, 0.0, 0.5, half, 1.0, NULL);
+    rigid_box(&f.s, 0.0, 0.0, 1.5, half, 30.0, NULL);
+    rigid_face(&f.s, RIGID_GROUND, 0, -0.5, 0.5, -0.5, 0.5, 0.0, 0.5);
+    rigid_face(&f.s, 0, 1, -0.5, 0.5, -0.5, 0.5, 1.0, 0.5);
+    prepare(&f, 4);
+    f.problem.tol = 1e-3;
+    f.step.measures = 1;
+    run(&f);
+    left = f.answer.tested;
+    assert_true(left > f.problem.tol && f.answer.iterations == 4);
+    f.step.rounds = 2;
+    run(&f);
+    assert_true(f.answer.tested < left && f.answer.iterations == 8);
+    f.step.rounds = 100;
+    run(&f);
+    assert_true(f.answer.tested <= f.problem.tol);
+    assert_true(f.answer.iterations % 4 == 0 && f.answer.iterations < 400);
+    f.problem.max_iterations = 6;
+    run(&f);
+    assert_int_equal(f.answer.iterations, 8);
+    close_scene(&f);
+}
+
 /* A body that nothing presses keeps the bits of its free velocity, and a carrier carries. */
 static void test_free_and_carried(void **state)
 {
@@ -345,6 +378,7 @@ int main(void)
         cmocka_unit_test(test_same_bits_in_pieces),
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_warm),
+        cmocka_unit_test(test_rounds),
         cmocka_unit_test(test_free_and_carried),
     };
 

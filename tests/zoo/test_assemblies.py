@@ -12,6 +12,7 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
+import perp
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -173,3 +174,48 @@ def test_a_push_moves_what_hangs_with_a_load() -> None:
         scene = assemblies.make(seed, "hung")
         assert judge.verdict(scene).word == "falls"
         check(scene, stands=False, level="fast")
+
+
+@pytest.mark.parametrize("level", assemblies.LEVELS)
+def test_a_tall_house_of_cards(level: str) -> None:
+    """Its cards meet corner to corner: known from the first look, so that no sweep says which."""
+    for seed in (7002, 7008, 7012, 7013):
+        scene = assemblies.make(seed, "cards", 12)
+        check(scene, stands=True, level=level)
+
+
+@pytest.mark.parametrize("level", assemblies.LEVELS)
+def test_corners_of_flush_neighbours_do_not_lean(level: str) -> None:
+    """A box that is pushed from rest slides under a lintel whose lower side is flush with its top:
+    the corners touch, and F - mu m g is what moves it."""
+    mass, friction, h, steps = 2.0, 0.8, 0.01, 10
+    world = perp.World(accuracy=level, friction=friction)
+    world.ground.add_plane((0, 0, 1))
+    world.ground.add_box((2, 1, 0.25), offset=(2.5, 0, 1.25))
+    box = world.add_body(mass, position=(0, 0, 0.5))
+    box.add_box((0.5, 0.5, 0.5))
+    push = 1.2 * friction * mass * GRAVITY
+    for _ in range(steps):
+        box.force = (push, 0, 0)
+        world.step(h)
+    expected = (push / mass - friction * GRAVITY) * steps * h
+    assert box.velocity[0] == pytest.approx(expected, rel=1e-10)  # rounding of sums of weights
+
+
+@pytest.mark.parametrize("level", assemblies.LEVELS)
+@pytest.mark.parametrize("neighbours", [0, 1, 2])
+def test_an_edge_among_flush_neighbours(neighbours: int, level: str) -> None:
+    """Cubes on ice that touch in an upright edge, pushed together along the diagonal: the edge holds
+    them, also where others lie flush in the free corners, which may carry nothing."""
+    world = perp.World(accuracy=level)
+    world.ground.add_plane((0, 0, 1))
+    places = [(0, 0), (1, 1), (1, 0), (0, 1)][: 2 + neighbours]
+    cubes = [world.add_body(1.0, position=(x, y, 0.5)) for x, y in places]
+    for cube in cubes:
+        cube.add_box((0.5, 0.5, 0.5))
+    for step in range(3):
+        cubes[0].force, cubes[1].force = (2, 2, 0), (-2, -2, 0)
+        if step == 0:
+            assert world.statics().verdict == "stands"
+        world.step(0.01)
+    assert np.abs(world.velocities).max() == 0.0

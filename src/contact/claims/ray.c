@@ -148,29 +148,6 @@ static void lay_out(perp__arena *arena, void *object)
     PERP__INTEGERS(arena, n, &own->rows, &own->active, &own->pivots);
 }
 
-/* The problem of the normals of contacts and bilateral rows, which `rows` lists by now. */
-static void fill(perp_contact_solver *solver)
-{
-    perp__contact_ray *own = &solver->feasibility;
-    const size_t n = (size_t)own->n;
-
-    for (int32_t j = 0; j < own->n; j++) {
-        const int32_t row = own->rows[j], k = solver->constraint_of[row];
-
-        perp__contact_units(&solver->problem, k, &own->impulse[j], &own->velocity[j]);
-        own->q[j] = solver->q[row] / own->velocity[j];
-        own->lower[j] = k < solver->contacts && solver->two_sided[k] == 0 ? 0.0 : -INFINITY;
-    }
-    for (int32_t j = 0; j < own->n; j++)
-        for (int32_t i = 0; i < own->n; i++)
-            own->M[(size_t)i + (size_t)j * n] =
-                perp__contact_couples(&solver->problem, solver->constraint_of[own->rows[i]],
-                                      solver->constraint_of[own->rows[j]])
-                    ? perp__entry(&solver->W, own->rows[i], own->rows[j]) *
-                          (own->impulse[j] / own->velocity[i])
-                    : 0.0;
-}
-
 /* The LCP of M, q and lower, within what is left of the time limit. One whose numbers overflow in
  * the units of fill() is none: it stalls, and nothing is found by it. */
 static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
@@ -316,7 +293,22 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
             i < solver->starts[k] + perp__contact_normals(&solver->problem, k))
             own->rows[n++] = i;
     }
-    fill(solver);
+    /* the problem of the normals of contacts and bilateral rows, which `rows` lists by now */
+    for (int32_t j = 0; j < n; j++) {
+        const int32_t row = own->rows[j], k = solver->constraint_of[row];
+
+        perp__contact_units(&solver->problem, k, &own->impulse[j], &own->velocity[j]);
+        own->q[j] = solver->q[row] / own->velocity[j];
+        own->lower[j] = k < solver->contacts && solver->two_sided[k] == 0 ? 0.0 : -INFINITY;
+    }
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t i = 0; i < n; i++)
+            own->M[(size_t)i + (size_t)j * (size_t)n] =
+                perp__contact_couples(&solver->problem, solver->constraint_of[own->rows[i]],
+                                      solver->constraint_of[own->rows[j]])
+                    ? perp__entry(&solver->W, own->rows[i], own->rows[j]) *
+                          (own->impulse[j] / own->velocity[i])
+                    : 0.0;
     status = solve(solver, &result);
     if (status == PERP_OK && result.has_ray) {
         lift(solver, own->direction, solver->start);

@@ -154,34 +154,29 @@ static void read_part(perp_contact_sensitivity *s, int32_t k, const perp__contac
         p->n[i] = load > 0.0 ? s->r[normal + i] / load : i == 0;
 }
 
-static void read_contact(perp_contact_sensitivity *s, int32_t k,
-                         perp_contact_sensitivity_info *info)
-{
-    const perp__contact_problem *problem = &s->solver->problem;
-    const int32_t normal = problem->starts[k];
-    perp__contact_part parts[3];
-    const int32_t count = perp__contact_parts(problem, k, parts);
-
-    if (perp__contact_two_sided(problem, k) == 0)
-        near(s, k, k, s->r[normal] - s->u[normal] / problem->trace[k], info);
-    else if (problem->mu[k] > 0.0) /* |r_N| has a kink at 0 */
-        near(s, k, k, perp__contact_pressure(problem, k, s->r), info);
-    if (s->modes[k] == PERP_CONTACT_SEPARATE)
-        return;
-    memset(s->moves + normal, 1, (size_t)perp__contact_normals(problem, k));
-    for (int32_t c = 0; c < count; c++)
-        read_part(s, k, &parts[c], info);
-}
-
 /* The rows that are active, and how far each constraint is from another mode. */
 static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info)
 {
     const perp__contact_bounded *bounded = &s->solver->bounded;
+    const perp__contact_problem *problem = &s->solver->problem;
 
     s->count = s->slips = 0;
     memset(s->moves, 0, (size_t)s->size);
-    for (int32_t k = 0; k < s->contacts; k++)
-        read_contact(s, k, info);
+    for (int32_t k = 0; k < s->contacts; k++) {
+        const int32_t normal = problem->starts[k];
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        if (perp__contact_two_sided(problem, k) == 0)
+            near(s, k, k, s->r[normal] - s->u[normal] / problem->trace[k], info);
+        else if (problem->mu[k] > 0.0) /* |r_N| has a kink at 0 */
+            near(s, k, k, perp__contact_pressure(problem, k, s->r), info);
+        if (s->modes[k] == PERP_CONTACT_SEPARATE)
+            continue;
+        memset(s->moves + normal, 1, (size_t)perp__contact_normals(problem, k));
+        for (int32_t c = 0; c < count; c++)
+            read_part(s, k, &parts[c], info);
+    }
     for (int32_t k = 0; k < s->bounded; k++) {
         const int32_t i = s->rows - s->bounded + k, constraint = bounded->contact_of[k];
 
@@ -271,7 +266,7 @@ static void release(void *object)
     perp_contact_sensitivity *s = object;
 
     perp__arena_release(&s->arena);
-    perp__contact_destroy(s->solver);
+    perp__handle_end(s->solver);
 }
 
 static const perp__kind kind = {"sensitivities of contacts", sizeof(perp_contact_sensitivity),
@@ -470,8 +465,7 @@ perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivi
 {
     change c = {df, dw, db, dmu, {dM, dH, dG}, {{0}, {0}, {0}}};
 
-    return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
-                      forward(sensitivity, dv, dr, &c));
+    return PERP__HANDLE_CALL(sensitivity, &kind, forward(sensitivity, dv, dr, &c));
 }
 
 static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, double *z, double *mu,
@@ -518,6 +512,5 @@ perp_status perp_contact_sensitivity_adjoint(perp_contact_sensitivity *sensitivi
                                              double *y, double *z, double *mu, const double *gv,
                                              const double *gr)
 {
-    return PERP__CALL(perp__handle_enter(sensitivity, &kind), sensitivity->context,
-                      adjoint(sensitivity, x, y, z, mu, gv, gr));
+    return PERP__HANDLE_CALL(sensitivity, &kind, adjoint(sensitivity, x, y, z, mu, gv, gr));
 }

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/context.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/pivoting.h"
@@ -196,11 +197,39 @@ static void push_start(job *at)
         c->joints.r[n] = c->joints.last[n] = 0.0;
 }
 
-static void run_passes(job *at)
+/* The impulses of the passes so far, and what is asked to be measured of them. */
+static void read_answer(const job *at, perp__rigid_answer *answer)
+{
+    const perp__coloured *c = at->c;
+    const perp__rigid_problem *problem = at->problem;
+
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t l = 0; l < PERP__GROUP; l++) {
+            const int32_t contact = c->point[p].contact[l];
+
+            for (int32_t k = 0; k < 3 && contact >= 0; k++)
+                answer->impulse[3 * contact + k] = c->point[p].r[k][l];
+        }
+    for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < 3; i++)
+            answer->impulse[3 * k + i] = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
+    if (at->step->measures)
+        perp__coloured_measure(c, answer, problem);
+}
+
+/* Whether the budget ends with these passes. */
+static int32_t is_over(const perp__rigid_problem *problem, int32_t passes)
+{
+    return (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
+           (problem->deadline > 0.0 && perp__now() >= problem->deadline);
+}
+
+static void run_passes(job *at, perp__rigid_answer *answer)
 {
     perp__coloured *c = at->c;
     const size_t size = 8 * (size_t)c->rows * sizeof *c->y;
     double lack = INFINITY, next, back;
+    int32_t left = at->step->rounds, pass, ends = at->step->passes == 0;
 
     run_pieces(at, 0, c->colour_first[c->colour_count], fill_piece);
     run_over_bodies(at, start_bodies);
@@ -212,15 +241,20 @@ static void run_passes(job *at)
     memcpy(c->before, c->y, size);
     c->momentum = 0.0;
     at->theta = 1.0;
-    for (int32_t pass = 0; pass < at->step->passes; pass++) {
+    for (pass = 0; !ends; pass++) {
         const double before = lack;
 
         run_pass(at, PERP__COLOURED_SWEEP, c->y);
         lack = perp__joint_block_solve(&c->joints, c->momentum, c->y);
         if (c->points == 0 && !(lack > 0.0 && lack < 0.5 * before))
             break; /* equations alone: as far as refinement goes */
-        if (pass + 1 == at->step->passes)
-            break;
+        if ((pass + 1) % at->step->passes == 0) {
+            read_answer(at, answer);
+            ends = --left <= 0 || !at->step->measures || answer->tested <= at->problem->tol ||
+                   is_over(at->problem, pass + 1);
+        }
+        if (ends)
+            continue;
         /* y goes on in the direction that it took, as r will when it is swept next; or both stay
          * where that led back. Then the next pass begins there. */
         next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta));
@@ -234,6 +268,9 @@ static void run_passes(job *at)
         run_over_bodies(at, go_on);
         at->theta = next;
     }
+    if (!ends || at->step->passes == 0)
+        read_answer(at, answer);
+    answer->iterations = pass;
     memcpy(c->moved, c->y, size);
 }
 
@@ -314,19 +351,7 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
         return status;
     if (is_shared(c))
         perp__tasks_open(c->tasks);
-    run_passes(&at);
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t l = 0; l < PERP__GROUP; l++) {
-            const int32_t contact = c->point[p].contact[l];
-
-            for (int32_t k = 0; k < 3 && contact >= 0; k++)
-                answer->impulse[3 * contact + k] = c->point[p].r[k][l];
-        }
-    for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
-        for (int32_t i = 0; i < 3; i++)
-            answer->impulse[3 * k + i] = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
-    if (step->measures)
-        perp__coloured_measure(c, answer, problem);
+    run_passes(&at, answer);
     if (step->clear > 0)
         clear_penetration(&at);
     write_velocity(&at, c->y, answer->v);
@@ -334,6 +359,5 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
         write_velocity(&at, c->moved, moving);
     if (is_shared(c))
         perp__tasks_close(c->tasks);
-    answer->iterations = step->passes;
     return PERP_OK;
 }

@@ -42,20 +42,8 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
     return body >= 0 && body < problem->bodies;
 }
 
-/* J C of a row of a body. */
-static void turn_row(double *P, const double *J, const double *C, int32_t width, int32_t splits)
-{
-    for (int32_t j = 0; j < 3 && splits; j++) {
-        P[j] = J[j] * C[0];
-        P[3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
-    }
-    for (int32_t k = 0; k < width && !splits; k++)
-        for (int32_t j = 0; j < width && J[k] != 0.0; j++)
-            P[j] += J[k] * C[width * k + j];
-}
-
-/* Row i of the unit g as row n of the block; returns whether it had the same P before. What moves
- * by itself has the number behind the others, whose y are 0. */
+/* Row i of the unit g as row n of the block, P = J C; returns whether it had the same P before.
+ * What moves by itself has the number behind the others, whose y are 0. */
 static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem,
                         const perp__rigid_rows *g, const int32_t *splits, int32_t i, int32_t n)
 {
@@ -70,8 +58,13 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
 
         bodies[side] = is_free ? body : problem->bodies;
         memset(P + 8 * side, 0, 8 * sizeof *P);
-        if (is_free)
-            turn_row(P + 8 * side, J, C, width, splits[side]);
+        for (int32_t j = 0; j < 3 && is_free && splits[side]; j++) {
+            P[8 * side + j] = J[j] * C[0];
+            P[8 * side + 3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
+        }
+        for (int32_t k = 0; k < width && is_free && !splits[side]; k++)
+            for (int32_t j = 0; j < width && J[k] != 0.0; j++)
+                P[8 * side + j] += J[k] * C[width * k + j];
         for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
             b->w[n] += J[k] * problem->free[width * body + k];
     }
@@ -102,16 +95,6 @@ static void form_nodes(perp__joint_block *b)
         for (int32_t j = 0; j < 16; j++)
             f->P[node][j][l] = b->scale[n] * P[j];
     }
-}
-
-/* Row n's lane: the next one of its node, or the first one of the next. */
-static void find_lane(perp__joint_block *b, int32_t n)
-{
-    const int32_t *body = b->body + 2 * n, last = n > 0 ? b->lane[n - 1] : -1;
-    const int32_t goes_on =
-        n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1];
-
-    b->lane[n] = goes_on ? last + 1 : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
 }
 
 /* 1. P of the equations; as they were they have their factors, 2. those of K: with a larger ridge
@@ -148,12 +131,18 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
             splits[side] = moves(problem, g->body[side]) &&
                            perp__splits(problem->factors + square * g->body[side], problem->width);
         for (int32_t i = 0; i < g->dim; i++, b->rows++) {
-            b->w[b->rows] = g->bias[i];
-            b->r[b->rows] = b->last[b->rows] = problem->warm ? problem->warm[3 * k + i] : 0.0;
+            const int32_t n = b->rows, *body = b->body + 2 * n, last = n > 0 ? b->lane[n - 1] : -1;
+
+            b->w[n] = g->bias[i];
+            b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
             if (again)
                 continue;
-            same &= read_row(b, problem, g, splits, i, b->rows);
-            find_lane(b, b->rows);
+            same &= read_row(b, problem, g, splits, i, n);
+            /* the next lane of its node, or the first one of the next */
+            b->lane[n] =
+                n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1]
+                    ? last + 1
+                    : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
         }
     }
     b->factored = same;

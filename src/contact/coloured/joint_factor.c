@@ -73,29 +73,6 @@ static int64_t list_nodes(perp__joint_factor *f)
     return most + f->nodes;
 }
 
-/* Nodes that share a body, each with itself. */
-static void link_nodes(perp__joint_factor *f)
-{
-    int32_t links = 0;
-
-    for (int32_t i = 0; i < f->nodes; i++)
-        f->mark[i] = -1;
-    for (int32_t j = 0; j < f->nodes; j++) {
-        f->starts[j] = links;
-        f->links[links++] = f->mark[j] = j;
-        for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = f->body[2 * j + side], moves = body < f->bodies;
-
-            for (int32_t k = moves ? f->first[body] : 0; k < (moves ? f->first[body + 1] : 0); k++)
-                if (f->mark[f->touching[k] / 2] != j) {
-                    f->links[links++] = f->touching[k] / 2;
-                    f->mark[f->touching[k] / 2] = j;
-                }
-        }
-    }
-    f->starts[f->nodes] = links;
-}
-
 /* Row by row of L, the columns on the ways up the tree from where K has tiles: counted, with the
  * tree itself; or written. */
 static void trace_rows(perp__joint_factor *f, int32_t writes)
@@ -126,6 +103,7 @@ static perp_status analyse(perp__joint_factor *f, perp_context *context)
 {
     const size_t starts = ((size_t)f->nodes + 1) * sizeof *f->starts;
     const int64_t links = list_nodes(f);
+    int32_t count = 0;
     size_t size;
     perp_status status;
 
@@ -137,7 +115,23 @@ static perp_status analyse(perp__joint_factor *f, perp_context *context)
         perp__arena_fit_sizes(&f->link_arena, context, lay_out_links, f, f->fitted + 2, &size, 1);
     if (status != PERP_OK)
         return status;
-    link_nodes(f);
+    /* nodes that share a body, each with itself */
+    for (int32_t i = 0; i < f->nodes; i++)
+        f->mark[i] = -1;
+    for (int32_t j = 0; j < f->nodes; j++) {
+        f->starts[j] = count;
+        f->links[count++] = f->mark[j] = j;
+        for (int32_t side = 0; side < 2; side++) {
+            const int32_t body = f->body[2 * j + side], moves = body < f->bodies;
+
+            for (int32_t k = moves ? f->first[body] : 0; k < (moves ? f->first[body + 1] : 0); k++)
+                if (f->mark[f->touching[k] / 2] != j) {
+                    f->links[count++] = f->touching[k] / 2;
+                    f->mark[f->touching[k] / 2] = j;
+                }
+        }
+    }
+    f->starts[f->nodes] = count;
     if (f->known == f->nodes && !memcmp(f->starts, f->old_starts, starts) &&
         !memcmp(f->links, f->old_links, (size_t)f->starts[f->nodes] * sizeof *f->links))
         return PERP_OK;

@@ -7,11 +7,6 @@
 /* What is left of a row of length 1 beside others, for it to be independent of them. */
 #define INDEPENDENT 1e-7
 
-void perp__hold_release(perp__hold *hold)
-{
-    perp__arena_release(&hold->arena);
-}
-
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__hold *h = object;

@@ -61,8 +61,6 @@ typedef struct perp__hold {
  * are to take away beside what the load does. */
 void perp__contact_find_bias(perp_contact_solver *solver, double *bias);
 
-void perp__hold_release(perp__hold *hold);
-
 /* Room for these bodies; then the caller fills what is in. PERP_OK or PERP_ERROR_MEMORY. */
 perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies);
 

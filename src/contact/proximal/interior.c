@@ -41,26 +41,6 @@ static double stretch(const perp__proximal *s, int32_t k, int32_t i)
     return i > 0 ? s->radius[k] : 1.0;
 }
 
-/* Cones at their middle; of an interval z and u are what is left to its ends and their duals. */
-static void begin(perp__proximal *s, const perp__proximal_part *part)
-{
-    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        perp__cone *cone = &s->cones[k];
-
-        memset(cone, 0, sizeof *cone);
-        cone->dim = s->starts[k + 1] - s->starts[k];
-        cone->z[0] = cone->u[0] = 1.0;
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            s->x[i] = 0.0;
-        if (kind_of(s, k) == CONE)
-            s->x[s->starts[k]] = 1.0;
-        if (kind_of(s, k) == INTERVAL) {
-            cone->z[0] = cone->z[1] = -s->radius[k];
-            cone->u[1] = 1.0;
-        }
-    }
-}
-
 /* The mean of x w over cones and ends of intervals; 0 where there are none. */
 static double find_mean(const perp__proximal *s, const perp__proximal_part *part)
 {
@@ -132,16 +112,6 @@ static void find_slopes(perp__proximal *s, const perp__proximal_part *part)
     }
 }
 
-/* What complementarity asks of x at the ends of an interval, over its K: towards `target`. */
-static double aim_interval(const perp__cone *cone, double target, double corrects)
-{
-    double ends[2];
-
-    for (int32_t i = 0; i < 2; i++)
-        ends[i] = (target - corrects * cone->dz[i] * cone->du[i]) / cone->z[i] - cone->u[i];
-    return ends[0] - ends[1];
-}
-
 /* Of dx = c - K J dv: c of constraint k towards complementarity of `target`, with `corrects` times
  * the second-order part of the cone's last step. */
 static void find_aim(perp__proximal *s, int32_t k, double target, double corrects, double *c)
@@ -154,8 +124,12 @@ static void find_aim(perp__proximal *s, int32_t k, double target, double correct
         c[0] = -STIFF * u[0];
         return;
     }
-    if (kind_of(s, k) == INTERVAL) {
-        c[0] = K[0] * (aim_interval(cone, target, corrects) - (u[0] - (cone->u[0] - cone->u[1])));
+    if (kind_of(s, k) == INTERVAL) { /* towards `target` at both of its ends */
+        double ends[2];
+
+        for (int32_t i = 0; i < 2; i++)
+            ends[i] = (target - corrects * cone->dz[i] * cone->du[i]) / cone->z[i] - cone->u[i];
+        c[0] = K[0] * (ends[0] - ends[1] - (u[0] - (cone->u[0] - cone->u[1])));
         return;
     }
     perp__cone_aim(cone, target, corrects);
@@ -165,33 +139,6 @@ static void find_aim(perp__proximal *s, int32_t k, double target, double correct
         c[i] = 0.0;
         for (int32_t j = 0; j < 3; j++)
             c[i] += stretch(s, k, i) * G[3 * i + j] * (cone->rc[j] - lack[j]);
-    }
-}
-
-/* The steps of the ends of an interval, whose x goes by dx. */
-static void step_interval(perp__cone *cone, double target, double corrects, double dx)
-{
-    for (int32_t i = 0; i < 2; i++) {
-        const double dz = i == 0 ? dx : -dx, second = corrects * cone->dz[i] * cone->du[i];
-
-        cone->du[i] = (target - second - cone->u[i] * dz) / cone->z[i] - cone->u[i];
-        cone->dz[i] = dz;
-    }
-}
-
-/* The steps dz of x and du of w of a cone, whose rows go by dx and velocities by du. */
-static void step_cone(perp__proximal *s, int32_t k, const double *dx, const double *du)
-{
-    perp__cone *cone = &s->cones[k];
-    double lack[3], tilt[3];
-
-    find_lack(s, k, lack, tilt);
-    cone->du[0] = lack[0] + tilt[0] * du[0];
-    cone->dz[0] = dx[0];
-    for (int32_t i = 1; i < cone->dim; i++) {
-        cone->du[i] = lack[i] + stretch(s, k, i) * du[i];
-        cone->du[0] += tilt[i] * stretch(s, k, i) * du[i];
-        cone->dz[i] = dx[i] / stretch(s, k, i);
     }
 }
 
@@ -207,17 +154,33 @@ static void find_step(perp__proximal *s, const perp__proximal_part *part, double
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const double *K = perp__proximal_slope(s, k);
         const int32_t at = s->starts[k], d = s->starts[k + 1] - at;
-        double dx[3] = {0.0};
+        const double *du = s->start + at;
+        perp__cone *cone = &s->cones[k];
+        double dx[3] = {0.0}, lack[3], tilt[3];
 
         for (int32_t i = 0; i < d; i++) {
             dx[i] = s->spare[at + i];
             for (int32_t j = 0; j < d; j++)
                 dx[i] -= K[s->side * j + i] * s->start[at + j];
         }
-        if (kind_of(s, k) == INTERVAL)
-            step_interval(&s->cones[k], target, corrects, dx[0]);
-        else if (kind_of(s, k) == CONE)
-            step_cone(s, k, dx, s->start + at);
+        /* the steps dz of z and du of u: of the ends of an interval, or of a cone */
+        for (int32_t i = 0; i < 2 && kind_of(s, k) == INTERVAL; i++) {
+            const double dz = i == 0 ? dx[0] : -dx[0],
+                         second = corrects * cone->dz[i] * cone->du[i];
+
+            cone->du[i] = (target - second - cone->u[i] * dz) / cone->z[i] - cone->u[i];
+            cone->dz[i] = dz;
+        }
+        if (kind_of(s, k) == CONE) {
+            find_lack(s, k, lack, tilt);
+            cone->du[0] = lack[0] + tilt[0] * du[0];
+            cone->dz[0] = dx[0];
+            for (int32_t i = 1; i < cone->dim; i++) {
+                cone->du[i] = lack[i] + stretch(s, k, i) * du[i];
+                cone->du[0] += tilt[i] * stretch(s, k, i) * du[i];
+                cone->dz[i] = dx[i] / stretch(s, k, i);
+            }
+        }
         memcpy(s->start + at, dx, (size_t)d * sizeof *dx);
     }
 }
@@ -240,23 +203,28 @@ static double longest_step(const perp__proximal *s, const perp__proximal_part *p
     return most;
 }
 
-static void go(perp__proximal *s, const perp__proximal_part *part, double step)
-{
-    for (int32_t i = part->row; i < part->last_row; i++)
-        s->x[i] += step * s->start[i];
-    for (int32_t k = part->constraint; k < part->last_constraint; k++)
-        for (int32_t i = 0; i < 3; i++) {
-            s->cones[k].z[i] += step * s->cones[k].dz[i];
-            s->cones[k].u[i] += step * s->cones[k].du[i];
-        }
-}
-
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     int32_t slow = 0;
 
-    begin(s, part);
+    /* Cones at their middle; of an interval z and u are what is left to its ends and their duals.
+     */
+    for (int32_t k = part->constraint; k < part->last_constraint; k++) {
+        perp__cone *cone = &s->cones[k];
+
+        memset(cone, 0, sizeof *cone);
+        cone->dim = s->starts[k + 1] - s->starts[k];
+        cone->z[0] = cone->u[0] = 1.0;
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            s->x[i] = 0.0;
+        if (kind_of(s, k) == CONE)
+            s->x[s->starts[k]] = 1.0;
+        if (kind_of(s, k) == INTERVAL) {
+            cone->z[0] = cone->z[1] = -s->radius[k];
+            cone->u[1] = 1.0;
+        }
+    }
     for (int32_t k = 0; k < MOST_STEPS && slow < FOLD; k++) {
         const double mean = find_mean(s, part);
         double step;
@@ -285,7 +253,13 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         step = fmin(1.0, PERP__CONE_REACH * longest_step(s, part));
         if (!(step > 0.0))
             break;
-        go(s, part, step);
+        for (int32_t i = part->row; i < part->last_row; i++)
+            s->x[i] += step * s->start[i];
+        for (int32_t c = part->constraint; c < part->last_constraint; c++)
+            for (int32_t i = 0; i < 3; i++) {
+                s->cones[c].z[i] += step * s->cones[c].dz[i];
+                s->cones[c].u[i] += step * s->cones[c].du[i];
+            }
         slow = step < SHORT ? slow + 1 : 0;
     }
     memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);

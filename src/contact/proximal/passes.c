@@ -9,12 +9,6 @@
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
-/* P x; in lanes where rows are as long as a part. */
-static inline double times(int32_t width, int32_t whole, const double *P, const double *x)
-{
-    return whole ? perp__lanes_dot(P, x, width) : perp__dot(P, x, width);
-}
-
 /* u := J v + q of constraint k */
 PERP__KERNEL static void move_one(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
                                   const double *v, const double *q, double *u)
@@ -27,7 +21,9 @@ PERP__KERNEL static void move_one(int32_t width, int32_t d, const perp__proximal
         const double *x = v + (int64_t)s->piece_blocks[p] * width;
 
         for (int32_t i = 0; i < d; i++)
-            u[i] += times(width, width % PERP__WHOLE_STEP == 0 && s->whole, P + i * width, x);
+            u[i] += width % PERP__WHOLE_STEP == 0 && s->whole
+                        ? perp__lanes_dot(P + i * width, x, width)
+                        : perp__dot(P + i * width, x, width);
     }
 }
 
@@ -388,38 +384,36 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
-/* The tested residual of a constraint at x = P(x): that of the law, in the problem's terms
- * but for omega; of a row of any sign here. */
-static double find_tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
-{
-    const perp__contact_problem *problem = s->common.problem;
-    const int32_t d = s->starts[k + 1] - s->starts[k], constraint = s->constraint[k];
-    const double *scale = s->scale + s->starts[k], radius = s->radius[k];
-    int32_t row, mode;
-
-    if (radius < 0.0)
-        return fabs(x[0] - u[0]) > -radius ? fabs(x[0] - copysign(radius, x[0] - u[0]))
-                                           : fabs(u[0]);
-    row = problem->starts[constraint];
-    for (int32_t i = 0; row + i < problem->starts[constraint + 1]; i++) {
-        s->r[row + i] = i < d ? x[i] * scale[i] : 0.0;
-        s->u[row + i] = i < d ? u[i] / scale[i] : 0.0;
-    }
-    return perp__contact_natural(problem, constraint, s->r, s->u, &mode) *
-           sqrt(problem->trace[constraint]);
-}
-
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
                             double *speed)
 {
+    const perp__contact_problem *problem = s->common.problem;
     double most = 0.0;
 
     perp__proximal_project(s, part, x);
     perp__proximal_push(s, part, x, s->rest);
     perp__proximal_move(s, part, s->rest, s->q, speed);
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
-        const double one = find_tested(s, k, x + s->starts[k], speed + s->starts[k]);
+        /* the tested residual of the law, in the problem's terms but for omega; of a row of any
+         * sign here */
+        const int32_t begin = s->starts[k], d = s->starts[k + 1] - begin;
+        const int32_t constraint = s->constraint[k];
+        const double *scale = s->scale + begin, radius = s->radius[k];
+        const double aim = x[begin] - speed[begin];
+        double one =
+            fabs(aim) > -radius ? fabs(x[begin] - copysign(radius, aim)) : fabs(speed[begin]);
+        int32_t mode;
 
+        if (!(radius < 0.0)) {
+            const int32_t row = problem->starts[constraint];
+
+            for (int32_t i = 0; row + i < problem->starts[constraint + 1]; i++) {
+                s->r[row + i] = i < d ? x[begin + i] * scale[i] : 0.0;
+                s->u[row + i] = i < d ? speed[begin + i] / scale[i] : 0.0;
+            }
+            one = perp__contact_natural(problem, constraint, s->r, s->u, &mode) *
+                  sqrt(problem->trace[constraint]);
+        }
         most = one <= most ? most : one; /* keeps a NaN */
     }
     if (most < s->best_residual) {

@@ -22,7 +22,7 @@
 #include <perp/contact.h>
 
 #include "base/clock.h"
-#include "base/context.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "contact/law.h"
 #include "lcp/lcp.h"
@@ -432,7 +432,7 @@ static void release(void *work)
 {
     perp__pyramid *p = work;
 
-    perp__lcp_destroy(p->lcp);
+    perp__handle_end(p->lcp);
     p->lcp = NULL;
 }
 

@@ -38,7 +38,7 @@ void perp__rigid_destroy(perp__rigid_solver *solver)
         return;
     context = solver->solver->context;
     perp__arena_release(&solver->arena);
-    perp__contact_destroy(solver->solver);
+    perp__handle_end(solver->solver);
     perp__release(context, solver);
 }
 
@@ -80,8 +80,9 @@ static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem
     return status;
 }
 
-/* What the rows that yield lack of 0 at most, beside the largest free velocity. */
-static double yielded(const perp_contact_solver *s)
+/* What the rows that yield lack of 0 at most, beside the largest free velocity: more than poses
+ * being out of place explains is a residual like any other. */
+static void judge_yielded(perp_contact_solver *s)
 {
     double most = 0.0;
 
@@ -93,14 +94,6 @@ static double yielded(const perp_contact_solver *s)
             perp__raise_to(&most,
                            fabs(speed) * s->joints.scale[n] / s->drive[s->part[s->contacts + n]]);
     }
-    return most;
-}
-
-/* More than poses being out of place explains is a residual like any other. */
-static void judge_yielded(perp_contact_solver *s)
-{
-    const double most = yielded(s);
-
     if (most <= PLACED * s->joints.rows)
         return;
     perp__raise_to(&s->best.worth.tested, most);

@@ -8,7 +8,7 @@
 #include "base/sort.h"
 #include "contact/statics/interior.h"
 #include "linalg/doubled.h"
-#include "linalg/lanes/multiversion.h"
+#include "linalg/lanes/lanes.h"
 
 /* Added to the diagonal of K beside its own size: redundant rows and coordinates that nothing
  * pushes have no pivot of their own. Refinement takes it out again. */
@@ -79,6 +79,35 @@ perp_status perp__statics_order(perp__statics *s)
     return status == PERP_ERROR_MEMORY ? perp__fail_memory(s->context, "statics") : status;
 }
 
+/* Column c of `out` += sum_k row k of X times Y_kc, or the sizes of these terms, of `width` numbers
+ * each; a body's six are four lanes and two: the compiler finds no vectors there. */
+PERP__KERNEL static void add_product(int32_t columns, int32_t depth, int32_t width, int32_t sizes,
+                                     const double *X, const double *Y, double *out)
+{
+    for (int32_t c = 0; c < columns; c++, out += width) {
+        perp__lanes sum = {0.0};
+        perp__lane_pair sum_2 = {0.0};
+
+        for (int32_t k = 0; k < depth; k++) {
+            const double *row = X + k * width, y = Y[k * columns + c];
+
+            for (int32_t i = 0; i < width && width != 6; i++)
+                out[i] += sizes ? fabs(row[i] * y) : row[i] * y;
+            if (width != 6)
+                continue;
+            const perp__lanes four = PERP__CONST_LANES_AT(row) * y;
+            const perp__lane_pair two = PERP__CONST_PAIR_AT(row + 4) * y;
+
+            sum += sizes ? PERP__ABSOLUTE_LANES(four) : four;
+            sum_2 += sizes ? (perp__lane_pair){fabs(two[0]), fabs(two[1])} : two;
+        }
+        if (width != 6)
+            continue;
+        PERP__LANES_AT(out) += sum;
+        PERP__PAIR_AT(out + 4) += sum_2;
+    }
+}
+
 /* K += A S^-1 A' = P P' of all units, P := A'F: of each link by coordinates, rows of F side by
  * side. width, and rows_of where the unit has as many: constants of bodies and their contacts. */
 PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, int32_t rows_of)
@@ -89,36 +118,20 @@ PERP__KERNEL static void assemble_units(const perp__statics *s, int32_t width, i
     for (int32_t u = 0; u < rows->units; u++) {
         const perp__statics_unit *unit = &rows->unit[u];
         const int32_t n = rows_of > 0 && unit->rows == rows_of ? rows_of : unit->rows;
+        const size_t size = (size_t)n * (size_t)width;
         const int32_t *edge = s->edge + s->unit_edge[u];
-        const double *F = s->F + s->square[u];
 
-        for (int32_t a = 0; a < unit->links && !s->idle[u]; a++) {
-            const double *A = rows->values + rows->link[unit->link + a].at;
-            double *restrict P = s->P + (size_t)(a * n) * (size_t)width;
-
-            for (int32_t j = 0; j < n; j++)
-                for (int32_t i = 0; i < width; i++) {
-                    double sum = 0.0;
-
-                    for (int32_t k = 0; k < n; k++)
-                        sum += A[k * width + i] * F[k * n + j];
-                    P[j * width + i] = sum;
-                }
-        }
-        for (int32_t pair = 0; pair < unit->links * unit->links && !s->idle[u]; pair++) {
-            const double *P = s->P + (size_t)(pair / unit->links * n) * (size_t)width;
-            const double *Q = s->P + (size_t)(pair % unit->links * n) * (size_t)width;
-            double *restrict block =
-                s->fronts.values + (size_t)(edge[pair] < 0 ? 0 : edge[pair]) * square;
-
-            for (int32_t c = 0; c < width && edge[pair] >= 0; c++)
-                for (int32_t j = 0; j < n; j++) {
-                    const double q = Q[j * width + c];
-
-                    for (int32_t i = 0; i < width; i++)
-                        block[c * width + i] += P[j * width + i] * q;
-                }
-        }
+        if (s->idle[u])
+            continue;
+        memset(s->P, 0, (size_t)unit->links * size * sizeof *s->P);
+        for (int32_t a = 0; a < unit->links; a++)
+            add_product(n, n, width, 0, rows->values + rows->link[unit->link + a].at,
+                        s->F + s->square[u], s->P + (size_t)a * size);
+        for (int32_t pair = 0; pair < unit->links * unit->links; pair++)
+            if (edge[pair] >= 0)
+                add_product(width, n, width, 0, s->P + (size_t)(pair / unit->links) * size,
+                            s->P + (size_t)(pair % unit->links) * size,
+                            s->fronts.values + (size_t)edge[pair] * square);
     }
 }
 
@@ -183,6 +196,12 @@ PERP__KERNEL static double dot(int32_t n, const double *a, const double *b)
 {
     double sum = 0.0;
 
+    if (n == 6) {
+        const perp__lanes four = PERP__CONST_LANES_AT(a) * PERP__CONST_LANES_AT(b);
+        const perp__lane_pair two = PERP__CONST_PAIR_AT(a + 4) * PERP__CONST_PAIR_AT(b + 4);
+
+        return ((four[0] + four[2]) + two[0]) + ((four[1] + four[3]) + two[1]);
+    }
     for (int32_t i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
@@ -202,17 +221,17 @@ PERP__KERNEL static void add_rows(int32_t rows, int32_t width, const perp__stati
                                   const perp__statics_unit *unit, double factor, const double *x,
                                   double *to, double *terms)
 {
+    double y[PERP__STATICS_MOST_ROWS];
+
+    for (int32_t k = 0; k < rows; k++)
+        y[k] = factor * x[k];
     for (int32_t l = unit->link; l < unit->link + unit->links; l++) {
         const size_t first = (size_t)(s->rows->link[l].node * width);
         const double *A = s->rows->values + s->rows->link[l].at;
-        double *restrict at = to + first;
 
-        for (int32_t i = 0; i < width; i++)
-            for (int32_t k = 0; k < rows; k++)
-                at[i] += factor * x[k] * A[k * width + i];
-        for (int32_t i = 0; i < width && terms; i++)
-            for (int32_t k = 0; k < rows; k++)
-                terms[first + (size_t)i] += fabs(x[k] * A[k * width + i]);
+        add_product(1, rows, width, 0, A, y, to + first);
+        if (terms)
+            add_product(1, rows, width, 1, A, y, terms + first);
     }
 }
 

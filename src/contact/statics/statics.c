@@ -338,11 +338,11 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
     return status;
 }
 
-/* The impulses in the caller's unit. Returns 0 where doubles have no such numbers, or where one
- * left bounds that were thought to be too far away. */
-static int32_t write_impulses(perp__statics *s, perp__statics_answer *answer)
+/* The impulses in the caller's unit. Returns their least room in a cone; or -1 where doubles have
+ * no such numbers, or where one left bounds that were thought to be too far away. */
+static double write_impulses(perp__statics *s, perp__statics_answer *answer)
 {
-    double *r = answer->r ? answer->r : s->dx;
+    double *r = answer->r ? answer->r : s->dx, least = INFINITY;
     int32_t fine = 1;
 
     for (int32_t i = 0; i < s->rows->size; i++) {
@@ -359,8 +359,13 @@ static int32_t write_impulses(perp__statics *s, perp__statics_answer *answer)
                                    : cone->first == 1 + unit->tangents && unit->rolls > 0
                                        ? unit->rolling
                                        : unit->spinning;
+        double z[3], room;
 
-        for (int32_t round = 0; round < 8 && cone->dim > 1; round++) {
+        perp__cone_place(s, cone, s->x, cone->h, z);
+        room = perp__cone_room(z);
+        least = fmin(least, room / cone->e);
+        for (int32_t round = cone->dim > 1 && room <= 8.0 * DBL_EPSILON * z[0] ? 0 : 8; round < 8;
+             round++) {
             if (perp__length2(t[0], cone->dim > 2 ? t[1] : 0.0) * (1.0 + 2.0 * DBL_EPSILON) <
                 coefficient * own[0])
                 break;
@@ -377,7 +382,7 @@ static int32_t write_impulses(perp__statics *s, perp__statics_answer *answer)
         r[unit->row] = fmin(fmax(own, unit->lower), unit->upper);
         fine &= fabs(own - r[unit->row]) <= 4.0 * DBL_EPSILON * fabs(own);
     }
-    return fine;
+    return fine ? least : -1.0;
 }
 
 perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
@@ -428,7 +433,7 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     }
     if (status != PERP_OK)
         return status;
-    if (end == PERP__STATICS_FOUND && !write_impulses(s, answer))
+    if (end == PERP__STATICS_FOUND && !(write_impulses(s, answer) >= 0.0))
         end = PERP__STATICS_STUCK;
     answer->verdict = end == PERP__STATICS_FOUND    ? PERP_STATICS_STANDS
                       : end == PERP__STATICS_PROVED ? PERP_STATICS_FALLS
@@ -490,10 +495,5 @@ int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, con
     }
     memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
     answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), ADJUSTED);
-    answer->margin = perp__statics_room(s);
-    if (!(answer->unbalance <= BALANCED && answer->margin > 0.0))
-        return 0;
-    answer->verdict = PERP_STATICS_STANDS;
-    answer->iterations = 0;
-    return write_impulses(s, answer);
+    return answer->unbalance <= BALANCED && write_impulses(s, answer) > 0.0;
 }

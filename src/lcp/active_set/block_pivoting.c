@@ -201,33 +201,26 @@ static int32_t correct(void *work, const double *residual, double *step)
     return 1;
 }
 
-/* The problem with its matrix expanded, once a set-up. */
-static void examine(active_set_work *a)
-{
-    const perp__matrix *M = a->head.problem->M;
-    const size_t n = (size_t)M->rows;
-
-    a->dense = *a->head.problem;
-    a->dense.M = &a->M;
-    if (a->examined)
-        return;
-    a->M = *M;
-    if (M->column_starts && n > 0) {
-        memset(a->expanded, 0, n * n * sizeof *a->expanded);
-        perp__matrix_spread(M, a->expanded, n);
-        a->M = (perp__matrix){M->rows, M->columns, 1, n, a->expanded, NULL, NULL};
-    }
-    a->symmetric = perp__is_symmetric(&a->dense);
-    a->examined = 1;
-}
-
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     active_set_work *a = work;
     perp__block_pivoting *b = &a->pivoting;
+    const perp__matrix *M = a->head.problem->M;
     const size_t n = (size_t)a->head.problem->n;
 
-    examine(a);
+    /* the problem with its matrix expanded, once a set-up */
+    a->dense = *a->head.problem;
+    a->dense.M = &a->M;
+    if (!a->examined) {
+        a->M = *M;
+        if (M->column_starts && n > 0) {
+            memset(a->expanded, 0, n * n * sizeof *a->expanded);
+            perp__matrix_spread(M, a->expanded, n);
+            a->M = (perp__matrix){M->rows, M->columns, 1, n, a->expanded, NULL, NULL};
+        }
+        a->symmetric = perp__is_symmetric(&a->dense);
+        a->examined = 1;
+    }
     perp__active_block_begin(&b->active, &a->dense, a->symmetric);
     b->active.definite = 0;
     b->problem = &a->dense;

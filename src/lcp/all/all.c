@@ -244,7 +244,7 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
             perp__struct_write(result, &all.result, sizeof all.result);
         all_release(&all);
     }
-    perp__lcp_destroy(solver);
+    perp__handle_end(solver);
     return perp__leave(context, status);
 }
 

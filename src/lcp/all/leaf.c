@@ -202,28 +202,6 @@ static void cut(perp__lcp_all *all, double sign, double constant, const double *
     perp__polyhedron_cut(&all->polyhedron, &g);
 }
 
-/* Bounds of what is between them, signs of w at the others. */
-static void cut_all(perp__lcp_all *all)
-{
-    double *unit = all->work + all->n;
-
-    for (int32_t i = 0; i < all->n; i++) {
-        const double l = all->solver->lower_scaled[i], u = all->solver->upper_scaled[i];
-        const double *row = row_of(all, &all->levels[0], i);
-
-        memset(unit, 0, (size_t)all->n * sizeof *unit);
-        unit[i] = 1.0;
-        if (all->places[i] == PERP__AT_LOWER)
-            cut(all, 1.0, row[all->n], row);
-        else if (all->places[i] == PERP__AT_UPPER)
-            cut(all, -1.0, row[all->n], row);
-        if (all->places[i] == PERP__BETWEEN && l > -INFINITY)
-            cut(all, 1.0, -l, unit);
-        if (all->places[i] == PERP__BETWEEN && u < INFINITY)
-            cut(all, -1.0, -u, unit);
-    }
-}
-
 /* Leaves the vertices that solve the problem, and the rays that lead from the first one to points
  * that do; these get a largest entry of 1. */
 static void check_points(perp__lcp_all *all, perp__answer *answer)
@@ -280,6 +258,7 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     const size_t n = (size_t)all->n;
     perp__polyhedron *p = &all->polyhedron;
     perp__answer *answer = NULL;
+    double *unit = all->work + n;
     perp_status status;
 
     find_affine_set(all, level);
@@ -293,7 +272,22 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     status = perp__polyhedron_begin(p, 2 * all->n, level->pending);
     if (status != PERP_OK)
         return status;
-    cut_all(all);
+    /* bounds of what is between them, signs of w at the others */
+    for (int32_t i = 0; i < all->n; i++) {
+        const double l = all->solver->lower_scaled[i], u = all->solver->upper_scaled[i];
+        const double *row = row_of(all, &all->levels[0], i);
+
+        memset(unit, 0, n * sizeof *unit);
+        unit[i] = 1.0;
+        if (all->places[i] == PERP__AT_LOWER)
+            cut(all, 1.0, row[n], row);
+        else if (all->places[i] == PERP__AT_UPPER)
+            cut(all, -1.0, row[n], row);
+        if (all->places[i] == PERP__BETWEEN && l > -INFINITY)
+            cut(all, 1.0, -l, unit);
+        if (all->places[i] == PERP__BETWEEN && u < INFINITY)
+            cut(all, -1.0, -u, unit);
+    }
     status = perp__polyhedron_enumerate(p, &all->answers);
     if (status == PERP_OK && !all->first)
         status = perp__polyhedron_list(p, &all->answers, &answer);

@@ -116,26 +116,6 @@ static int32_t is_possible(const perp__lcp_all *all, const perp__tableau *level,
     return 1;
 }
 
-/* The monitor, the clock and the limit on nodes. */
-static void tick(perp__lcp_all *all)
-{
-    perp_outcome outcome;
-
-    all->result.nodes++;
-    if (all->limit > 0 && all->result.nodes >= all->limit) {
-        all->result.outcome = PERP_OUTCOME_ITERATION_LIMIT;
-        all->tree.ended = 1;
-    }
-    if (all->result.nodes % PERP__NODES_A_TICK != 1)
-        return;
-    outcome = perp__lcp_tick(&all->solver->control, all->result.nodes, INFINITY);
-    if (outcome >= 0) {
-        all->result.outcome = outcome;
-        all->tree.ended = 1;
-        all->aborted = all->solver->control.aborted;
-    }
-}
-
 /* ---- the tree over places ------------------------------------------------------------------- */
 
 static int32_t choices(void *user, int32_t d)
@@ -161,9 +141,22 @@ static int32_t choose(void *user, int32_t d, int32_t choice)
                                                                           : PERP__AT_UPPER;
     const double value =
         place == PERP__AT_UPPER ? solver->upper_scaled[d] : solver->lower_scaled[d];
+    perp_outcome asked = -1;
     int32_t row, k;
 
-    tick(all);
+    /* the monitor, the clock and the limit on nodes */
+    all->result.nodes++;
+    if (all->limit > 0 && all->result.nodes >= all->limit) {
+        all->result.outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        all->tree.ended = 1;
+    }
+    if (all->result.nodes % PERP__NODES_A_TICK == 1)
+        asked = perp__lcp_tick(&all->solver->control, all->result.nodes, INFINITY);
+    if (asked >= 0) {
+        all->result.outcome = asked;
+        all->tree.ended = 1;
+        all->aborted = all->solver->control.aborted;
+    }
     if (all->tree.ended)
         return 0;
     all->places[d] = place;

@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/clock.h"
-#include "base/context.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "base/tasks.h"
 #include "lcp/batch/group.h"
@@ -219,7 +219,7 @@ static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
             status = perp__fail(b->context, failed, "%s", workers[k].context.message);
     }
     for (int32_t k = 0; k < threads; k++) {
-        perp__lcp_destroy(workers[k].solver);
+        perp__handle_end(workers[k].solver);
         perp__arena_release(&workers[k].arena);
     }
     perp__tasks_destroy(b->tasks);

@@ -206,7 +206,7 @@ static void release(void *object)
 
     perp__kept_factor_release(&s->kept);
     perp__arena_release(&s->arena);
-    perp__lcp_destroy(s->solver);
+    perp__handle_end(s->solver);
 }
 
 static const perp__kind kind = {"sensitivities", sizeof(perp_lcp_sensitivity), release};
@@ -255,11 +255,6 @@ void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)
 }
 
 /* ---- products ------------------------------------------------------------------------------ */
-
-static perp_status enter(perp_lcp_sensitivity *s)
-{
-    return perp__handle_enter(s, &kind);
-}
 
 static perp_status check_verdict(const perp_lcp_sensitivity *s)
 {
@@ -311,8 +306,7 @@ perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, doub
                                          const double *dq, const perp_matrix *dM,
                                          const double *dlower, const double *dupper)
 {
-    return PERP__CALL(enter(sensitivity), sensitivity->context,
-                      forward(sensitivity, dz, dq, dM, dlower, dupper));
+    return PERP__HANDLE_CALL(sensitivity, &kind, forward(sensitivity, dz, dq, dM, dlower, dupper));
 }
 
 /* rhs := p, p_A = -M_AA^-T g_A and 0 elsewhere; for a direction (d, e) of q and of the bounds of N
@@ -356,13 +350,12 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
 perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, double *p,
                                          double *lower, double *upper, const double *g)
 {
-    return PERP__CALL(enter(sensitivity), sensitivity->context,
-                      adjoint(sensitivity, p, lower, upper, g));
+    return PERP__HANDLE_CALL(sensitivity, &kind, adjoint(sensitivity, p, lower, upper, g));
 }
 
 perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivity, int32_t *places)
 {
-    perp_status status = enter(sensitivity);
+    perp_status status = perp__handle_enter(sensitivity, &kind);
 
     if (status != PERP_OK)
         return status;

@@ -183,31 +183,6 @@ static void extragradient(perp__fischer_state *f, int32_t steps)
     }
 }
 
-/* Where Newton's method begins: a guess at which bounds are active, safe for any S since only the
- * best point met is kept. */
-static void improve_start(perp__fischer_state *f, const start *first)
-{
-    const perp__lcp_problem *p = f->common.problem;
-
-    perp__fischer_set_point(f);
-    if (f->S.symmetric)
-        sweeps(f, first->steps);
-    else
-        extragradient(f, first->steps);
-    for (int32_t k = 0; k < first->jacobi && !perp__is_past(p->control->deadline);
-         k++) { /* z := mid(l, u, z - w_i / |S_i|_1) */
-        for (int32_t i = 0; i < p->n; i++) {
-            const double s = p->row_norms[i] > 0.0 ? p->row_norms[i] : 1.0;
-
-            f->z[i] = perp__clamp(f->z[i] - f->w[i] / s, p->lower[i], p->upper[i]);
-        }
-        multiply(f, f->z, f->w);
-        keep_best(f);
-    }
-    memcpy(f->z, f->best, (size_t)p->n * sizeof(double));
-    perp__fischer_set_point(f);
-}
-
 static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *problem = f->common.problem;
@@ -259,7 +234,26 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     memcpy(f->best, iterate->z, bytes);
     f->has_places = f->watched = f->failures = 0;
     f->rho = 0.0;
-    improve_start(f, first);
+    /* 1. Where Newton's method begins: a guess at which bounds are active, safe for any S since
+     * only the best point met is kept. */
+    perp__fischer_set_point(f);
+    if (f->S.symmetric)
+        sweeps(f, first->steps);
+    else
+        extragradient(f, first->steps);
+    for (int32_t k = 0; k < first->jacobi && !perp__is_past(problem->control->deadline);
+         k++) { /* z := mid(l, u, z - w_i / |S_i|_1) */
+        for (int32_t i = 0; i < problem->n; i++) {
+            const double s = problem->row_norms[i] > 0.0 ? problem->row_norms[i] : 1.0;
+
+            f->z[i] = perp__clamp(f->z[i] - f->w[i] / s, problem->lower[i], problem->upper[i]);
+        }
+        multiply(f, f->z, f->w);
+        keep_best(f);
+    }
+    memcpy(f->z, f->best, bytes);
+    perp__fischer_set_point(f);
+    /* 2. Its steps. */
     status = run(f, first->active, iterate);
     memcpy(iterate->z, f->best, bytes);
     iterate->has_places = 0;

@@ -293,27 +293,12 @@ static double skewness(const perp__lcp_problem *p)
     return sqrt(skew / even);
 }
 
-/* Whether many couplings are larger than a positive definite M + M' can have: one a row is looked
- * at. */
-static int32_t has_large_couplings(const perp__matrix *M)
-{
-    int32_t large = 0;
-
-    for (int32_t i = 0; i < M->rows; i++) {
-        const int32_t j = (i + M->rows / 2) % M->rows;
-        const double *at = M->values + (size_t)i * M->row_stride + (size_t)j * M->column_stride;
-        const double *mirror = M->values + (size_t)j * M->row_stride + (size_t)i * M->column_stride;
-        const double size = 0.5 * *at + 0.5 * *mirror;
-
-        large += size * size > perp__diagonal_entry(M, i) * perp__diagonal_entry(M, j) && i != j;
-    }
-    return large > M->rows / 16;
-}
-
 /* What M says, once a set-up. */
 static void examine(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
+    const perp__matrix *M = p->M;
+    int32_t large = 0;
 
     if (l->examined == p->setup)
         return;
@@ -324,7 +309,17 @@ static void examine(perp__lemke *l)
         return;
     l->symmetric = perp__is_symmetric(p);
     l->crashes = l->symmetric || (p->n >= CRASH_LU_FROM && skewness(p) <= CRASH_SKEW);
-    l->crashes &= !has_large_couplings(p->M);
+    /* not where many couplings are larger than a positive definite M + M' can have: one a row is
+     * looked at */
+    for (int32_t i = 0; i < M->rows; i++) {
+        const int32_t j = (i + M->rows / 2) % M->rows;
+        const double *at = M->values + (size_t)i * M->row_stride + (size_t)j * M->column_stride;
+        const double *mirror = M->values + (size_t)j * M->row_stride + (size_t)i * M->column_stride;
+        const double size = 0.5 * *at + 0.5 * *mirror;
+
+        large += size * size > perp__diagonal_entry(M, i) * perp__diagonal_entry(M, j) && i != j;
+    }
+    l->crashes &= large <= M->rows / 16;
 }
 
 /* perp__lcp_iterate's, by the block of the crash. */

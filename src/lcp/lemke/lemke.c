@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/random.h"
+
 /* Most problems need one. */
 #define ATTEMPTS 5
 /* How often the answer may be looked for once more, for its last digits. */
@@ -108,13 +110,9 @@ int32_t perp__lemke_name_pairs(perp__lemke *l)
 /* Random in [1, 2], the same in every run. */
 static double draw(int32_t stream, int32_t k)
 {
-    uint64_t x = (uint64_t)stream * UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)k + 1;
+    uint64_t seed = ((uint64_t)stream * PERP__GOLDEN + (uint64_t)k) * PERP__GOLDEN;
 
-    x *= UINT64_C(0x9e3779b97f4a7c15);
-    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-    x ^= x >> 31;
-    return 1.0 + (double)(x >> 11) * 0x1p-53;
+    return 1.5 + 0.5 * perp__draw(&seed);
 }
 
 /* What the iterate is to hold of the current basis: z and places. */

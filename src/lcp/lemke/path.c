@@ -7,6 +7,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/context.h"
 #include "lcp/lemke/lemke.h"
 #include "linalg/lanes/vectors.h"
 
@@ -205,8 +206,7 @@ static perp_status find_blocking(perp__lemke *l, double own_range, int32_t *r)
     status = l->basis->refactor(l);
     if (status == PERP__LEMKE_AS_NEW)
         return PERP_OK;
-    if (status == PERP_OK)
-        status = l->basis->column(l, l->entering);
+    PERP__THEN(status, l->basis->column(l, l->entering));
     if (status == PERP_OK)
         *r = blocking_row(l, own_range);
     return status;
@@ -281,15 +281,6 @@ static perp_status advance(perp__lemke *l, perp_outcome *outcome)
     return status;
 }
 
-/* Whether there is time for the next exchange; it may be one that the whole tableau waits for. */
-static int32_t may_exchange(perp__lemke *l)
-{
-    const perp__tableau *t = &l->tableau;
-    const int32_t waits = l->basis == &perp__lemke_dense && t->pending + 1 >= t->delay;
-
-    return perp__lcp_may_multiply(l->head.problem->control, waits * (double)t->delay, 1.0);
-}
-
 perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most)
 {
     const perp__lcp_problem *p = l->head.problem;
@@ -323,12 +314,15 @@ perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, 
     enter_partner(l, leaving, at_upper);
     /* 3. Steps of the path, until it ends. */
     for (iterate->iterations = 1; status == PERP_OK && outcome < 0; iterate->iterations++) {
+        const perp__tableau *t = &l->tableau; /* the next one may be what all of it waits for */
+        const int32_t waits = l->basis == &perp__lemke_dense && t->pending + 1 >= t->delay;
+
         if (iterate->iterations >= limit)
             outcome = PERP_OUTCOME_ITERATION_LIMIT;
         else if (iterate->iterations % 16 == 1)
             outcome = perp__lcp_tick(p->control, l->spent + iterate->iterations, INFINITY);
-        else if (!may_exchange(l))
-            outcome = PERP_OUTCOME_TIME_LIMIT;
+        else if (!perp__lcp_may_multiply(p->control, waits ? (double)t->delay : 0.0, 1.0))
+            outcome = PERP_OUTCOME_TIME_LIMIT; /* no time for the next exchange */
         if (outcome < 0)
             status = advance(l, &outcome);
         if (outcome >= 0 && outcome != PERP_OUTCOME_SOLVED)

@@ -63,16 +63,6 @@ double perp__klu_products(const perp__factor *factor)
     return factor->symbolic ? factor->symbolic->est_flops : 0.0;
 }
 
-static int has_bad_pivot(const perp__factor *factor)
-{
-    const double *pivots = factor->numeric->Udiag;
-
-    for (int32_t k = 0; k < factor->n; k++)
-        if (pivots[k] == 0.0 || !isfinite(pivots[k]))
-            return 1;
-    return 0;
-}
-
 perp_status perp__klu_factor(perp__factor *factor, const perp__square *A)
 {
     int *starts = (int *)A->column_starts, *rows = (int *)A->row_indices;
@@ -84,8 +74,12 @@ perp_status perp__klu_factor(perp__factor *factor, const perp__square *A)
     factor->numeric = klu_factor(starts, rows, values, factor->symbolic, &factor->common);
     if (!factor->numeric && factor->common.status < 0)
         return perp__fail_memory(factor->context, "a sparse factorisation");
-    if (factor->numeric && has_bad_pivot(factor))
-        klu_free_numeric(&factor->numeric, &factor->common);
+    for (int32_t k = 0; k < factor->n && factor->numeric; k++) {
+        const double pivot = ((const double *)factor->numeric->Udiag)[k];
+
+        if (pivot == 0.0 || !isfinite(pivot))
+            klu_free_numeric(&factor->numeric, &factor->common);
+    }
     return factor->numeric ? PERP_OK : PERP__FACTOR_SINGULAR;
 }
 

@@ -296,25 +296,6 @@ static size_t coarse_pattern(const perp__multigrid *grid, const perp__level *fin
     return entries;
 }
 
-static perp_status make_matrix(perp__multigrid *grid, const perp__level *fine, perp__level *coarse)
-{
-    perp_status status;
-
-    coarse->entries = coarse_pattern(grid, fine, coarse, 0);
-    if (coarse->entries > INT32_MAX)
-        return perp__fail_memory(grid->context, "a coarse matrix");
-    status = perp__arena_fit(&coarse->matrix_arena, grid->context, layout_matrix, coarse);
-    if (status != PERP_OK || perp__is_past(grid->deadline))
-        return status;
-    coarse_pattern(grid, fine, coarse, 1);
-    coarse->starts = coarse->own_starts;
-    coarse->rows = coarse->own_rows;
-    coarse->values = coarse->own_values;
-    perp__coarse_values(grid, fine, fine->values, NULL, coarse, coarse->own_values,
-                        coarse->inverse_diagonal);
-    return PERP_OK;
-}
-
 /* Makes the level after `k`, or finds that there is none: then the k-th has coarse = 0. */
 static perp_status make_level(perp__multigrid *grid, int32_t k)
 {
@@ -354,7 +335,19 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
         return status;
     fill_prolongation(fine, coarse->near_null, threshold, grid->marks);
     transpose(fine);
-    return make_matrix(grid, fine, coarse);
+    coarse->entries = coarse_pattern(grid, fine, coarse, 0);
+    if (coarse->entries > INT32_MAX)
+        return perp__fail_memory(grid->context, "a coarse matrix");
+    status = perp__arena_fit(&coarse->matrix_arena, grid->context, layout_matrix, coarse);
+    if (status != PERP_OK || perp__is_past(grid->deadline))
+        return status;
+    coarse_pattern(grid, fine, coarse, 1);
+    coarse->starts = coarse->own_starts;
+    coarse->rows = coarse->own_rows;
+    coarse->values = coarse->own_values;
+    perp__coarse_values(grid, fine, fine->values, NULL, coarse, coarse->own_values,
+                        coarse->inverse_diagonal);
+    return PERP_OK;
 }
 
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/random.h"
 #include "mechanism/accelerations/accelerations.h"
 
 /* ---- of the contact problem ------------------------------------------------------------------ */
@@ -176,7 +177,7 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
 
         for (int32_t i = 0; i < a->elements; i++) {
             const int32_t count = perp__element_choices(a, i);
-            const int32_t some = (int32_t)((perp__next_random(&seed) >> 33) % (uint64_t)count);
+            const int32_t some = (int32_t)(perp__next_random(&seed) % (uint64_t)count);
 
             perp__element_choose(a, i, start == 0 ? (count > 1) : start == 1 ? 0 : some);
         }

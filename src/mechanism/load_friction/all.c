@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/random.h"
 #include "mechanism/load_friction/load_friction.h"
 
 /* ---- enumeration --------------------------------------------------------------------------- */
@@ -89,12 +90,9 @@ static perp_status search(perp_load_friction *f, int64_t *patterns)
         /* all forward and all backward first, then signs by a fixed random sequence */
         for (int32_t i = 0; i < f->n; i++) {
             const int32_t count = choices(f, i);
+            const int32_t some = (int32_t)(perp__next_random(&seed) % (uint64_t)count);
 
-            perp__next_random(&seed);
-            choose(f, i,
-                   start == 0   ? 0
-                   : start == 1 ? count - 1
-                                : (int32_t)((seed >> 33) % (uint64_t)count));
+            choose(f, i, start == 0 ? 0 : start == 1 ? count - 1 : some);
         }
         status = iterate(f, patterns);
     }

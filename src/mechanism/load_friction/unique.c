@@ -8,6 +8,7 @@
 
 #include "base/context.h"
 #include "base/outcome.h"
+#include "base/random.h"
 #include "linalg/blas.h"
 #include "mechanism/eigenvalues.h"
 #include "mechanism/load_friction/load_friction.h"
@@ -156,10 +157,10 @@ void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const
         enumerate(f, u);
     else /* norms, and a few determinants for a proof of the contrary */
         for (int32_t k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
-            for (int32_t i = 0; i < f->n; i++) {
-                perp__next_random(&seed);
-                f->pattern.side[i] = (int8_t)(k < 2 ? 1 - 2 * k : (seed >> 62) & 1 ? 1 : -1);
-            }
+            for (int32_t i = 0; i < f->n; i++)
+                f->pattern.side[i] = (int8_t)(k < 2                            ? 1 - 2 * k
+                                              : perp__next_random(&seed) >> 63 ? 1
+                                                                               : -1);
             if (determinant(f) <= 0.0)
                 u->verdict = PERP_LOAD_NOT_UNIQUE;
         }

@@ -208,20 +208,25 @@ int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const 
     return best;
 }
 
-int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *normal)
+int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *normal,
+                              double *within)
 {
     const double *found[PERP__MAX_AXES];
-    int32_t count = 0;
+    int32_t count = 0, flush = 0;
     normal[0] = normal[1] = normal[2] = 0.0;
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++) {
-        int32_t another = fabs(axes->axis[k].separation) <= touching;
+        int32_t touches = fabs(axes->axis[k].separation) <= touching, another = touches;
         for (int32_t i = 0; i < count && another; i++)
             another = perp__dot3(found[i], axes->axis[k].normal) < ALIGNED;
+        flush |= touches && !another;
         if (!another)
             continue;
         found[count++] = axes->axis[k].normal;
         perp__add3(normal, 1.0, axes->axis[k].normal);
     }
     perp__normalise3(normal);
+    *within = flush ? 0.0 : 1.0;
+    for (int32_t i = 0; i < count; i++)
+        *within = perp__lesser(*within, perp__dot3(found[i], normal));
     return count > 1;
 }

@@ -239,6 +239,8 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     perp__moved(&e->a, collision->time, &a);
     perp__moved(&e->b, collision->time, &b);
     made = perp__collide_along(&a, &b, e->world->settings.planar, collision->axis, e->points);
+    if (collision->axis == PERP__MIDDLE_AXIS) /* at rest, and closed by what all others leave */
+        return made;
     return made > 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
 }
 
@@ -357,13 +359,13 @@ static int32_t begin_at_rest(const encounter *e)
 static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
 {
     const double *normal = begin_at_rest(e) ? pressed_along(e->world, pair) : NULL;
-    double own[3], middle[3];
+    double own[3], middle[3], within;
 
     if (!normal)
         return 0;
     perp__apply_transposed3(own, e->a.start->rotation, normal);
     pair->collision.axis = PERP__MIDDLE_AXIS;
-    int32_t found = perp__middle_of_faces(axes, e->near.touching, middle) &&
+    int32_t found = perp__middle_of_faces(axes, e->near.touching, middle, &within) &&
                     fabs(perp__dot3(middle, own)) >= 1.0 - SUPPORT * SUPPORT;
     for (int32_t k = 0; k < axes->count && !found; k++) {
         pair->collision.axis = axes->axis[k].number;
@@ -373,6 +375,23 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes
     pair->collision.time = 0.0;
     pair->collision.doubtful = 1;
     return found;
+}
+
+/* Whether shapes at rest that touch in an edge or a corner of both can lean on each other along the
+ * middle of the faces there: each of these can hold that by friction, so that whichever the motion
+ * would close, they stand on it. Where faces lie in one plane nothing says that one leans. */
+static int32_t lean(const encounter *e, perp__pair *pair, const perp__axes *axes)
+{
+    const perp_world *world = e->world;
+    const double mu =
+        perp__pair_friction(&world->shapes[pair->first], &world->shapes[pair->second]);
+    double middle[3], within;
+
+    pair->collision.axis = PERP__MIDDLE_AXIS;
+    pair->collision.time = 0.0;
+    pair->collision.doubtful = 1;
+    return begin_at_rest(e) && perp__middle_of_faces(axes, e->near.touching, middle, &within) &&
+           within * sqrt(1.0 + mu * mu) > 1.0;
 }
 
 /* What keeps the spheres about two shapes apart. */
@@ -392,13 +411,13 @@ static void note_lead(const perp_world *world, perp__pair *pair, double touching
  * that of a world without this contact. */
 static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes *axes)
 {
-    double middle[3];
+    double middle[3], within;
 
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].number == pair->collision.axis &&
             fabs(axes->axis[k].separation) <= e->near.touching) {
             pair->collision.time = 0.0;
-            if (perp__middle_of_faces(axes, e->near.touching, middle))
+            if (perp__middle_of_faces(axes, e->near.touching, middle, &within))
                 pair->collision.axis = PERP__MIDDLE_AXIS;
             return;
         }
@@ -441,7 +460,8 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         pair->plain = 0;
         return 0;
     }
-    if (!touch_plainly(&e, pair, &axes, near) && !presses_on(&e, pair, &axes, near))
+    if (!touch_plainly(&e, pair, &axes, near) && !presses_on(&e, pair, &axes, near) &&
+        !lean(&e, pair, &axes))
         return 0;
     if (begin_at_rest(&e))
         meet_at_rest(&e, pair, &axes);

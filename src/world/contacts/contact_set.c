@@ -70,9 +70,7 @@ static void write_contact(const perp_world *world, const perp__contact_set *set,
         contact->round = world->rounds;
         contact->rounding = perp__pair_rounding(world, pair);
         contact->size = perp__pair_size(world, pair);
-        /* the geometric mean; exact where both are equal */
-        contact->friction =
-            a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
+        contact->friction = perp__pair_friction(a, b);
         contact->restitution = perp__greater(a->restitution, b->restitution);
         perp__copy3(contact->axes[0], point->normal);
         perp__contact_frame(world, contact);
@@ -122,6 +120,7 @@ void perp__prepare_contact(const perp_world *world, const perp__contact_set *set
 
     contact->start = perp__normal_velocity(world, contact, PERP__TWIST_START);
     contact->free = perp__normal_velocity(world, contact, PERP__TWIST_FREE);
+    set->ties[i].deep = (int8_t)perp__is_deep(contact);
     perp__copy3(response->remembered, response->warm);
 }
 
@@ -144,8 +143,8 @@ static void write_touching(const perp_world *world, int32_t i, const perp__world
     }
     write_contact(world, set, i, last, pair, point);
     set_arms(world->states, &set->contacts[i]);
-    perp__prepare_contact(world, set, i);
     tie_bodies(set, i, !(set->contacts[i].gap > set->contacts[i].rounding));
+    perp__prepare_contact(world, set, i);
 }
 
 /* Appends the points of a pair that are farther apart than `least` at the start of the step. */

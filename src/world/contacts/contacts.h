@@ -30,17 +30,6 @@ PERP__KERNEL static void perp__fetch(const void *from, size_t bytes)
     (void)bytes;
 #endif
 }
-/* The same of what is read later, into the caches that are larger. */
-PERP__KERNEL static void perp__fetch_far(const void *from, size_t bytes)
-{
-#ifdef __GNUC__
-    for (size_t at = 0; at < bytes; at += 64)
-        __builtin_prefetch((const char *)from + at, 0, 1);
-#else
-    (void)from;
-    (void)bytes;
-#endif
-}
 /* Pair i of what is gone through in order, and which is asked of memory meanwhile: all of it, or
  * as far as the steps. */
 #define PERP__PAIRS_AHEAD 8
@@ -90,6 +79,12 @@ void perp__forget_shape(perp_world *world, int32_t shape);
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* The size of the two bodies. */
 double perp__pair_size(const perp_world *world, const perp__pair *pair);
+
+/* The geometric mean; exact where both are equal. */
+static inline double perp__pair_friction(const perp__shape *a, const perp__shape *b)
+{
+    return a->friction == b->friction ? a->friction : sqrt(a->friction) * sqrt(b->friction);
+}
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* How far a shape has points that turning may move, from its body's mass centre; and what turning

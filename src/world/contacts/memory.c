@@ -140,6 +140,7 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
     perp__copy3(response->base, last->responses[from].base);
     set->ties[i] = last->ties[from];
     set->ties[i].included = set->ties[i].fresh = 0;
+    set->ties[i].repeats = 1;
 }
 
 /* ---- memories ---- */
@@ -212,21 +213,25 @@ void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *m
     perp__copy3(memory->base, set->responses[i].base);
 }
 
-/* Whether memory number i, which is that of the step before the last, is what the pair leaves. */
-static int32_t leaves_the_same(const perp_world *world, const perp__pair *pair, int32_t i)
+/* Whether the memories from number i on, which are those of the step before the last, are of the
+ * points of the pair. */
+static int32_t has_stood(const perp__pair *pair, int32_t i)
 {
-    const perp__response *responses = world->contacts.responses;
-    int32_t same = pair->same && pair->first_before >= 0 && !pair->changed && pair->late < 0 &&
-                   pair->had_first == i && pair->had == pair->made;
+    return pair->same && pair->first_before >= 0 && pair->late < 0 && pair->had_first == i &&
+           pair->had == pair->made && pair->memories == pair->made;
+}
 
-    for (int32_t k = pair->first_now; k < pair->first_now + pair->made && same; k++) {
-        if (k + AHEAD < world->contacts.count)
-            perp__fetch(&responses[k + AHEAD], offsetof(perp__response, impulse));
-        same = memcmp(responses[k].next, responses[k].remembered, sizeof responses[k].next) == 0 &&
-               memcmp(responses[k].base, world->next_memories[i + k - pair->first_now].base,
-                      sizeof responses[k].base) == 0;
-    }
-    return same;
+/* What a point leaves to its memory, which is of it already; whether that is news. */
+static int32_t leave_impulse(const perp_world *world, int32_t k, const perp__memory *last,
+                             perp__memory *memory)
+{
+    const perp__response *response = &world->contacts.responses[k];
+
+    if (k + AHEAD < world->contacts.count)
+        perp__fetch(&response[AHEAD], offsetof(perp__response, impulse));
+    perp__copy3(memory->impulse, response->next);
+    perp__copy3(memory->base, response->base);
+    return memcmp(memory->impulse, last->impulse, 2 * sizeof memory->impulse) != 0;
 }
 
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */
@@ -239,7 +244,8 @@ void perp__remember(perp_world *world)
     /* 1. the memories of each pair, in their order */
     for (int32_t i = 0; i < world->pair_count; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
-        const int32_t same = leaves_the_same(world, pair, count);
+        const int32_t stood = has_stood(pair, count);
+        int32_t news = 0;
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
@@ -247,14 +253,15 @@ void perp__remember(perp_world *world)
         pair->first_before = pair->same ? pair->first_last : -1;
         pair->first_last = pair->first_now;
         pair->steps = world->coasting;
-        if (same)
-            count += pair->made;
-        for (int32_t k = 0; k < pair->made && !same; k++)
+        for (int32_t k = 0; k < pair->made && stood; k++, count++)
+            news |= leave_impulse(world, pair->first_now + k, &world->memories[pair->had_first + k],
+                                  &memories[count]);
+        for (int32_t k = 0; k < pair->made && !stood; k++)
             perp__write_memory(set, pair->first_now + k, &memories[count++]);
-        for (int32_t k = pair->late; k >= 0 && !same; k = set->responses[k].later)
+        for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
             perp__write_memory(set, k, &memories[count++]);
         pair->memories = count - pair->first_memory;
-        pair->changed = pair->first_kept >= 0 || (!same && is_news(world, pair));
+        pair->changed = pair->first_kept >= 0 || (stood ? news : is_news(world, pair));
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
         early += pair->made;

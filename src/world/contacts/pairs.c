@@ -409,27 +409,6 @@ int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double
     return 1;
 }
 
-/* Half-spaces in place, before boxes are held against them; those that came or moved make their
- * pairs anew. */
-static perp_status place_planes(perp_world *world)
-{
-    perp_status status = PERP_OK;
-
-    for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
-        if (world->bodies[world->shapes[i].body].awake)
-            perp__keep_placed(world, world->shapes[i].body);
-    if (world->planes_changed)
-        perp__find_clusters(world);
-    for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
-        if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
-            status = find_partners(world, i);
-    if (world->planes_changed)
-        world->pairs_changed = 2; /* what sleeps has new ones too */
-    if (status == PERP_OK)
-        world->planes_changed = 0;
-    return status;
-}
-
 /* Bodies to come: their numbers first, then their shapes, which these tell. */
 PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
 {
@@ -461,8 +440,23 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
 /* All of a body while it is at hand: what is awake may be more than a cache holds. */
 perp_status perp__enclose_motions(perp_world *world, double h)
 {
-    perp_status status = place_planes(world);
+    perp_status status = PERP_OK;
 
+    /* 1. Half-spaces in place, before boxes are held against them; those that came or moved make
+     * their pairs anew. */
+    for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
+        if (world->bodies[world->shapes[i].body].awake)
+            perp__keep_placed(world, world->shapes[i].body);
+    if (world->planes_changed)
+        perp__find_clusters(world);
+    for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
+        if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
+            status = find_partners(world, i);
+    if (world->planes_changed)
+        world->pairs_changed = 2; /* what sleeps has new ones too */
+    if (status == PERP_OK)
+        world->planes_changed = 0;
+    /* 2. Bodies, each as a whole while it is at hand. */
     world->lively_count = 0;
     for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
         const int32_t body = world->awake[i];

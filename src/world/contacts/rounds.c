@@ -109,14 +109,6 @@ static int32_t is_due(const perp_world *world, const perp__world_contact *contac
                     perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
 }
 
-/* Whether the motion of one of its bodies is another one than in the round before: else what was
- * not due then is not now. */
-static int32_t is_moved(const perp_world *world, const perp__tie *tie)
-{
-    return world->rounds == 0 || world->moved[tie->body[0]] >= world->rounds ||
-           world->moved[tie->body[1]] >= world->rounds;
-}
-
 /* Includes the points that are due; returns how many. */
 static int32_t include_points(perp_world *world, double h, double deep)
 {
@@ -125,8 +117,12 @@ static int32_t include_points(perp_world *world, double h, double deep)
 
     for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
         perp__tie *tie = &set->ties[i];
+        /* else what was not due in the round before is not now */
+        const int32_t is_moved = world->rounds == 0 ||
+                                 world->moved[tie->body[0]] >= world->rounds ||
+                                 world->moved[tie->body[1]] >= world->rounds;
 
-        if (tie->included || !is_moved(world, tie) ||
+        if (tie->included || !is_moved ||
             !((tie->closed && deep == 0.0) || is_due(world, &set->contacts[i], h, deep)))
             continue;
         tie->included = tie->fresh = 1;

@@ -16,9 +16,6 @@
 /* Roundings of velocities that two bodies have of one turn. */
 #define TURNED (16.0 * PERP__EPSILON)
 
-/* Contacts between one that is asked of memory and that at hand. */
-#define AHEAD 64
-
 /* ---- what carries an island ---- */
 
 static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32_t *any,
@@ -58,10 +55,9 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
     carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
     for (int32_t i = 0; i < island->contacts && one; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const int32_t *body = perp__step_tie(world, island, i)->body;
 
-        one = takes_in(world, carrying, &any, contact->body_a) &&
-              takes_in(world, carrying, &any, contact->body_b);
+        one = takes_in(world, carrying, &any, body[0]) && takes_in(world, carrying, &any, body[1]);
     }
     for (int32_t i = 0; i < island->joints && one; i++)
         for (int32_t side = 0; side < 2 && one; side++)
@@ -120,15 +116,6 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
     }
 }
 
-/* Whether it stood in the last step: then a contact has what was decided then. */
-static int32_t stood(const perp_world *world, const perp__island *island)
-{
-    for (int32_t i = 0; i < island->contacts; i++)
-        if (perp__step_response(world, island, i)->base[0] > 0.0)
-            return 1;
-    return 0;
-}
-
 /* To the last bit; or, of a carrier that turns, to what a step leaves that knows rows of its
  * beginning alone: h w^2 r. */
 static int32_t begins_with(const perp_world *world, const perp__island *island,
@@ -152,10 +139,20 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
     return 1;
 }
 
-/* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as rounding
- * of a sliding velocity is no rest. */
-static int32_t goes_on(const perp_world *world, const perp__island *island)
+int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
+                              perp__carrying *carrying)
 {
+    if (perp__find_carrying(world, island, carrying)) {
+        if (begins_with(world, island, carrying))
+            return 1;
+        /* what stood in the last step has a contact with what was decided then */
+        for (int32_t i = 0; i < island->contacts && carrying->motion == PERP__CARRIED_ALONG; i++)
+            if (perp__step_response(world, island, i)->base[0] > 0.0)
+                return 1;
+    }
+    carrying->motion = PERP__CARRIED_ON;
+    /* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as
+     * rounding of a sliding velocity is no rest. */
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         double u[3];
@@ -167,19 +164,6 @@ static int32_t goes_on(const perp_world *world, const perp__island *island)
     return island->joints == 0;
 }
 
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
-                              perp__carrying *carrying)
-{
-    if (perp__find_carrying(world, island, carrying)) {
-        if (begins_with(world, island, carrying))
-            return 1;
-        if (carrying->motion == PERP__CARRIED_ALONG && stood(world, island))
-            return 1;
-    }
-    carrying->motion = PERP__CARRIED_ON;
-    return goes_on(world, island);
-}
-
 /* ---- the impulses of the last step ---- */
 
 /* Forces on a body: their sum, in the frame of the world, and the size of its terms, in the metric
@@ -187,13 +171,12 @@ int32_t perp__begins_standing(const perp_world *world, const perp__island *islan
 enum { FORCE = 0, MOMENT = 3, TERMS = 6, NUMBERS = 7 };
 
 /* Whether the contact may press as it did while nothing moves. Sweeps take out what is deep. */
-static int32_t obeys(const perp__world_contact *contact, const double *r, int32_t swept)
+static int32_t obeys(const perp__world_contact *contact, const double *r, int32_t deep)
 {
     const double most = contact->friction * r[0];
 
     return r[0] >= 0.0 && r[1] * r[1] + r[2] * r[2] <= most * most &&
-           (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) &&
-           !(swept && perp__is_deep(contact));
+           (r[0] == 0.0 || perp__open_gap(contact, contact->gap) == 0.0) && !deep;
 }
 
 static void press(const perp_world *world, const perp__world_contact *contact, const double *r,
@@ -222,34 +205,26 @@ static void press(const perp_world *world, const perp__world_contact *contact, c
     }
 }
 
-/* The angular impulse that takes a body from the angular velocity `now` to the carried one in a
- * time t, without contacts: not that of the free motion, which turns, and so has gyroscopic terms
- * of its own. */
-static void find_turning(const perp_world *world, int32_t body, const double *now,
-                         const double *carried, double t, double *L)
-{
-    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
-    double own[3], turned[3], change[3], momentum[3], gyroscopic[3];
-
-    perp__subtract3(change, now, carried);
-    perp__apply_transposed3(own, R, change);
-    perp__apply3(turned, I, own);
-    perp__apply3(L, R, turned);
-    perp__apply_transposed3(own, R, carried);
-    perp__apply3(turned, I, own);
-    perp__apply3(momentum, R, turned);
-    perp__cross(gyroscopic, carried, momentum);
-    perp__add3(L, t, world->states[body].torque);
-    perp__add3(L, -t, gyroscopic);
-}
-
 void perp__find_force(const perp_world *world, const perp__carrying *carrying, int32_t body,
                       double t, const double *now, const double *free, double *force)
 {
-    double carried[6];
+    const double *R = world->motions[body].rotation, *I = world->bodies[body].inertia;
+    double carried[6], own[3], turned[3], change[3], momentum[3], gyroscopic[3];
 
     perp__carried_twist(world, carrying, body, t, carried);
-    find_turning(world, body, now + 3, carried + 3, t, force + 3);
+    /* The angular impulse that takes the body from the angular velocity `now` to the carried one in
+     * a time t, without contacts: not that of the free motion, which turns, and so has gyroscopic
+     * terms of its own. */
+    perp__subtract3(change, now + 3, carried + 3);
+    perp__apply_transposed3(own, R, change);
+    perp__apply3(turned, I, own);
+    perp__apply3(force + 3, R, turned);
+    perp__apply_transposed3(own, R, carried + 3);
+    perp__apply3(turned, I, own);
+    perp__apply3(momentum, R, turned);
+    perp__cross(gyroscopic, carried + 3, momentum);
+    perp__add3(force + 3, t, world->states[body].torque);
+    perp__add3(force + 3, -t, gyroscopic);
     for (int32_t k = 0; k < 3; k++) {
         force[k] = world->bodies[body].mass * (free[k] - carried[k]);
         force[3 + k] /= perp__body_length(world, body);
@@ -287,40 +262,40 @@ static void lie(perp_world *world, const perp__island *island, const perp__carry
 
         perp__copy3(response->impulse, response->next);
         memset(response->velocity, 0, sizeof response->velocity);
-        if (contact->friction == 0.0) /* what slides freely stands along the normal alone */
+        /* what slides freely stands along the normal alone */
+        if (!perp__step_tie(world, island, i)->rubs)
             perp__relative_velocity(world, contact, PERP__TWIST_AFTER, response->velocity);
         response->velocity[0] = 0.0;
         response->mode = response->impulse[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
     }
 }
 
-/* What the impulses of the last step leave of the island's forces; INFINITY where they are none of
- * this step's. */
+/* What the impulses of the last step leave of the forces of the island, or of its bodies that were
+ * changed since; INFINITY where they are none of this step's. */
 static double last_unbalance(perp_world *world, const perp__island *island,
-                             const perp__carrying *carrying, int32_t swept)
+                             const perp__carrying *carrying, int32_t swept, int32_t all)
 {
     double *sums = world->work.forces, left = 0.0;
 
     memset(sums, 0, NUMBERS * (size_t)island->bodies * sizeof *sums);
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const perp__tie *tie = perp__step_tie(world, island, i);
         perp__response *response = perp__step_response(world, island, i);
-        const int32_t ahead = island->first_contact + i + AHEAD; /* of a later island, maybe */
 
-        if (ahead < world->contacts.included) {
-            perp__fetch_far(&world->contacts.contacts[world->contact_order[ahead]],
-                            sizeof *contact);
-            perp__fetch_far(&world->contacts.responses[world->contact_order[ahead]],
-                            sizeof *response);
-        }
-        if (!obeys(contact, response->remembered, swept))
+        if (!all && world->roles[tie->body[0]].repeats && world->roles[tie->body[1]].repeats)
+            continue;
+        if (!obeys(contact, response->remembered, swept && tie->deep))
             return INFINITY;
         perp__copy3(response->next, response->remembered);
         press(world, contact, response->next, sums);
     }
-    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++)
-        perp__raise_to(&left, unbalance(world, carrying, world->body_order[island->first_body + i],
-                                        sums + NUMBERS * i));
+    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+
+        if (all || !world->roles[body].repeats)
+            perp__raise_to(&left, unbalance(world, carrying, body, sums + NUMBERS * i));
+    }
     return left;
 }
 
@@ -334,9 +309,11 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
     if ((world->settings.cone != 0 && !world->settings.planar) ||
         !perp__begins_standing(world, island, &carrying))
         return PERP_OK;
-    left = last_unbalance(world, island, &carrying, swept);
-    if (left > BALANCED && left < INFINITY)
-        status = perp__stand_as_decided(world, island, &carrying, &left);
+    left = last_unbalance(world, island, &carrying, swept, 0);
+    if (left <= 2.0 * BALANCED) /* their sums are in another order there */
+        left = last_unbalance(world, island, &carrying, swept, 1);
+    if (!(left <= BALANCED))
+        status = perp__stand_as_decided(world, island, &carrying, swept, &left);
     if (status != PERP_OK || !(left <= BALANCED))
         return status;
     lie(world, island, &carrying);

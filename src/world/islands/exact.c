@@ -73,20 +73,6 @@ static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
     return status;
 }
 
-/* The same where rows of joints that repeat others may yield. */
-static perp_status solve_yielding(perp_world *world, perp__rigid_answer *answer,
-                                  perp__rigid_problem *problem)
-{
-    const int64_t spent = answer->iterations;
-    perp_status status;
-
-    problem->yields = 1;
-    status = solve_by(world, answer, problem);
-    problem->yields = 0;
-    answer->iterations += spent;
-    return status;
-}
-
 /* From where that has come to, with all that the methods have: last resorts too for what rests, or
  * is little. */
 static perp_status solve_thoroughly(perp_world *world, const perp__island *island,
@@ -114,20 +100,24 @@ static perp_status solve_thoroughly(perp_world *world, const perp__island *islan
 static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, int32_t *in_vain)
 {
+    const int32_t is_exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
     double tol = perp__exact_tol(world);
     perp_status status;
 
-    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL;
+    problem->brief = !is_exact && problem->contacts > SMALL;
     status = solve_by(world, answer, problem);
-
-    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        world->settings.accuracy != PERP_ACCURACY_EXACT)
+    if (status == PERP_OK && !perp__is_good(answer->outcome) && !is_exact)
         say_outcome(answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && !perp__is_good(answer->outcome) && island->joints > 1 &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT)
-        status = solve_yielding(world, answer, problem);
-    if (status == PERP_OK && !perp__is_good(answer->outcome) && !*in_vain &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT) {
+        is_exact) { /* the same where rows of joints that repeat others may yield */
+        const int64_t spent = answer->iterations;
+
+        problem->yields = 1;
+        status = solve_by(world, answer, problem);
+        problem->yields = 0;
+        answer->iterations += spent;
+    }
+    if (status == PERP_OK && !perp__is_good(answer->outcome) && !*in_vain && is_exact) {
         status = solve_thoroughly(world, island, answer, problem);
         *in_vain = !perp__is_good(answer->outcome);
     }

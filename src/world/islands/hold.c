@@ -69,33 +69,14 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
             }
 }
 
-/* The largest change of a body's velocity beside its own terms: a light body does not hide behind a
- * heavy one. */
-static double largest_change(const perp_world *world, const perp__island *island,
-                             const double *from, const double *strength)
-{
-    const int32_t n = world->dof;
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        double change[6], norm;
-
-        for (int32_t k = 0; k < n; k++)
-            change[k] = world->work.v[n * i + k] - from[n * i + k];
-        norm = perp__mass_norm(world, world->work.members[i], change);
-        if (norm != 0.0)
-            perp__raise_to(&largest, norm / strength[i]);
-    }
-    return largest;
-}
-
 /* Velocities in what the rows that hold leave free, where they are an answer as well. */
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol)
 {
     perp__island_work *work = &world->work;
-    const size_t numbers = (size_t)(world->dof * island->bodies);
+    const int32_t n = world->dof;
+    const size_t numbers = (size_t)(n * island->bodies);
     perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
     perp_outcome outcome;
     perp_status status;
@@ -106,7 +87,17 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
     status = perp__rigid_hold(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;
-    perp__raise_to(&evidence.own, largest_change(world, island, work->solved, work->strength));
+    /* the largest change of a body's velocity beside its own terms: a light body does not hide
+     * behind a heavy one */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        double change[6], norm;
+
+        for (int32_t k = 0; k < n; k++)
+            change[k] = work->v[n * i + k] - work->solved[n * i + k];
+        norm = perp__mass_norm(world, work->members[i], change);
+        if (norm != 0.0)
+            perp__raise_to(&evidence.own, norm / work->strength[i]);
+    }
     outcome = perp__gate(&evidence, tol, answer->outcome);
     if (perp__is_good(outcome)) {
         answer->outcome = perp__worse_outcome(outcome, answer->outcome);

@@ -116,29 +116,15 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
         work->free[i] = work->now[i] + share * work->gain[i];
 }
 
-/* Turns follow each other: where their axes differ the turn of both is not their sum. */
-static void add_way(perp_world *world, int32_t i, double t)
-{
-    const int32_t n = world->dof, turning = n == 6 ? 3 : n;
-    double *drift = world->work.drift + n * i, turn[3];
-    const double *moving = world->work.moving + n * i;
-
-    for (int32_t k = 0; k < turning; k++)
-        drift[k] += t * moving[k];
-    for (int32_t k = 0; k < n - turning; k++)
-        turn[k] = t * moving[3 + k];
-    if (n == 6)
-        perp__add_turn(drift + 3, turn);
-}
-
 /* Goes on for a time t of the interval `left` that leads from now to v, by the mean velocity, or by
  * that at the interval's end. Velocities have their share of what forces and impulses make of them,
  * also where positions move as if they had all: the rest is that of the time which is left. */
 static void go(perp_world *world, const perp__island *island, double t, int32_t mean, double left)
 {
     perp__island_work *work = &world->work;
+    const int32_t n = world->dof, places = n == 6 ? 3 : n;
 
-    for (int32_t i = 0; i < world->dof * island->bodies; i++) {
+    for (int32_t i = 0; i < n * island->bodies; i++) {
         const double v =
             t < left ? work->now[i] + t / left * (work->v[i] - work->now[i]) : work->v[i];
 
@@ -146,8 +132,18 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
             work->moving[i] = mean ? 0.5 * (work->now[i] + v) : work->v[i];
         work->now[i] = v;
     }
-    for (int32_t i = 0; i < island->bodies; i++)
-        add_way(world, i, t);
+    /* turns follow each other: where their axes differ the turn of both is not their sum */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        double *drift = work->drift + n * i, turn[3];
+        const double *moving = work->moving + n * i;
+
+        for (int32_t k = 0; k < places; k++)
+            drift[k] += t * moving[k];
+        for (int32_t k = 0; k < n - places; k++)
+            turn[k] = t * moving[3 + k];
+        if (n == 6)
+            perp__add_turn(drift + 3, turn);
+    }
     work->gone += t;
 }
 
@@ -174,23 +170,6 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
 static double normal_after(const perp_world *world, const perp__island *island, int32_t i)
 {
     return perp__normal_of(world, i, world->work.v, island->bodies, 1) + world->work.turning[3 * i];
-}
-
-/* gap := gap + t (mean normal velocity), of all contacts, a time t on the way of `left`; rounding
- * of one is none. */
-static void move_gaps(perp_world *world, const perp__island *island, double t, int32_t mean,
-                      double left)
-{
-    perp__island_work *work = &world->work;
-
-    for (int32_t i = 0; i < work->count; i++) {
-        const int32_t k = work->chosen[i];
-        const perp__world_contact *contact = perp__step_contact(world, island, k);
-        const double end = normal_after(world, island, i), came = work->came[i];
-
-        work->gap[k] += t * (mean ? came + 0.5 * t / left * (end - came) : end);
-        work->gap[k] = perp__open_gap(contact, work->gap[k]);
-    }
 }
 
 /* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,
@@ -227,38 +206,34 @@ void perp__move_bodies(perp_world *world, const perp__island *island)
             work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-/* The work of the impulses on body a side of unit i over a jump, half of r'(u- + u+); adds the size
- * of its terms, which may cancel altogether. */
-static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
-                      double *size)
-{
-    const perp__rigid_rows *rows = &work->rows[i];
-    const double *before = work->now + n * rows->body[side],
-                 *after = work->v + n * rows->body[side];
-    double sum = 0.0;
-
-    for (int32_t k = 0; k < rows->dim; k++)
-        for (int32_t j = 0; j < n; j++) {
-            const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
-
-            sum += push * (before[j] + after[j]);
-            *size += fabs(push) * (fabs(before[j]) + fabs(after[j]));
-        }
-    return sum;
-}
-
+/* Half of r'(u- + u+) of the impulses over a jump, and the size of its terms, which may cancel
+ * altogether. */
 double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
                           double *size)
 {
     const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
     double sum = 0.0;
 
     *size = 0.0;
     for (int32_t i = 0; i < units; i++)
-        for (int32_t side = 0; side < 2; side++)
-            if (work->rows[i].body[side] >= 0 && work->rows[i].body[side] < island->bodies &&
-                (i < work->count || work->joint_units[i - work->count].slot != PERP__SLOT_MOTOR))
-                sum += work_on(work, i, side, world->dof, size);
+        for (int32_t side = 0; side < 2; side++) {
+            const perp__rigid_rows *rows = &work->rows[i];
+            const int32_t body = rows->body[side];
+            const int32_t is_motor =
+                i >= work->count && work->joint_units[i - work->count].slot == PERP__SLOT_MOTOR;
+
+            if (body < 0 || body >= island->bodies || is_motor)
+                continue;
+            for (int32_t k = 0; k < rows->dim; k++)
+                for (int32_t j = 0; j < n; j++) {
+                    const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
+                    const double before = work->now[n * body + j], after = work->v[n * body + j];
+
+                    sum += push * (before + after);
+                    *size += fabs(push) * (fabs(before) + fabs(after));
+                }
+        }
     return sum;
 }
 
@@ -437,8 +412,13 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         if (!work->hit[i])
             perp__add3(perp__step_response(world, island, i)->impulse, t / whole,
                        perp__step_response(world, island, i)->next);
-    if (!*done)
-        move_gaps(world, island, t, mean, whole);
+    for (i = 0; i < work->count && !*done; i++) { /* by t times the mean normal velocity */
+        double *gap = &work->gap[work->chosen[i]];
+        const double end = normal_after(world, island, i), came = work->came[i];
+
+        *gap += t * (mean ? came + 0.5 * t / whole * (end - came) : end);
+        *gap = perp__open_gap(perp__step_contact(world, island, work->chosen[i]), *gap);
+    }
     go(world, island, t, mean, whole);
     for (i = 0; i < 3 * work->count && *done; i++)
         work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */
@@ -484,10 +464,17 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
     return status;
 }
 
-static void begin(perp_world *world, const perp__island *island)
+perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict)
 {
+    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
+    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
     perp__island_work *work = &world->work;
+    double left = h;
+    int32_t done = 0, hits;
+    perp_status status;
 
+    /* 1. Nothing has moved yet. */
     perp__gather_bodies(world, island);
     work->gone = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -497,33 +484,7 @@ static void begin(perp_world *world, const perp__island *island)
         impulse[0] = impulse[1] = impulse[2] = 0.0;
         work->gap[i] = perp__open_gap(contact, contact->gap);
     }
-}
-
-/* The last interval, in which nothing is hit. */
-static void finish(perp_world *world, const perp__island *island, double left, double h)
-{
-    const perp__island_work *work = &world->work;
-
-    perp__take_answer(world, island);
-    go(world, island, left, lasts(world, island), left);
-    for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over the whole step */
-        double *next = perp__step_response(world, island, work->chosen[i])->next;
-
-        for (int32_t k = 0; k < 3; k++)
-            next[k] = h / left * work->impulse[3 * i + k];
-    }
-}
-
-perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict)
-{
-    const int32_t share = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
-    const int32_t most = share < 1 ? 1 : share > MOST_IMPACTS ? MOST_IMPACTS : share;
-    double left = h;
-    int32_t done = 0, hits;
-    perp_status status;
-
-    begin(world, island);
+    /* 2. From impact to impact, to the interval in which nothing is hit. */
     do {
         status = solve_interval(world, island, NULL, left, h, verdict);
         verdict->stages++;
@@ -531,7 +492,14 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             return status;
         hits = find_hits(world, island, h, 0.5 / most);
         if (hits == 0) {
-            finish(world, island, left, h);
+            perp__take_answer(world, island);
+            go(world, island, left, lasts(world, island), left);
+            for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over all of h */
+                double *next = perp__step_response(world, island, work->chosen[i])->next;
+
+                for (int32_t k = 0; k < 3; k++)
+                    next[k] = h / left * work->impulse[3 * i + k];
+            }
             done = 1;
         } else if (verdict->impacts == most) {
             status = end_on_impacts(world, island, left, verdict);
@@ -543,6 +511,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
             return status;
     } while (!done);
+    /* 3. What the island has come to. */
     if (verdict->impacts > 0) /* else the interval is the step */
         perp__mean_motion(world, island, h);
     perp__write_twists(world, island);

@@ -7,40 +7,6 @@
 
 #include "base/groups.h"
 
-static void join_contacts(perp_world *world, const perp__contact_set *set)
-{
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
-
-        world->parent[body] = body;
-        world->roles[body].touched = world->roles[body].jointed = 0;
-        world->roles[body].island = -1;
-    }
-    for (int32_t i = 0; i < set->count; i++) {
-        const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
-
-        if (!set->ties[i].included)
-            continue;
-        world->roles[a].touched = world->roles[b].touched = 1;
-        if (world->roles[a].dynamic && world->roles[b].dynamic)
-            perp__join(world->parent, a, b);
-    }
-}
-
-static void join_joints(perp_world *world)
-{
-    for (int32_t i = 0; i < world->joint_slots; i++) {
-        const int32_t *body = world->joints[i].body;
-
-        if (!perp__joint_works(world, i))
-            continue;
-        for (int32_t side = 0; side < 2; side++)
-            world->roles[body[side]].jointed = 1;
-        if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
-            perp__join(world->parent, body[0], body[1]);
-    }
-}
-
 /* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
  * counts and a second one fills. */
 static void order_bodies(perp_world *world)
@@ -159,8 +125,36 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 
     if (status != PERP_OK)
         return status;
-    join_contacts(world, set);
-    join_joints(world);
+    /* 1. What joins bodies: contacts, and joints. */
+    for (int32_t i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        world->parent[body] = body;
+        world->roles[body].touched = world->roles[body].jointed = 0;
+        world->roles[body].island = -1;
+    }
+    for (int32_t i = 0; i < set->count; i++) {
+        const int32_t a = set->ties[i].body[0], b = set->ties[i].body[1];
+
+        if (!set->ties[i].included ||
+            (i > 0 && set->ties[i - 1].included && set->ties[i - 1].body[0] == a &&
+             set->ties[i - 1].body[1] == b))
+            continue; /* or joined by the point before */
+        world->roles[a].touched = world->roles[b].touched = 1;
+        if (world->roles[a].dynamic && world->roles[b].dynamic)
+            perp__join(world->parent, a, b);
+    }
+    for (int32_t i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        if (!perp__joint_works(world, i))
+            continue;
+        for (int32_t side = 0; side < 2; side++)
+            world->roles[body[side]].jointed = 1;
+        if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
+            perp__join(world->parent, body[0], body[1]);
+    }
+    /* 2. Their order. */
     order_bodies(world);
     order_contacts(world, set);
     order_joints(world);

@@ -76,7 +76,6 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
 typedef struct perp__level {
     int32_t looks;
     double deep;
-    int32_t passes;
     double tol;
     int32_t few, rounds;
 } perp__level;

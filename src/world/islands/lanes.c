@@ -83,26 +83,6 @@ int32_t perp__shares_islands(const perp_world *world)
            world->budget.iterations == INT64_MAX;
 }
 
-/* The world as it is, with the lane's own things. */
-static void enter(perp__lane *lane, const perp_world *world)
-{
-    const perp__island_work work = lane->world.work;
-    const perp__coloured coloured = lane->world.coloured;
-    const perp__arena arena = lane->world.island_arena;
-    perp__rigid_solver *solver = lane->world.solver;
-    perp__standing *standing = lane->world.standing;
-
-    lane->world = *world;
-    lane->world.context = &lane->context;
-    lane->world.work = work;
-    lane->world.coloured = coloured;
-    lane->world.island_arena = arena;
-    lane->world.solver = solver;
-    lane->world.standing = standing;
-    lane->status = PERP_OK;
-    lane->last = -1;
-}
-
 /* The first island of a run: as many contacts and bodies in each. */
 static int32_t first_of(const perp_world *world, int32_t run, int32_t runs)
 {
@@ -122,28 +102,23 @@ static int32_t first_of(const perp_world *world, int32_t run, int32_t runs)
     return high;
 }
 
-/* Whether all threads take part in it, one island after the others: it dwarfs them. */
-static int32_t is_for_all(const perp_world *world, const perp__island *island)
-{
-    const perp__island *last = world->islands + world->island_count - 1;
-    const double own = (double)island->bodies + island->contacts;
-    const double others =
-        (double)last->first_body + last->bodies + last->first_contact + last->contacts - own;
-
-    return island->contacts >= PERP__GROUP * world->coloured.shared_from &&
-           others < SHARED * (world->lane_count - 1) * own;
-}
-
 static int32_t is_kinematic(const perp_world *world, int32_t body)
 {
     return world->bodies[body].kind == PERP_BODY_KINEMATIC;
 }
 
-/* Whether it is not a lane's: all threads take part, or something moves it as it is told. What does
- * is numbered within the island at hand, and may be next to others. */
+/* Whether it is not a lane's: all threads take part, one island after the others, as it dwarfs
+ * them; or something moves it as it is told. What does is numbered within the island at hand, and
+ * may be next to others. */
 static int32_t stays(const perp_world *world, const perp__island *island)
 {
-    if (is_for_all(world, island))
+    const perp__island *last_one = world->islands + world->island_count - 1;
+    const double own = (double)island->bodies + island->contacts;
+    const double others = (double)last_one->first_body + last_one->bodies +
+                          last_one->first_contact + last_one->contacts - own;
+
+    if (island->contacts >= PERP__GROUP * world->coloured.shared_from &&
+        others < SHARED * (world->lane_count - 1) * own)
         return 1;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
@@ -177,8 +152,17 @@ static void solve_lane(int32_t k, void *data)
     const job *at = data;
     perp__lane *lane = &at->world->lanes[k];
     const int32_t lanes = at->world->lane_count, runs = RUNS * lanes;
+    const perp_world own = lane->world;
 
-    enter(lane, at->world);
+    /* the world as it is, with the lane's own things */
+    lane->world = *at->world;
+    lane->world.context = &lane->context;
+    lane->world.work = own.work;
+    lane->world.coloured = own.coloured;
+    lane->world.island_arena = own.island_arena;
+    lane->world.solver = own.solver;
+    lane->world.standing = own.standing;
+    lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
     if (lane->status != PERP_OK)
         lane->last = 0;
@@ -189,22 +173,6 @@ static void solve_lane(int32_t k, void *data)
             if (!stays(at->world, &at->world->islands[i]) &&
                 solve_one(&lane->world, i, at, &lane->status))
                 lane->last = i;
-    }
-}
-
-/* Those that lanes left, on the caller's thread. */
-static void solve_rest(perp_world *world, const job *at, perp_status *status, int32_t *last)
-{
-    const int32_t end = *last < 0 ? world->island_count : *last;
-
-    for (int32_t i = 0; i < end; i++) {
-        perp_status own;
-
-        if (!stays(world, &world->islands[i]) || !solve_one(world, i, at, &own))
-            continue;
-        *status = own;
-        *last = i;
-        return;
     }
 }
 
@@ -226,7 +194,15 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
                      ? PERP_OK
                      : perp__fail(world->context, lane->status, "%s", lane->context.message);
     }
-    solve_rest(world, &at, &status, last);
+    /* those that lanes left, on the caller's thread */
+    for (int32_t i = 0; i < (*last < 0 ? world->island_count : *last); i++) {
+        perp_status own;
+
+        if (!stays(world, &world->islands[i]) || !solve_one(world, i, &at, &own))
+            continue;
+        status = own;
+        *last = i;
+    }
     world->budget.spent = before;
     for (int32_t i = 0; i <= (*last < 0 ? world->island_count - 1 : *last); i++)
         perp__spend(world, world->islands[i].spent);

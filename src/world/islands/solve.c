@@ -100,9 +100,11 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
  * widths of both shapes: then it can be beyond the other one. Joints have perp__is_rough(). */
 static int32_t turns_far(const perp_world *world, const perp__island *island, double h)
 {
-    int32_t far = 0;
+    int32_t far = 0, turns = 0;
 
-    for (int32_t i = 0; i < island->contacts && !far; i++) {
+    for (int32_t i = 0; i < island->bodies && !turns; i++)
+        turns = !perp__is_zero3(perp__island_motion(world, island, i)->after + 3);
+    for (int32_t i = 0; i < island->contacts && turns && !far; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const perp__shape *a = &world->shapes[contact->shape_a];
         const perp__shape *b = &world->shapes[contact->shape_b];
@@ -151,7 +153,8 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         world->contacts.ties[number].fresh = 0;
         if (!verdict.stands)
             memset(world->contacts.responses[number].base, 0, 3 * sizeof(double));
-        verdict.endless += !perp__is_finite_contact(&world->contacts, number);
+        if (!verdict.stands || !world->contacts.ties[number].repeats) /* else it was looked at */
+            verdict.endless += !perp__is_finite_contact(&world->contacts, number);
     }
     fresh = verdict.swept && !perp__has_put(world, island);
     for (int32_t k = 0; k < island->bodies; k++) {

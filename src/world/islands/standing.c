@@ -193,29 +193,42 @@ static void mix(uint64_t *key, const void *data, size_t bytes)
     memcpy(key, own, sizeof own);
 }
 
-/* Of all that the rows of contacts are made of, tangents from the normal, and of what was decided
- * of them. Returns 0 where nothing was, or of other contacts: a point that pressed is open, or one
- * that only a motion brings about came. */
-static int32_t find_key(const perp_world *world, const perp__island *island, uint64_t *key)
+/* Of what the rows of a contact are made of, tangents from the normal; never 0. */
+static uint64_t key_of(const perp__world_contact *contact)
 {
     const size_t first = offsetof(perp__world_contact, arms);
+    uint64_t key[PERP__STANDING_WORDS] = {1, 2, 3, 4};
+
+    mix(key, (const char *)contact + first, offsetof(perp__world_contact, axes[1]) - first);
+    mix(key, &contact->friction, sizeof contact->friction);
+    return (key[0] + 3 * key[1] + 5 * key[2] + 7 * key[3]) | 1;
+}
+
+/* Of the contacts' keys, and of what was decided of them. Returns 0 where nothing was, or of other
+ * contacts: a point that pressed is open, one that only a motion brings about came, or sweeps take
+ * out what is deep. */
+static int32_t find_key(const perp_world *world, const perp__island *island, int32_t swept,
+                        uint64_t *key)
+{
     int32_t any = 0;
 
     for (int32_t i = 0; i < PERP__STANDING_WORDS; i++)
         key[i] = 0x243F6A8885A308D3u + (uint64_t)i;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
-        const perp__tie *tie = perp__step_tie(world, island, i);
+        perp__tie *tie = perp__step_tie(world, island, i);
         const double *base = perp__step_response(world, island, i)->base;
         uint64_t own[5] = {(uint64_t)(uint32_t)tie->local[0] << 32 | (uint32_t)tie->local[1]};
 
-        if (tie->moved || (base[0] > 0.0 && perp__open_gap(contact, contact->gap) > 0.0))
+        if (tie->moved || (swept && tie->deep) ||
+            (base[0] > 0.0 && !tie->closed && perp__open_gap(contact, contact->gap) > 0.0))
             return 0;
         any |= base[0] > 0.0;
-        memcpy(own + 1, &contact->friction, sizeof contact->friction);
+        if (tie->key == 0)
+            tie->key = key_of(contact);
+        own[1] = tie->key;
         memcpy(own + 2, base, 3 * sizeof *base);
         mix(key, own, sizeof own);
-        mix(key, (const char *)contact + first, offsetof(perp__world_contact, axes[1]) - first);
     }
     for (int32_t i = 0; i < island->bodies; i++) {
         const double length = perp__body_length(world, world->body_order[island->first_body + i]);
@@ -269,6 +282,7 @@ static perp_status keep(perp_world *world, const perp__island *island, perp__sta
     perp__island_work *work = &world->work;
     perp_status status;
 
+    perp__gather_bodies(world, island);
     perp__choose_rows(world, island, NULL);
     perp__gather_standing(world, island, 0);
     for (int32_t i = 0; i < work->count; i++)
@@ -282,7 +296,7 @@ static perp_status keep(perp_world *world, const perp__island *island, perp__sta
 }
 
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
-                                   const perp__carrying *carrying, double *unbalance)
+                                   const perp__carrying *carrying, int32_t swept, double *unbalance)
 {
     perp__island_work *work = &world->work;
     perp__statics_answer answer = {.r = work->stand_r};
@@ -291,15 +305,20 @@ perp_status perp__stand_as_decided(perp_world *world, const perp__island *island
     int32_t is_known, row = 0;
     perp_status status = PERP_OK;
 
-    if (!find_key(world, island, key))
+    if (!find_key(world, island, swept, key))
         return PERP_OK;
     statics = find_statics(world, key, &is_known);
     if (!statics)
         return PERP_ERROR_MEMORY;
-    perp__gather_bodies(world, island);
-    perp__force_bodies(world, island, 1.0);
-    work->count = work->units = 0; /* no motors */
-    find_forces(world, island, carrying);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const perp__motion *motion = &world->motions[body];
+        double force[6];
+
+        perp__find_force(world, carrying, body, world->step_length, motion->start, motion->free,
+                         force);
+        perp__coordinates_of(world, force, work->stand_forces + world->dof * i);
+    }
     if (!is_known)
         status = keep(world, island, statics);
     if (status != PERP_OK || !perp__statics_adjust(statics, &answer, work->stand_forces))

@@ -55,7 +55,8 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
                             perp__verdict *verdict);
 /* The second of these: contacts' `next` and *unbalance are written where it stands. */
 perp_status perp__stand_as_decided(perp_world *world, const perp__island *island,
-                                   const perp__carrying *carrying, double *unbalance);
+                                   const perp__carrying *carrying, int32_t swept,
+                                   double *unbalance);
 
 /* What takes a body in a time t from the twist `now`, where it would have `free` alone, to the
  * carried one, as force[6]: an impulse, and an angular one over the body's length. */

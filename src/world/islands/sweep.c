@@ -34,9 +34,11 @@
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
 
-/* Contacts from which on an island is deep: what a pass does goes on to the next body only, so that
- * such a one gets half as many again. */
-#define DEEP_ISLAND 1000
+/* Passes after which it is asked whether the residual is the level's, and rounds of these at most.
+ * What a pass does goes on to the next body only, and is little where a light one bears heavy ones:
+ * with momentum n passes take a ratio of n^2 or so. */
+#define PASSES 16
+#define ROUNDS 6
 
 /* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
  * body's size. */
@@ -86,30 +88,6 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
 {
     return is_few(world, island, perp__level_of(world)->few);
-}
-
-static void plan(perp_world *world, const perp__island *island, perp__passes *step, double h)
-{
-    perp__island_work *work = &world->work;
-    const int32_t passes = perp__is_time_over(world) ? perp__levels[PERP_ACCURACY_FAST].passes
-                                                     : perp__level_of(world)->passes;
-
-    memset(step, 0, sizeof *step);
-    step->h = h;
-    step->passes = island->contacts >= DEEP_ISLAND ? passes + passes / 2 : passes;
-    if (world->settings.substeps > 0)
-        step->passes = PASSES_OF_A_SUBSTEP * world->settings.substeps;
-    step->measures = 1;
-    step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
-    step->gap = work->gap;
-    step->guard = work->guard;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
-        work->guard[i] = GUARD * contact->size;
-    }
-    perp__turn_contacts(world);
 }
 
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
@@ -263,25 +241,11 @@ static double mass_product(const perp_world *world, const perp__island *island, 
     return sum;
 }
 
-/* What forces do where bodies move by `moving` over h, not by m, in d := m - moving. */
-static double work_beside(const perp_world *world, const perp__island *island, double h)
-{
-    const perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
-    double sum = 0.0, shift[6];
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__twist_of(world, work->solved + n * i, shift);
-        sum -= h * perp__work_needed(world, work->members[i], shift);
-    }
-    return sum;
-}
-
 static int32_t take_energy(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
     const int32_t numbers = world->dof * island->bodies;
-    double *d = work->solved, *m = work->drift, size, work_of_d, growth, share;
+    double *d = work->solved, *m = work->drift, size, work_of_d, growth = 0.0, share, shift[6];
     int32_t scaled;
 
     for (int32_t i = 0; i < numbers; i++) {
@@ -304,21 +268,15 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     }
     for (int32_t i = 0; i < numbers; i++)
         d[i] = m[i] - work->moving[i];
-    growth = work_beside(world, island, h);
+    /* what forces do where bodies move by `moving` over h, not by m */
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__twist_of(world, d + world->dof * i, shift);
+        growth -= h * perp__work_needed(world, work->members[i], shift);
+    }
     share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
     for (int32_t i = 0; i < numbers && share < 1.0; i++)
         work->moving[i] = m[i] - share * d[i];
     return scaled;
-}
-
-/* Whether rows that turn on the way did work beyond what impulses known to tol may: then those of
- * the beginning serve, of which there is none. */
-static int32_t gives_energy(const perp_world *world, const perp__island *island)
-{
-    double size;
-
-    return world->work.carriers == 0 && perp__work_of_rows(world, island, world->work.units,
-                                                           &size) > perp__swept_tol(world) * size;
 }
 
 /* Rows where the trial motion takes the joints, and passes over all of them; work.moving then. */
@@ -327,10 +285,28 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
                               perp__passes *step)
 {
     perp__island_work *work = &world->work;
+    const int32_t substeps = world->settings.substeps;
     double *shift = work->solved;
     perp_status status;
 
-    plan(world, island, step, h);
+    /* 1. The budget, and what contacts may close. */
+    memset(step, 0, sizeof *step);
+    step->h = h;
+    step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
+    step->rounds = substeps > 0 ? 1 : ROUNDS;
+    step->measures = 1;
+    step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
+    step->gap = work->gap;
+    step->guard = work->guard;
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        work->gap[i] = contact->gap > contact->rounding ? contact->gap : fmin(contact->gap, 0.0);
+        work->guard[i] = GUARD * contact->size;
+        work->rows[i].bias[0] = 0.0;
+    }
+    perp__turn_contacts(world);
+    /* 2. The passes. */
     for (int32_t i = island->contacts; i < work->units; i++)
         work->gap[i] = work->guard[i] = 0.0;
     perp__pose_island(world, island, problem);
@@ -339,6 +315,7 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     if (status != PERP_OK)
         return status;
     perp__spend(world, answer->iterations);
+    /* 3. Where they lead to. */
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         shift[i] -= work->v[i];
     perp__move_bodies(world, island);
@@ -347,17 +324,6 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     for (int32_t i = 0; i < island->contacts; i++)
         perp__copy3(perp__step_response(world, island, i)->warm, work->impulse + 3 * i);
     return PERP_OK;
-}
-
-/* The residual of the velocities after some of the impulses were taken back. */
-static perp_status measure(perp_world *world, const perp__island *island, double h,
-                           perp__rigid_answer *answer, perp__rigid_problem *problem)
-{
-    perp__passes passes = {.h = 1.0, .measures = 1};
-
-    close_gaps(world, island, h);
-    memcpy(world->work.warm, world->work.impulse, 3 * (size_t)world->work.units * sizeof(double));
-    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
 }
 
 /* What the island has come to, for its bodies, contacts and joints. */
@@ -395,6 +361,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_answer answer;
     perp__passes step;
     perp_status status = PERP_OK;
+    double size;
     int32_t carried, again = 1;
 
     /* 1. the question whether it stands, of what begins so, or came so near in the last step */
@@ -421,8 +388,11 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         status = sweep_rows(world, island, h, &problem, &answer, &step);
         again =
             status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
+        /* rows that turn on the way may have done work beyond what impulses known to tol may: then
+         * those of the beginning serve, of which there is none */
         if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
-            gives_energy(world, island)) {
+            work->carriers == 0 &&
+            perp__work_of_rows(world, island, work->units, &size) > perp__swept_tol(world) * size) {
             perp__stop_trial(world, island);
             again = rounds.coarse = 1;
         }
@@ -438,8 +408,13 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             status = bounce(world, island, &answer, &problem, &step);
         }
         if (status == PERP_OK && island->joints == 0 && work->carriers == 0 &&
-            take_energy(world, island, h))
-            status = measure(world, island, h, &answer, &problem);
+            take_energy(world, island, h)) {
+            /* the residual after some of the impulses were taken back */
+            step = (perp__passes){.h = 1.0, .measures = 1};
+            close_gaps(world, island, h);
+            memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof(double));
+            status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
+        }
         verdict->residual = answer.tested;
         verdict->outcome = answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED
                            : perp__is_time_over(world)  ? PERP_OUTCOME_TIME_LIMIT

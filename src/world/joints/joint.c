@@ -358,8 +358,7 @@ static perp_status add_joint(perp_world *world, perp_joint *id, perp_body a, per
 perp_status perp_world_add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
                                  const perp_joint_settings *settings)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      add_joint(world, joint, a, b, settings));
+    return PERP__WORLD_CALL(world, add_joint(world, joint, a, b, settings));
 }
 
 /* ---- removing ---- */
@@ -396,7 +395,7 @@ static perp_status remove_joint(perp_world *world, perp_joint joint)
 
 perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, remove_joint(world, joint));
+    return PERP__WORLD_CALL(world, remove_joint(world, joint));
 }
 
 /* ---- reading and changing ---- */
@@ -440,7 +439,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
 
 perp_status perp_world_get_joint(const perp_world *world, perp_joint_state *state, perp_joint joint)
 {
-    return PERP__CALL(perp__world_enter(world), world->context, get_joint(world, state, joint));
+    return PERP__WORLD_CALL(world, get_joint(world, state, joint));
 }
 
 typedef enum law { LIMITS, MOTOR, FRICTION } law;
@@ -483,19 +482,16 @@ static perp_status set_law(perp_world *world, perp_joint id, law which, double a
 perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,
                                         double upper)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      set_law(world, joint, LIMITS, lower, upper));
+    return PERP__WORLD_CALL(world, set_law(world, joint, LIMITS, lower, upper));
 }
 
 perp_status perp_world_set_joint_motor(perp_world *world, perp_joint joint, double motor_speed,
                                        double motor_force)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      set_law(world, joint, MOTOR, motor_speed, motor_force));
+    return PERP__WORLD_CALL(world, set_law(world, joint, MOTOR, motor_speed, motor_force));
 }
 
 perp_status perp_world_set_joint_friction(perp_world *world, perp_joint joint, double friction)
 {
-    return PERP__CALL(perp__world_enter(world), world->context,
-                      set_law(world, joint, FRICTION, friction, 0.0));
+    return PERP__WORLD_CALL(world, set_law(world, joint, FRICTION, friction, 0.0));
 }

@@ -408,7 +408,8 @@ static double energy_given(const perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        lost += perp__energy_lost(world, body) + perp__energy_rounding(world, body);
+        if (!perp__stays(world, body))
+            lost += perp__energy_lost(world, body) + perp__energy_rounding(world, body);
     }
     return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
 }
@@ -469,16 +470,6 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     return PERP_OK;
 }
 
-/* Closes the joints of an island; *closed: whether its bodies are elsewhere then. */
-static perp_status end_joints(perp_world *world, const perp__island *island, int32_t *closed)
-{
-    perp_status status = close_island(world, island, closed);
-
-    if (status == PERP_OK && perp__island_motion(world, island, 0)->verdict.swings)
-        status = end_swing(world, island);
-    return status;
-}
-
 perp_status perp__end_islands(perp_world *world, int32_t *changed)
 {
     perp_status status = PERP_OK;
@@ -490,10 +481,13 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         int32_t closed = 0;
 
         if (island->joints > 0)
-            status = end_joints(world, island, &closed);
-        given = perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC)
-                    ? 0.0
-                    : energy_given(world, island);
+            status = close_island(world, island, &closed);
+        if (island->joints > 0 && status == PERP_OK &&
+            perp__island_motion(world, island, 0)->verdict.swings)
+            status = end_swing(world, island);
+        given = energy_given(world, island);
+        if (given > 0.0 && perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC))
+            given = 0.0;
         if (given > 0.0 && keep_energy(world, island, given)) {
             (void)errors_of(world, island);
             closed = 1;
