@@ -234,7 +234,6 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
     if (status != PERP_OK)
         return status;
     memset(&state, 0, sizeof state);
-    state.put = world->states[slot].put;
     perp__copy3(state.position, own.position);
     memcpy(state.orientation, own.orientation, sizeof state.orientation);
     state.angle = own.angle;
@@ -251,13 +250,11 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
         status =
             perp__refuse(world->context, "body is static: velocities, force and torque must be 0");
-    if (status == PERP_OK && memcmp(&world->states[slot], &state, sizeof state) != 0) {
-        const size_t pose = offsetof(perp__state, velocity);
-        const int32_t moves = memcmp(&world->states[slot], &state, pose) != 0;
-
-        world->states[slot] = state;
-        if (moves)
+    if (status == PERP_OK &&
+        memcmp(&world->states[slot], &state, offsetof(perp__state, put)) != 0) {
+        if (memcmp(&world->states[slot], &state, offsetof(perp__state, velocity)) != 0)
             perp__note_put(world, slot);
+        memcpy(&world->states[slot], &state, offsetof(perp__state, put));
         perp__disturb(world, slot);
     }
     return status;

@@ -82,27 +82,20 @@ static double deepest(perp_world *world)
     return most + lack;
 }
 
-/* How far a step may take what overlaps: a share of that; or as far as the shapes went in it, where
- * nothing but that can have made the overlap. */
+/* How far a step may take what overlaps: as far as what is not deep goes, a share of the overlap,
+ * or as far as the shapes went in the step, where nothing but that can have made it. */
 static double reach_of(const perp_world *world, const perp__world_contact *contact)
 {
+    const double deep = perp__deep_overlap(contact);
     const perp__moving a = perp__moving_shape(world, contact->shape_a, world->step_length);
     const perp__moving b = perp__moving_shape(world, contact->shape_b, world->step_length);
+    const int32_t put = world->states[contact->body_a].put || world->states[contact->body_b].put;
 
-    return fmax(perp__is_put(world, contact->body_a, contact->body_b)
-                    ? 0.0
-                    : perp__relative_displacement(&a, &b),
-                perp__cleared(-contact->gap, 0.5 * perp__deep_overlap(contact)));
+    return fmax(fmax(deep, perp__cleared(-contact->gap, 0.5 * deep)),
+                put ? 0.0 : perp__relative_displacement(&a, &b));
 }
 
-/* How far the step opens an overlap: all of it that is not deep; negative: the gap, which is left
- * as it is. */
-static double opening_of(const perp_world *world, const perp__world_contact *contact)
-{
-    return perp__is_deep(contact) ? fmin(-contact->gap, reach_of(world, contact)) : -contact->gap;
-}
-
-/* The most of these in an island; 0: nothing overlaps. *most: how far a point may go for that. */
+/* The most by which an island's overlaps open; 0: there are none. *most: how far a point may go. */
 static double longest_opening(const perp_world *world, const perp__island *island, double *most)
 {
     double longest = 0.0;
@@ -114,8 +107,8 @@ static double longest_opening(const perp_world *world, const perp__island *islan
 
         if (!(contact->gap < -allowed(contact->size, contact->rounding)))
             continue;
-        perp__raise_to(&longest, opening_of(world, contact));
-        perp__raise_to(most, fmax(perp__deep_overlap(contact), reach_of(world, contact)));
+        perp__raise_to(most, reach_of(world, contact));
+        perp__raise_to(&longest, fmin(-contact->gap, reach_of(world, contact)));
     }
     return longest;
 }
@@ -189,10 +182,9 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         rounding += perp__energy_rounding(world, body);
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
-    lost = perp__greater(lost, 0.0);
-    if (needed > lost + rounding && !perp__has_put(world, island) &&
+    if (needed > perp__greater(lost, 0.0) + rounding && !perp__has_put(world, island) &&
         !perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC)) /* others' work */
-        share *= lost / needed;
+        share *= perp__greater(lost, 0.0) / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
             perp__island_motion(world, island, i)->shift[k] *= share;
@@ -234,7 +226,7 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
 
         memset(rows, 0, sizeof *rows);
         rows->dim = 1;
-        rows->bias[0] = -opening_of(world, contact);
+        rows->bias[0] = fmax(contact->gap, -reach_of(world, contact));
         for (k = 0; k < 2; k++) {
             const int32_t body = k == 0 ? contact->body_a : contact->body_b;
 
@@ -328,9 +320,8 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     PERP__THEN(status, perp__fit_island_work(world));
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
-        const double lack = perp__joints_lack(world, island);
-        double most;
-        const double longest = lack + longest_opening(world, island, &most);
+        const double lack = perp__island_errors(world, island);
+        double most, longest = lack + longest_opening(world, island, &most);
 
         if (longest > 0.0)
             status = project_island(world, island, longest, lack + most);
@@ -343,25 +334,23 @@ void perp__find_put(perp_world *world)
 {
     const perp__contact_set *set = &world->contacts;
 
-    for (int32_t i = 0; i < set->count; i++) {
-        const perp__world_contact *contact = &set->contacts[i];
-        int64_t *put[2] = {&world->states[contact->body_a].put,
-                           &world->states[contact->body_b].put};
-        const int32_t fresh = ((*put[0] | *put[1]) & PERP__PUT) && perp__is_deep(contact);
-        const int32_t lies = -contact->gap > 0.5 * perp__deep_overlap(contact);
+    for (int32_t i = 0; i < world->awake_count; i++)
+        world->next[world->awake[i]].put = 0;
+    for (int32_t i = 0; i < 2 * set->count; i++) {
+        const perp__world_contact *contact = &set->contacts[i / 2];
+        const int32_t *body = set->ties[i / 2].body;
+        const int64_t own = world->states[body[i % 2]].put;
 
-        for (int32_t side = 0; side < 2; side++)
-            if (perp__is_dynamic(world, side == 0 ? contact->body_a : contact->body_b) &&
-                (fresh || (lies && (*put[side] & PERP__PUT_INTO))))
-                *put[side] |= PERP__STAYS_INTO;
+        if ((((own | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
+            ((own & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact)))
+            world->next[body[i % 2]].put = PERP__PUT_INTO;
     }
     world->some_put = 0;
     for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
-        int64_t *put = &world->states[body].put;
 
-        *put = *put & PERP__STAYS_INTO ? PERP__PUT_INTO : 0;
-        world->next[body].put = *put; /* of what coasts, that it came from */
-        world->some_put |= *put != 0;
+        world->next[body].put *= perp__is_dynamic(world, body);
+        world->states[body].put = world->next[body].put; /* what coasts can go back */
+        world->some_put |= world->states[body].put != 0;
     }
 }

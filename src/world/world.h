@@ -22,11 +22,11 @@
 /* Unit of rounding, 2^-52. */
 #define PERP__EPSILON 2.220446049250313e-16
 
-/* What changes in time: exactly what a snapshot holds. */
 /* What a caller did to a body, or to what it touches, since the last step; and what it is known for
  * until it comes apart from what it was put deep into. */
-enum { PERP__PUT = 1, PERP__PUT_INTO = 2, PERP__STAYS_INTO = 4 };
+enum { PERP__PUT = 1, PERP__PUT_INTO = 2 };
 
+/* What changes in time: exactly what a snapshot holds. */
 typedef struct perp__state {
     double position[3];
     double orientation[4]; /* three dimensions */

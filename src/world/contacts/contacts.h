@@ -124,11 +124,6 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
                                 int32_t count, double least);
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h);
-/* Whether callers put one of two bodies deep into others, and it did not come apart since. */
-static inline int32_t perp__is_put(const perp_world *world, int32_t a, int32_t b)
-{
-    return world->states[a].put != 0 || world->states[b].put != 0;
-}
 /* What sweeps move they take out of overlaps as well. */
 static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
 {

@@ -189,8 +189,7 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
  * one with joints the equations hold to rounding; begin_joints() comes first. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
-/* The overlap from which on it is deep: so the sweeps of an island take it out of what rests, too.
- */
+/* The overlap from which on it is deep: so sweeps of an island take it out of what rests, too. */
 double perp__deep_overlap(const perp__world_contact *contact);
 int32_t perp__is_deep(const perp__world_contact *contact);
 /* Whether an exact solution costs no more than sweeps, or nothing less will do; and whether it is

@@ -149,7 +149,7 @@ int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
 perp_status perp__close_joints(perp_world *world);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */
 double perp__joint_errors(const perp_world *world);
-double perp__joints_lack(const perp_world *world, const perp__island *island);
+double perp__island_errors(const perp_world *world, const perp__island *island);
 /* Rows of the joints after those of the overlaps. */
 void perp__add_joint_errors(perp_world *world, const perp__island *island);
 
