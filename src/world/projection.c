@@ -89,7 +89,7 @@ static double reach_of(const perp_world *world, const perp__world_contact *conta
     const double deep = perp__deep_overlap(contact);
     const perp__moving a = perp__moving_shape(world, contact->shape_a, world->step_length);
     const perp__moving b = perp__moving_shape(world, contact->shape_b, world->step_length);
-    const int32_t put = world->states[contact->body_a].put || world->states[contact->body_b].put;
+    const int32_t put = world->roles[contact->body_a].put || world->roles[contact->body_b].put;
 
     return fmax(fmax(deep, perp__cleared(-contact->gap, 0.5 * deep)),
                 put ? 0.0 : perp__relative_displacement(&a, &b));
@@ -334,23 +334,14 @@ void perp__find_put(perp_world *world)
 {
     const perp__contact_set *set = &world->contacts;
 
-    for (int32_t i = 0; i < world->awake_count; i++)
-        world->next[world->awake[i]].put = 0;
     for (int32_t i = 0; i < 2 * set->count; i++) {
         const perp__world_contact *contact = &set->contacts[i / 2];
         const int32_t *body = set->ties[i / 2].body;
         const int64_t own = world->states[body[i % 2]].put;
 
-        if ((((own | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
-            ((own & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact)))
-            world->next[body[i % 2]].put = PERP__PUT_INTO;
-    }
-    world->some_put = 0;
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
-
-        world->next[body].put *= perp__is_dynamic(world, body);
-        world->states[body].put = world->next[body].put; /* what coasts can go back */
-        world->some_put |= world->states[body].put != 0;
+        if (perp__is_dynamic(world, body[i % 2]) &&
+            ((((own | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
+             ((own & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact))))
+            world->roles[body[i % 2]].put = PERP__PUT_INTO;
     }
 }

@@ -41,7 +41,7 @@ static inline int32_t perp__has_put(const perp_world *world, const perp__island 
     int32_t put = 0;
 
     for (int32_t i = 0; i < island->bodies && !put; i++)
-        put = world->states[world->body_order[island->first_body + i]].put != 0;
+        put = world->roles[world->body_order[island->first_body + i]].put != 0;
     return put;
 }
 
