@@ -99,6 +99,7 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
     world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
     world->clusters[slot] = slot;
     world->states[slot] = *state;
+    perp__note_put(world, slot);
     perp__rouse(world, slot);
     world->edition++;
     world->stats.bodies++;
@@ -249,8 +250,11 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
         status =
             perp__refuse(world->context, "body is static: velocities, force and torque must be 0");
-    if (status == PERP_OK && memcmp(&world->states[slot], &state, sizeof state) != 0) {
-        world->states[slot] = state;
+    if (status == PERP_OK &&
+        memcmp(&world->states[slot], &state, offsetof(perp__state, put)) != 0) {
+        if (memcmp(&world->states[slot], &state, offsetof(perp__state, velocity)) != 0)
+            perp__note_put(world, slot);
+        memcpy(&world->states[slot], &state, offsetof(perp__state, put));
         perp__disturb(world, slot);
     }
     return status;

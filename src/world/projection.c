@@ -82,29 +82,56 @@ static double deepest(perp_world *world)
     return most + lack;
 }
 
-static int32_t overlaps(const perp_world *world, const perp__island *island)
+/* How far a step may take what overlaps: as far as what is not deep goes, a share of the overlap,
+ * or as far as the shapes went in the step, where nothing but that can have made it. */
+static double reach_of(const perp_world *world, const perp__world_contact *contact)
 {
+    const double deep = perp__deep_overlap(contact);
+    const perp__moving a = perp__moving_shape(world, contact->shape_a, world->step_length);
+    const perp__moving b = perp__moving_shape(world, contact->shape_b, world->step_length);
+    const int32_t put = world->roles[contact->body_a].put || world->roles[contact->body_b].put;
+
+    return fmax(fmax(deep, perp__cleared(-contact->gap, 0.5 * deep)),
+                put ? 0.0 : perp__relative_displacement(&a, &b));
+}
+
+/* The most by which an island's overlaps open; 0: there are none. *most: how far a point may go. */
+static double longest_opening(const perp_world *world, const perp__island *island, double *most)
+{
+    double longest = 0.0;
+
+    *most = 0.0;
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact =
             perp__island_contact(world, &world->overlaps, island, i);
 
-        if (contact->gap < -allowed(contact->size, contact->rounding))
-            return 1;
+        if (!(contact->gap < -allowed(contact->size, contact->rounding)))
+            continue;
+        perp__raise_to(most, reach_of(world, contact));
+        perp__raise_to(&longest, fmin(-contact->gap, reach_of(world, contact)));
     }
-    return 0;
+    return longest;
 }
 
-/* The largest way a point of a body goes. */
+/* The largest way of a mass centre, or of a point of contact with its body: what is thin may turn
+ * far about its length without going anywhere. */
 static double longest_displacement(const perp_world *world, const perp__island *island)
 {
-    double largest = 0.0;
+    double largest = 0.0, way[3];
 
-    for (int32_t i = 0; i < island->bodies; i++) {
-        int32_t body = world->body_order[island->first_body + i];
+    for (int32_t i = 0; i < island->bodies; i++)
+        perp__raise_to(&largest, perp__length3(perp__island_motion(world, island, i)->shift));
+    for (int32_t i = 0; i < 2 * island->contacts; i++) {
+        const perp__world_contact *contact =
+            perp__island_contact(world, &world->overlaps, island, i / 2);
+        const int32_t body = i % 2 == 0 ? contact->body_a : contact->body_b;
         const double *shift = world->motions[body].shift;
 
-        perp__raise_to(&largest, perp__length3(shift) +
-                                     perp__length3(shift + 3) * world->bodies[body].radius);
+        if (!perp__is_dynamic(world, body))
+            continue;
+        perp__cross(way, shift + 3, contact->arms[i % 2]);
+        perp__add3(way, 1.0, shift);
+        perp__raise_to(&largest, perp__length3(way));
     }
     return largest;
 }
@@ -139,44 +166,28 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
-/* Whether the shifts may take more than the step lost: that is the work of who put bodies at rest
- * deep into others, or moves what they touch. */
-static int32_t is_paid_for(const perp_world *world, const perp__island *island)
+/* Shifts are shorter where a point would go farther than `most`, and where they would take more
+ * energy than the step lost, rounding aside: what is left of the overlap is taken out in the next
+ * steps, as more is lost, and what rests stays as it is. Gaps are linear in the shifts, so that
+ * each is opened by the same share. */
+static void shorten(const perp_world *world, const perp__island *island, double most)
 {
-    int32_t rests = 1, deep = 0;
-
-    for (int32_t i = 0; i < island->bodies && rests; i++) {
-        const perp__motion *motion = perp__island_motion(world, island, i);
-
-        for (int32_t k = 0; k < 6; k++)
-            rests = rests && motion->start[k] == 0.0 && motion->after[k] == 0.0;
-    }
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, &world->overlaps, island, i);
-
-        deep = deep || perp__is_deep(contact);
-    }
-    return (rests && deep) || perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC);
-}
-
-/* Shifts are shorter where they would take more energy than the step lost: what is left of the
- * overlap is taken out as more is lost, and what rests stays as it is. */
-static void keep_energy(const perp_world *world, const perp__island *island)
-{
-    double lost = perp__work_of_motors(world, island), needed = 0.0;
+    double lost = perp__work_of_motors(world, island), needed = 0.0, rounding = 0.0;
+    double share = fmin(1.0, most / longest_displacement(world, island));
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         lost += perp__energy_lost(world, body);
-        needed += perp__work_needed(world, body, world->motions[body].shift);
+        rounding += perp__energy_rounding(world, body);
+        needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
-    if (needed <= perp__greater(lost, 0.0) || is_paid_for(world, island))
-        return;
+    if (needed > perp__greater(lost, 0.0) + rounding && !perp__has_put(world, island) &&
+        !perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC)) /* others' work */
+        share *= perp__greater(lost, 0.0) / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
-            perp__island_motion(world, island, i)->shift[k] *= perp__greater(lost, 0.0) / needed;
+            perp__island_motion(world, island, i)->shift[k] *= share;
 }
 
 /* Mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body without
@@ -215,7 +226,7 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
 
         memset(rows, 0, sizeof *rows);
         rows->dim = 1;
-        rows->bias[0] = contact->gap;
+        rows->bias[0] = fmax(contact->gap, -reach_of(world, contact));
         for (k = 0; k < 2; k++) {
             const int32_t body = k == 0 ? contact->body_a : contact->body_b;
 
@@ -264,42 +275,25 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     return PERP_OK;
 }
 
-/* Corrects the island if that takes no long way; *left tells if it was left as it is. */
+/* Corrects the island. Of what nothing holds the mass centre stays, so that no way is too long;
+ * else ways are those that bodies have as they weigh, or equally, but for longer ones than what
+ * opens makes of a chain of so many. */
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
-                                  int32_t equally, int32_t *left)
+                                  double most)
 {
+    const int32_t tied = perp__is_tied(world, &world->overlaps, island, PERP_BODY_STATIC);
+    const double far = (LONGEST_WAY + island->bodies) * longest;
+    perp_status status = PERP_OK;
     int32_t found = 0;
-    perp_status status;
 
-    pose(world, island, equally);
-    status = solve_shifts(world, island, &found);
-    *left = status != PERP_OK || !found || !(longest_displacement(world, island) <= longest);
-    if (!*left) {
-        keep_energy(world, island);
-        apply(world, island);
+    for (int32_t equally = 0; equally <= tied && status == PERP_OK && !found; equally++) {
+        pose(world, island, equally);
+        status = solve_shifts(world, island, &found);
+        found = found && (!tied || longest_displacement(world, island) <= far);
     }
-    return status;
-}
-
-/* One pass over the islands that overlap; returns in *left how many stay as they are. */
-static perp_status project(perp_world *world, double longest, int32_t equally, int32_t *left)
-{
-    perp_status status;
-    int32_t stays;
-
-    *left = 0;
-    perp__place(world, world->next);
-    /* neighbours that the correction could push into each other */
-    status = perp__find_overlaps(world, LONGEST_WAY);
-    if (world->awake_changed) /* these may be of what is not on the list: the step begins anew */
-        return status;
-    PERP__THEN(status, perp__build_islands(world, &world->overlaps));
-    PERP__THEN(status, perp__fit_island_work(world));
-    for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {
-        if (!perp__lacks_joints(world, &world->islands[i]) && !overlaps(world, &world->islands[i]))
-            continue;
-        status = project_island(world, &world->islands[i], longest, equally, &stays);
-        *left += stays;
+    if (status == PERP_OK && found) {
+        shorten(world, island, most);
+        apply(world, island);
     }
     return status;
 }
@@ -307,8 +301,7 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
 /* Works on the next states; the links and islands of the step are gone afterwards. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
-    double depth = 0.0, longest;
-    int32_t left;
+    double depth = 0.0;
     perp_status status = perp__end_islands(world, changed);
 
     PERP__THEN(status, perp__enclose_places(world, 0.0));
@@ -317,11 +310,38 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     if (status != PERP_OK || depth == 0.0)
         return status;
     *changed = 1;
-    longest = LONGEST_WAY * depth;
     perp__stop_all_coasting(world);
-    status = project(world, longest, 0, &left);
-    if (status == PERP_OK && left > 0)
-        status = project(world, longest, 1, &left);
+    perp__place(world, world->next);
+    /* neighbours that the correction could push into each other */
+    status = perp__find_overlaps(world, LONGEST_WAY);
+    if (world->awake_changed) /* these may be of what is not on the list: the step begins anew */
+        return status;
+    PERP__THEN(status, perp__build_islands(world, &world->overlaps));
+    PERP__THEN(status, perp__fit_island_work(world));
+    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands[i];
+        const double lack = perp__island_errors(world, island);
+        double most, longest = lack + longest_opening(world, island, &most);
+
+        if (longest > 0.0)
+            status = project_island(world, island, longest, lack + most);
+    }
     PERP__THEN(status, perp__close_joints(world)); /* which the ways left by their turns */
     return status;
+}
+
+void perp__find_put(perp_world *world)
+{
+    const perp__contact_set *set = &world->contacts;
+
+    for (int32_t i = 0; i < 2 * set->count; i++) {
+        const perp__world_contact *contact = &set->contacts[i / 2];
+        const int32_t *body = set->ties[i / 2].body;
+        const int64_t own = world->states[body[i % 2]].put;
+
+        if (perp__is_dynamic(world, body[i % 2]) &&
+            ((((own | world->states[body[1 - i % 2]].put) & PERP__PUT) && perp__is_deep(contact)) ||
+             ((own & PERP__PUT_INTO) && contact->gap < -0.5 * perp__deep_overlap(contact))))
+            world->roles[body[i % 2]].put = PERP__PUT_INTO;
+    }
 }

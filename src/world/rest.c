@@ -26,6 +26,7 @@ static void enlist(perp_world *world, int32_t body)
     if (world->bodies[body].awake)
         return;
     world->bodies[body].awake = 1;
+    world->some_put |= world->states[body].put != 0;
     world->awake[world->awake_count + world->roused_count++] = body;
     world->awake_changed = 1;
 }

@@ -121,6 +121,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     own->mark = 0;
     own->next_of_body = world->bodies[body].first_shape;
     world->bodies[body].first_shape = slot;
+    perp__note_put(world, body);
     perp__disturb(world, body);
     if (own->geometry.kind == PERP__PLANE) {
         own->next_plane = world->first_plane;

@@ -128,7 +128,7 @@ perp_status perp__snapshot_read(perp_world *world, const char *blob)
     world->memories_restored = 1;
     perp__rouse_all(world);
     perp__forget_naps(world);
-    world->planes_changed = 1;
+    world->planes_changed = world->some_put = 1;
     return PERP_OK;
 }
 

@@ -138,6 +138,11 @@ static int32_t commit(perp_world *world, int32_t included)
         repeat += role->repeats;
         world->settled += role->repeats && role->dynamic;
     }
+    i = world->some_put ? world->awake_count : 0;
+    for (world->some_put = 0; i-- > 0;) {
+        world->states[world->awake[i]].put = world->roles[world->awake[i]].put;
+        world->some_put |= world->roles[world->awake[i]].put != 0;
+    }
     world->coasting++; /* they stay where they are */
     perp__drop_kept(world, world->first_orphan);
     world->first_orphan = -1;

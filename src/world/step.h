@@ -79,6 +79,15 @@ double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 
 /* projection.c */
+/* A caller put the body where it is, or changed what it touches. */
+static inline void perp__note_put(perp_world *world, int32_t body)
+{
+    world->states[body].put |= PERP__PUT;
+    world->some_put = 1;
+}
+/* When the step's contacts are known: which bodies callers put deep into others, and are not apart
+ * from them yet. */
+void perp__find_put(perp_world *world);
 /* *changed: next states are others. */
 perp_status perp__project_overlaps(perp_world *world, int32_t *changed);
 

@@ -22,6 +22,10 @@
 /* Unit of rounding, 2^-52. */
 #define PERP__EPSILON 2.220446049250313e-16
 
+/* What a caller did to a body, or to what it touches, since the last step; and what it is known for
+ * until it comes apart from what it was put deep into. */
+enum { PERP__PUT = 1, PERP__PUT_INTO = 2 };
+
 /* What changes in time: exactly what a snapshot holds. */
 typedef struct perp__state {
     double position[3];
@@ -31,6 +35,7 @@ typedef struct perp__state {
     double angular_velocity[3];
     double force[3];
     double torque[3];
+    int64_t put; /* PERP__PUT, _INTO others; 0: neither */
 } perp__state;
 
 /* What does not. */
@@ -187,6 +192,7 @@ typedef struct perp__role {
     int8_t touched; /* has contact points in this step */
     int8_t jointed; /* has joints */
     int8_t swept;   /* verdict.swept */
+    int8_t put;     /* its state's, at the end of the step */
     int8_t repeats; /* ends the step as it began, and no one changed it since */
     int8_t calm;    /* so does all that is joined to it; at the root. When a step begins: so did all
                        that is near it */
@@ -414,6 +420,7 @@ struct perp_world {
     perp__contact_set contacts; /* of the step */
     perp__contact_set last;     /* of the last one that went on */
     int32_t last_included;
+    int32_t some_put;           /* some body is PERP__PUT, or _INTO others */
     int32_t settled;            /* bodies that end the last step as they began it */
     perp__contact_set overlaps; /* of the projection */
     perp__rigid_solver *solver;

@@ -11,11 +11,6 @@
 #include "linalg/lanes/multiversion.h"
 #include "linalg/pivoting.h"
 
-/* A pass over positions takes this share of the penetration away, and no point further than that
- * many guards in a step. */
-#define SHARE 0.2
-#define FARTHEST 64.0
-
 /* Nesterov's weight at most. */
 #define MOMENTUM 0.9
 
@@ -298,7 +293,7 @@ static void clear_penetration(job *at)
             point->shift[l] = point->bias[l] = 0.0;
             if (!(lack > 0.0))
                 continue;
-            point->bias[l] = -fmin(SHARE * lack, FARTHEST * guard) / step->h;
+            point->bias[l] = -perp__cleared(lack, guard) / step->h;
             deep++;
         }
     }

@@ -299,6 +299,8 @@ perp_status perp__find_contacts(perp_world *world, double h)
         world->watched_count = -1;
         perp__note_settled(world);
         status = touch_all(world, h);
+        if (status == PERP_OK && world->some_put && !world->awake_changed)
+            perp__find_put(world);
         world->contacts.stands = 0;
     }
     return status;

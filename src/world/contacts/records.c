@@ -94,7 +94,8 @@ perp_status perp__write_records(perp_world *world)
         return PERP_OK;
     status = perp__grow(world->context, "the contacts", &world->record_capacity,
                         world->kept_included + world->last_included, &array, 1);
-    if (status == PERP_OK && world->kept_included > 0) {
+    /* what a round brings is listed where its bodies are, which is by islands */
+    if (status == PERP_OK && (world->kept_included > 0 || world->last.early < world->last.count)) {
         status = merge_records(world);
     } else if (status == PERP_OK) {
         for (i = 0; i < world->last.count; i++)

@@ -35,6 +35,16 @@ static inline perp__tie *perp__step_tie(const perp_world *world, const perp__isl
     return &world->contacts.ties[world->contact_order[island->first_contact + i]];
 }
 
+/* Whether callers put one of its bodies deep into others: the projection parts all of it then. */
+static inline int32_t perp__has_put(const perp_world *world, const perp__island *island)
+{
+    int32_t put = 0;
+
+    for (int32_t i = 0; i < island->bodies && !put; i++)
+        put = world->roles[world->body_order[island->first_body + i]].put != 0;
+    return put;
+}
+
 /* One of the step's contacts. */
 static inline perp__world_contact *perp__step_contact(const perp_world *world,
                                                       const perp__island *island, int32_t i)
@@ -179,7 +189,8 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
  * one with joints the equations hold to rounding; begin_joints() comes first. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
-/* Whether the sweeps of an island take the overlap out of what rests. */
+/* The overlap from which on it is deep: so sweeps of an island take it out of what rests, too. */
+double perp__deep_overlap(const perp__world_contact *contact);
 int32_t perp__is_deep(const perp__world_contact *contact);
 /* Whether an exact solution costs no more than sweeps, or nothing less will do; and whether it is
  * worth it where sweeps have not come to an answer. */

@@ -160,9 +160,10 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         if (!verdict.stands || !world->contacts.ties[number].repeats) /* else it was looked at */
             verdict.endless += !perp__is_finite_contact(&world->contacts, number);
     }
+    fresh = verdict.swept && !perp__has_put(world, island);
     for (int32_t k = 0; k < island->bodies; k++) {
         perp__island_motion(world, island, k)->verdict = verdict;
-        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)verdict.swept;
+        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)fresh;
     }
     return status;
 }

@@ -152,9 +152,14 @@ static void pose_rows(perp_world *world, const perp__island *island, double h)
     perp__time_joints(world, h);
 }
 
+double perp__deep_overlap(const perp__world_contact *contact)
+{
+    return TOO_DEEP * GUARD * contact->size;
+}
+
 int32_t perp__is_deep(const perp__world_contact *contact)
 {
-    return contact->gap < -TOO_DEEP * GUARD * contact->size;
+    return contact->gap < -perp__deep_overlap(contact);
 }
 
 static int32_t has_deep(const perp_world *world, const perp__island *island)
@@ -290,7 +295,7 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
     step->rounds = substeps > 0 ? 1 : ROUNDS;
     step->measures = 1;
-    step->clear = CLEAR;
+    step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
     step->gap = work->gap;
     step->guard = work->guard;
     for (int32_t i = 0; i < island->contacts; i++) {

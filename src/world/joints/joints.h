@@ -150,9 +150,9 @@ int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
                       const perp__island *island, int32_t least);
 /* The same without energy, of the islands at hand. */
 perp_status perp__close_joints(perp_world *world);
-/* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */
+/* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */
 double perp__joint_errors(const perp_world *world);
-int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);
+double perp__island_errors(const perp_world *world, const perp__island *island);
 /* Rows of the joints after those of the overlaps. */
 void perp__add_joint_errors(perp_world *world, const perp__island *island);
 

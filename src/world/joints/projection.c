@@ -49,7 +49,7 @@ static double error_of(const perp_world *world, perp__joint *joint)
     return joint->lack = sum;
 }
 
-static double errors_of(const perp_world *world, const perp__island *island)
+double perp__island_errors(const perp_world *world, const perp__island *island)
 {
     double sum = 0.0;
 
@@ -66,11 +66,6 @@ double perp__joint_errors(const perp_world *world)
         if (perp__joint_works(world, i))
             sum += world->joints[i].lack;
     return sum;
-}
-
-int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
-{
-    return errors_of(world, island) > 0.0;
 }
 
 static void add_row(perp_world *world, const perp__joint *joint, const double row[2][6],
@@ -228,7 +223,7 @@ static void go_there(perp_world *world, const perp__island *island, double share
  * passes, or halved where there are none; as long as any does. */
 static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
 {
-    double error = errors_of(world, island), left;
+    double error = perp__island_errors(world, island), left;
     int32_t came, again = 0;
 
     if (error == 0.0)
@@ -245,12 +240,12 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);
-        left = errors_of(world, island);
+        left = perp__island_errors(world, island);
         came = shut_limits(world, island);
         while (!(left < error) && came == 0 && share > SHORTEST) {
             share *= 0.5;
             go_there(world, island, share);
-            left = errors_of(world, island);
+            left = perp__island_errors(world, island);
         }
         again = came == 0 && left < FAST * error;
         if (left < error) {
@@ -259,7 +254,7 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
             continue;
         }
         go_there(world, island, 0.0);
-        (void)errors_of(world, island);
+        (void)perp__island_errors(world, island);
         if (came == 0)
             break;
     }
@@ -489,7 +484,7 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         if (given > 0.0 && perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC))
             given = 0.0;
         if (given > 0.0 && keep_energy(world, island, given)) {
-            (void)errors_of(world, island);
+            (void)perp__island_errors(world, island);
             closed = 1;
         }
         for (int32_t k = 0; k < island->bodies && closed; k++)
