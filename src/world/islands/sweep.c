@@ -107,22 +107,17 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
 }
 
 /* Velocities after the impacts, by Moreau's law from the same beginning; what moves the positions
- * stays. */
+ * stays. What presses only when others are hit is hit as well, as the next ball of a chain is: it
+ * is looked for as often as the level looks at what the motion makes meet. */
 static perp_status bounce(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                           const perp__rigid_problem *problem, const perp__passes *step)
 {
     perp__island_work *work = &world->work;
     perp__passes passes = *step;
+    perp_status status = PERP_OK;
+    int32_t looks = perp__level_of(world)->looks, came = 1;
 
     passes.clear = 0;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
-            work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start);
-            work->gap[i] = 0.0;
-        }
-    }
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
 
@@ -130,7 +125,22 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
             world->joints[unit->joint].gap[unit->slot - PERP__SLOT_LOWER] > 0.0)
             memset(work->rows[i].rows, 0, sizeof work->rows[i].rows);
     }
-    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
+    for (; came && looks > 0 && status == PERP_OK; looks--) {
+        for (int32_t i = 0; i < island->contacts; i++) {
+            const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+            if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
+                work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start);
+                work->gap[i] = 0.0;
+            }
+        }
+        status = perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
+        came = 0;
+        for (int32_t i = 0; i < island->contacts; i++)
+            came |= work->impulse[3 * i] > 0.0 && work->gap[i] > 0.0 &&
+                    perp__step_contact(world, island, i)->restitution > 0.0;
+    }
+    return status;
 }
 
 /* Biases of the step: what gaps leave. */
