@@ -217,10 +217,33 @@ static void read_answer(const job *at, perp__rigid_answer *answer)
         perp__coloured_measure(c, answer, problem);
 }
 
-/* Whether the budget ends with these passes. */
-static int32_t is_over(const perp__rigid_problem *problem, int32_t passes)
+/* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
+ * led back. Then the next pass begins there. */
+static void keep_momentum(job *at)
 {
-    return (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
+    perp__coloured *c = at->c;
+    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta)), back = 0.0;
+
+    run_over_bodies(at, weigh_way);
+    for (int32_t i = 0; i < count_pieces(c); i++)
+        back += c->back[i];
+    if (back > 0.0)
+        next = at->theta = 1.0;
+    c->momentum = fmin((at->theta - 1.0) / next, MOMENTUM);
+    run_over_bodies(at, go_on);
+    at->theta = next;
+}
+
+/* Whether the passes end with this one, the last of a round: with the budget, or with a residual
+ * that is good. */
+static int32_t is_last(const job *at, const perp__rigid_answer *answer, int32_t passes)
+{
+    const perp__rigid_problem *problem = at->problem;
+    const perp__passes *step = at->step;
+
+    return !step->measures || passes >= step->rounds * step->passes ||
+           answer->tested <= problem->tol ||
+           (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
            (problem->deadline > 0.0 && perp__now() >= problem->deadline);
 }
 
@@ -228,9 +251,10 @@ static void run_passes(job *at, perp__rigid_answer *answer)
 {
     perp__coloured *c = at->c;
     const size_t size = 8 * (size_t)c->rows * sizeof *c->y;
-    double lack = INFINITY, next, back;
-    int32_t left = at->step->rounds, pass, ends = at->step->passes == 0;
+    double lack = INFINITY, before;
+    int32_t passes = 0, ends = 0;
 
+    /* 1. The impulses that are known, and what they make of the free velocities. */
     run_pieces(at, 0, c->colour_first[c->colour_count], fill_piece);
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
@@ -241,36 +265,20 @@ static void run_passes(job *at, perp__rigid_answer *answer)
     memcpy(c->before, c->y, size);
     c->momentum = 0.0;
     at->theta = 1.0;
-    for (pass = 0; !ends; pass++) {
-        const double before = lack;
-
-        run_pass(at, PERP__COLOURED_SWEEP, c->y);
-        lack = perp__joint_block_solve(&c->joints, c->momentum, c->y);
-        if (c->points == 0 && !(lack > 0.0 && lack < 0.5 * before))
-            break; /* equations alone: as far as refinement goes */
-        if ((pass + 1) % at->step->passes == 0) {
-            read_answer(at, answer);
-            ends = --left <= 0 || !at->step->measures || answer->tested <= at->problem->tol ||
-                   is_over(at->problem, pass + 1);
+    /* 2. Rounds of passes; equations alone go as far as refinement does. */
+    while (!ends) {
+        for (int32_t k = 0; k < at->step->passes && !ends; k++, passes++) {
+            if (passes > 0)
+                keep_momentum(at);
+            before = lack;
+            run_pass(at, PERP__COLOURED_SWEEP, c->y);
+            lack = perp__joint_block_solve(&c->joints, c->momentum, c->y);
+            ends = c->points == 0 && !(lack > 0.0 && lack < 0.5 * before);
         }
-        if (ends)
-            continue;
-        /* y goes on in the direction that it took, as r will when it is swept next; or both stay
-         * where that led back. Then the next pass begins there. */
-        next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta));
-        back = 0.0;
-        run_over_bodies(at, weigh_way);
-        for (int32_t i = 0; i < count_pieces(c); i++)
-            back += c->back[i];
-        if (back > 0.0)
-            next = at->theta = 1.0;
-        c->momentum = fmin((at->theta - 1.0) / next, MOMENTUM);
-        run_over_bodies(at, go_on);
-        at->theta = next;
-    }
-    if (!ends || at->step->passes == 0)
         read_answer(at, answer);
-    answer->iterations = pass;
+        ends = ends || is_last(at, answer, passes);
+    }
+    answer->iterations = passes;
     memcpy(c->moved, c->y, size);
 }
 

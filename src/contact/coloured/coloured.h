@@ -73,11 +73,12 @@ typedef struct perp__coloured {
 void perp__coloured_init(perp__coloured *c, perp_context *context);
 void perp__coloured_release(perp__coloured *c);
 
-/* What a step takes away of a penetration, of which so much is left: a share of it, and no more
- * than so many guards. */
+/* What a step takes away of a penetration: this share, and no more than so many guards. */
+#define PERP__CLEARED_SHARE 0.2
+#define PERP__CLEARED_GUARDS 64.0
 static inline double perp__cleared(double lack, double guard)
 {
-    return fmin(0.2 * lack, 64.0 * guard);
+    return fmin(PERP__CLEARED_SHARE * lack, PERP__CLEARED_GUARDS * guard);
 }
 
 /* What is asked for beside the problem: contacts by pairs of bodies, contiguously; bias of the rows

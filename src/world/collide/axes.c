@@ -225,8 +225,9 @@ int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *n
         perp__add3(normal, 1.0, axes->axis[k].normal);
     }
     perp__normalise3(normal);
-    *within = flush ? 0.0 : 1.0;
-    for (int32_t i = 0; i < count; i++)
+    if (within)
+        *within = flush ? 0.0 : 1.0;
+    for (int32_t i = 0; i < count && within; i++)
         *within = perp__lesser(*within, perp__dot3(found[i], normal));
     return count > 1;
 }

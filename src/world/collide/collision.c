@@ -381,6 +381,25 @@ static int32_t set_out(course *on, perp__collision *collision)
     return apart;
 }
 
+/* The shapes meet at time t along the axis that was the last to close. Those that go straight have
+ * met without what the gates kept of it before; but the edges of shapes other than boxes are not
+ * all among their axes. */
+static void set_collision(course *on, double t, perp__collision *collision)
+{
+    const int32_t boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
+    perp__placed a, b;
+    perp__moved(on->a, t, &a);
+    perp__moved(on->b, t, &b);
+    collision->axis = on->axes.axis[on->last].number;
+    collision->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
+                          perp__relative_displacement(on->a, on->b) + on->near->touching;
+    if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
+        axes_at(on, 0.0, INFINITY);
+        t = fmin(t, entry_of(on, on->bare, 0.0, 1.0));
+    }
+    collision->time = t;
+}
+
 /* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
  * last one to close goes by its rate, the next look is when that closes it; and as long as it can't
  * have closed nothing meets, for one axis that separates is enough. */
@@ -444,23 +463,9 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
         rate += bend * (t - last);
         free = goes_on ? 2.0 * lacks / (rate + sqrt(rate * rate + 4.0 * bend * lacks)) : 0.0;
     }
-    if (!met)
-        return 0;
-
-    /* 4. Those that go straight have met without what the gates kept of it before; but the edges of
-     * shapes other than boxes are not all among their axes. */
-    perp__placed last_a, last_b;
-    perp__moved(a, t, &last_a);
-    perp__moved(b, t, &last_b);
-    collision->axis = on.axes.axis[on.last].number;
-    collision->doubtful = -separation_aside(&last_a, &last_b, planar, &on.axes, on.last) <
-                          displacement + near->touching;
-    if (!on.turning && (on.gate[on.last] != 0.0 || perp__are_boxes(a->start, b->start, planar))) {
-        axes_at(&on, 0.0, INFINITY);
-        t = fmin(t, entry_of(&on, on.bare, 0.0, 1.0));
-    }
-    collision->time = t;
-    return 1;
+    if (met)
+        set_collision(&on, t, collision);
+    return met;
 }
 
 /* Newton's method for the first time in [t, end] at which a point on its way from `from` by `way`

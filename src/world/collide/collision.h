@@ -130,9 +130,9 @@ int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const 
 
 /* Where shapes touch in an edge or a corner of both, several of their faces touch, and each of the
  * normals between theirs separates the shapes: the middle one, which rounding does not choose and
- * which is the same seen from either. `within`: the cosine of the widest angle between it and one
- * of them; 0 where faces of both lie in one plane, along which each may slide. Returns 0 where no
- * two directions of faces touch. */
+ * which is the same seen from either. `within` (or NULL): the cosine of the widest angle between it
+ * and one of them; 0 where faces of both lie in one plane, along which each may slide. Returns 0
+ * where no two directions of faces touch. */
 #define PERP__MIDDLE_AXIS (-3)
 int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *normal,
                               double *within);

@@ -277,7 +277,7 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     int32_t side = number >= faces_a, face = side ? number - faces_a : number;
     const int32_t of_face = number >= 0 && number < faces;
     int32_t count = 0, over_face = of_face;
-    double within, separation = -INFINITY, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
+    double separation = -INFINITY, most = 1.0 - 0.5 * PERP__FLAT * PERP__FLAT;
     perp__axis axis;
     perp__axes axes;
 
@@ -286,7 +286,7 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     if (number == PERP__MIDDLE_AXIS && perp__convex_axes(pair, INFINITY, &axes) &&
         perp__middle_of_faces(
             &axes, PERP__ON_FACE * pair->size + PLACED * perp__largest3(pair->frame->position),
-            axis.normal, &within)) {
+            axis.normal, NULL)) {
         separation = 0.0;
     } else if (of_face) {
         perp__convex_face(pair, side, face, &axis);

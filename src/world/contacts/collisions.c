@@ -359,13 +359,13 @@ static int32_t begin_at_rest(const encounter *e)
 static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes *axes, double far)
 {
     const double *normal = begin_at_rest(e) ? pressed_along(e->world, pair) : NULL;
-    double own[3], middle[3], within;
+    double own[3], middle[3];
 
     if (!normal)
         return 0;
     perp__apply_transposed3(own, e->a.start->rotation, normal);
     pair->collision.axis = PERP__MIDDLE_AXIS;
-    int32_t found = perp__middle_of_faces(axes, e->near.touching, middle, &within) &&
+    int32_t found = perp__middle_of_faces(axes, e->near.touching, middle, NULL) &&
                     fabs(perp__dot3(middle, own)) >= 1.0 - SUPPORT * SUPPORT;
     for (int32_t k = 0; k < axes->count && !found; k++) {
         pair->collision.axis = axes->axis[k].number;
@@ -411,13 +411,13 @@ static void note_lead(const perp_world *world, perp__pair *pair, double touching
  * that of a world without this contact. */
 static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes *axes)
 {
-    double middle[3], within;
+    double middle[3];
 
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].number == pair->collision.axis &&
             fabs(axes->axis[k].separation) <= e->near.touching) {
             pair->collision.time = 0.0;
-            if (perp__middle_of_faces(axes, e->near.touching, middle, &within))
+            if (perp__middle_of_faces(axes, e->near.touching, middle, NULL))
                 pair->collision.axis = PERP__MIDDLE_AXIS;
             return;
         }

@@ -137,6 +137,7 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
     int32_t fresh = (island->joints > 0 && !verdict.jointed) || /* came since it was solved */
                     (verdict.sketched && !world->sketches);
+    int32_t no_projection;
     perp_status status;
 
     for (int32_t i = 0; i < island->contacts; i++)
@@ -160,10 +161,10 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         if (!verdict.stands || !world->contacts.ties[number].repeats) /* else it was looked at */
             verdict.endless += !perp__is_finite_contact(&world->contacts, number);
     }
-    fresh = verdict.swept && !perp__has_put(world, island);
+    no_projection = verdict.swept && !perp__has_put(world, island);
     for (int32_t k = 0; k < island->bodies; k++) {
         perp__island_motion(world, island, k)->verdict = verdict;
-        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)fresh;
+        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)no_projection;
     }
     return status;
 }

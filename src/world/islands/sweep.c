@@ -135,6 +135,8 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
             }
         }
         status = perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
+        if (status == PERP_OK)
+            perp__spend(world, answer->iterations);
         came = 0;
         for (int32_t i = 0; i < island->contacts; i++)
             came |= work->impulse[3 * i] > 0.0 && work->gap[i] > 0.0 &&
@@ -336,6 +338,27 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     return PERP_OK;
 }
 
+/* Whether rows that turn on the way did work beyond what impulses known to tol may: then those of
+ * the beginning serve, of which there is none. */
+static int32_t gives_energy(const perp_world *world, const perp__island *island)
+{
+    double size;
+
+    return world->work.carriers == 0 && perp__work_of_rows(world, island, world->work.units,
+                                                           &size) > perp__swept_tol(world) * size;
+}
+
+/* The residual after some of the impulses were taken back. */
+static perp_status measure_again(perp_world *world, const perp__island *island, double h,
+                                 perp__rigid_answer *answer, const perp__rigid_problem *problem)
+{
+    const perp__passes passes = {.h = 1.0, .measures = 1};
+
+    close_gaps(world, island, h);
+    memcpy(world->work.warm, world->work.impulse, 3 * (size_t)world->work.units * sizeof(double));
+    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
+}
+
 /* What the island has come to, for its bodies, contacts and joints. */
 static void finish(perp_world *world, const perp__island *island, double h, perp__verdict *verdict)
 {
@@ -371,7 +394,6 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_answer answer;
     perp__passes step;
     perp_status status = PERP_OK;
-    double size;
     int32_t carried, again = 1;
 
     /* 1. the question whether it stands, of what begins so, or came so near in the last step */
@@ -398,11 +420,8 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         status = sweep_rows(world, island, h, &problem, &answer, &step);
         again =
             status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
-        /* rows that turn on the way may have done work beyond what impulses known to tol may: then
-         * those of the beginning serve, of which there is none */
         if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
-            work->carriers == 0 &&
-            perp__work_of_rows(world, island, work->units, &size) > perp__swept_tol(world) * size) {
+            gives_energy(world, island)) {
             perp__stop_trial(world, island);
             again = rounds.coarse = 1;
         }
@@ -418,13 +437,8 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             status = bounce(world, island, &answer, &problem, &step);
         }
         if (status == PERP_OK && island->joints == 0 && work->carriers == 0 &&
-            take_energy(world, island, h)) {
-            /* the residual after some of the impulses were taken back */
-            step = (perp__passes){.h = 1.0, .measures = 1};
-            close_gaps(world, island, h);
-            memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof(double));
-            status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
-        }
+            take_energy(world, island, h))
+            status = measure_again(world, island, h, &answer, &problem);
         verdict->residual = answer.tested;
         verdict->outcome = answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED
                            : perp__is_time_over(world)  ? PERP_OUTCOME_TIME_LIMIT
