@@ -3,9 +3,9 @@
  *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
- *      often as the level looks; then only for what would go deep, twice as deep each time: the few
- *      that are left cost as much as all did. At level `exact` islands are swept as long as
- *      something comes, and only then solved: what meets by a sketch needs no rounding.
+ *      often as the level looks; then only for what would go deep, at `fast` twice as deep each
+ * time: the few that are left cost as much as all did. At level `exact` islands are swept as long
+ *      as something comes, and only then solved: what meets by a sketch needs no rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
@@ -248,7 +248,7 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
         if (world->rounds > level->looks)
-            deep = fmin(2.0 * deep, HALF_WAY);
+            deep = fmin(level->growth * deep, HALF_WAY);
     } while (status == PERP_OK && came > 0);
     world->sketches = 0;
     if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
