@@ -211,10 +211,11 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
 {
     const perp__lcp_problem *p = work->common.problem;
     const double goal = p->settings->polish ? INFINITY : 0.1 * p->tol;
-    int32_t fewest = p->n + 1, patience = limits->patience;
+    int32_t fewest = p->n + 1, patience = limits->patience, half = p->n, creeps = 0;
     int8_t *places = iterate->places;
     perp_status status = PERP_OK;
-    int32_t may_follow = p->block->kind == PERP__SPARSE_SYMMETRIC && limits->singles;
+    int32_t may_follow =
+        p->block->kind == PERP__SPARSE_SYMMETRIC && limits->singles && !p->block->has_z_signs;
 
     iterate->outcome = -1;
     while (iterate->outcome < 0 && iterate->iterations < limits->iterations) {
@@ -248,22 +249,22 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
         iterate->outcome = perp__lcp_tick(p->control, iterate->iterations, e.violation);
         if (iterate->outcome >= 0)
             break;
+        creeps = e.count <= half ? 0 : creeps + 1;
+        half = e.count <= half ? e.count / 2 : half;
         if (e.count <= limits->few && work->rho == 0.0) {
             iterate->outcome = PERP_OUTCOME_STALLED;
-        } else if (e.count >= fewest && !p->block->has_z_signs && patience-- <= 0) {
-            /* 3. Full exchanges have failed to lower their number too often, which they may for
-             * ever where the sets are monotone: the way of the penalty, once, where M can be
-             * factored; then a single one. */
-            if (may_follow && p->block->steps <= 0) {
-                status = follow_penalty(work, iterate, limits->iterations);
-                fewest = p->n + 1;
-                patience = limits->patience;
-            } else {
-                places[e.last] = work->next[e.last];
-            }
+        } else if (may_follow && creeps > limits->patience && p->block->steps <= 0) {
+            /* 3. Full exchanges have not halved their number for long, which may go on for as many
+             * as a mesh has rows: the way of the penalty, once, where M can be factored. */
             may_follow = 0;
+            status = follow_penalty(work, iterate, limits->iterations);
+            fewest = p->n + 1;
+            patience = limits->patience;
             if (status < 0)
                 return status;
+        } else if (e.count >= fewest && !p->block->has_z_signs && patience-- <= 0) {
+            /* 4. They have failed to lower it too often: a single one. */
+            places[e.last] = work->next[e.last];
             if (!limits->singles)
                 iterate->outcome = PERP_OUTCOME_STALLED;
         } else {
