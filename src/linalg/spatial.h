@@ -212,6 +212,15 @@ static inline void perp__quaternion_exponential(double *q, const double *turn)
     q[3] = ratio * turn[2];
 }
 
+/* The rotation by the vector `turn`. */
+static inline void perp__turn_matrix(double *R, const double *turn)
+{
+    double q[4];
+
+    perp__quaternion_exponential(q, turn);
+    perp__quaternion_matrix(R, q);
+}
+
 /* turn := that of the rotation by `turn` and then by `next`; of its angles, 2 pi apart, the one
  * nearest to that of their sum. */
 static inline void perp__add_turn(double *turn, const double *next)

@@ -222,7 +222,7 @@ static void find_calm(perp_world *world)
         if (perp__is_dynamic(world, a) && perp__is_dynamic(world, b))
             perp__join(world->parent, a, b);
     }
-    perp__join_calm(world);
+    perp__join_joined(world);
     for (int32_t i = 0; i < world->awake_count; i++)
         world->roles[world->awake[i]].calm = (int8_t)is_calm(world, world->awake[i]);
     for (int32_t i = 0; i < world->awake_count; i++) {

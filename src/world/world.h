@@ -303,7 +303,7 @@ typedef struct perp__island_work {
     double share;                      /* of a step: the interval of `free` */
     double length, gone, span;         /* of the step; up to the interval at hand; and of that */
     int32_t set_up;                    /* the solver has these */
-    int32_t *members;                  /* the bodies */
+    int32_t *members, *parts;          /* the bodies; which of them joints join: joints/step.c */
     perp__state *before;               /* joints/projection.c: their next states, before a shift */
     perp__path *paths;                 /* their ways through the interval, with joints */
     double *factors, *origins;         /* of the bodies, perp__rigid_problem */

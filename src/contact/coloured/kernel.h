@@ -40,15 +40,11 @@ TARGET static inline void NAME(transpose4)(lanes *x, int32_t stride)
 TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, const double *y)
 {
 #if LANES == 8
-    int32_t l;
-
-    for (l = 0; l < 8; l++)
+    for (int32_t l = 0; l < 8; l++)
         x[l] = load(y + 8 * (size_t)bodies[l]);
     NAME(transpose)(x);
 #elif LANES == 4
-    int32_t l;
-
-    for (l = 0; l < 4; l++) {
+    for (int32_t l = 0; l < 4; l++) {
         x[l] = load(y + 8 * (size_t)bodies[l]);
         x[4 + l] = load(y + 8 * (size_t)bodies[l] + 4);
     }

@@ -98,7 +98,7 @@ static perp_status find_held(perp_contact_solver *solver, const double *r, const
         const int32_t count = is_contact ? holds(solver, k, u, solver->scale, modes[k]) : 1;
         int32_t end = begin + count;
 
-        if (solver->complies && !is_rigid)
+        if (solver->complies)
             for (end = perp__contact_first_row(problem, k);
                  end < begin + count && solver->compliance[end] == 0.0; end++)
                 continue;

@@ -46,9 +46,8 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
         memcpy(placed->rotation, start->rotation, sizeof placed->rotation);
         return;
     }
-    double turn[3] = {t * shape->turn[0], t * shape->turn[1], t * shape->turn[2]}, q[4], R[9];
-    perp__quaternion_exponential(q, turn);
-    perp__quaternion_matrix(R, q);
+    double turn[3] = {t * shape->turn[0], t * shape->turn[1], t * shape->turn[2]}, R[9];
+    perp__turn_matrix(R, turn);
     perp__multiply3(placed->rotation, R, start->rotation);
     perp__subtract3(offset, start->position, shape->centre);
     perp__apply3(placed->position, R, offset);

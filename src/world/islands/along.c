@@ -9,13 +9,14 @@
  * are J1, and (J1 - J) v of the velocities of the round before is left to the biases. */
 #include "world/joints/joints.h"
 
+#include "base/groups.h"
 #include "linalg/spatial.h"
 #include "world/islands/contact_rows.h"
 
 /* Turns of both bodies and, of the normal, that which both have in common: before the interval, and
- * in half of it. Returns 0 where there are none. */
+ * in half of it; *angle: that of all of these. Returns 0 where there are none. */
 static int32_t find_turns(const perp_world *world, const int32_t *body, double begun[3][9],
-                          double half[3][9])
+                          double half[3][9], double *angle)
 {
     const perp__island_work *work = &world->work;
     double gone[3][3], turn[3][3];
@@ -36,6 +37,7 @@ static int32_t find_turns(const perp_world *world, const int32_t *body, double b
     }
     perp__common_turn(gone[2], gone[0], gone[1]);
     perp__common_turn(turn[2], turn[0], turn[1]);
+    *angle = perp__length3(gone[2]) + 2.0 * perp__length3(turn[2]);
     for (int32_t k = 0; k < 3 && turns; k++) {
         perp__turn_matrix(begun[k], gone[k]);
         perp__turn_matrix(half[k], turn[k]);
@@ -59,16 +61,33 @@ static double share_of_slide(const perp_world *world, const int32_t *shape, int3
     return keeps[side] ? 0.0 : keeps[1 - side] ? 1.0 : 0.5;
 }
 
-void perp__turn_contact(perp_world *world, const perp__world_contact *contact)
+/* Between bodies that joints join, directly or by way of others, rows of contacts and joints may
+ * say the same, each known to the square of the turn that the bodies have in common: nothing limits
+ * impulses along what is left of the difference. So a contact gives way by as much of what an
+ * impulse moves: that limits them, is of third order in velocities, and takes energy at most. */
+static void give_way(perp_world *world, const perp__island *island, double angle,
+                     const int32_t *body, perp__rigid_rows *rows)
+{
+    int32_t *parts = world->work.parts;
+
+    if (!perp__is_dynamic(world, body[0]) || !perp__is_dynamic(world, body[1]) ||
+        perp__root_of(parts, rows->body[0]) != perp__root_of(parts, rows->body[1]))
+        return;
+    for (int32_t k = 0; k < rows->dim; k++)
+        rows->compliance[k] = angle * angle * perp__moved_by(world, island, rows, k);
+}
+
+void perp__turn_contact(perp_world *world, const perp__island *island,
+                        const perp__world_contact *contact)
 {
     perp__island_work *work = &world->work;
     perp__rigid_rows *rows = &work->rows[work->count];
     const int32_t body[2] = {contact->body_a, contact->body_b};
     const int32_t shape[2] = {contact->shape_a, contact->shape_b};
     double *turning = work->turning + 3 * work->count, slide[3], spun[3], axes[3][3][3];
-    double begun[3][9], half[3][9], now[2][6];
+    double begun[3][9], half[3][9], now[2][6], angle;
 
-    if (!find_turns(world, body, begun, half))
+    if (!find_turns(world, body, begun, half, &angle))
         return;
 
     /* 1. axes as the interval begins, half-way, and at its end; how the bodies part by half of it
@@ -127,6 +146,7 @@ void perp__turn_contact(perp_world *world, const perp__world_contact *contact)
                           perp__dot(twist, last, 6);
         }
     }
+    give_way(world, island, angle, body, rows);
 }
 
 void perp__turn_contacts(perp_world *world)

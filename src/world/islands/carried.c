@@ -71,11 +71,10 @@ static void turn_arm(const perp_world *world, const perp__carrying *carrying, in
 {
     const double *spin = world->motions[carrying->body].start + 3;
     const double turn[3] = {t * spin[0], t * spin[1], t * spin[2]};
-    double q[4], R[9], start[3];
+    double R[9], start[3];
 
     perp__subtract3(start, world->states[body].position, world->states[carrying->body].position);
-    perp__quaternion_exponential(q, turn);
-    perp__quaternion_matrix(R, q);
+    perp__turn_matrix(R, turn);
     perp__apply3(arm, R, start);
 }
 

@@ -19,18 +19,6 @@ double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
                          perp__length3(turning));
 }
 
-/* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
-double perp__row_norm(const perp_world *world, int32_t body, const double *row)
-{
-    double twist[6], own[3], turning[3];
-
-    perp__twist_of(world, row, twist);
-    perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
-    perp__apply_transposed3(turning, world->bodies[body].factor, own);
-    return perp__length2(sqrt(world->bodies[body].inverse_mass) * perp__length3(twist),
-                         perp__length3(turning));
-}
-
 /* |C'J'| of a row of a body of the island, whose factor is at hand: a multiple of the identity for
  * the mass centre, and a block for turns. */
 static double pushed_by(const double *C, const double *row, int32_t n)
@@ -47,6 +35,22 @@ static double pushed_by(const double *C, const double *row, int32_t n)
     square = C[0] * C[0] * perp__dot3(row, row) + turn;
     return square > 1e-280 && square < 1e280 ? sqrt(square)
                                              : perp__length2(C[0] * perp__length3(row), sqrt(turn));
+}
+
+double perp__moved_by(const perp_world *world, const perp__island *island,
+                      const perp__rigid_rows *rows, int32_t k)
+{
+    const int32_t n = world->dof;
+    double sum = 0.0;
+
+    for (int32_t side = 0; side < 2; side++)
+        if (rows->body[side] >= 0 && rows->body[side] < island->bodies) {
+            const double norm =
+                pushed_by(world->work.factors + n * n * rows->body[side], rows->rows[side][k], n);
+
+            sum += norm * norm;
+        }
+    return sum;
 }
 
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength)

@@ -293,29 +293,24 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
 /* Where a body of the island is turned by now. */
 static void turned_by_now(const perp_world *world, int32_t i, double *R)
 {
-    double turn[4], matrix[9];
+    double turn[9];
 
-    perp__quaternion_exponential(turn, world->work.drift + world->dof * i + 3);
-    perp__quaternion_matrix(matrix, turn);
-    perp__multiply3(R, matrix, world->motions[world->work.members[i]].rotation);
+    perp__turn_matrix(turn, world->work.drift + world->dof * i + 3);
+    perp__multiply3(R, turn, world->motions[world->work.members[i]].rotation);
 }
 
 /* Inertia is that of the bodies as they are turned when they jump: angular momentum and energy are
  * kept there. */
 static void turn_inertia(perp_world *world, const perp__island *island)
 {
-    int32_t i;
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->work.members[i];
+        double R[9];
 
-    for (i = 0; i < island->bodies; i++) {
-        const perp__body *body = &world->bodies[world->work.members[i]];
-        double *C = world->work.factors + 36 * i, R[9], turned[9];
-
-        if (body->spherical)
+        if (world->bodies[body].spherical)
             continue;
         turned_by_now(world, i, R);
-        perp__multiply3(turned, R, body->factor);
-        for (int32_t k = 0; k < 9; k++)
-            C[6 * (3 + k / 3) + 3 + k % 3] = turned[k];
+        perp__write_factor(world, body, R, world->work.factors + 36 * i);
     }
 }
 
@@ -323,9 +318,7 @@ static void turn_inertia(perp_world *world, const perp__island *island)
  * part goes with the angular velocity, which jumped. */
 static void renew_gain(perp_world *world, const perp__island *island, double left, double h)
 {
-    int32_t i;
-
-    for (i = 0; i < island->bodies && left > 0.0; i++) {
+    for (int32_t i = 0; i < island->bodies && left > 0.0; i++) {
         const int32_t body = world->work.members[i];
         const double *now = world->work.now + 6 * i;
         double R[9], w[3], torque[3], change[3], turned[3];

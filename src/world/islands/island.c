@@ -144,16 +144,10 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
         if (world->roles[a].dynamic && world->roles[b].dynamic)
             perp__join(world->parent, a, b);
     }
-    for (int32_t i = 0; i < world->joint_slots; i++) {
-        const int32_t *body = world->joints[i].body;
-
-        if (!perp__joint_works(world, i))
-            continue;
-        for (int32_t side = 0; side < 2; side++)
-            world->roles[body[side]].jointed = 1;
-        if (perp__is_dynamic(world, body[0]) && perp__is_dynamic(world, body[1]))
-            perp__join(world->parent, body[0], body[1]);
-    }
+    for (int32_t k = 0; k < 2 * world->joint_slots; k++)
+        if (perp__joint_works(world, k / 2))
+            world->roles[world->joints[k / 2].body[k % 2]].jointed = 1;
+    perp__join_joined(world);
     /* 2. Their order. */
     order_bodies(world);
     order_contacts(world, set);

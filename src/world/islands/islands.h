@@ -123,16 +123,19 @@ double perp__open_gap(const perp__world_contact *contact, double gap);
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
 /* Before an island is numbered. */
 void perp__forget_number(perp_world *world, int32_t body);
-/* |C^-1 v| of a body: half its square is the kinetic energy; |C'J'| of a row of it. */
+/* |C^-1 v| of a body: half its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
-double perp__row_norm(const perp_world *world, int32_t body, const double *row);
+/* J M^-1 J' of row k: what an impulse of 1 along it makes of its velocity. */
+double perp__moved_by(const perp_world *world, const perp__island *island,
+                      const perp__rigid_rows *rows, int32_t k);
 /* Bodies and carriers of an island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
 /* along.c: the rows of work.count, of a contact, along its interval; and adds to the biases of all
  * what they change by. */
-void perp__turn_contact(perp_world *world, const perp__world_contact *contact);
+void perp__turn_contact(perp_world *world, const perp__island *island,
+                        const perp__world_contact *contact);
 void perp__turn_contacts(perp_world *world);
 /* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
  * moves as it is told where `carried`. */

@@ -19,7 +19,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->factors = perp__arena_take(arena, numbers * (size_t)world->dof, sizeof(double));
     PERP__DOUBLES(arena, numbers, &work->start, &work->gain, &work->now, &work->drift,
                   &work->moving, &work->free, &work->v, &work->solved, &work->still);
-    PERP__INTEGERS(arena, bodies, &work->carrier, &work->members);
+    PERP__INTEGERS(arena, bodies, &work->carrier, &work->members, &work->parts);
     work->before = perp__arena_take(arena, bodies, sizeof *work->before);
     work->paths = perp__arena_take(arena, bodies, sizeof *work->paths);
     work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
@@ -176,8 +176,9 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
             touched = 1;
         }
     }
-    perp__number_joint_bodies(world, island, 1);
-    perp__number_joint_bodies(world, island, 0);
+    if (island->joints > 0)
+        (void)perp__join_parts(world, island);
+    perp__number_joint_bodies(world, island);
     for (int32_t i = 0; i < island->contacts && touched; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
@@ -237,7 +238,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         work->came[work->count] = perp__normal_of(world, work->count, work->now, island->bodies, 1);
         memset(work->turning + 3 * work->count, 0, 3 * sizeof(double));
         if (island->joints > 0)
-            perp__turn_contact(world, contact);
+            perp__turn_contact(world, island, contact);
         perp__copy3(work->warm + 3 * work->count, perp__step_response(world, island, i)->warm);
         work->chosen[work->count++] = i;
     }

@@ -338,14 +338,14 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     return PERP_OK;
 }
 
-/* Whether rows that turn on the way did work beyond what impulses known to tol may: then those of
- * the beginning serve, of which there is none. */
-static int32_t gives_energy(const perp_world *world, const perp__island *island)
+/* Whether rows that turn on the way did work beyond what impulses known to tol may, and rows known
+ * to the second order of the turn: then those of the beginning serve, of which there is none. */
+static int32_t gives_energy(const perp_world *world, const perp__island *island, double turn)
 {
     double size;
+    const double work = perp__work_of_rows(world, island, world->work.units, &size);
 
-    return world->work.carriers == 0 && perp__work_of_rows(world, island, world->work.units,
-                                                           &size) > perp__swept_tol(world) * size;
+    return world->work.carriers == 0 && work > (perp__swept_tol(world) + turn * turn) * size;
 }
 
 /* The residual after some of the impulses were taken back. */
@@ -421,7 +421,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         again =
             status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
         if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
-            gives_energy(world, island)) {
+            gives_energy(world, island, rounds.turn)) {
             perp__stop_trial(world, island);
             again = rounds.coarse = 1;
         }

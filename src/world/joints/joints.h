@@ -67,7 +67,6 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
 /* The turn that two bodies have in common: of all between their turns the least. What turns as one
  * takes its contacts along, a wheel's stays below it, and that of gears between them. */
 void perp__common_turn(double *turn, const double *a, const double *b);
-void perp__turn_matrix(double *R, const double *turn);
 /* The twist of a body as the interval at hand begins. */
 void perp__twist_now(const perp_world *world, int32_t body, double *twist);
 /* The paths of that motion alone. */
@@ -109,8 +108,11 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
                                   int32_t same, double *residual);
 
 /* step.c */
-/* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
-void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
+/* Numbers what moves as it is told among the bodies of the joints, afresh. */
+void perp__number_joint_bodies(perp_world *world, const perp__island *island);
+/* work.parts: a forest of the bodies that joints join, by way of what impulses do not move as well.
+ * Returns whether some are joined twice: in a tree no row says what others do. */
+int32_t perp__join_parts(const perp_world *world, const perp__island *island);
 /* Which equations say what others do where the step begins: they take no part in it. PERP_OK or
  * _MEMORY. */
 perp_status perp__find_spare_rows(perp_world *world, const perp__island *island);
@@ -121,6 +123,9 @@ void perp__time_joints(perp_world *world, double t);
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share);
 /* Whether limits that press did so from the start. */
 int32_t perp__limits_last(const perp_world *world);
+/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
+ * what hangs at rest is pinned by nothing along its way. */
+void perp__stop_still(perp_world *world, const perp__island *island);
 perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* Refuses next states between which a joint's coordinate is no number. */
@@ -129,9 +134,9 @@ perp_status perp__check_joints(const perp_world *world);
 void perp__keep_joints(perp_world *world);
 /* Rows of all joints, those asleep too. */
 int32_t perp__count_joint_rows(const perp_world *world);
-/* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm.
- */
-void perp__join_calm(perp_world *world);
+/* Joins the parts of joined bodies in world->parent. */
+void perp__join_joined(perp_world *world);
+/* For rest.c: what may not sleep for its joints is not calm. */
 void perp__upset_joints(perp_world *world);
 
 /* A distance of 0 has no direction. */

@@ -25,16 +25,15 @@
 
 /* ---- rows ---- */
 
-void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh)
+void perp__number_joint_bodies(perp_world *world, const perp__island *island)
 {
+    for (int32_t k = 0; k < 2 * island->joints; k++)
+        perp__forget_number(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
 
         for (int32_t side = 0; side < 2; side++)
-            if (afresh)
-                perp__forget_number(world, joint->body[side]);
-            else
-                perp__number_of(world, island, joint->body[side]);
+            perp__number_of(world, island, joint->body[side]);
         joint->used = 0;
         memset(joint->impulse, 0, sizeof joint->impulse);
         memset(joint->next_warm, 0, sizeof joint->next_warm);
@@ -86,22 +85,15 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
     const int32_t k = most < INFINITY ? 1 : 0;
     perp__rigid_rows *rows = next_unit(world, joint, slot, 1 + k);
     double *warm = world->work.warm + 3 * (world->work.units - 1);
-    double moved = 0.0; /* by a unit impulse along the row */
     int exponent;
 
     fill_row(world, island, joint, PERP__JOINT_ROWS, 1.0, rows, k);
     rows->bias[k] = joint->turning[PERP__JOINT_ROWS] - speed;
     if (k == 0)
         return;
-    for (int32_t side = 0; side < 2; side++)
-        if (perp__is_dynamic(world, joint->body[side])) {
-            const double norm = perp__row_norm(world, joint->body[side], rows->rows[side][k]);
-
-            moved += norm * norm;
-        }
     rows->mu = 1.0;
     rows->bounded = 1;
-    (void)frexp(moved, &exponent);
+    (void)frexp(perp__moved_by(world, island, rows, k), &exponent);
     rows->compliance[0] = ldexp(1.0, exponent);
     warm[1] = warm[0];
     warm[0] = most * world->work.length;
@@ -155,15 +147,13 @@ static void add_drive(perp_world *world, const perp__island *island, perp__joint
         add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
 }
 
-/* Whether joints lead from a body back to it, or from what impulses do not move to such again: in a
- * tree no row says what others do. */
-static int32_t has_loops(const perp_world *world, const perp__island *island)
+int32_t perp__join_parts(const perp_world *world, const perp__island *island)
 {
-    int32_t *parents = world->work.carrier, ground = -1, loops = 0;
+    int32_t *parents = world->work.parts, ground = -1, loops = 0;
 
     for (int32_t i = 0; i < island->bodies; i++)
         parents[i] = i;
-    for (int32_t i = 0; i < island->joints && !loops; i++) {
+    for (int32_t i = 0; i < island->joints; i++) {
         const int32_t *body = perp__island_joint(world, island, i)->body;
         int32_t ends[2];
 
@@ -173,7 +163,7 @@ static int32_t has_loops(const perp_world *world, const perp__island *island)
         if (ends[0] < 0 || ends[1] < 0)
             ground = ends[0] < 0 ? ends[1] : ends[0]; /* the first that is tied stands for it */
         else
-            loops = !perp__join(parents, ends[0], ends[1]);
+            loops |= !perp__join(parents, ends[0], ends[1]);
     }
     return loops;
 }
@@ -188,7 +178,7 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
 
     for (int32_t i = 0; i < island->joints; i++)
         memset(perp__island_joint(world, island, i)->spare, 0, PERP__JOINT_ROWS + 1);
-    if (!has_loops(world, island))
+    if (!perp__join_parts(world, island))
         return PERP_OK;
     perp__gather_bodies(world, island);
     work->gone = 0.0;
@@ -339,9 +329,14 @@ static double remaining_motion(const perp_world *world, const perp__island *isla
     return largest;
 }
 
-/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
- * what hangs at rest is pinned by nothing along its way. What is near that is so after a step of
- * refinement: the equations once more, for what is left of the velocities. */
+void perp__stop_still(perp_world *world, const perp__island *island)
+{
+    if (remaining_motion(world, island) <= ROUNDING)
+        memset(world->work.v, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
+}
+
+/* What is near a velocity of 0 is so after a step of refinement: the equations once more, for what
+ * is left of the velocities. */
 perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem)
 {
@@ -366,10 +361,9 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
         status = perp__rigid_solve(world->solver, &refined, &rest);
         for (int32_t i = 0; status == PERP_OK && i < 3 * work->units; i++)
             work->impulse[i] += work->warm[i];
-        left = remaining_motion(world, island);
     }
-    if (status == PERP_OK && left <= ROUNDING)
-        memset(work->v, 0, numbers * sizeof *work->v);
+    if (status == PERP_OK)
+        perp__stop_still(world, island);
     return status;
 }
 
@@ -462,7 +456,7 @@ int32_t perp__count_joint_rows(const perp_world *world)
 
 /* ---- rest.c ---- */
 
-void perp__join_calm(perp_world *world)
+void perp__join_joined(perp_world *world)
 {
     for (int32_t i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;

@@ -7,14 +7,10 @@
  * of the path itself. What is left to do at its end is in projection.c. */
 #include "world/joints/joints.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "linalg/spatial.h"
-
-/* Beside the terms of a velocity, what rounding makes of one that is 0. */
-#define ROUNDING (64.0 * DBL_EPSILON)
 
 int32_t perp__swings(const perp_world *world, const perp__island *island)
 {
@@ -80,7 +76,6 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
     perp__island_work *work = &world->work;
     perp__evidence evidence = {.sound = 1};
     const int32_t n = world->dof;
-    int32_t still;
     perp_status status;
 
     /* 1. biases J v0, of what turns with bodies along their paths */
@@ -110,14 +105,10 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
 
     /* 3. what hangs still is pinned by nothing along its way: velocities are 0 where all are no
      * more than the rounding of what they are made of */
-    still = status == PERP_OK && work->carriers == 0;
-    if (still)
+    if (status == PERP_OK && work->carriers == 0) {
         perp__find_strengths(world, island, work->strength);
-    for (int32_t i = 0; i < island->bodies && still; i++)
-        still = perp__mass_norm(world, work->members[i], work->v + n * i) <=
-                ROUNDING * work->strength[i];
-    if (still)
-        memset(work->v, 0, (size_t)(n * island->bodies) * sizeof *work->v);
+        perp__stop_still(world, island);
+    }
     return status;
 }
 

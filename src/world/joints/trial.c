@@ -74,14 +74,6 @@ void perp__common_turn(double *turn, const double *a, const double *b)
         perp__add3(turn, fmin(fmax(-perp__dot3(a, d) / square, 0.0), 1.0), d);
 }
 
-void perp__turn_matrix(double *R, const double *turn)
-{
-    double q[4];
-
-    perp__quaternion_exponential(q, turn);
-    perp__quaternion_matrix(R, q);
-}
-
 /* For a time t along the trial motion. The mean turn is that of exp(s u) over s in (0,1),
  *   E = 1 + (1 - cos a) / a^2 [u]x + (a - sin a) / a^3 [u]x^2,   a = |u|;
  * where a does not show beside 1 its first two terms are all. */
