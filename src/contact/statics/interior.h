@@ -9,8 +9,8 @@
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
 
-/* What is maximised: the margin s; nothing, but least squares are minimised; the load's factor. */
-enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
+/* What is maximised: the margin s; nothing, but least squares are minimised. */
+enum { PERP__AIM_MARGIN, PERP__AIM_LEAST };
 
 struct perp__statics {
     perp_context *context;
@@ -40,10 +40,9 @@ struct perp__statics {
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
-    double scale;         /* of b */
-    double s, t, tau;     /* the margin, or a factor; t = 1 - s, its dual */
-    double t_R, tau_R;    /* the same of the sum of normals */
-    double factor, lacks; /* of a load: the best so far, and its gap */
+    double scale;      /* of b */
+    double s, t, tau;  /* the margin; t = 1 - s, its dual */
+    double t_R, tau_R; /* the same of the sum of normals */
     double kappa;
     int32_t aim, doubled, iterations;
     int32_t pushes;  /* 1: 0 may not be within all bounds */
@@ -68,8 +67,10 @@ static inline size_t perp__statics_numbers(const perp__statics *s)
 }
 
 /* point.c */
-/* Forces, or a load alone (forces: NULL): then cones are those of what may grow without end. */
-void perp__statics_set_forces(perp__statics *s, const double *forces, const double *load);
+/* Forces with a load times a factor, or a load alone (forces: NULL): then cones are those of what
+ * may grow without end. */
+void perp__statics_set_forces(perp__statics *s, const double *forces, double factor,
+                              const double *load);
 /* The cones of the units that are not idle, in units of their weights; intervals without end but
  * towards infinity where they recede. */
 void perp__statics_build_cones(perp__statics *s);
@@ -111,8 +112,8 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
-/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that
- * adds. */
+/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b - A x, and terms: the sizes of what that adds.
+ */
 void perp__statics_balance(perp__statics *s, int32_t corrects);
 /* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,

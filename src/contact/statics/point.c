@@ -201,7 +201,8 @@ double perp__statics_least(const perp__statics_unit *unit)
     return unit->kind == PERP__STATICS_INTERVAL ? fmin(fmax(unit->lower, 0.0), unit->upper) : 0.0;
 }
 
-void perp__statics_set_forces(perp__statics *s, const double *forces, const double *load)
+void perp__statics_set_forces(perp__statics *s, const double *forces, double factor,
+                              const double *load)
 {
     const perp__statics_rows *rows = s->rows;
     const int32_t width = rows->width, n = rows->nodes * width;
@@ -209,7 +210,7 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
 
     /* 1. b, in units of its largest term. */
     for (int32_t i = 0; i < n; i++) {
-        s->b[i] = -(forces ? forces[i] : 0.0) - (load ? load[i] : 0.0);
+        s->b[i] = -(forces ? forces[i] : 0.0) - (load ? factor * load[i] : 0.0);
         s->terms[i] = fabs(s->b[i]);
     }
     s->pushes = !forces;
