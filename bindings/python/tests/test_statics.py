@@ -498,6 +498,20 @@ def test_safety_near_the_edge(first):
     assert asked >= 10 and proved >= asked - 2
 
 
+@pytest.mark.parametrize("power", [-1000, -512, 512, 1000, 1012])
+def test_units_that_are_powers_of_two(power):
+    """Nothing rounds otherwise: squares of these forces overflow or are 0, answers are the same."""
+    for seed in range(20):
+        H, f, mu, load = bodies_near_the_edge(np.random.default_rng(seed))
+        one = perp.statics(H, f, mu, load=load)
+        other = perp.statics(H, np.ldexp(f, power), mu, load=np.ldexp(load, power))
+        assert one.verdict == other.verdict and one.margin == other.margin
+        if one:
+            assert (np.ldexp(one.impulse, power) == other.impulse).all()
+        # where a first factor, far too large, had no double, another way leads there
+        assert other.safety == pytest.approx(one.safety, rel=1e-8, abs=1e-9)
+
+
 def clarabel_margin(H, f, mu):
     """The largest s with r_n - s >= |r_t| / mu in all contacts, and the least impulses."""
     clarabel = pytest.importorskip("clarabel")

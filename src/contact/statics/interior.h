@@ -2,6 +2,8 @@
 #ifndef PERP_CONTACT_STATICS_INTERIOR_H
 #define PERP_CONTACT_STATICS_INTERIOR_H
 
+#include <math.h>
+
 #include "contact/cones.h"
 #include "contact/statics/statics.h"
 
@@ -40,9 +42,9 @@ struct perp__statics {
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
-    double scale;      /* of b */
-    double s, t, tau;  /* the margin; t = 1 - s, its dual */
-    double t_R, tau_R; /* the same of the sum of normals */
+    double scale, work; /* of b; what a proof does, in that unit */
+    double s, t, tau;   /* the margin; t = 1 - s, its dual */
+    double t_R, tau_R;  /* the same of the sum of normals */
     double kappa;
     int32_t aim, doubled, iterations;
     int32_t pushes;  /* 1: 0 may not be within all bounds */
@@ -64,6 +66,12 @@ typedef enum perp__statics_end {
 static inline size_t perp__statics_numbers(const perp__statics *s)
 {
     return (size_t)s->rows->nodes * (size_t)s->rows->width;
+}
+
+/* The power of two at or below a size; 1 where there is none. */
+static inline double perp__unit_of(double size)
+{
+    return size > 0.0 && size < INFINITY ? ldexp(1.0, ilogb(size)) : 1.0;
 }
 
 /* point.c */

@@ -307,9 +307,8 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
                                const perp__statics_aim *aim, const double *forces)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
-    const double size = perp__largest(forces, n),
-                 unit = ldexp(1.0, ilogb(perp__largest(aim->load, n)));
-    const double first = FAR * (size > 0.0 ? size : 1.0);
+    const double size = perp__largest(forces, n), unit = perp__unit_of(perp__largest(aim->load, n));
+    const double first = size > 0.0 ? fmin(FAR * size, 0.25 * DBL_MAX) : 1.0;
     const perp__statics_aim near = {aim->objective, aim->max_iterations, NEAR, NULL};
     perp__statics_answer other = {.v = s->g};
     double a = first, above = INFINITY;
@@ -318,7 +317,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
     for (int32_t i = 0; i < n; i++)
         s->c[i] = aim->load[i] / unit;
     for (int32_t round = 0; isnan(answer->safety) && round < aim->max_iterations &&
-                            a * DBL_EPSILON * DBL_EPSILON < first;
+                            fabs(a) * DBL_EPSILON * DBL_EPSILON < first;
          round++) {
         perp__statics_end end = PERP__STATICS_PROVED;
         perp_status status = PERP_OK;
@@ -329,7 +328,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
         if (status != PERP_OK)
             return status;
         if (end == PERP__STATICS_PROVED) {
-            const double slope = perp__dot(other.v, s->c, n), next = a - other.work / slope;
+            const double slope = perp__dot(other.v, s->c, n), next = a - s->work / slope * s->scale;
 
             stood = 0;
             if (slope > 0.0 && a - next <= LAST * fabs(a))
@@ -482,7 +481,7 @@ void perp__statics_keep(perp__statics *s, const double *base)
     const perp__statics_rows *rows = s->rows;
 
     s->iterations = s->doubled = s->recedes = 0;
-    s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
+    s->scale = perp__unit_of(perp__largest(base, rows->size));
     for (int32_t i = 0; i < rows->size; i++)
         s->x[i] = s->base[i] = base[i] / s->scale;
     for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */
