@@ -316,12 +316,48 @@ static void test_falls_slowly(void **state)
     }
 }
 
+/* A box on a carrier that begins to move, by a share of what friction can take it along with in one
+ * step: it goes as far as the carrier. */
+static void test_rides_along(void **state)
+{
+    (void)state;
+    for (double share = 0.05; share < 1.0; share += 0.06)
+        for (size_t level = 0; level < 4; level++) {
+            const double h = 0.01, speed = share * 0.6 * GRAVITY * h;
+            perp_world_settings settings;
+            perp_body_settings body = scene_defaults();
+            perp_body_state now;
+            perp_body carrier, box;
+            scene s;
+
+            assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+            settings.accuracy = levels[level];
+            scene_create(&s, &settings);
+            body.position[2] = 0.15;
+            box = scene_add(&s, &body);
+            scene_box(&s, box, 1.0, 1.0, 0.15, 0.6, 0.0);
+            body.kind = PERP_BODY_KINEMATIC;
+            body.position[2] = -0.5;
+            carrier = scene_add(&s, &body);
+            scene_box(&s, carrier, 8.0, 5.0, 0.5, 0.6, 0.0);
+            for (int k = 0; k < 3; k++)
+                scene_step(&s, h);
+            now = scene_state(&s, carrier);
+            now.velocity[0] = speed;
+            SCENE_OK(&s, perp_world_set_body(s.world, &now, carrier));
+            scene_step(&s, h);
+            scene_near(scene_state(&s, box).position[0], h * speed, 1e-17, "as far as the carrier");
+            scene_close(&s);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_overhang),    cmocka_unit_test(test_slope),
         cmocka_unit_test(test_pile),        cmocka_unit_test(test_touched_pile),
         cmocka_unit_test(test_pile_slides), cmocka_unit_test(test_falls_slowly),
+        cmocka_unit_test(test_rides_along),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -135,6 +136,43 @@ def test_carried_at_the_edge(kind: str, level: str) -> None:
         across = 0.0 if scene.planar else random.uniform(-1, 1)
         scene.carried((random.uniform(-1, 1), across, random.uniform(-1, 1)))
         check(scene, scene.share < 1, level)
+
+
+def luggage(random: Random) -> Scene:
+    """One to three boxes, one on another, on a carrier."""
+    scene, top = Scene(random.uniform(0.3, 0.9)), 0.0
+    scene.add_floor(slab=True)
+    for _ in range(random.randint(1, 3)):
+        half = tuple(random.uniform(0.2, 1.0) for _ in range(3))
+        place = (random.uniform(-0.15, 0.15), random.uniform(-0.15, 0.15), top + half[2])
+        scene.add_box(place, half, 10 ** random.uniform(1, 3))
+        top += 2 * half[2]
+    return scene.carried((0, 0, 0))
+
+
+@pytest.mark.parametrize("level", assemblies.LEVELS)
+@with_clarabel
+def test_rides_along_when_its_carrier_changes_its_speed(level: str) -> None:
+    """By dv in one step: boxes go as far as the carrier does in each step, where they can also stand
+    with the forces -m dv / h, so Clarabel."""
+    random, asked = Random("rides"), 0
+    while asked < 40:
+        scene = luggage(random)
+        size, angle = random.uniform(0, scene.friction) * GRAVITY, random.uniform(0, 2 * math.pi)
+        change = size * judge.STEP * np.array([math.cos(angle), math.sin(angle), 0.0])
+        pushed = replace(scene, gravity=tuple(np.array(scene.gravity) - change / judge.STEP))
+        if judge.verdict(scene).word != "stands" or judge.verdict(pushed).word != "stands":
+            continue
+        asked += 1
+        world, bodies = scene.build(level)
+        for step in range(6):
+            velocity = change if step >= 3 else 0 * change
+            bodies[0].velocity = velocity
+            before = world.positions.copy()
+            world.step(judge.STEP)
+            off = np.abs(world.positions - before - judge.STEP * velocity)[1:].max()
+            # three roundings of places, a few boxes high
+            assert off <= 3 * 2.0**-52 * 8, f"step {step}: behind by {off / judge.STEP / size}"
 
 
 @pytest.mark.parametrize("kind", [kind for kind in assemblies.KINDS if kind not in KNOWN])

@@ -451,6 +451,67 @@ def test_bodies_that_touch_against_linear_programs(seed):
         assert safety == pytest.approx(most, rel=1e-6, abs=1e-6)
 
 
+def bodies_near_the_edge(rng):
+    """Bodies in space, and forces of impulses from 1e-9 of their normals to all of them inside the
+    cones; a load that rows can answer, of any size beside these forces."""
+    bodies = int(rng.integers(1, 4))
+    contacts = bodies + int(rng.integers(2, 6))
+    H = np.zeros((3 * contacts, 6 * bodies))
+    for k in range(contacts):
+        a, b = int(rng.integers(bodies)), int(rng.integers(-1, bodies))
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        H[3 * k : 3 * k + 3, 6 * a : 6 * a + 6] = point_rows(rng.normal(size=3), normal)
+        if b not in (-1, a):
+            H[3 * k : 3 * k + 3, 6 * b : 6 * b + 6] -= point_rows(rng.normal(size=3), normal)
+    mu, side = 10 ** rng.uniform(-1, 0.3, contacts), rng.normal(size=(contacts, 2))
+    r = np.ones((contacts, 3)) * 10 ** rng.uniform(-2, 2, (contacts, 1))
+    inside = 10 ** rng.uniform(-9, 0) * rng.uniform(0.1, 1, (contacts, 1))
+    r[:, 1:] *= mu[:, None] * (1 - inside) * side / np.linalg.norm(side, axis=1)[:, None]
+    return H, -H.T @ r.ravel(), mu, H.T @ rng.normal(size=len(H)) * 10 ** rng.uniform(-2, 2)
+
+
+@pytest.mark.parametrize("first", range(0, 150, 30))
+def test_safety_near_the_edge(first):
+    """A factor of any size is found, and proofs on both sides of it say that it is the largest."""
+    asked = proved = 0
+    for seed in range(first, first + 30):
+        H, f, mu, load = bodies_near_the_edge(np.random.default_rng(seed))
+        safety = perp.statics(H, f, mu, load=load).safety
+        assert safety >= -1e-12 * np.abs(f).max() / np.abs(load).max()  # f alone is carried
+        # a change of forces that the verdict resolves: the edge is told to 1e-9 of them
+        step = max(1e-6 * safety, 1e-9 * np.abs(f).max() / np.abs(load).max())
+        if safety == INF or safety < 2 * step:
+            continue
+        asked += 1
+        less, more = f + (safety - step) * load, f + (safety + step) * load
+        inner, outer = perp.statics(H, less, mu), perp.statics(H, more, mu)
+        # the least factor may be next to the largest; and where rows depend on each other, rounding
+        # of the forces may leave both undecided
+        assert inner.verdict != "falls" and outer.verdict != "stands"
+        if outer.verdict == "falls":
+            proved += 1
+            check_certificate(outer, H, more, mu, 3)
+        if inner:  # beside all terms: bodies that all touch each other count as one
+            lacks = np.abs(less + H.T @ inner.impulse).max()
+            assert lacks <= 1e-11 * (np.abs(H.T) @ np.abs(inner.impulse)).max()
+    assert asked >= 10 and proved >= asked - 2
+
+
+@pytest.mark.parametrize("power", [-1000, -512, 512, 1000, 1012])
+def test_units_that_are_powers_of_two(power):
+    """Nothing rounds otherwise: squares of these forces overflow or are 0, answers are the same."""
+    for seed in range(20):
+        H, f, mu, load = bodies_near_the_edge(np.random.default_rng(seed))
+        one = perp.statics(H, f, mu, load=load)
+        other = perp.statics(H, np.ldexp(f, power), mu, load=np.ldexp(load, power))
+        assert one.verdict == other.verdict and one.margin == other.margin
+        if one:
+            assert (np.ldexp(one.impulse, power) == other.impulse).all()
+        # where a first factor, far too large, had no double, another way leads there
+        assert other.safety == pytest.approx(one.safety, rel=1e-8, abs=1e-9)
+
+
 def clarabel_margin(H, f, mu):
     """The largest s with r_n - s >= |r_t| / mu in all contacts, and the least impulses."""
     clarabel = pytest.importorskip("clarabel")

@@ -327,9 +327,7 @@ void perp__statics_balance(perp__statics *s, int32_t corrects)
     for (size_t i = 0; i < n; i++) {
         s->rb[i] = s->b[i];
         s->rb_low[i] = 0.0;
-        if (s->aim == PERP__AIM_LOAD)
-            perp__accumulate(&s->rb[i], &s->rb_low[i], s->s, s->c[i]);
-        s->terms[i] = fabs(s->b[i]) + (s->aim == PERP__AIM_LOAD ? fabs(s->s * s->c[i]) : 0.0);
+        s->terms[i] = fabs(s->b[i]);
     }
     balance_all(s, corrects && !s->doubled, s->doubled ? s->dy : s->rb);
     if (s->doubled)

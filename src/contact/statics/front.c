@@ -21,6 +21,9 @@ PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "in
 /* Factorisations of a decision at most: some 30 do. */
 #define MOST_ITERATIONS 100
 
+/* The gap of a margin that is told, beside it. */
+#define MEASURED 1e-2
+
 /* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
 #define NOISE 1e-12
 
@@ -113,7 +116,7 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
     PERP__THEN(status, PERP__CHECK_FIELDS(context, "settings", &own, fields));
     aim->objective = own.objective;
     aim->max_iterations = own.max_iterations > 0 ? own.max_iterations : MOST_ITERATIONS;
-    aim->measures = 1;
+    aim->gap = MEASURED;
     return status;
 }
 

@@ -18,8 +18,8 @@
  *
  *   t_R = R - h'x,  tau_R its dual,   j = S^-1 h,  q = A j
  *
- * The same steps minimise |x|^2 / 2 from an x inside, and maximise a load's factor: its column c
- * takes the place of -g. Free rows, of joints, are proximal: S = rho with a rho that vanishes. */
+ * The same steps minimise |x|^2 / 2 from an x inside. Free rows, of joints, are proximal: S = rho
+ * with a rho that vanishes. */
 #include <math.h>
 #include <string.h>
 
@@ -33,10 +33,7 @@
 #define ROOMY 0.05
 #define ROOMY_ITERATIONS 2
 
-/* The gap, beside the margin, of one that is measured; beside a load's factor; and that of least
- * squares beside their sum. */
-#define MEASURED 1e-2
-#define FACTOR_GAP 2e-9
+/* The gap of least squares beside their sum. */
 #define LEAST_GAP 1e-12
 
 /* Beside the limit 1 of s: the gap at which s is 0 to doubles, and to doubled precision. */
@@ -45,9 +42,6 @@
 
 /* A step that leads nowhere. */
 #define SHORT 1e-6
-
-/* What z may differ by from what x makes of it. */
-#define ROUGHLY 1e-6
 
 /* Of joints: rho beside u z. */
 #define PROXIMAL 0.1
@@ -75,7 +69,7 @@ static double coefficient(const perp__cone *cone, int32_t j)
 /* Whether S^-1 is that of the one cone that has all of the unit's rows. */
 static int32_t is_single(const perp__statics *s, int32_t u)
 {
-    return s->aim != PERP__AIM_LEAST && s->unit_cone[u + 1] == s->unit_cone[u] + 1;
+    return s->aim == PERP__AIM_MARGIN && s->unit_cone[u + 1] == s->unit_cone[u] + 1;
 }
 
 /* Householder's reflections of M, `rows` by n + 1: R in its place, and what they make of the last
@@ -183,7 +177,7 @@ void perp__statics_condense(perp__statics *s, double mean)
  */
 static int32_t is_limited(const perp__statics *s, int32_t u)
 {
-    return s->aim != PERP__AIM_LEAST && s->rows->unit[u].kind == PERP__STATICS_CONE &&
+    return s->aim == PERP__AIM_MARGIN && s->rows->unit[u].kind == PERP__STATICS_CONE &&
            s->rows->unit[u].rows > 0 && !s->idle[u];
 }
 
@@ -214,7 +208,7 @@ static void find_dual_residual(perp__statics *s)
 static void find_scalars(const perp__statics *s, double rs, const double rt[2], double sum,
                          double *ds, double *theta)
 {
-    const int32_t n = (int32_t)perp__statics_numbers(s), limited = s->aim == PERP__AIM_MARGIN;
+    const int32_t n = (int32_t)perp__statics_numbers(s);
     const double rho = s->tau_R / s->t_R;
     double a[2][2], c[2], det, kp = 0.0, jp = 0.0, hk = 0.0, hj = 0.0;
 
@@ -223,18 +217,18 @@ static void find_scalars(const perp__statics *s, double rs, const double rt[2], 
 
         if (s->idle[u])
             continue;
-        kp += limited ? perp__dot(s->k + row, s->p + row, rows) : 0.0;
+        kp += perp__dot(s->k + row, s->p + row, rows);
         jp += perp__dot(s->j + row, s->p + row, rows);
         if (is_limited(s, u)) {
-            hk += limited ? s->k[row] / s->weight[u] : 0.0;
+            hk += s->k[row] / s->weight[u];
             hj += s->j[row] / s->weight[u];
         }
     }
-    a[0][0] = s->kappa + perp__dot(s->g, s->Kg, n) + (limited ? s->tau / s->t : 0.0);
+    a[0][0] = s->kappa + perp__dot(s->g, s->Kg, n) + s->tau / s->t;
     a[0][1] = -rho * (perp__dot(s->g, s->Kq, n) - hk);
     a[1][0] = perp__dot(s->q, s->Kg, n) - hk;
     a[1][1] = 1.0 + rho * (hj - perp__dot(s->q, s->Kq, n));
-    c[0] = -rs + kp + perp__dot(s->g, s->Kr, n) - (limited ? sum + rt[0] / s->t : 0.0);
+    c[0] = -rs + kp + perp__dot(s->g, s->Kr, n) - sum - rt[0] / s->t;
     c[1] = jp + perp__dot(s->q, s->Kr, n);
     det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     *ds = (c[0] * a[1][1] - a[0][1] * c[1]) / det;
@@ -244,7 +238,6 @@ static void find_scalars(const perp__statics *s, double rs, const double rt[2], 
 /* dz and du of a unit's cones, from dx and dy. */
 static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_step *d)
 {
-    const double ds = s->aim == PERP__AIM_MARGIN ? d->s : 0.0;
     double *row = s->met + s->rows->unit[u].row; /* of a single one: exactly what the dual lacks */
 
     if (is_single(s, u) && is_limited(s, u))
@@ -253,7 +246,7 @@ static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_ste
         perp__cone *cone = &s->cones[c];
         double v[3];
 
-        perp__cone_place(s, cone, s->dx, -ds * cone->e, cone->dz);
+        perp__cone_place(s, cone, s->dx, -d->s * cone->e, cone->dz);
         for (int32_t i = 0; i < 3; i++)
             v[i] = perp__dot(cone->V + 3 * i, cone->dz, 3);
         for (int32_t i = 0; i < 3; i++)
@@ -270,8 +263,8 @@ static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_ste
 static void find_step(perp__statics *s, double rs, const double rt[2], perp__statics_step *d)
 {
     const size_t n = perp__statics_numbers(s);
-    const int32_t limited = s->aim == PERP__AIM_MARGIN, bounded = s->aim != PERP__AIM_LEAST;
-    const double rho = bounded ? s->tau_R / s->t_R : 0.0;
+    const int32_t margin = s->aim == PERP__AIM_MARGIN;
+    const double rho = margin ? s->tau_R / s->t_R : 0.0;
     double theta = 0.0, ds = 0.0, sum = 0.0;
 
     /* 1. p, less what the limit of the sum makes of it; Kr = K^-1 (rb - A S^-1 p); e'rc. */
@@ -291,7 +284,7 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
     perp__statics_solve(s, s->Kr, s->Kr_low);
 
     /* 2. The border's two equations, dy, dx. */
-    if (bounded)
+    if (margin)
         find_scalars(s, rs, rt, sum, &ds, &theta);
     for (size_t i = 0; i < n; i++) {
         s->dy[i] = s->Kr[i];
@@ -310,8 +303,8 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
 
     /* 3. The scalars, and the cones. */
     *d = (perp__statics_step){.s = ds};
-    d->tau = limited ? (rt[0] + s->tau * ds) / s->t : 0.0;
-    d->tau_R = bounded ? (rt[1] + s->tau_R * theta) / s->t_R : 0.0;
+    d->tau = margin ? (rt[0] + s->tau * ds) / s->t : 0.0;
+    d->tau_R = margin ? (rt[1] + s->tau_R * theta) / s->t_R : 0.0;
     for (int32_t u = 0; u < s->rows->units; u++)
         if (is_limited(s, u))
             d->t_R += s->dx[s->rows->unit[u].row] / s->weight[u];
@@ -335,14 +328,14 @@ static double longest_step(const perp__statics *s, const perp__statics_step *d)
         most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
         most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
     }
-    if (s->aim == PERP__AIM_MARGIN)
+    if (s->aim == PERP__AIM_MARGIN) {
         most = fmin(most, fmin(longest(s->t, -d->s), longest(s->tau, d->tau)));
-    if (s->aim != PERP__AIM_LEAST)
         most = fmin(most, fmin(longest(s->t_R, d->t_R), longest(s->tau_R, d->tau_R)));
+    }
     return most;
 }
 
-/* K^-1 of what s and the limited sum bring in: g = A k, or -c of a load; q = A j, j = S^-1 h. */
+/* K^-1 of what s and the limited sum bring in: g = A k; q = A j, j = S^-1 h. */
 static void find_borders(perp__statics *s)
 {
     const size_t n = perp__statics_numbers(s), bytes = n * sizeof(double);
@@ -354,10 +347,7 @@ static void find_borders(perp__statics *s)
     memset(s->j, 0, (size_t)s->rows->size * sizeof *s->j);
     if (s->aim == PERP__AIM_LEAST)
         return;
-    for (size_t i = 0; i < n && s->aim == PERP__AIM_LOAD; i++)
-        s->Kg[i] = -s->c[i];
-    if (s->aim == PERP__AIM_MARGIN)
-        perp__statics_push(s, 1.0, 0, s->k, s->Kg, s->Kg_low);
+    perp__statics_push(s, 1.0, 0, s->k, s->Kg, s->Kg_low);
     memcpy(s->g, s->Kg, bytes);
     memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
     for (int32_t u = 0; u < s->rows->units; u++)
@@ -376,19 +366,16 @@ static void find_borders(perp__statics *s)
 static double iterate(perp__statics *s, double mean)
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
-    double rt[2] = {-s->t * s->tau, -s->t_R * s->tau_R}, rs = 0.0, step, sigma;
+    double rt[2] = {-s->t * s->tau, -s->t_R * s->tau_R}, rs = s->tau - 1.0, step, sigma;
     perp__statics_step d;
 
-    /* 1. The equations; rs: what the dual's measure lacks, e'u + tau = 1, or c'y = 1. */
+    /* 1. The equations; rs: what the dual's measure lacks, e'u + tau = 1. */
     perp__statics_condense(s, mean);
     if (!perp__statics_factor(s))
         return 0.0;
     find_borders(s);
-    if (s->aim != PERP__AIM_LEAST)
-        rs = s->aim == PERP__AIM_LOAD ? perp__dot(s->c, s->y, n) : s->tau;
-    for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_MARGIN; c++)
+    for (int32_t c = 0; c < s->cone_count; c++)
         rs += s->cones[c].e * s->cones[c].u[0];
-    rs -= s->aim != PERP__AIM_LEAST ? 1.0 : 0.0;
 
     /* 2. The predictor, towards complementarity, and the corrector. */
     for (int32_t c = 0; c < s->cone_count; c++)
@@ -423,19 +410,10 @@ static double iterate(perp__statics *s, double mean)
             /* B x + h - s e would round to 0 beside h */
             s->cones[c].z[j] += step * s->cones[c].dz[j];
         }
-    for (int32_t c = 0; c < s->cone_count && s->aim == PERP__AIM_LOAD; c++) {
-        perp__cone *cone = &s->cones[c];
-        double z[3];
-
-        /* unless it is known to ROUGHLY: then what earlier steps rounded to is left behind */
-        perp__cone_place(s, cone, s->x, cone->h, z);
-        if (perp__cone_room(z) > DBL_EPSILON / ROUGHLY * (fabs(z[0]) + fabs(cone->h)))
-            memcpy(cone->z, z, sizeof z);
-    }
     return step;
 }
 
-/* ---- the three aims ---- */
+/* ---- the two aims ---- */
 
 perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answer *answer,
                                             const perp__statics_aim *aim, int32_t most)
@@ -444,54 +422,35 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
     int32_t since = 0, slow = 0;
 
     while (s->iterations < most) {
-        const int32_t margin = s->aim == PERP__AIM_MARGIN, bounded = s->aim != PERP__AIM_LEAST;
-        const int32_t count = s->cone_count + margin + bounded;
-        double gap = margin ? s->t * s->tau : 0.0, whole, step;
+        const int32_t margin = s->aim == PERP__AIM_MARGIN, count = s->cone_count + 2 * margin;
+        double gap = margin ? s->t * s->tau + s->t_R * s->tau_R : 0.0, whole, step;
 
         /* 1. The gap, u'z of all; with what x makes of the dual's residual: joints approach
          * theirs. */
         perp__statics_balance(s, 0);
         find_dual_residual(s);
-        gap += bounded ? s->t_R * s->tau_R : 0.0;
         for (int32_t c = 0; c < s->cone_count; c++)
             gap += perp__dot(s->cones[c].u, s->cones[c].z, 3);
-        whole = 0.0;
+        whole = gap;
         for (int32_t i = 0; i < s->rows->size; i++)
             whole += fabs(s->rd[i] * s->x[i]);
-        /* as far as the dual is not that of a load, and a factor that the limit R holds back is
-         * none
-         */
-        if (s->aim == PERP__AIM_LOAD)
-            whole += fabs(s->s * (1.0 - perp__dot(s->c, s->y, (int32_t)perp__statics_numbers(s))));
-        for (int32_t u = 0; u < s->rows->units && s->aim == PERP__AIM_LOAD; u++)
-            if (is_limited(s, u))
-                whole += s->tau_R * s->x[s->rows->unit[u].row] / s->weight[u];
-        whole = gap + whole;
         if (!(gap < INFINITY))
             return PERP__STATICS_STUCK;
 
         /* 2. What is known by now. */
         if (margin && s->s > 0.0) {
-            const int32_t close = whole <= MEASURED * s->s || s->s >= 1.0 - MEASURED;
+            const int32_t close = whole <= aim->gap * s->s || s->s >= 1.0 - aim->gap;
 
-            if (close || (!aim->measures && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
+            if (close || (aim->gap == 0.0 && (s->s >= ROOMY || since >= ROOMY_ITERATIONS)))
                 return PERP__STATICS_FOUND;
             since++;
         }
-        if (margin && s->s <= 0.0 && (!aim->measures || gap <= MEASURED * fabs(s->s)) &&
+        if (margin && s->s <= 0.0 && (aim->gap == 0.0 || gap <= aim->gap * fabs(s->s)) &&
             perp__statics_prove(s, answer, s->y))
             return PERP__STATICS_PROVED;
         if (margin && gap <= none)
             return PERP__STATICS_ENDED;
-        if (s->aim == PERP__AIM_LOAD) {
-            if (whole < s->lacks) {
-                s->lacks = whole;
-                s->factor = s->s;
-            }
-            if (whole <= FACTOR_GAP * fmax(fabs(s->s), FACTOR_GAP))
-                return PERP__STATICS_FOUND;
-        }
-        if (!bounded && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
+        if (!margin && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
             return PERP__STATICS_FOUND;
 
         /* 3. On. */

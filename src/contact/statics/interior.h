@@ -2,6 +2,8 @@
 #ifndef PERP_CONTACT_STATICS_INTERIOR_H
 #define PERP_CONTACT_STATICS_INTERIOR_H
 
+#include <math.h>
+
 #include "contact/cones.h"
 #include "contact/statics/statics.h"
 
@@ -9,8 +11,8 @@
 #define BALANCED 1e-12
 #define ROUNDED 1e-15
 
-/* What is maximised: the margin s; nothing, but least squares are minimised; the load's factor. */
-enum { PERP__AIM_MARGIN, PERP__AIM_LEAST, PERP__AIM_LOAD };
+/* What is maximised: the margin s; nothing, but least squares are minimised. */
+enum { PERP__AIM_MARGIN, PERP__AIM_LEAST };
 
 struct perp__statics {
     perp_context *context;
@@ -40,10 +42,9 @@ struct perp__statics {
     double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
         *permuted; /* nodes by width */
     double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
-    double scale;         /* of b */
-    double s, t, tau;     /* the margin, or a factor; t = 1 - s, its dual */
-    double t_R, tau_R;    /* the same of the sum of normals */
-    double factor, lacks; /* of a load: the best so far, and its gap */
+    double scale, work; /* of b; what a proof does, in that unit */
+    double s, t, tau;   /* the margin; t = 1 - s, its dual */
+    double t_R, tau_R;  /* the same of the sum of normals */
     double kappa;
     int32_t aim, doubled, iterations;
     int32_t pushes;  /* 1: 0 may not be within all bounds */
@@ -67,9 +68,17 @@ static inline size_t perp__statics_numbers(const perp__statics *s)
     return (size_t)s->rows->nodes * (size_t)s->rows->width;
 }
 
+/* The power of two at or below a size; 1 where there is none. */
+static inline double perp__unit_of(double size)
+{
+    return size > 0.0 && size < INFINITY ? ldexp(1.0, ilogb(size)) : 1.0;
+}
+
 /* point.c */
-/* Forces, or a load alone (forces: NULL): then cones are those of what may grow without end. */
-void perp__statics_set_forces(perp__statics *s, const double *forces, const double *load);
+/* Forces with a load times a factor, or a load alone (forces: NULL): then cones are those of what
+ * may grow without end. */
+void perp__statics_set_forces(perp__statics *s, const double *forces, double factor,
+                              const double *load);
 /* The cones of the units that are not idle, in units of their weights; intervals without end but
  * towards infinity where they recede. */
 void perp__statics_build_cones(perp__statics *s);
@@ -111,8 +120,8 @@ void perp__statics_solve(perp__statics *s, double *x, double *low);
 /* to += factor A S^-1 p; inverse 0: factor A p, of all units. */
 void perp__statics_push(perp__statics *s, double factor, int32_t inverse, const double *p,
                         double *to, double *low);
-/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b + s c - A x, and terms: the sizes of what that
- * adds. */
+/* x += S^-1 A' K^-1 rb where it `corrects`; rb := b - A x, and terms: the sizes of what that adds.
+ */
 void perp__statics_balance(perp__statics *s, int32_t corrects);
 /* dx := S^-1 (p + A'dy), with `met` */
 void perp__statics_pull(perp__statics *s, const double *p, const double *dy, const double *dy_low,

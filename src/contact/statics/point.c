@@ -201,15 +201,20 @@ double perp__statics_least(const perp__statics_unit *unit)
     return unit->kind == PERP__STATICS_INTERVAL ? fmin(fmax(unit->lower, 0.0), unit->upper) : 0.0;
 }
 
-void perp__statics_set_forces(perp__statics *s, const double *forces, const double *load)
+void perp__statics_set_forces(perp__statics *s, const double *forces, double factor,
+                              const double *load)
 {
     const perp__statics_rows *rows = s->rows;
     const int32_t width = rows->width, n = rows->nodes * width;
+    const double one = perp__unit_of(load ? perp__largest(load, n) : 0.0), added = factor * one;
+    const double unit =
+        perp__unit_of(fmax(forces ? perp__largest(forces, n) : 0.0, load ? added : 0.0));
     double most;
 
-    /* 1. b, in units of its largest term. */
+    /* 1. b, in units of its largest term; sums of forces may be no doubles. */
     for (int32_t i = 0; i < n; i++) {
-        s->b[i] = -(forces ? forces[i] : 0.0) - (load ? load[i] : 0.0);
+        s->b[i] =
+            -(forces ? forces[i] / unit : 0.0) - (load ? added / unit * (load[i] / one) : 0.0);
         s->terms[i] = fabs(s->b[i]);
     }
     s->pushes = !forces;
@@ -222,13 +227,16 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
 
             for (int32_t i = 0; i < width; i++)
                 s->terms[link->node * width + i] +=
-                    fabs(rows->values[link->at + (size_t)i] * least);
+                    fabs(rows->values[link->at + (size_t)i] * (least / unit));
         }
     }
     most = perp__largest(s->terms, n);
-    s->scale = most > 0.0 && most < INFINITY ? ldexp(1.0, ilogb(most)) : 1.0;
-    for (int32_t i = 0; i < n; i++)
-        s->b[i] /= s->scale;
+    most = unit * most < INFINITY ? perp__unit_of(most) : 1.0;
+    s->scale = unit * most;
+    for (int32_t i = 0; i < n; i++) {
+        s->b[i] /= most;
+        s->terms[i] /= most;
+    }
 
     /* 2. The load of each node; a coordinate that rows but graze has no say. */
     for (int32_t node = 0; node < rows->nodes; node++) {
@@ -238,7 +246,7 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, const doub
 
         for (int32_t i = 0; i < width; i++)
             if (reach[i] > least)
-                carried = fmax(carried, terms[i] / s->scale / reach[i]);
+                carried = fmax(carried, terms[i] / reach[i]);
         s->terms[node] = carried;
     }
 
@@ -402,6 +410,7 @@ int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, cons
         return 0;
     for (int32_t i = 0; i < n && answer->v; i++)
         answer->v[i] = -y[i] / most;
-    answer->work = work / most * s->scale;
+    s->work = work / most;
+    answer->work = s->work * s->scale;
     return 1;
 }

@@ -6,7 +6,7 @@
  *      cheap
  *   3. a margin of 0: contacts that some virtual motion opens without work of the forces carry
  *      nothing (facial reduction); they are left out, and it begins anew
- *   4. least impulses, from inside; a load's factor, from inside */
+ *   4. least impulses, from inside; a load's factor, by proofs that larger ones fall */
 #include "contact/statics/statics.h"
 
 #include <math.h>
@@ -22,10 +22,13 @@
  */
 #define ADJUSTED 1e-13
 #define OUT_OF_RANGE 1e-11
-#define FACTOR_BALANCED 1e-11
 
-/* The gap of a load's factor, beside it, with which that is told where numbers end. */
-#define ROUGH 1e-7
+/* Of a load's factor: the first one, beside that which makes the load as large as the forces; the
+ * gap of proofs that it is too large, and so what a step down to the next leaves, besides its
+ * square; and the last step. */
+#define FAR 1024.0
+#define NEAR 1e-4
+#define LAST 5e-9
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -196,7 +199,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 
     /* 3. The margin, unless least squares are inside. */
     *room = perp__statics_room(s);
-    if (*room > 0.0 && left <= BALANCED && !aim->measures)
+    if (*room > 0.0 && left <= BALANCED && aim->gap == 0.0)
         return PERP__STATICS_FOUND;
     perp__statics_start_margin(s, *room);
     end = perp__statics_follow_path(s, answer, aim, most);
@@ -235,10 +238,10 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
 
         again = 0;
         *end = find_margin(s, answer, aim, &room);
-        if (*end >= PERP__STATICS_ENDED && aim->measures) {
+        if (*end >= PERP__STATICS_ENDED && aim->gap > 0.0) {
             perp__statics_aim rough = *aim; /* a proof at once, before numbers end */
 
-            rough.measures = 0;
+            rough.gap = 0.0;
             *end = find_margin(s, answer, &rough, &room);
         }
         if (*end == PERP__STATICS_FOUND && !is_inside(s, answer))
@@ -296,46 +299,56 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     s->doubled = doubled;
 }
 
-/* The largest factor of the load, from impulses inside at `factor`; in doubled precision where
- * doubles do not come to an end. */
+/* The largest factor of the load, by proofs that larger ones fall: v'(forces + a load), with what
+ * bounds add, is linear in a, and where it is 0 is the next one to ask. This is Newton's method on
+ * the margin, a concave function of a; where no proof is left is the largest factor. The first v,
+ * in s->y, is that of the load alone. */
 static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
-                               const perp__statics_aim *aim, const double *forces, double factor)
+                               const perp__statics_aim *aim, const double *forces)
 {
     const int32_t n = s->rows->nodes * s->rows->width;
-    const size_t bytes = (size_t)s->rows->size * sizeof(double);
-    const double load_scale = ldexp(1.0, ilogb(perp__largest(aim->load, n)));
-    perp_status status = PERP_OK;
-    int32_t again;
+    const double size = perp__largest(forces, n), unit = perp__unit_of(perp__largest(aim->load, n));
+    const double first = size > 0.0 ? fmin(FAR * size, 0.25 * DBL_MAX) : 1.0;
+    const perp__statics_aim near = {aim->objective, aim->max_iterations, NEAR, NULL};
+    perp__statics_answer other = {.v = s->g};
+    double a = first, above = INFINITY;
+    int32_t stood = 0;
 
-    for (int32_t i = 0; i < n; i++) {
-        s->b[i] = -forces[i] / s->scale;
-        s->c[i] = -aim->load[i] / load_scale;
-    }
-    memcpy(s->inside, s->x, bytes);
-    do {
-        perp__statics_end end;
+    for (int32_t i = 0; i < n; i++)
+        s->c[i] = aim->load[i] / unit;
+    for (int32_t round = 0; isnan(answer->safety) && round < aim->max_iterations &&
+                            fabs(a) * DBL_EPSILON * DBL_EPSILON < first;
+         round++) {
+        perp__statics_end end = PERP__STATICS_PROVED;
+        perp_status status = PERP_OK;
 
-        s->s = s->factor = factor * (load_scale / s->scale);
-        s->lacks = INFINITY;
-        memcpy(s->x, s->inside, bytes);
-        perp__statics_start_inside(s, PERP__AIM_LOAD, 0.1);
-        end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
-        if (perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED) <= FACTOR_BALANCED &&
-            s->lacks <= ROUGH * fmax(fabs(s->factor), ROUGH))
-            answer->safety = s->factor / load_scale * s->scale;
-        else
-            end = PERP__STATICS_STUCK;
-        again = 0;
-        if (end == PERP__STATICS_STUCK)
-            status = perp__statics_go_doubled(s, &again);
-    } while (again);
-    if (isnan(answer->safety) && factor == 0.0) { /* do rows answer a multiple of it at all? */
-        perp__statics_set_forces(s, NULL, aim->load);
-        memset(s->idle, 0, (size_t)s->rows->units * sizeof *s->idle);
-        if (!(perp__statics_start_balanced(s) <= OUT_OF_RANGE))
-            answer->safety = 0.0;
+        perp__statics_set_forces(s, forces, a, s->c);
+        if (round > 0 || !perp__statics_prove(s, &other, s->y))
+            status = find_inside(s, &other, &near, &end);
+        if (status != PERP_OK)
+            return status;
+        if (end == PERP__STATICS_PROVED) {
+            const double slope = perp__dot(other.v, s->c, n), next = a - s->work / slope * s->scale;
+
+            stood = 0;
+            if (slope > 0.0 && a - next <= LAST * fabs(a))
+                answer->safety = next / unit;
+            if (!(slope > 0.0) && above < INFINITY) /* smaller ones fall, too */
+                return PERP_OK;
+            above = slope > 0.0 ? a : above;
+            a = slope > 0.0 ? next : FAR * a;
+        } else if (above < INFINITY) {
+            const double rounding = 16.0 * DBL_EPSILON * above;
+
+            if (stood || rounding <= LAST * fabs(a))
+                answer->safety = a / unit;
+            a += rounding;
+            stood = 1;
+        } else {
+            a *= FAR;
+        }
     }
-    return status;
+    return PERP_OK;
 }
 
 /* The impulses in the caller's unit. Returns their least room in a cone; or -1 where doubles have
@@ -402,27 +415,28 @@ perp_status perp__statics_decide(perp__statics *s, perp__statics_answer *answer,
     if (s->fronts.is_too_large)
         return PERP_OK;
 
-    /* 1. The load's factor, in runs of its own: where the load alone is carried, every factor is.
-     */
-    plain.measures = 0;
+    /* 1. The load's factor: where the load alone is carried, any is; where no row answers it, 0 is
+     * one, or it is none that can be told beforehand. */
+    plain.gap = 0.0;
     if (aim->load) {
-        perp__statics_set_forces(s, NULL, aim->load);
+        perp__statics_set_forces(s, NULL, 1.0, aim->load);
         status = find_inside(s, &other, &plain, &end);
         if (status == PERP_OK && end == PERP__STATICS_FOUND)
             answer->safety = INFINITY;
+        if (status == PERP_OK && end == PERP__STATICS_PROVED && other.margin == -INFINITY) {
+            perp__statics_set_forces(s, forces, 0.0, aim->load);
+            status = find_inside(s, &other, &plain, &end);
+            if (status == PERP_OK && end == PERP__STATICS_FOUND)
+                answer->safety = 0.0;
+        }
     }
-    for (double factor = 1.0;
-         aim->load && status == PERP_OK && isnan(answer->safety) && factor >= 0.0; factor--) {
-        perp__statics_set_forces(s, forces, factor > 0.0 ? aim->load : NULL);
-        status = find_inside(s, &other, &plain, &end);
-        if (status == PERP_OK && end == PERP__STATICS_FOUND)
-            status = find_factor(s, answer, aim, forces, factor);
-    }
+    if (aim->load && status == PERP_OK && isnan(answer->safety))
+        status = find_factor(s, answer, aim, forces);
 
     /* 2. The verdict. */
     end = PERP__STATICS_FOUND;
     memset(s->x, 0, (size_t)s->rows->size * sizeof *s->x);
-    perp__statics_set_forces(s, forces, aim->load);
+    perp__statics_set_forces(s, forces, 1.0, aim->load);
     loaded = !perp__is_zero(s->b, s->rows->nodes * s->rows->width);
     for (int32_t u = 0; u < s->rows->units; u++) /* impulses of 0 are not within all bounds */
         loaded |= perp__statics_least(&s->rows->unit[u]) != 0.0;
@@ -467,7 +481,7 @@ void perp__statics_keep(perp__statics *s, const double *base)
     const perp__statics_rows *rows = s->rows;
 
     s->iterations = s->doubled = s->recedes = 0;
-    s->scale = ldexp(1.0, ilogb(perp__largest(base, rows->size)));
+    s->scale = perp__unit_of(perp__largest(base, rows->size));
     for (int32_t i = 0; i < rows->size; i++)
         s->x[i] = s->base[i] = base[i] / s->scale;
     for (int32_t u = 0; u < rows->units; u++) { /* contacts that carry nothing go on so */

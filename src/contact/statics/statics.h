@@ -45,8 +45,9 @@ typedef struct perp__statics_rows {
 typedef struct perp__statics_aim {
     int32_t objective;      /* PERP_STATICS_... */
     int32_t max_iterations; /* > 0 */
-    int32_t measures;       /* 1: margin to a hundredth, and a certificate that is as good */
-    const double *load;     /* nodes by width, or NULL: for safety */
+    double gap;         /* of the margin, beside it, and of what certificates prove; 0: the first
+                           that there is will do */
+    const double *load; /* nodes by width, or NULL: for safety */
 } perp__statics_aim;
 
 typedef struct perp__statics_answer {

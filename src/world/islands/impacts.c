@@ -486,7 +486,8 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         hits = find_hits(world, island, h, 0.5 / most);
         if (hits == 0) {
             perp__take_answer(world, island);
-            go(world, island, left, lasts(world, island), left);
+            /* what stands goes as its carrier does, which has its velocity all along */
+            go(world, island, left, !verdict->stands && lasts(world, island), left);
             for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over all of h */
                 double *next = perp__step_response(world, island, work->chosen[i])->next;
 

@@ -384,7 +384,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp__statics_aim aim = {PERP_STATICS_INTERIOR, MOST_ITERATIONS, 0, NULL};
+    perp__statics_aim aim = {PERP_STATICS_INTERIOR, MOST_ITERATIONS, 0.0, NULL};
     perp__statics_answer answer = {.r = work->stand_r};
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
