@@ -10,6 +10,10 @@
  * index set, then a rough solve with the rest, one or two multigrid cycles. Conjugate gradients
  * take the place of their line search.
  *
+ * Where M is not symmetric, sweeps in both directions do alone: one of them follows a flow. On
+ * upwind differences with cell Peclet numbers from 0.1 to 10 the index set that they leave takes 3
+ * to 10 factorisations on 1e4 to 1e5 rows, instead of 25 and more.
+ *
  * Left out, because they did not pay on grids of 1e4 to 1e5 nodes: more sweeps a step, and many
  * sweeps along the boundary of the index set alone (half the steps on jumping coefficients, the
  * same time). */
@@ -21,6 +25,7 @@
 #include "base/outcome.h"
 
 #define FIRST_SWEEPS 2
+#define SWEEPS 20 /* on each level, where M is not symmetric */
 #define COARSE_STEPS 15
 #define FINE_STEPS 40
 #define ROUGH 0.2       /* relative residual of a step's equations */
@@ -183,7 +188,8 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
                    int64_t *iterations, perp_outcome *request)
 {
     const int32_t n = nested->grid->level[k].n;
-    const int32_t limit = k > 0 ? COARSE_STEPS : FINE_STEPS;
+    const int32_t only_sweeps = nested->grid->unsymmetric;
+    const int32_t limit = only_sweeps ? SWEEPS : k > 0 ? COARSE_STEPS : FINE_STEPS;
     int32_t changes;
     lag behind = {n, 0};
 
@@ -194,9 +200,9 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
     for (int32_t step = 0; step < limit && *request < 0; step++) {
         changes = sweep(nested, k, step % 2);
         behind.changes += changes;
-        if ((step > 0 && changes == 0) || !correct(nested, k, &behind))
+        if (!only_sweeps && ((step > 0 && changes == 0) || !correct(nested, k, &behind)))
             return;
-        if (k > 0) {
+        if (k > 0 || only_sweeps) {
             *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
             continue;
         }

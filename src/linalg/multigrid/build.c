@@ -1,5 +1,6 @@
 /* The levels of the hierarchy: aggregates, prolongation, coarse matrices. */
 #include <math.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "linalg/multigrid/multigrid.h"
@@ -148,12 +149,16 @@ static void layout_transfer(perp__arena *arena, void *object)
     level->r_starts = perp__arena_take(arena, (size_t)level->coarse + 1, sizeof(int32_t));
 }
 
-/* The finest level borrows the caller's pattern. */
+/* The finest level borrows the caller's pattern, where its columns are rows. */
 static void layout_finest(perp__arena *arena, void *object)
 {
     perp__level *level = object;
+    const int32_t borrows = level->starts != NULL;
 
     level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
+    level->own_starts =
+        perp__arena_take(arena, borrows ? 0 : (size_t)level->n + 1, sizeof(int32_t));
+    level->own_rows = perp__arena_take(arena, borrows ? 0 : level->entries, sizeof(int32_t));
 }
 
 static void layout_matrix(perp__arena *arena, void *object)
@@ -165,13 +170,29 @@ static void layout_matrix(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, level->entries, &level->own_values, &level->block_values);
 }
 
+/* Where the rows of M begin, which its columns are not; at: the same. */
+static void find_rows(perp__level *level, const perp__matrix *M, int32_t *at)
+{
+    int32_t *starts = level->own_starts;
+
+    memset(starts, 0, ((size_t)level->n + 1) * sizeof *starts);
+    for (int32_t k = 0; k < M->column_starts[level->n]; k++)
+        starts[M->row_indices[k] + 1]++;
+    for (int32_t i = 0; i < level->n; i++) {
+        starts[i + 1] += starts[i];
+        at[i] = starts[i];
+    }
+    level->starts = starts;
+    level->rows = level->own_rows;
+}
+
 static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, const double *scale)
 {
     perp__level *level = &grid->level[0];
     perp_status status;
 
     level->n = M->columns;
-    level->starts = M->column_starts;
+    level->starts = grid->unsymmetric ? NULL : M->column_starts;
     level->rows = M->row_indices;
     level->entries = (size_t)M->column_starts[M->columns];
     status = perp__arena_fit(&grid->arena, grid->context, layout, grid);
@@ -179,14 +200,18 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     PERP__THEN(status, perp__arena_fit(&level->matrix_arena, grid->context, layout_finest, level));
     if (status != PERP_OK)
         return status;
+    if (grid->unsymmetric)
+        find_rows(level, M, grid->marks);
     for (int32_t j = 0; j < level->n; j++) {
         grid->sums[j] = 0.0;
-        for (int32_t k = level->starts[j]; k < level->starts[j + 1]; k++) {
-            const int32_t i = level->rows[k];
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k], at = grid->unsymmetric ? grid->marks[i]++ : k;
 
-            level->own_values[k] = M->values[k] * (scale[i] * scale[j]);
+            level->own_values[at] = M->values[k] * (scale[i] * scale[j]);
             if (i == j)
-                level->inverse_diagonal[j] = 1.0 / level->own_values[k];
+                level->inverse_diagonal[j] = 1.0 / level->own_values[at];
+            if (grid->unsymmetric)
+                level->own_rows[at] = j;
         }
     }
     level->values = level->own_values;
@@ -371,7 +396,7 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
     grid->levels = 0;
     if (status == PERP_OK && perp__is_past(grid->deadline))
         return PERP_OK;
-    if (status == PERP_OK && k > 0) { /* the last level is factored, in blocks */
+    if (status == PERP_OK && k > 0 && !grid->unsymmetric) { /* the last level is factored */
         last = &grid->level[k];
         for (int32_t i = 0; i < last->n; i++)
             last->active[i] = i;

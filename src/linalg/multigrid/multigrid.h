@@ -11,8 +11,8 @@
 
 #define PERP__LEVELS 24
 
-/* A matrix S and how it hangs together with the next coarser one, P' S P. Columns are rows: the
- * matrices are symmetric. The entries of a row come in any order. */
+/* A matrix S by rows, and how it hangs together with the next coarser one, P' S P. The entries of a
+ * row come in any order. */
 typedef struct perp__level {
     int32_t n, coarse; /* coarse: rows of the next level; 0 on the last one */
     const int32_t *starts, *rows;
@@ -39,12 +39,13 @@ typedef struct perp__level {
 /* At first all 0 but for the context. */
 typedef struct perp__multigrid {
     perp_context *context;
-    double deadline;    /* on perp__now()'s clock; 0: none */
-    int32_t levels;     /* 0: nothing built; 1: no coarser level was found */
-    perp__level *level; /* PERP__LEVELS of them, from the first building on */
-    int32_t top;        /* the level of the block */
-    double *sums;       /* n: a row of a product; zero between uses */
-    int32_t *marks;     /* n */
+    double deadline;     /* on perp__now()'s clock; 0: none */
+    int32_t unsymmetric; /* so is the matrix: then there are levels to sweep on, no solves */
+    int32_t levels;      /* 0: nothing built; 1: no coarser level was found */
+    perp__level *level;  /* PERP__LEVELS of them, from the first building on */
+    int32_t top;         /* the level of the block */
+    double *sums;        /* n: a row of a product; zero between uses */
+    int32_t *marks;      /* n */
     double *direction, *product, *preconditioned; /* n */
     perp__arena arena;
     perp__fronts bottom; /* the last level as it is factored */
