@@ -170,22 +170,6 @@ static void layout_matrix(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, level->entries, &level->own_values, &level->block_values);
 }
 
-/* Where the rows of M begin, which its columns are not; at: the same. */
-static void find_rows(perp__level *level, const perp__matrix *M, int32_t *at)
-{
-    int32_t *starts = level->own_starts;
-
-    memset(starts, 0, ((size_t)level->n + 1) * sizeof *starts);
-    for (int32_t k = 0; k < M->column_starts[level->n]; k++)
-        starts[M->row_indices[k] + 1]++;
-    for (int32_t i = 0; i < level->n; i++) {
-        starts[i + 1] += starts[i];
-        at[i] = starts[i];
-    }
-    level->starts = starts;
-    level->rows = level->own_rows;
-}
-
 static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, const double *scale)
 {
     perp__level *level = &grid->level[0];
@@ -200,18 +184,19 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     PERP__THEN(status, perp__arena_fit(&level->matrix_arena, grid->context, layout_finest, level));
     if (status != PERP_OK)
         return status;
-    if (grid->unsymmetric)
-        find_rows(level, M, grid->marks);
-    for (int32_t j = 0; j < level->n; j++) {
-        grid->sums[j] = 0.0;
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k], at = grid->unsymmetric ? grid->marks[i]++ : k;
-
-            level->own_values[at] = M->values[k] * (scale[i] * scale[j]);
-            if (i == j)
-                level->inverse_diagonal[j] = 1.0 / level->own_values[at];
-            if (grid->unsymmetric)
-                level->own_rows[at] = j;
+    if (grid->unsymmetric) {
+        perp__transpose_csc(M, level->own_starts, level->own_rows, level->own_values);
+        level->starts = level->own_starts;
+        level->rows = level->own_rows;
+    } else {
+        memcpy(level->own_values, M->values, level->entries * sizeof *M->values);
+    }
+    for (int32_t i = 0; i < level->n; i++) {
+        grid->sums[i] = 0.0;
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++) {
+            level->own_values[k] *= scale[i] * scale[level->rows[k]];
+            if (level->rows[k] == i)
+                level->inverse_diagonal[i] = 1.0 / level->own_values[k];
         }
     }
     level->values = level->own_values;
@@ -265,28 +250,6 @@ static void fill_prolongation(perp__level *fine, const double *coarse_null, doub
     }
 }
 
-static void transpose(perp__level *fine)
-{
-    int32_t *starts = fine->r_starts;
-
-    for (int32_t i = 0; i <= fine->coarse; i++)
-        starts[i] = 0;
-    for (int32_t k = 0; k < fine->p_starts[fine->n]; k++)
-        starts[fine->p_columns[k] + 1]++;
-    for (int32_t i = 0; i < fine->coarse; i++)
-        starts[i + 1] += starts[i];
-    for (int32_t i = 0; i < fine->n; i++)
-        for (int32_t k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
-            const int32_t at = starts[fine->p_columns[k]]++;
-
-            fine->r_rows[at] = i;
-            fine->r_values[at] = fine->p_values[k];
-        }
-    for (int32_t i = fine->coarse; i > 0; i--)
-        starts[i] = starts[i - 1];
-    starts[0] = 0;
-}
-
 /* The pattern of P' S P; without `writes` it only counts. Returns the number of entries. */
 static size_t coarse_pattern(const perp__multigrid *grid, const perp__level *fine,
                              const perp__level *coarse, int32_t writes)
@@ -327,6 +290,7 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     perp__level *fine = &grid->level[k], *coarse = fine + 1;
     const double threshold = ldexp(PERP__THRESHOLD, -k);
     int32_t *counts = grid->marks;
+    perp__matrix P; /* its rows as columns */
     perp_status status;
 
     /* 1. Aggregates are the coarse variables. */
@@ -359,7 +323,8 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     if (status != PERP_OK)
         return status;
     fill_prolongation(fine, coarse->near_null, threshold, grid->marks);
-    transpose(fine);
+    P = (perp__matrix){coarse->n, fine->n, 1, 1, fine->p_values, fine->p_starts, fine->p_columns};
+    perp__transpose_csc(&P, fine->r_starts, fine->r_rows, fine->r_values);
     coarse->entries = coarse_pattern(grid, fine, coarse, 0);
     if (coarse->entries > INT32_MAX)
         return perp__fail_memory(grid->context, "a coarse matrix");
