@@ -64,15 +64,6 @@ void perp__nested_release(perp__nested *nested)
         perp__arena_release(&nested->arena);
 }
 
-static double row_times(const perp__level *grid, int32_t i, const double *x)
-{
-    double sum = 0.0;
-
-    for (int32_t k = grid->starts[i]; k < grid->starts[i + 1]; k++)
-        sum += grid->values[k] * x[grid->rows[k]];
-    return sum;
-}
-
 /* The problem of level k + 1 from that of level k. */
 static void coarsen(perp__nested *nested, int32_t k)
 {
@@ -100,7 +91,8 @@ static void coarsen(perp__nested *nested, int32_t k)
     /* 2. q of the next level: P' (S r + q) */
     memset(coarse->own_q, 0, (size_t)grid->coarse * sizeof(double));
     for (int32_t i = 0; i < grid->n; i++) {
-        const double load = row_times(grid, i, nested->correction) + fine->q[i];
+        const double load =
+            perp__level_times(grid, grid->values, i, nested->correction) + fine->q[i];
 
         for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
             coarse->own_q[grid->p_columns[p]] += grid->p_values[p] * load;
@@ -119,7 +111,7 @@ static int32_t sweep(const perp__nested *nested, int32_t k, int32_t forward)
 
     for (step = 0; step < grid->n; step++) {
         const int32_t i = forward ? step : grid->n - 1 - step;
-        const double w = row_times(grid, i, level->z) + level->q[i];
+        const double w = perp__level_times(grid, grid->values, i, level->z) + level->q[i];
         const double z = level->z[i] - w * grid->inverse_diagonal[i];
         const int8_t place = level->lower[i] == level->upper[i] ? PERP__FIXED
                              : z <= level->lower[i]             ? PERP__AT_LOWER
@@ -154,7 +146,8 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
         if (level->places[i] == PERP__BETWEEN)
             nested->active[count++] = i;
     for (int32_t r = 0; r < count; r++)
-        level->residual[active[r]] = -(row_times(rows, active[r], level->z) + level->q[active[r]]);
+        level->residual[active[r]] =
+            -(perp__level_times(rows, rows->values, active[r], level->z) + level->q[active[r]]);
     if (k == grid->levels - 1) {
         done = perp__multigrid_factor_bottom(grid, rows->values, active, count, 0.0);
         if (done) {

@@ -167,13 +167,22 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
     }
 }
 
-/* From a basis near the solution's. */
-static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
+/* From another basis than the cold one, near the solution's. A ray from there proves nothing, so
+ * that only a solution or a stop counts: *done is 0 where the cold start must follow. */
+static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
 {
+    enum perp__lemke_guess guess = PERP__GUESS_NONE;
     double worst = 0.0;
     perp_status status;
 
-    /* 1. The column of t: what is infeasible moves to where it is feasible for the t that the worst
+    /* 1. The basis; or an end, or none. */
+    l->slack = l->trial->slack;
+    l->smallest_pivot = l->trial->smallest_pivot;
+    status = l->basis->start_near(l, iterate, &guess);
+    *done = status == PERP_OK && guess == PERP__GUESS_END;
+    if (status != PERP_OK || guess != PERP__GUESS_BASIS)
+        return status < 0 ? status : PERP_OK;
+    /* 2. The column of t: what is infeasible moves to where it is feasible for the t that the worst
      * one needs, and what is feasible stays. A basic x with two bounds moves no further than half
      * way between them. */
     for (int32_t r = 0; r < l->pairs; r++)
@@ -191,31 +200,13 @@ static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
         l->covering[perp__lemke_pair(l, variable)] = d;
     }
     l->basis->set_covering(l);
-    /* 2. The path. */
+    /* 3. The path. */
     status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
-    iterate->iterations += l->spent;
-    l->spent = iterate->iterations;
-    if (status == PERP_OK)
-        write_point(l, iterate);
-    return status;
-}
-
-/* From another basis than the cold one. A ray from there proves nothing, so that only a solution or
- * a stop counts: *done is 0 where the cold start must follow. */
-static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
-{
-    enum perp__lemke_guess guess = PERP__GUESS_NONE;
-    perp_status status;
-
-    l->slack = l->trial->slack;
-    l->smallest_pivot = l->trial->smallest_pivot;
-    status = l->basis->start_near(l, iterate, &guess);
-    *done = status == PERP_OK && guess == PERP__GUESS_END;
-    if (status != PERP_OK || guess != PERP__GUESS_BASIS)
-        return status < 0 ? status : PERP_OK;
-    status = follow_near(l, iterate);
     if (status != PERP_OK)
         return status;
+    iterate->iterations += l->spent;
+    l->spent = iterate->iterations;
+    write_point(l, iterate);
     *done =
         iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
         (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || l->head.problem->iteration_limit > 0);

@@ -39,10 +39,8 @@ static void find_near_null(const perp__multigrid *grid)
 
         for (int32_t step = 0; step < 2 * n && !perp__multigrid_is_late(grid, step); step++) {
             const int32_t i = step < n ? step : 2 * n - 1 - step;
-            double sum = 0.0, before = t[i];
+            const double sum = perp__level_times(level, level->values, i, t), before = t[i];
 
-            for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
-                sum += level->values[k] * t[level->rows[k]];
             t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
             changes += step < n && fabs(t[i] - before) > 0.05 * before;
         }

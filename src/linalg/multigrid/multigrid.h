@@ -36,6 +36,17 @@ typedef struct perp__level {
     perp__arena arena, transfer_arena, matrix_arena;
 } perp__level;
 
+/* Row i of the level's pattern with these values, times x. */
+static inline double perp__level_times(const perp__level *level, const double *values, int32_t i,
+                                       const double *x)
+{
+    double sum = 0.0;
+
+    for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
+        sum += values[k] * x[level->rows[k]];
+    return sum;
+}
+
 /* At first all 0 but for the context. */
 typedef struct perp__multigrid {
     perp_context *context;
