@@ -90,6 +90,7 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
 perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x);
 
 /* The hierarchy of the whole matrix, built when it is first asked for; NULL if it does not serve.
+ * An unsymmetric matrix has its levels there, and no solves.
  * What the caller does with it makes the block forget its factors. PERP_OK or _MEMORY. */
 perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid);
 

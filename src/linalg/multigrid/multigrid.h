@@ -1,5 +1,5 @@
-/* Algebraic multigrid by smoothed aggregation, for blocks of one sparse symmetric matrix whose
- * positive entries lie on the diagonal or are small: coarse matrices, and solves with principal
+/* Algebraic multigrid by smoothed aggregation, for one sparse matrix whose positive entries lie on
+ * the diagonal or are small: coarse matrices and, where it is symmetric, solves with principal
  * blocks by conjugate gradients. Vanek, Mandel & Brezina, "Algebraic multigrid by smoothed
  * aggregation for second and fourth order elliptic problems", Computing 56 (1996) 179. */
 #ifndef PERP_LINALG_MULTIGRID_H
