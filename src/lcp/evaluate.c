@@ -280,11 +280,8 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
         /* beside its own terms a row has no large numbers of others to excuse it */
         const perp__witness_point point = {.M = &solver->M,
                                            .exponents = solver->exponents,
-                                           .balanced = solver->balanced,
-                                           .row_norms = solver->row_norms,
                                            .part = solver->part,
                                            .parts = solver->parts,
-                                           .scaling = solver->settings.scaling,
                                            .q = solver->q,
                                            .lower = solver->lower,
                                            .upper = solver->upper,

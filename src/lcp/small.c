@@ -98,7 +98,7 @@ static double scale(perp_lcp_solver *solver)
     return fastest()->scale(solver);
 }
 
-int32_t perp__small_equilibrate(perp_lcp_solver *solver)
+void perp__small_equilibrate(perp_lcp_solver *solver)
 {
     const int32_t is_scaled = solver->settings.scaling;
 
@@ -106,10 +106,9 @@ int32_t perp__small_equilibrate(perp_lcp_solver *solver)
     if (is_scaled)
         perp__find_exponents(&solver->M, solver->exponents, solver->work);
     if (scale(solver) < perp__power_of_two(PERP__NOISE) || !is_scaled)
-        return 0;
+        return;
     perp__balance_noise(&solver->M, solver->exponents, solver->work);
     scale(solver);
-    return 1;
 }
 
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)

@@ -142,10 +142,11 @@ static void equilibrate(perp_lcp_solver *solver)
 {
     solver->powers_known = 0;
     solver->witness.known = 0;
-    solver->balanced = perp__small_suits(solver)
-                           ? perp__small_equilibrate(solver)
-                           : perp__equilibrate(&solver->M, solver->settings.scaling,
-                                               solver->exponents, solver->row_norms, solver->work);
+    if (perp__small_suits(solver))
+        perp__small_equilibrate(solver);
+    else
+        perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents,
+                          solver->row_norms, solver->work);
     for (int32_t i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);

@@ -70,7 +70,6 @@ struct perp_lcp_solver {
     int32_t *exponents;       /* log2 of D, see linalg/scale.h */
     int32_t *work;            /* 2 n */
     double *row_norms;        /* 1-norms of the rows of D M D */
-    int32_t balanced;         /* perp__equilibrate looked for noise */
     const double *q;          /* the caller's, during a solve, or q_own */
     double *q_own;            /* 0 beyond n */
     int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
@@ -196,7 +195,7 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
  * which scales them as well. */
 int32_t perp__small_suits(const perp_lcp_solver *solver);
 void perp__small_read(perp_lcp_solver *solver);
-int32_t perp__small_equilibrate(perp_lcp_solver *solver);
+void perp__small_equilibrate(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last
  * digits: nothing but the point and solver->spent has changed then. */
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);

@@ -51,6 +51,10 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y);
 /* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
 void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 
+/* The transpose of a CSC matrix, whose columns are the rows of M. starts: rows + 1; columns and
+ * values, which may be NULL: an entry each. */
+void perp__transpose_csc(const perp__matrix *M, int32_t *starts, int32_t *columns, double *values);
+
 /* M_ij, by bisection where M is sparse; 0 where there is no entry. */
 double perp__entry(const perp__matrix *M, int32_t i, int32_t j);
 

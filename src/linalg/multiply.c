@@ -91,6 +91,26 @@ double perp__entry(const perp__matrix *M, int32_t i, int32_t j)
     return k < count && M->row_indices[first + k] == i ? M->values[first + k] : 0.0;
 }
 
+void perp__transpose_csc(const perp__matrix *M, int32_t *starts, int32_t *columns, double *values)
+{
+    memset(starts, 0, ((size_t)M->rows + 1) * sizeof *starts);
+    for (int32_t k = 0; k < M->column_starts[M->columns]; k++)
+        starts[M->row_indices[k] + 1]++;
+    for (int32_t i = 0; i < M->rows; i++)
+        starts[i + 1] += starts[i];
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t at = starts[M->row_indices[k]]++;
+
+            columns[at] = j;
+            if (values)
+                values[at] = M->values[k];
+        }
+    /* every start has moved to where the next row begins */
+    memmove(starts + 1, starts, (size_t)M->rows * sizeof *starts);
+    starts[0] = 0;
+}
+
 double perp__largest_or_nan(const double *x, int32_t n)
 {
     double largest = 0.0;

@@ -290,8 +290,8 @@ void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *wo
     spread(&s);
 }
 
-int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
-                          double *row_norms, int32_t *work)
+void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
+                       double *row_norms, int32_t *work)
 {
     double largest = 0.0;
 
@@ -304,10 +304,9 @@ int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *expon
         if (!(row_norms[i] <= largest))
             largest = row_norms[i];
     if (!enabled || largest < perp__power_of_two(PERP__NOISE))
-        return 0;
+        return;
     perp__balance_noise(M, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
-    return 1;
 }
 
 int32_t perp__find_omegas(const perp__parts *parts, const double *q, const int32_t *exponents,

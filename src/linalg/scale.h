@@ -23,11 +23,11 @@
  * Where this leaves entries of 2^40 and more, a row's scale came from noise (a diagonal or a
  * coupling 2^-40 of another entry): such rows, and those without a positive diagonal, are balanced
  * towards a largest entry of 1 in row and column. All on exponents alone, so that powers of two in
- * M change nothing but e. Returns whether it looked for such rows. |e_i| <= 511, so that every
+ * M change nothing but e. |e_i| <= 511, so that every
  * 2^(e_i+e_j) is a normal number. enabled = 0: all e_i = 0. exponents: n entries; row_norms: n, the
  * 1-norms of the rows of S; work: 2 n entries of int32. */
-int32_t perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
-                          double *row_norms, int32_t *work);
+void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
+                       double *row_norms, int32_t *work);
 
 /* The same search alone: neither row norms nor a look at noise. */
 void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *work);

@@ -162,7 +162,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
     block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
-    block->suits_grid = symmetric && block->is_nearly_z;
+    block->suits_grid = block->is_nearly_z && (symmetric || block->kind == PERP__SPARSE_GENERAL);
     block->pace = (perp__now() - started) / (M->column_starts[M->columns] + 1.0);
     return PERP_OK;
 }
@@ -248,6 +248,7 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
     block->grid.deadline = block->deadline;
     if (!block->grid_built) {
         block->grid.context = block->context;
+        block->grid.unsymmetric = block->kind == PERP__SPARSE_GENERAL;
         status = perp__multigrid_build(&block->grid, block->M, block->scale);
         block->late |= status == PERP_OK && block->grid.levels == 0;
         if (status != PERP_OK || block->late)
@@ -488,7 +489,7 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
     if ((block->factored || block->on_grid || block->by_steps > 0) &&
         holds(block, active, count, 0.0))
         return PERP_OK;
-    if (count >= largest && block->kind != PERP__SPARSE_TRIDIAGONAL)
+    if (count >= largest && block->kind == PERP__SPARSE_SYMMETRIC)
         status = perp__sparse_block_grid(block, &grid);
     if (status != PERP_OK)
         return status;

@@ -29,7 +29,7 @@ typedef struct perp__sparse_block {
     int32_t has_positive_diagonal;
     int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
     int32_t is_nearly_z; /* positive entries beside a positive diagonal are small */
-    int32_t suits_grid;  /* S is large, symmetric and nearly Z: multigrid may serve */
+    int32_t suits_grid;  /* S is large and nearly Z: multigrid may serve */
     int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
     double deadline; /* on perp__now()'s clock; 0: none. What cannot be factored by then is not: */
     int32_t late;    /* 1, and so is nothing else until perp__sparse_block_restart */
@@ -90,6 +90,7 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
 perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x);
 
 /* The hierarchy of the whole matrix, built when it is first asked for; NULL if it does not serve.
+ * An unsymmetric matrix has its levels there, and no solves.
  * What the caller does with it makes the block forget its factors. PERP_OK or _MEMORY. */
 perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid);
 

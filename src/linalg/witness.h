@@ -17,9 +17,6 @@ typedef struct perp__witness_point {
     const double *q, *lower, *upper, *z, *w;
     const double *least; /* what z_j carries at least, however small it is; NULL: nothing */
     double tol;
-    /* of no account any more: callers may leave them out */
-    int32_t balanced, scaling;
-    const double *row_norms;
 } perp__witness_point;
 
 /* n entries; cut, omegas, omega_of_part and most: 2 n. */

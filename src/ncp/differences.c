@@ -14,22 +14,15 @@ static void colour(perp__ncp_model *m)
 {
     perp__ncp_colours *c = &m->colours;
     const int32_t *starts = m->pattern_starts, *rows = m->pattern_rows;
+    const perp__matrix pattern = {m->n, m->n, 1, 1, NULL, starts, rows};
 
     if (c->known)
         return;
     c->known = 1;
     c->count = 0;
     /* 1. The pattern by rows. */
-    memset(c->row_starts, 0, ((size_t)m->n + 1) * sizeof(int32_t));
-    for (int32_t k = 0; m->sparse && k < starts[m->n]; k++)
-        c->row_starts[rows[k] + 1]++;
-    for (int32_t i = 0; i < m->n; i++) {
-        c->row_starts[i + 1] += c->row_starts[i];
-        c->marks[i] = c->row_starts[i];
-    }
-    for (int32_t j = 0; m->sparse && j < m->n; j++)
-        for (int32_t k = starts[j]; k < starts[j + 1]; k++)
-            c->row_columns[c->marks[rows[k]]++] = j;
+    if (m->sparse)
+        perp__transpose_csc(&pattern, c->row_starts, c->row_columns, NULL);
     /* 2. Each column gets the least colour that no column of its rows has. */
     for (int32_t i = 0; i < m->n; i++)
         c->marks[i] = 0;

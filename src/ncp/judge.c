@@ -22,11 +22,8 @@ static double own_residual(perp_ncp_solver *solver)
     }
     point.M = &J;
     point.exponents = m->exponents;
-    point.balanced = 1; /* it may be */
-    point.row_norms = NULL;
     point.part = m->part;
     point.parts = 2 * m->n;
-    point.scaling = solver->settings.scaling;
     point.q = q;
     point.lower = m->lower;
     point.upper = m->upper;

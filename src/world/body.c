@@ -315,15 +315,8 @@ perp_status perp_world_get_states(const perp_world *world, perp_world_states *st
     return PERP__WORLD_CALL(world, get_states(world, states));
 }
 
-static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
-{
-    perp_status status = perp__check_pointer(world->context, "slot", slot);
-
-    PERP__THEN(status, perp__find_body(world, slot, id));
-    return status;
-}
-
 perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
 {
-    return PERP__WORLD_CALL(world, body_slot(world, slot, body));
+    return PERP__WORLD_CALL(world, slot ? perp__find_body(world, slot, body)
+                                        : perp__check_pointer(world->context, "slot", slot));
 }

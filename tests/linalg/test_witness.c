@@ -33,7 +33,6 @@ static void look(const perp__matrix *M, perp__witness *witness, looked *f)
     perp__witness_point p = {.M = M,
                              .exponents = e,
                              .part = part,
-                             .scaling = 1,
                              .q = q,
                              .lower = lower,
                              .upper = upper,
@@ -47,8 +46,7 @@ static void look(const perp__matrix *M, perp__witness *witness, looked *f)
         z[i] = 1.0;
         w[i] = 1e30;
     }
-    p.balanced = perp__equilibrate(M, 1, e, norms, work);
-    p.row_norms = norms;
+    perp__equilibrate(M, 1, e, norms, work);
     p.parts = perp__find_parts(M, part, norms);
     perp__scaled_row_norms(M, e, norms);
     witness->known = 0;

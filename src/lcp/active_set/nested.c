@@ -10,6 +10,10 @@
  * index set, then a rough solve with the rest, one or two multigrid cycles. Conjugate gradients
  * take the place of their line search.
  *
+ * Where M is not symmetric, sweeps in both directions do alone: one of them follows a flow. On
+ * upwind differences with cell Peclet numbers from 0.1 to 10 the index set that they leave takes 3
+ * to 10 factorisations on 1e4 to 1e5 rows, instead of 25 and more.
+ *
  * Left out, because they did not pay on grids of 1e4 to 1e5 nodes: more sweeps a step, and many
  * sweeps along the boundary of the index set alone (half the steps on jumping coefficients, the
  * same time). */
@@ -21,6 +25,7 @@
 #include "base/outcome.h"
 
 #define FIRST_SWEEPS 2
+#define SWEEPS 20 /* on each level, where M is not symmetric */
 #define COARSE_STEPS 15
 #define FINE_STEPS 40
 #define ROUGH 0.2       /* relative residual of a step's equations */
@@ -59,15 +64,6 @@ void perp__nested_release(perp__nested *nested)
         perp__arena_release(&nested->arena);
 }
 
-static double row_times(const perp__level *grid, int32_t i, const double *x)
-{
-    double sum = 0.0;
-
-    for (int32_t k = grid->starts[i]; k < grid->starts[i + 1]; k++)
-        sum += grid->values[k] * x[grid->rows[k]];
-    return sum;
-}
-
 /* The problem of level k + 1 from that of level k. */
 static void coarsen(perp__nested *nested, int32_t k)
 {
@@ -95,7 +91,8 @@ static void coarsen(perp__nested *nested, int32_t k)
     /* 2. q of the next level: P' (S r + q) */
     memset(coarse->own_q, 0, (size_t)grid->coarse * sizeof(double));
     for (int32_t i = 0; i < grid->n; i++) {
-        const double load = row_times(grid, i, nested->correction) + fine->q[i];
+        const double load =
+            perp__level_times(grid, grid->values, i, nested->correction) + fine->q[i];
 
         for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
             coarse->own_q[grid->p_columns[p]] += grid->p_values[p] * load;
@@ -114,7 +111,7 @@ static int32_t sweep(const perp__nested *nested, int32_t k, int32_t forward)
 
     for (step = 0; step < grid->n; step++) {
         const int32_t i = forward ? step : grid->n - 1 - step;
-        const double w = row_times(grid, i, level->z) + level->q[i];
+        const double w = perp__level_times(grid, grid->values, i, level->z) + level->q[i];
         const double z = level->z[i] - w * grid->inverse_diagonal[i];
         const int8_t place = level->lower[i] == level->upper[i] ? PERP__FIXED
                              : z <= level->lower[i]             ? PERP__AT_LOWER
@@ -149,7 +146,8 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
         if (level->places[i] == PERP__BETWEEN)
             nested->active[count++] = i;
     for (int32_t r = 0; r < count; r++)
-        level->residual[active[r]] = -(row_times(rows, active[r], level->z) + level->q[active[r]]);
+        level->residual[active[r]] =
+            -(perp__level_times(rows, rows->values, active[r], level->z) + level->q[active[r]]);
     if (k == grid->levels - 1) {
         done = perp__multigrid_factor_bottom(grid, rows->values, active, count, 0.0);
         if (done) {
@@ -183,7 +181,8 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
                    int64_t *iterations, perp_outcome *request)
 {
     const int32_t n = nested->grid->level[k].n;
-    const int32_t limit = k > 0 ? COARSE_STEPS : FINE_STEPS;
+    const int32_t only_sweeps = nested->grid->unsymmetric;
+    const int32_t limit = only_sweeps ? SWEEPS : k > 0 ? COARSE_STEPS : FINE_STEPS;
     int32_t changes;
     lag behind = {n, 0};
 
@@ -194,9 +193,9 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
     for (int32_t step = 0; step < limit && *request < 0; step++) {
         changes = sweep(nested, k, step % 2);
         behind.changes += changes;
-        if ((step > 0 && changes == 0) || !correct(nested, k, &behind))
+        if (!only_sweeps && ((step > 0 && changes == 0) || !correct(nested, k, &behind)))
             return;
-        if (k > 0) {
+        if (k > 0 || only_sweeps) {
             *request = perp__is_past(nested->grid->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
             continue;
         }

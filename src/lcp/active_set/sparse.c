@@ -23,7 +23,6 @@
 #define ITERATIONS 500 /* default limit */
 #define ROUNDS 3       /* of a rough solve */
 #define PROXIMAL_ROUNDS 30
-#define COARSE_STEPS 30
 #define SMALL_PENALTY 0x1p-26
 #define PENALTY_STEPS 30 /* for one penalty */
 #define PATIENCE 10      /* full exchanges without progress before single ones */
@@ -51,7 +50,6 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step, &work->weights);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
-    work->coarse.levels = 0; /* those of another matrix */
 }
 
 static void multiply(perp__sparse_active_set *work, const double *z)
@@ -280,55 +278,6 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
     return PERP_OK;
 }
 
-/* From the coarsest problem to the caller's: returns 1 with the first index set, 0 where there are
- * no coarser ones, or PERP_ERROR_MEMORY. On every level the sweeps' z is followed by exchanges, as
- * far as these get in few steps. */
-static perp_status descend(perp__sparse_active_set *work, perp__lcp_iterate *iterate)
-{
-    const perp__active_set_limits limits = {COARSE_STEPS, PATIENCE, 0, 0, 0.0};
-    const perp__lcp_problem *problem = work->common.problem;
-    perp__lcp_control control = *problem->control;
-    perp__aggregated *coarse = &work->coarse;
-    perp_status status = perp__aggregated_build(coarse, problem);
-
-    if (status != PERP_OK || coarse->levels <= 1)
-        return status;
-    control.monitor = NULL; /* it hears of the caller's own problem */
-    work->coarse_block.context = problem->context;
-    perp__sparse_block_restart(&work->coarse_block, problem->block->deadline);
-    perp__aggregated_load(coarse, problem);
-    for (int32_t k = coarse->levels - 1; k >= 0; k--) {
-        perp__lcp_iterate level = {.z = coarse->level[k].z, .places = iterate->places};
-        perp__lcp_problem own;
-
-        if (k < coarse->levels - 1)
-            perp__aggregated_prolong(coarse, k);
-        perp__aggregated_smooth(coarse, k);
-        if (k == 0)
-            break;
-        perp__aggregated_pose(coarse, k, problem, &work->coarse_block, &own);
-        status = perp__sparse_block_read(&work->coarse_block, own.M, own.factors);
-        if (status != PERP_OK)
-            return status;
-        own.control = &control;
-        work->common.problem = &own;
-        work->rho = 0.0;
-        perp__sparse_active_set_places(work, level.z, level.places);
-        status = exchange_all(work, &level, &limits);
-        work->common.problem = problem;
-        if (status != PERP_OK)
-            return status;
-        for (int32_t i = 0; i < own.n; i++)
-            level.z[i] =
-                perp__clamp(isfinite(level.z[i]) ? level.z[i] : 0.0, own.lower[i], own.upper[i]);
-    }
-    for (int32_t i = 0; i < problem->n; i++)
-        iterate->z[i] = perp__clamp(coarse->level[0].z[i] / problem->factors[i], problem->lower[i],
-                                    problem->upper[i]);
-    perp__sparse_active_set_places(work, iterate->z, iterate->places);
-    return 1;
-}
-
 /* The first index set, or with *solved the last one and z. */
 static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *iterate, int32_t *solved)
 {
@@ -349,17 +298,14 @@ static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *itera
     if (found == PERP__TRIDIAGONAL_FAR)
         memcpy(iterate->z, work->step, bytes);
     /* 2. Nested iteration, where the matrix suits: status 1 if it got anywhere. */
-    if (perp__aggregated_suits(problem)) {
-        if (!iterate->warm)
-            status = descend(work, iterate);
-    } else {
-        status = perp__sparse_block_grid(problem->block, &grid);
-        if (status == PERP_OK && grid)
-            status = perp__nested_fit(&work->nested, grid);
-        if (status == PERP_OK && grid)
-            status = perp__nested_run(&work->nested, problem, iterate->warm, iterate->z,
-                                      iterate->places, &iterate->iterations, &iterate->outcome);
-    }
+    status = perp__sparse_block_grid(problem->block, &grid);
+    if (status == PERP_OK && grid && grid->unsymmetric && iterate->warm)
+        grid = NULL; /* sweeps alone bring nothing to what is near */
+    if (status == PERP_OK && grid)
+        status = perp__nested_fit(&work->nested, grid);
+    if (status == PERP_OK && grid)
+        status = perp__nested_run(&work->nested, problem, iterate->warm, iterate->z,
+                                  iterate->places, &iterate->iterations, &iterate->outcome);
     /* 3. Else that of the start. */
     if (status == 0) {
         memcpy(iterate->z, work->step, bytes);
@@ -418,9 +364,6 @@ void perp__sparse_active_set_release(void *object)
     perp__sparse_active_set *work = object;
 
     perp__nested_release(&work->nested);
-    perp__aggregated_release(&work->coarse);
-    if (work->coarse_block.context)
-        perp__sparse_block_release(&work->coarse_block);
 }
 
 const perp__lcp_method perp__lcp_active_set_sparse = {

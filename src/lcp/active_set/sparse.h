@@ -2,7 +2,6 @@
 #ifndef PERP_LCP_ACTIVE_SET_SPARSE_H
 #define PERP_LCP_ACTIVE_SET_SPARSE_H
 
-#include "lcp/active_set/aggregated.h"
 #include "lcp/active_set/nested.h"
 #include "lcp/active_set/tridiagonal.h"
 #include "lcp/method.h"
@@ -11,16 +10,14 @@ typedef struct perp__sparse_active_set {
     perp__lcp_work common;
     perp__tridiagonal_lcp tridiagonal;
     perp__nested nested;
-    perp__aggregated coarse;
-    perp__sparse_block coarse_block; /* of one level after the other */
-    double *w;                       /* n */
-    double *product;                 /* n */
-    double *step;                    /* n */
-    double *weights;                 /* n, of a penalty */
-    double residual;                 /* of the last equations */
-    double rho;                      /* proximal term of their block */
-    int32_t *active;                 /* n: the variables between their bounds */
-    int8_t *next;                    /* n: places after a full exchange */
+    double *w;       /* n */
+    double *product; /* n */
+    double *step;    /* n */
+    double *weights; /* n, of a penalty */
+    double residual; /* of the last equations */
+    double rho;      /* proximal term of their block */
+    int32_t *active; /* n: the variables between their bounds */
+    int8_t *next;    /* n: places after a full exchange */
 } perp__sparse_active_set;
 
 /* The arrays for common.problem. */

@@ -20,8 +20,6 @@
 #define KNOWN_IN_DOUBLED 1e-26
 /* Paths that correct the end of one that can tell what its slack has cost. */
 #define CORRECTIONS 3
-/* What pivots leave of a basic variable's value, beside the largest. */
-#define ROUNDING 1e-13
 /* Sparse problems up to the first size, and with a larger part of the entries than 1 / FILLED, are
  * solved faster by a dense tableau (bench/lcp_sparse.c); up to the second one there is room for a
  * dense tableau in doubled precision where all else fails. */
@@ -169,70 +167,46 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
     }
 }
 
-/* From a basis near the solution's, and again with less slack from where that ends; a path that
- * ends elsewhere leaves what the last one has written. */
-static perp_status follow_near(perp__lemke *l, perp__lcp_iterate *iterate)
-{
-    double far = INFINITY;
-
-    for (int32_t round = 0; round <= CORRECTIONS && far > ROUNDING * l->largest_b; round++) {
-        double worst = 0.0;
-        perp_status status;
-
-        /* 1. The column of t: what is infeasible moves to where it is feasible for the t that the
-         * worst one needs, and what is feasible stays. A basic x with two bounds moves no further
-         * than half way between them. */
-        for (int32_t r = 0; r < l->pairs; r++)
-            worst = fmax(worst, perp__lemke_violation(l, r));
-        for (int32_t r = 0; r < l->pairs; r++) {
-            const double violation = perp__lemke_violation(l, r);
-            const int32_t variable = l->basic[r];
-            double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
-
-            if (variable < l->pairs && d > 0.0)
-                d = fmin(d, (violation + 0.5 * l->range[variable]) / worst);
-            if (l->b[r] > l->high[r])
-                d = -d;
-            l->column[r] = -d;
-            l->covering[perp__lemke_pair(l, variable)] = d;
-        }
-        l->basis->set_covering(l);
-        /* 2. The path, and what is off by its slack where it ends. */
-        status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
-        if (status != PERP_OK)
-            return status;
-        iterate->iterations += l->spent;
-        l->spent = iterate->iterations;
-        if (round == 0 || iterate->outcome == PERP_OUTCOME_SOLVED)
-            write_point(l, iterate);
-        if (iterate->outcome != PERP_OUTCOME_SOLVED) {
-            iterate->outcome = round > 0 ? PERP_OUTCOME_SOLVED : iterate->outcome;
-            break;
-        }
-        far = 0.0;
-        for (int32_t r = 0; r < l->pairs; r++)
-            far = fmax(far, perp__lemke_violation(l, r));
-        l->slack = 1e-3 * far / l->largest_b;
-    }
-    return PERP_OK;
-}
-
-/* From another basis than the cold one. A ray from there proves nothing, so that only a solution or
- * a stop counts: *done is 0 where the cold start must follow. */
+/* From another basis than the cold one, near the solution's. A ray from there proves nothing, so
+ * that only a solution or a stop counts: *done is 0 where the cold start must follow. */
 static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
 {
     enum perp__lemke_guess guess = PERP__GUESS_NONE;
+    double worst = 0.0;
     perp_status status;
 
+    /* 1. The basis; or an end, or none. */
     l->slack = l->trial->slack;
     l->smallest_pivot = l->trial->smallest_pivot;
     status = l->basis->start_near(l, iterate, &guess);
     *done = status == PERP_OK && guess == PERP__GUESS_END;
     if (status != PERP_OK || guess != PERP__GUESS_BASIS)
         return status < 0 ? status : PERP_OK;
-    status = follow_near(l, iterate);
+    /* 2. The column of t: what is infeasible moves to where it is feasible for the t that the worst
+     * one needs, and what is feasible stays. A basic x with two bounds moves no further than half
+     * way between them. */
+    for (int32_t r = 0; r < l->pairs; r++)
+        worst = fmax(worst, perp__lemke_violation(l, r));
+    for (int32_t r = 0; r < l->pairs; r++) {
+        const double violation = perp__lemke_violation(l, r);
+        const int32_t variable = l->basic[r];
+        double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
+
+        if (variable < l->pairs && d > 0.0)
+            d = fmin(d, (violation + 0.5 * l->range[variable]) / worst);
+        if (l->b[r] > l->high[r])
+            d = -d;
+        l->column[r] = -d;
+        l->covering[perp__lemke_pair(l, variable)] = d;
+    }
+    l->basis->set_covering(l);
+    /* 3. The path. */
+    status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
     if (status != PERP_OK)
         return status;
+    iterate->iterations += l->spent;
+    l->spent = iterate->iterations;
+    write_point(l, iterate);
     *done =
         iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
         (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || l->head.problem->iteration_limit > 0);

@@ -82,29 +82,14 @@ static void read_dense(perp__rows *rows, const perp__lcp_problem *problem, const
     rows->entries = (size_t)(values - rows->values);
 }
 
-/* The transpose of the compressed columns, without what does not count. */
+/* The rows of the compressed columns. */
 static void read_sparse(perp__rows *rows, const perp__lcp_problem *problem, const double *step)
 {
-    const perp__matrix *M = problem->M;
-    int32_t *starts = rows->row_starts;
-
-    memset(starts, 0, ((size_t)rows->n + 1) * sizeof *starts);
-    for (int32_t p = 0; p < M->column_starts[rows->n]; p++)
-        starts[M->row_indices[p] + 1] += step[M->row_indices[p]] != 0.0;
+    perp__transpose_csc(problem->M, rows->row_starts, rows->row_columns, rows->row_values);
     for (int32_t i = 0; i < rows->n; i++)
-        starts[i + 1] += starts[i];
-    for (int32_t j = 0; j < rows->n; j++)
-        for (int32_t p = M->column_starts[j]; p < M->column_starts[j + 1]; p++) {
-            int32_t i = M->row_indices[p];
-
-            if (step[i] != 0.0) {
-                rows->row_columns[starts[i]] = j;
-                rows->row_values[starts[i]++] = entry_of(problem, step, i, j, M->values[p]);
-            }
-        }
-    /* every start has moved to where the next row starts: shift them back */
-    memmove(starts + 1, starts, (size_t)rows->n * sizeof *starts);
-    starts[0] = 0;
+        for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++)
+            rows->row_values[p] =
+                entry_of(problem, step, i, rows->row_columns[p], rows->row_values[p]);
 }
 
 /* Sparse rows into slices: the entries of a slice's eight rows are met diagonal by diagonal, and

@@ -67,7 +67,7 @@ typedef struct perp__rows {
 void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_problem *problem);
 
 /* Copies and scales the matrix. step[i] is omega / S_ii, or 0 where z_i is not to move: such a row
- * has no entries and weight 0. load, lower and upper are the caller's to fill. */
+ * has entries of 0 and weight 0. load, lower and upper are the caller's to fill. */
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const double *step,
                      int32_t symmetric);
 

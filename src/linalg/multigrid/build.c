@@ -1,5 +1,6 @@
 /* The levels of the hierarchy: aggregates, prolongation, coarse matrices. */
 #include <math.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "linalg/multigrid/multigrid.h"
@@ -38,10 +39,8 @@ static void find_near_null(const perp__multigrid *grid)
 
         for (int32_t step = 0; step < 2 * n && !perp__multigrid_is_late(grid, step); step++) {
             const int32_t i = step < n ? step : 2 * n - 1 - step;
-            double sum = 0.0, before = t[i];
+            const double sum = perp__level_times(level, level->values, i, t), before = t[i];
 
-            for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
-                sum += level->values[k] * t[level->rows[k]];
             t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
             changes += step < n && fabs(t[i] - before) > 0.05 * before;
         }
@@ -148,12 +147,16 @@ static void layout_transfer(perp__arena *arena, void *object)
     level->r_starts = perp__arena_take(arena, (size_t)level->coarse + 1, sizeof(int32_t));
 }
 
-/* The finest level borrows the caller's pattern. */
+/* The finest level borrows the caller's pattern, where its columns are rows. */
 static void layout_finest(perp__arena *arena, void *object)
 {
     perp__level *level = object;
+    const int32_t borrows = level->starts != NULL;
 
     level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
+    level->own_starts =
+        perp__arena_take(arena, borrows ? 0 : (size_t)level->n + 1, sizeof(int32_t));
+    level->own_rows = perp__arena_take(arena, borrows ? 0 : level->entries, sizeof(int32_t));
 }
 
 static void layout_matrix(perp__arena *arena, void *object)
@@ -171,7 +174,7 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     perp_status status;
 
     level->n = M->columns;
-    level->starts = M->column_starts;
+    level->starts = grid->unsymmetric ? NULL : M->column_starts;
     level->rows = M->row_indices;
     level->entries = (size_t)M->column_starts[M->columns];
     status = perp__arena_fit(&grid->arena, grid->context, layout, grid);
@@ -179,14 +182,19 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
     PERP__THEN(status, perp__arena_fit(&level->matrix_arena, grid->context, layout_finest, level));
     if (status != PERP_OK)
         return status;
-    for (int32_t j = 0; j < level->n; j++) {
-        grid->sums[j] = 0.0;
-        for (int32_t k = level->starts[j]; k < level->starts[j + 1]; k++) {
-            const int32_t i = level->rows[k];
-
-            level->own_values[k] = M->values[k] * (scale[i] * scale[j]);
-            if (i == j)
-                level->inverse_diagonal[j] = 1.0 / level->own_values[k];
+    if (grid->unsymmetric) {
+        perp__transpose_csc(M, level->own_starts, level->own_rows, level->own_values);
+        level->starts = level->own_starts;
+        level->rows = level->own_rows;
+    } else {
+        memcpy(level->own_values, M->values, level->entries * sizeof *M->values);
+    }
+    for (int32_t i = 0; i < level->n; i++) {
+        grid->sums[i] = 0.0;
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++) {
+            level->own_values[k] *= scale[i] * scale[level->rows[k]];
+            if (level->rows[k] == i)
+                level->inverse_diagonal[i] = 1.0 / level->own_values[k];
         }
     }
     level->values = level->own_values;
@@ -240,28 +248,6 @@ static void fill_prolongation(perp__level *fine, const double *coarse_null, doub
     }
 }
 
-static void transpose(perp__level *fine)
-{
-    int32_t *starts = fine->r_starts;
-
-    for (int32_t i = 0; i <= fine->coarse; i++)
-        starts[i] = 0;
-    for (int32_t k = 0; k < fine->p_starts[fine->n]; k++)
-        starts[fine->p_columns[k] + 1]++;
-    for (int32_t i = 0; i < fine->coarse; i++)
-        starts[i + 1] += starts[i];
-    for (int32_t i = 0; i < fine->n; i++)
-        for (int32_t k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
-            const int32_t at = starts[fine->p_columns[k]]++;
-
-            fine->r_rows[at] = i;
-            fine->r_values[at] = fine->p_values[k];
-        }
-    for (int32_t i = fine->coarse; i > 0; i--)
-        starts[i] = starts[i - 1];
-    starts[0] = 0;
-}
-
 /* The pattern of P' S P; without `writes` it only counts. Returns the number of entries. */
 static size_t coarse_pattern(const perp__multigrid *grid, const perp__level *fine,
                              const perp__level *coarse, int32_t writes)
@@ -302,6 +288,7 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     perp__level *fine = &grid->level[k], *coarse = fine + 1;
     const double threshold = ldexp(PERP__THRESHOLD, -k);
     int32_t *counts = grid->marks;
+    perp__matrix P; /* its rows as columns */
     perp_status status;
 
     /* 1. Aggregates are the coarse variables. */
@@ -334,7 +321,8 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     if (status != PERP_OK)
         return status;
     fill_prolongation(fine, coarse->near_null, threshold, grid->marks);
-    transpose(fine);
+    P = (perp__matrix){coarse->n, fine->n, 1, 1, fine->p_values, fine->p_starts, fine->p_columns};
+    perp__transpose_csc(&P, fine->r_starts, fine->r_rows, fine->r_values);
     coarse->entries = coarse_pattern(grid, fine, coarse, 0);
     if (coarse->entries > INT32_MAX)
         return perp__fail_memory(grid->context, "a coarse matrix");
@@ -371,7 +359,7 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
     grid->levels = 0;
     if (status == PERP_OK && perp__is_past(grid->deadline))
         return PERP_OK;
-    if (status == PERP_OK && k > 0) { /* the last level is factored, in blocks */
+    if (status == PERP_OK && k > 0 && !grid->unsymmetric) { /* the last level is factored */
         last = &grid->level[k];
         for (int32_t i = 0; i < last->n; i++)
             last->active[i] = i;

@@ -107,16 +107,6 @@ static rows rows_of(const perp__multigrid *grid, int32_t k)
     return k == grid->top ? block : all;
 }
 
-static double row_times(const rows *r, int32_t i, const double *x)
-{
-    const perp__level *level = r->level;
-    double sum = 0.0;
-
-    for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
-        sum += r->values[k] * x[level->rows[k]];
-    return sum;
-}
-
 /* A Gauss-Seidel sweep; x is 0 outside of the block. */
 static void sweep(const rows *r, const double *b, double *x, int32_t forward)
 {
@@ -124,7 +114,7 @@ static void sweep(const rows *r, const double *b, double *x, int32_t forward)
         const int32_t k = forward ? step : r->count - 1 - step;
         const int32_t i = r->list ? r->list[k] : k;
 
-        x[i] += (b[i] - row_times(r, i, x)) * r->inverse_diagonal[i];
+        x[i] += (b[i] - perp__level_times(r->level, r->values, i, x)) * r->inverse_diagonal[i];
     }
 }
 
@@ -148,7 +138,7 @@ static int32_t cycle(perp__multigrid *grid, const double *b, double *x)
         memset(coarse->b, 0, (size_t)coarse->n * sizeof(double));
         for (int32_t step = 0; step < r.count; step++) {
             const int32_t i = r.list ? r.list[step] : step;
-            const double residual = b_k[i] - row_times(&r, i, x_k);
+            const double residual = b_k[i] - perp__level_times(level, r.values, i, x_k);
 
             for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
                 coarse->b[level->p_columns[p]] += level->p_values[p] * residual;
@@ -222,7 +212,7 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
         for (int32_t k = 0; k < r.count; k++) {
             const int32_t i = r.list[k];
 
-            grid->product[i] = row_times(&r, i, grid->direction);
+            grid->product[i] = perp__level_times(r.level, r.values, i, grid->direction);
             curvature += grid->product[i] * grid->direction[i];
         }
         if (!(rho > 0.0) || !(curvature > 0.0))

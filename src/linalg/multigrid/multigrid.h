@@ -1,5 +1,5 @@
-/* Algebraic multigrid by smoothed aggregation, for blocks of one sparse symmetric matrix whose
- * positive entries lie on the diagonal or are small: coarse matrices, and solves with principal
+/* Algebraic multigrid by smoothed aggregation, for one sparse matrix whose positive entries lie on
+ * the diagonal or are small: coarse matrices and, where it is symmetric, solves with principal
  * blocks by conjugate gradients. Vanek, Mandel & Brezina, "Algebraic multigrid by smoothed
  * aggregation for second and fourth order elliptic problems", Computing 56 (1996) 179. */
 #ifndef PERP_LINALG_MULTIGRID_H
@@ -11,8 +11,8 @@
 
 #define PERP__LEVELS 24
 
-/* A matrix S and how it hangs together with the next coarser one, P' S P. Columns are rows: the
- * matrices are symmetric. The entries of a row come in any order. */
+/* A matrix S by rows, and how it hangs together with the next coarser one, P' S P. The entries of a
+ * row come in any order. */
 typedef struct perp__level {
     int32_t n, coarse; /* coarse: rows of the next level; 0 on the last one */
     const int32_t *starts, *rows;
@@ -36,15 +36,27 @@ typedef struct perp__level {
     perp__arena arena, transfer_arena, matrix_arena;
 } perp__level;
 
+/* Row i of the level's pattern with these values, times x. */
+static inline double perp__level_times(const perp__level *level, const double *values, int32_t i,
+                                       const double *x)
+{
+    double sum = 0.0;
+
+    for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
+        sum += values[k] * x[level->rows[k]];
+    return sum;
+}
+
 /* At first all 0 but for the context. */
 typedef struct perp__multigrid {
     perp_context *context;
-    double deadline;    /* on perp__now()'s clock; 0: none */
-    int32_t levels;     /* 0: nothing built; 1: no coarser level was found */
-    perp__level *level; /* PERP__LEVELS of them, from the first building on */
-    int32_t top;        /* the level of the block */
-    double *sums;       /* n: a row of a product; zero between uses */
-    int32_t *marks;     /* n */
+    double deadline;     /* on perp__now()'s clock; 0: none */
+    int32_t unsymmetric; /* so is the matrix: then there are levels to sweep on, no solves */
+    int32_t levels;      /* 0: nothing built; 1: no coarser level was found */
+    perp__level *level;  /* PERP__LEVELS of them, from the first building on */
+    int32_t top;         /* the level of the block */
+    double *sums;        /* n: a row of a product; zero between uses */
+    int32_t *marks;      /* n */
     double *direction, *product, *preconditioned; /* n */
     perp__arena arena;
     perp__fronts bottom; /* the last level as it is factored */
