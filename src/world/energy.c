@@ -63,11 +63,6 @@ double perp__work_needed(const perp_world *world, int32_t i, const double *shift
     return work;
 }
 
-static int32_t counts(const perp_world *world, int32_t i)
-{
-    return world->bodies[i].alive && perp__is_dynamic(world, i);
-}
-
 perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
 {
     double moving = 0.0, height = 0.0;
@@ -79,7 +74,7 @@ perp_status perp_world_energy(const perp_world *world, double *kinetic, double *
         const perp__state *state = &world->states[i];
         double mass = world->bodies[i].mass;
 
-        if (!counts(world, i))
+        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
             continue;
         moving += perp__kinetic_of(world, i, state);
         height -= mass * perp__dot3(world->settings.gravity, state->position);
@@ -103,7 +98,7 @@ perp_status perp_world_momentum(const perp_world *world, double *linear, double 
         double mass = world->bodies[i].mass;
         double spin[3], orbit[3];
 
-        if (!counts(world, i))
+        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
             continue;
         spin_of(world, i, state, spin);
         perp__cross(orbit, state->position, state->velocity);

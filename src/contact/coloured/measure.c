@@ -57,7 +57,8 @@ PERP__MULTIVERSION(find_rows,
 }
 
 /* u and modes of the contact in a lane; raises *drive to its |q| / sqrt(t), of whose terms `share`
- * is granted for their roundings (evaluation.c), and *residual to sqrt(t) times its natural one. */
+ * is granted for their roundings (evaluation.c), and *residual to sqrt(t) times its natural one. A
+ * gap that nothing closes is no velocity, however short the step: it drives nothing. */
 static void measure_lane(const perp__lane_point *p, const lane_rows *lanes, int32_t l,
                          const perp__rigid_rows *rows, perp__rigid_answer *answer, double share,
                          double *drive, double *residual)
@@ -69,8 +70,12 @@ static void measure_lane(const perp__lane_point *p, const lane_rows *lanes, int3
 
     for (int32_t i = 0; i < 3; i++)
         u[i] = lanes->u[i][l];
-    for (int32_t i = rows->bounded; i < rows->dim; i++)
-        driven = perp__length2(driven, fmax(fabs(lanes->q[i][l]), share * lanes->sizes[i][l]));
+    for (int32_t i = rows->bounded; i < rows->dim; i++) {
+        const double q = lanes->q[i][l], apart = i == 0 ? p->bias[l] - p->w[0][l] : 0.0;
+        const double speed = q > 0.0 ? fmin(q, fabs(q - apart)) : -q;
+
+        driven = perp__length2(driven, fmax(speed, share * lanes->sizes[i][l]));
+    }
     if (rows->bounded) {
         /* between two bounds: its distance from the impulse that its velocity asks for */
         const double most = rows->mu * r[0], aim = fmin(fmax(r[1] - u[1] / t, -most), most);

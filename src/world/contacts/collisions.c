@@ -230,7 +230,7 @@ static int32_t are_covered(const encounter *e, const perp__collision *collision,
     return is_covered(e, &at, collision->time, e->pair->second, e->pair->first, b);
 }
 
-/* The points of a collision; -1 where they do not lie open. */
+/* The points of a collision; -1 where they do not lie open, which `whole` < 0 does not ask. */
 static int32_t points_along(const encounter *e, const perp__collision *collision, int32_t whole)
 {
     perp__placed a, b;
@@ -241,7 +241,7 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     made = perp__collide_along(&a, &b, e->world->settings.planar, collision->axis, e->points);
     if (collision->axis == PERP__MIDDLE_AXIS) /* at rest, and closed by what all others leave */
         return made;
-    return made > 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
+    return made > 0 && whole >= 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
 }
 
 /* The points over the next face that lies open, of those with a separation of at least `least` and
@@ -285,23 +285,23 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
 /* The points along the axis of `collision`, if they lie open; else over the next face that does. Of
  * bricks that sink a little into what they stand on the rims of all faces are covered: those by
  * which the shapes hardly overlap are met before any other one all the same, if their middle lies
- * open. Returns how many, 0 if all is covered: then no point keeps them apart, and they meet when
- * one lies open. */
+ * open. In a corner that two shapes make each covers the other's face where something sank into
+ * both: where no open face would part the shapes by less than half of their width, that of the
+ * axis does, covered or not, as nothing else would. */
 static int32_t open_points(const encounter *e, perp__collision *collision, double later)
 {
-    const double least = -SHALLOW * size_of(e->world, e->pair);
     double covered[3];
     int32_t made = points_along(e, collision, 0);
 
     if (made >= 0)
         return made;
     perp__copy3(covered, e->points[0].normal);
-    made = points_of_faces(e, collision, later, covered, least, 0);
+    made = points_of_faces(e, collision, later, covered, -SHALLOW * size_of(e->world, e->pair), 0);
     if (made == 0)
         made = points_along(e, collision, 1);
     if (made <= 0)
-        made = points_of_faces(e, collision, later, covered, least, 1);
-    return made;
+        made = points_of_faces(e, collision, later, covered, -size_of(e->world, e->pair), 1);
+    return made > 0 ? made : points_along(e, collision, -1);
 }
 
 /* ---- pairs ---- */
