@@ -285,23 +285,26 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
 /* The points along the axis of `collision`, if they lie open; else over the next face that does. Of
  * bricks that sink a little into what they stand on the rims of all faces are covered: those by
  * which the shapes hardly overlap are met before any other one all the same, if their middle lies
- * open. In a corner that two shapes make each covers the other's face where something sank into
- * both: where no open face would part the shapes by less than half of their width, that of the
- * axis does, covered or not, as nothing else would. */
+ * open. In a corner that two shapes make each of them covers the other's face for what sank into
+ * both: so what had points in the last step has some still. Returns how many, 0 if all is covered:
+ * then no point keeps them apart, and they meet when one lies open. */
 static int32_t open_points(const encounter *e, perp__collision *collision, double later)
 {
+    const double least = -SHALLOW * size_of(e->world, e->pair);
     double covered[3];
     int32_t made = points_along(e, collision, 0);
 
     if (made >= 0)
         return made;
     perp__copy3(covered, e->points[0].normal);
-    made = points_of_faces(e, collision, later, covered, -SHALLOW * size_of(e->world, e->pair), 0);
+    made = points_of_faces(e, collision, later, covered, least, 0);
     if (made == 0)
         made = points_along(e, collision, 1);
     if (made <= 0)
-        made = points_of_faces(e, collision, later, covered, -size_of(e->world, e->pair), 1);
-    return made > 0 ? made : points_along(e, collision, -1);
+        made = points_of_faces(e, collision, later, covered, least, 1);
+    if (made <= 0 && (e->pair->first_kept >= 0 || e->pair->memories > 0))
+        made = points_along(e, collision, -1);
+    return made;
 }
 
 /* ---- pairs ---- */
