@@ -127,7 +127,7 @@ double perp__longest_displacement(const perp_world *world, int32_t body, double 
 /* What sweeps move they take out of overlaps as well. */
 static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
-    return world->roles[pair->body[0]].swept || world->roles[pair->body[1]].swept;
+    return world->roles[pair->body[0]].swept + world->roles[pair->body[1]].swept > 0;
 }
 /* Points of the next states, of what is not swept: with gaps up to `ways` times the overlaps of the
  * two bodies. */

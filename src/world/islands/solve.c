@@ -3,9 +3,10 @@
  *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
- *      often as the level looks; then only for what would go deep, at `fast` twice as deep each
- * time: the few that are left cost as much as all did. At level `exact` islands are swept as long
- *      as something comes, and only then solved: what meets by a sketch needs no rounding.
+ *      often as the level looks; then only for what would go deep: the few that are left cost as
+ *      much as all did, so that at `fast` it is twice as deep each time. At level `exact` islands
+ *      are swept as long as something comes, and only then solved: what meets by a sketch needs no
+ *      rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *

@@ -219,6 +219,20 @@ static void go_there(perp_world *world, const perp__island *island, double share
     }
 }
 
+/* What went from `shift` by a way that may take it deep into others, as no sweep has seen, is not
+ * swept overlap and all. */
+static void see_long_ways(perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        double way[3];
+
+        perp__subtract3(way, world->next[body].position, world->motions[body].shift);
+        if (perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
+            world->roles[body].swept = -1;
+    }
+}
+
 /* Newton's steps: one that does not lessen the errors is taken again with the limits that it
  * passes, or halved where there are none; as long as any does. */
 static perp_status close_island(perp_world *world, const perp__island *island, int32_t *changed)
@@ -230,6 +244,9 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         return PERP_OK;
     for (int32_t i = 0; i < island->joints; i++)
         memset(perp__island_joint(world, island, i)->closing, 0, 2 * sizeof(int32_t));
+    for (int32_t i = 0; i < island->bodies; i++)
+        perp__copy3(perp__island_motion(world, island, i)->shift,
+                    world->next[world->body_order[island->first_body + i]].position);
     (void)shut_limits(world, island);
     for (int32_t pass = 0; pass < PASSES && error > 0.0; pass++) {
         double share = 1.0;
@@ -258,6 +275,7 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
         if (came == 0)
             break;
     }
+    see_long_ways(world, island);
     return PERP_OK;
 }
 
