@@ -183,7 +183,7 @@ static void shorten(const perp_world *world, const perp__island *island, double 
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     if (needed > perp__greater(lost, 0.0) + rounding && !perp__has_put(world, island) &&
-        !perp__is_tied(world, &world->overlaps, island, PERP_BODY_KINEMATIC)) /* others' work */
+        !perp__is_tied(world, island, PERP_BODY_KINEMATIC)) /* others' work */
         share *= perp__greater(lost, 0.0) / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
@@ -281,7 +281,7 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   double most)
 {
-    const int32_t tied = perp__is_tied(world, &world->overlaps, island, PERP_BODY_STATIC);
+    const int32_t tied = perp__is_tied(world, island, PERP_BODY_STATIC);
     const double far = (LONGEST_WAY + island->bodies) * longest;
     perp_status status = PERP_OK;
     int32_t found = 0;

@@ -417,8 +417,9 @@ struct perp_world {
     int32_t rounds;            /* of looking for contacts in this step */
     int32_t sketches; /* what meets is not known yet, and solutions say no more than that */
     int32_t island_count;
-    perp__contact_set contacts; /* of the step */
-    perp__contact_set last;     /* of the last one that went on */
+    const perp__contact_set *island_set; /* whose contacts they have */
+    perp__contact_set contacts;          /* of the step */
+    perp__contact_set last;              /* of the last one that went on */
     int32_t last_included;
     int32_t some_put;           /* some body is PERP__PUT, or _INTO others */
     int32_t settled;            /* bodies that end the last step as they began it */

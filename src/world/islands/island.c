@@ -125,6 +125,7 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 
     if (status != PERP_OK)
         return status;
+    world->island_set = set;
     /* 1. What joins bodies: contacts, and joints. */
     for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];

@@ -151,8 +151,7 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed);
 double perp__work_of_motors(const perp_world *world, const perp__island *island);
 
 /* Whether a joint, or a contact of the set, ties the island to a body of this kind or a later. */
-int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
-                      const perp__island *island, int32_t least);
+int32_t perp__is_tied(const perp_world *world, const perp__island *island, int32_t least);
 /* The same without energy, of the islands at hand. */
 perp_status perp__close_joints(perp_world *world);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */

@@ -228,7 +228,8 @@ static void see_long_ways(perp_world *world, const perp__island *island)
         double way[3];
 
         perp__subtract3(way, world->next[body].position, world->motions[body].shift);
-        if (perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
+        if (world->roles[body].swept &&
+            perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
             world->roles[body].swept = -1;
     }
 }
@@ -277,17 +278,6 @@ static perp_status close_island(perp_world *world, const perp__island *island, i
     }
     see_long_ways(world, island);
     return PERP_OK;
-}
-
-perp_status perp__close_joints(perp_world *world)
-{
-    perp_status status = PERP_OK;
-    int32_t changed = 0;
-
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++)
-        if (world->islands[i].joints > 0)
-            status = close_island(world, &world->islands[i], &changed);
-    return status;
 }
 
 /* ---- velocities ---- */
@@ -346,8 +336,7 @@ double perp__work_of_motors(const perp_world *world, const perp__island *island)
     return sum;
 }
 
-int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
-                      const perp__island *island, int32_t least)
+int32_t perp__is_tied(const perp_world *world, const perp__island *island, int32_t least)
 {
     int32_t tied = 0;
 
@@ -356,7 +345,8 @@ int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
         tied = world->bodies[body[0]].kind >= least || world->bodies[body[1]].kind >= least;
     }
     for (int32_t i = 0; i < island->contacts && !tied; i++) {
-        const perp__world_contact *contact = perp__island_contact(world, set, island, i);
+        const perp__world_contact *contact =
+            perp__island_contact(world, world->island_set, island, i);
         tied = world->bodies[contact->body_a].kind >= least ||
                world->bodies[contact->body_b].kind >= least;
     }
@@ -366,7 +356,7 @@ int32_t perp__is_tied(const perp_world *world, const perp__contact_set *set,
 /* The velocity of the mass centre of what flies freely; 0 of what is tied to something. */
 static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
 {
-    const int32_t tied = perp__is_tied(world, &world->contacts, island, PERP_BODY_STATIC);
+    const int32_t tied = perp__is_tied(world, island, PERP_BODY_STATIC);
     double mass = 0.0, momentum[3] = {0.0, 0.0, 0.0};
 
     for (int32_t i = 0; i < island->bodies && !tied; i++) {
@@ -413,7 +403,7 @@ static void take_energy(perp_world *world, const perp__island *island, double ex
     }
 }
 
-/* What the step gave it beyond the work of forces and motors. */
+/* What the step gave it beyond the work of forces, motors and what moves as it is told. */
 static double energy_given(const perp_world *world, const perp__island *island)
 {
     double lost = 0.0;
@@ -424,7 +414,9 @@ static double energy_given(const perp_world *world, const perp__island *island)
         if (!perp__stays(world, body))
             lost += perp__energy_lost(world, body) + perp__energy_rounding(world, body);
     }
-    return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
+    return lost < 0.0 && !perp__is_tied(world, island, PERP_BODY_KINEMATIC)
+               ? fmax(-lost - perp__work_of_motors(world, island), 0.0)
+               : 0.0;
 }
 
 /* More than all that moves came from the way, as far as velocities were solved: then bodies stay
@@ -499,8 +491,6 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
             perp__island_motion(world, island, 0)->verdict.swings)
             status = end_swing(world, island);
         given = energy_given(world, island);
-        if (given > 0.0 && perp__is_tied(world, &world->contacts, island, PERP_BODY_KINEMATIC))
-            given = 0.0;
         if (given > 0.0 && keep_energy(world, island, given)) {
             (void)perp__island_errors(world, island);
             closed = 1;
@@ -508,6 +498,26 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed)
         for (int32_t k = 0; k < island->bodies && closed; k++)
             perp__place_body(world, world->next, world->body_order[island->first_body + k], 1);
         *changed |= closed || given > 0.0;
+    }
+    return status;
+}
+
+/* What the ways out of overlaps left by their turns. Those had no more energy than the step lost;
+ * of bodies that joints take far, closing may not have it either. */
+perp_status perp__close_joints(perp_world *world)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands[i];
+        int32_t changed = 0, far = 0;
+
+        if (island->joints > 0)
+            status = close_island(world, island, &changed);
+        for (int32_t k = 0; k < island->bodies; k++)
+            far |= world->roles[world->body_order[island->first_body + k]].swept < 0;
+        if (far && !perp__has_put(world, island) && energy_given(world, island) > 0.0)
+            take_energy(world, island, energy_given(world, island));
     }
     return status;
 }
