@@ -487,6 +487,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     encounter e = encounter_of(world, pair, h, points);
     int32_t met = 0, made;
 
+    pair->collision.begun = -INFINITY;
     /* 1. spheres that stay apart */
     if (!perp__are_near(world, pair, e.displacement + e.near.touching)) {
         note_lead(world, pair, e.near.touching);
@@ -546,7 +547,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     const double deep = DEEP * perp__pair_size(world, pair);
     perp__placed a, b;
     encounter e;
-    double end;
+    double end, begun;
     int32_t axis;
 
     if (pair->plane || turning_of(world, first, h) + turning_of(world, second, h) <= deep)
@@ -557,7 +558,8 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     end = overlap_of(&e, &a, &b, -deep, &pair->collision.axis);
     pair->collision.time = 1.0;
     pair->collision.doubtful = 1;
-    return end < -deep && end < overlap_of(&e, e.a.start, e.b.start, 0.0, &axis) - deep;
+    pair->collision.begun = begun = overlap_of(&e, e.a.start, e.b.start, 0.0, &axis);
+    return end < -deep && end < begun - deep;
 }
 
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,

@@ -82,6 +82,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
         if (has_points(pair)) /* what a feature remembers is the first point's */
             memset(set->responses[number].warm, 0, sizeof set->responses[number].warm);
         set_back(contact, pair->collision.time, &a, &b);
+        contact->gap = perp__greater(contact->gap, pair->collision.begun);
         set->ties[number].moved =
             (int8_t)(pair->collision.time == 1.0 ||
                      (pair->collision.time > 0.0 && !(fabs(contact->gap) <= contact->rounding)));
