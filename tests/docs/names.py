@@ -19,7 +19,7 @@ SPAN = re.compile(r"`([^`\n]+)`")
 BLOCK = re.compile(r"^    \S.*$", re.M)
 
 # Pages that speak of the inside, too.
-INNER = ("CONTRIBUTING.md", "docs/abi.md", "docs/ncp.md", "docs/theory.md")
+INNER = ("CONTRIBUTING.md", "docs/abi.md", "docs/architecture.md", "docs/ncp.md", "docs/theory.md")
 # What pages call any function, and C99's own.
 ANY = {"perp_x", "perp__x", "fma"}
 
