@@ -33,7 +33,8 @@ static double error_of(const perp_world *world, perp__joint *joint)
     const perp__joint_state *state = perp__state_of(world, joint);
     const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
     perp__joint_view *view = &joint->end;
-    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
+    const int32_t swept =
+        world->roles[joint->body[0]].swept > 0 || world->roles[joint->body[1]].swept > 0;
     double sum = 0.0, excess;
 
     perp__view_of_states(world, joint, world->next, state->coordinate, view);
@@ -228,8 +229,7 @@ static void see_long_ways(perp_world *world, const perp__island *island)
         double way[3];
 
         perp__subtract3(way, world->next[body].position, world->motions[body].shift);
-        if (world->roles[body].swept &&
-            perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
+        if (perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
             world->roles[body].swept = -1;
     }
 }
