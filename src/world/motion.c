@@ -186,7 +186,7 @@ int32_t perp__start_motion(perp_world *world, int32_t body, double h)
     motion->enclosed = world->moved[body] = 1; /* in the first round */
     motion->earliest = motion->spare = INFINITY;
     role->island = -1;
-    role->touched = role->jointed = role->swept = role->put = 0;
+    role->touched = role->jointed = role->swept = role->far = role->put = 0;
     memset(&motion->verdict, 0, sizeof motion->verdict);
     return perp__is_finite3(motion->free) && perp__is_finite3(motion->free + 3);
 }

@@ -191,7 +191,8 @@ typedef struct perp__role {
     int8_t dynamic;
     int8_t touched; /* has contact points in this step */
     int8_t jointed; /* has joints */
-    int8_t swept;   /* verdict.swept; -1: joints took it far from there */
+    int8_t swept;   /* verdict.swept */
+    int8_t far;     /* joints took it far from where that led */
     int8_t put;     /* its state's, at the end of the step */
     int8_t repeats; /* ends the step as it began, and no one changed it since */
     int8_t calm;    /* so does all that is joined to it; at the root. When a step begins: so did all

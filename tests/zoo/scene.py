@@ -32,6 +32,12 @@ def product(p: Sequence[float], q: Sequence[float]) -> tuple[float, ...]:
     return (float(w * u - x @ y), *(w * y + u * x + np.cross(x, y)).tolist())
 
 
+def unit(random: np.random.Generator, count: int = 3) -> np.ndarray:
+    """A random direction."""
+    x = random.standard_normal(count)
+    return x / np.linalg.norm(x)
+
+
 def matrix(q: Sequence[float]) -> np.ndarray:
     """The rotation of a unit quaternion. Turns by nothing and about axes keep their zeros."""
     w, x, y, z = q

@@ -14,20 +14,11 @@ import pytest
 
 import perp
 
+from scene import matrix, unit
+
 LEVELS = ("fast", "standard", "accurate", "exact")
 SPIN, STEPS = 4.0, 60
 Random = np.random.Generator
-
-
-def unit(random: Random, count: int = 3) -> np.ndarray:
-    x = random.standard_normal(count)
-    return x / np.linalg.norm(x)
-
-
-def matrix(q: np.ndarray) -> np.ndarray:
-    w, x, y, z = q
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + 2 * w * cross + 2 * cross @ cross
 
 
 def momenta(world: perp.World) -> tuple[np.ndarray, np.ndarray]:

@@ -230,8 +230,11 @@ static int32_t are_covered(const encounter *e, const perp__collision *collision,
     return is_covered(e, &at, collision->time, e->pair->second, e->pair->first, b);
 }
 
-/* The points of a collision; -1 where they do not lie open, which `whole` < 0 does not ask. */
-static int32_t points_along(const encounter *e, const perp__collision *collision, int32_t whole)
+/* Where points have to lie open: where they are deepest, in the middle of them all, or nowhere. */
+typedef enum asked { AT_DEEPEST, ON_THE_WHOLE, NOT_AT_ALL } asked;
+
+/* The points of a collision; -1 where they do not lie open. */
+static int32_t points_along(const encounter *e, const perp__collision *collision, asked where)
 {
     perp__placed a, b;
     int32_t made;
@@ -241,14 +244,17 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     made = perp__collide_along(&a, &b, e->world->settings.planar, collision->axis, e->points);
     if (collision->axis == PERP__MIDDLE_AXIS) /* at rest, and closed by what all others leave */
         return made;
-    return made > 0 && whole >= 0 && are_covered(e, collision, whole, &a, &b, made) ? -1 : made;
+    if (made > 0 && where != NOT_AT_ALL &&
+        are_covered(e, collision, where == ON_THE_WHOLE, &a, &b, made))
+        made = -1;
+    return made;
 }
 
 /* The points over the next face that lies open, of those with a separation of at least `least` and
  * another normal than `covered`, in the poses at `later`, to which the collision is moved. Returns
  * how many, 0 if all is covered. */
 static int32_t points_of_faces(const encounter *e, perp__collision *collision, double later,
-                               const double *covered, double least, int32_t whole)
+                               const double *covered, double least, asked where)
 {
     perp__collision next = *collision;
     perp__placed a, b;
@@ -272,7 +278,7 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
         if (best >= 0) {
             axes.axis[best].separation = -INFINITY; /* it is looked at once */
             next.axis = best;
-            made = points_along(e, &next, whole);
+            made = points_along(e, &next, where);
         }
     }
     if (made <= 0)
@@ -292,18 +298,18 @@ static int32_t open_points(const encounter *e, perp__collision *collision, doubl
 {
     const double least = -SHALLOW * size_of(e->world, e->pair);
     double covered[3];
-    int32_t made = points_along(e, collision, 0);
+    int32_t made = points_along(e, collision, AT_DEEPEST);
 
     if (made >= 0)
         return made;
     perp__copy3(covered, e->points[0].normal);
-    made = points_of_faces(e, collision, later, covered, least, 0);
+    made = points_of_faces(e, collision, later, covered, least, AT_DEEPEST);
     if (made == 0)
-        made = points_along(e, collision, 1);
+        made = points_along(e, collision, ON_THE_WHOLE);
     if (made <= 0)
-        made = points_of_faces(e, collision, later, covered, least, 1);
+        made = points_of_faces(e, collision, later, covered, least, ON_THE_WHOLE);
     if (made <= 0 && (e->pair->first_kept >= 0 || e->pair->memories > 0))
-        made = points_along(e, collision, -1);
+        made = points_along(e, collision, NOT_AT_ALL);
     return made;
 }
 
@@ -472,7 +478,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     for (int32_t k = 0; k < axes.count; k++)
         if (axes.axis[k].number == pair->collision.axis &&
             axes.axis[k].separation > perp__greater(near, touching)) {
-            const int32_t made = points_along(&e, &pair->collision, 0);
+            const int32_t made = points_along(&e, &pair->collision, AT_DEEPEST);
 
             return made > 0 ? made : 0;
         }
@@ -547,7 +553,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     const double deep = DEEP * perp__pair_size(world, pair);
     perp__placed a, b;
     encounter e;
-    double end, begun;
+    double end;
     int32_t axis;
 
     if (pair->plane || turning_of(world, first, h) + turning_of(world, second, h) <= deep)
@@ -558,8 +564,10 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     end = overlap_of(&e, &a, &b, -deep, &pair->collision.axis);
     pair->collision.time = 1.0;
     pair->collision.doubtful = 1;
-    pair->collision.begun = begun = overlap_of(&e, e.a.start, e.b.start, 0.0, &axis);
-    return end < -deep && end < begun - deep;
+    if (!(end < -deep))
+        return 0;
+    pair->collision.begun = overlap_of(&e, e.a.start, e.b.start, 0.0, &axis);
+    return end < pair->collision.begun - deep;
 }
 
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,

@@ -124,10 +124,12 @@ perp_status perp__append_points(perp_world *world, perp__pair *pair, const perp_
                                 int32_t count, double least);
 /* How far the motion at hand takes any point of a body. */
 double perp__longest_displacement(const perp_world *world, int32_t body, double h);
-/* What sweeps move they take out of overlaps as well. */
+/* What sweeps move they take out of overlaps as well, unless joints took it elsewhere. */
 static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *pair)
 {
-    return world->roles[pair->body[0]].swept + world->roles[pair->body[1]].swept > 0;
+    const perp__role *a = &world->roles[pair->body[0]], *b = &world->roles[pair->body[1]];
+
+    return (a->swept || b->swept) && !a->far && !b->far;
 }
 /* Points of the next states, of what is not swept: with gaps up to `ways` times the overlaps of the
  * two bodies. */

@@ -33,8 +33,7 @@ static double error_of(const perp_world *world, perp__joint *joint)
     const perp__joint_state *state = perp__state_of(world, joint);
     const int32_t turns = joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW;
     perp__joint_view *view = &joint->end;
-    const int32_t swept =
-        world->roles[joint->body[0]].swept > 0 || world->roles[joint->body[1]].swept > 0;
+    const int32_t swept = world->roles[joint->body[0]].swept || world->roles[joint->body[1]].swept;
     double sum = 0.0, excess;
 
     perp__view_of_states(world, joint, world->next, state->coordinate, view);
@@ -220,8 +219,8 @@ static void go_there(perp_world *world, const perp__island *island, double share
     }
 }
 
-/* What went from `shift` by a way that may take it deep into others, as no sweep has seen, is not
- * swept overlap and all. */
+/* What closing took from `shift`, where it was, by a way that may lead deep into others: no sweep
+ * has seen that. */
 static void see_long_ways(perp_world *world, const perp__island *island)
 {
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -230,7 +229,7 @@ static void see_long_ways(perp_world *world, const perp__island *island)
 
         perp__subtract3(way, world->next[body].position, world->motions[body].shift);
         if (perp__length3(way) > perp__level_of(world)->deep * world->bodies[body].radius)
-            world->roles[body].swept = -1;
+            world->roles[body].far = 1;
     }
 }
 
@@ -511,13 +510,16 @@ perp_status perp__close_joints(perp_world *world)
     for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         int32_t changed = 0, far = 0;
+        double given = 0.0;
 
         if (island->joints > 0)
             status = close_island(world, island, &changed);
         for (int32_t k = 0; k < island->bodies; k++)
-            far |= world->roles[world->body_order[island->first_body + k]].swept < 0;
-        if (far && !perp__has_put(world, island) && energy_given(world, island) > 0.0)
-            take_energy(world, island, energy_given(world, island));
+            far |= world->roles[world->body_order[island->first_body + k]].far;
+        if (far && !perp__has_put(world, island))
+            given = energy_given(world, island);
+        if (given > 0.0)
+            take_energy(world, island, given);
     }
     return status;
 }
