@@ -107,11 +107,24 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */
 enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
 
+/* What passes have come to at a contact of each of eight pairs, with t the trace of P P': 0 where
+ * that is. */
+typedef struct perp__lane_measure {
+    double u[3][PERP__GROUP];
+    double trace[PERP__GROUP];
+    double drive[PERP__GROUP];   /* |q| / sqrt(t): velocities that the passes began from */
+    double natural[PERP__GROUP]; /* sqrt(t) times the natural residual */
+    double mode[PERP__GROUP];    /* a perp_contact_mode */
+} perp__lane_measure;
+
 /* The passes that a set of instructions gives, for tests and benchmarks too: over groups from
  * `first` up to `end`. */
 typedef struct perp__coloured_kernels {
     void (*pass)(perp__coloured *c, int32_t what, double *y, int32_t first, int32_t end);
     void (*invert)(perp__lane_point *p); /* writes 1 / W_nn and 1 / L of the lanes */
+    /* of q's terms `share` is granted for their roundings (contact/evaluation.c) */
+    void (*measure)(const perp__coloured *c, const perp__lane_group *group,
+                    const perp__lane_point *p, double share, perp__lane_measure *found);
 } perp__coloured_kernels;
 
 /* Those that this processor has, the fastest first; returns how many. They give the same bits. */

@@ -220,3 +220,84 @@ TARGET static void NAME(invert)(perp__lane_point *p)
         store(p->inverse_tangent + at, NAME(inverse)(multiply(spread(0.5), most)));
     }
 }
+
+/* sqrt(a^2 + b^2), whose squares may be beyond the range of doubles. */
+TARGET static inline lanes NAME(length)(lanes a, lanes b)
+{
+    const lanes zero = spread(0.0), most = larger(absolute(a), absolute(b));
+    const lanes size = pick(less(zero, most), most, spread(1.0));
+    const lanes x = divide(a, size), y = divide(b, size);
+
+    return multiply(size, root(plus_fused(multiply(x, x), y, y)));
+}
+
+/* The natural residual of Coulomb's law, |r - P(r - d)| with d = (u_n + mu |u_t|, u_t) / t and the
+ * friction cone's P, and the contact's mode. Law.c has the forms, which do not cancel. */
+TARGET static inline lanes NAME(natural)(lanes mu, lanes t, const lanes *r, const lanes *u,
+                                         lanes *mode)
+{
+    const lanes d_s = divide(u[1], t), d_t = divide(u[2], t), d = NAME(length)(d_s, d_t);
+    const lanes d_n = plus_fused(divide(u[0], t), mu, d), x_n = subtract(r[0], d_n);
+    const lanes x_s = subtract(r[1], d_s), x_t = subtract(r[2], d_t);
+    const lanes x = NAME(length)(x_s, x_t), friction = NAME(length)(r[1], r[2]);
+    const lanes two = spread(2.0), zero = spread(0.0), sum = add(x, friction);
+    const truth opens = at_most(multiply(mu, x), subtract(zero, x_n));
+    const truth sticks = at_most(x, multiply(mu, x_n));
+    lanes over = add(subtract(friction, multiply(mu, r[0])), multiply(mu, d_n)), share, slides;
+
+    /* 1. What takes r - d back to the cone where it slips. */
+    over = add(over, divide(multiply(d_s, minus_product(d_s, two, r[1])), sum));
+    over = add(over, divide(multiply(d_t, minus_product(d_t, two, r[2])), sum));
+    over = divide(over, plus_fused(spread(1.0), mu, mu));
+    share = divide(over, x);
+    slides = NAME(length)(plus_fused(d_s, share, x_s), plus_fused(d_t, share, x_t));
+    slides = NAME(length)(minus_product(d_n, mu, over), slides);
+    /* 2. One of the three ways; what presses a little where it opens slips. */
+    *mode = pick(sticks, spread(PERP_CONTACT_STICK), spread(PERP_CONTACT_SLIP));
+    *mode = pick(opens, spread(PERP_CONTACT_SLIP), *mode);
+    *mode = pick(at_most(r[0], zero), spread(PERP_CONTACT_SEPARATE), *mode);
+    return pick(opens, NAME(length)(r[0], friction), pick(sticks, NAME(length)(d_n, d), slides));
+}
+
+/* What the passes have come to: see perp__lane_measure. A gap that nothing closes is no velocity,
+ * however short the step: it drives nothing. */
+TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group *group,
+                                 const perp__lane_point *p, double share, perp__lane_measure *found)
+{
+    const lanes zero = spread(0.0);
+
+    for (int32_t at = 0; at < group->pairs; at += LANES) {
+        lanes A[8], B[8], a[8], b[8], u[3], r[3], trace = zero, drive = zero, mode, natural, size;
+
+        NAME(take)(A, group->a + at, c->y);
+        NAME(take)(B, group->b + at, c->y);
+        NAME(take)(a, group->a + at, c->free);
+        NAME(take)(b, group->b + at, c->free);
+        for (int32_t i = 0; i < 3; i++) {
+            const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[12 * i][at];
+            const lanes w = load((i == 0 ? p->bias : p->w[i]) + at);
+            const lanes ahead = i == 0 ? subtract(w, load(p->w[0] + at)) : zero;
+            lanes q = w, sizes = absolute(w), speed;
+
+            u[i] = w;
+            r[i] = load(p->r[i] + at);
+            for (int32_t k = 0; k < 12; k++) {
+                const lanes row = load(P[k]), term = multiply(row, k < 6 ? a[k] : b[k - 6]);
+
+                u[i] = plus_fused(u[i], row, k < 6 ? A[k] : B[k - 6]);
+                q = add(q, term);
+                sizes = add(sizes, absolute(term));
+                trace = plus_fused(trace, row, row);
+            }
+            speed = pick(less(zero, q), smaller(q, absolute(subtract(q, ahead))), absolute(q));
+            drive = NAME(length)(drive, larger(speed, multiply(spread(share), sizes)));
+            store(found->u[i] + at, u[i]);
+        }
+        natural = NAME(natural)(load(p->mu + at), trace, r, u, &mode);
+        size = root(trace);
+        store(found->trace + at, trace);
+        store(found->mode + at, mode);
+        store(found->drive + at, pick(less(zero, trace), divide(drive, size), zero));
+        store(found->natural + at, pick(less(zero, trace), multiply(size, natural), zero));
+    }
+}

@@ -10,14 +10,14 @@
 #include "linalg/lanes/vector_avx512.h"
 #define NAME(x) x##_avx512
 #include "contact/coloured/kernel.h"
-static const perp__coloured_kernels kernels_avx512 = {pass_avx512, invert_avx512};
+static const perp__coloured_kernels kernels_avx512 = {pass_avx512, invert_avx512, measure_avx512};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
 #include "linalg/lanes/vector_avx2.h"
 #define NAME(x) x##_avx2
 #include "contact/coloured/kernel.h"
-static const perp__coloured_kernels kernels_avx2 = {pass_avx2, invert_avx2};
+static const perp__coloured_kernels kernels_avx2 = {pass_avx2, invert_avx2, measure_avx2};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
@@ -26,7 +26,7 @@ static const perp__coloured_kernels kernels_avx2 = {pass_avx2, invert_avx2};
 #include "linalg/lanes/vector_one.h"
 #define NAME(x) x##_any
 #include "contact/coloured/kernel.h"
-static const perp__coloured_kernels kernels_any = {pass_any, invert_any};
+static const perp__coloured_kernels kernels_any = {pass_any, invert_any, measure_any};
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 

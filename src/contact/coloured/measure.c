@@ -1,99 +1,19 @@
 /* What passes have come to: u of all rows, and the residual that contact.h calls tested, from the
  * rows as they were packed. No set-up, no second witness: this is for what a budget ended. */
 #include <math.h>
-#include <string.h>
 
 #include "base/outcome.h"
 #include "contact/coloured/coloured.h"
-#include "contact/law.h"
-#include "linalg/lanes/lanes.h"
-#include "linalg/lanes/multiversion.h"
-#include "linalg/spatial.h"
 
-/* What rows of a point are, all of its lanes side by side: u, the free q, the sizes of q's terms,
- * and the trace of P P'. */
-typedef struct lane_rows {
-    double u[3][PERP__GROUP], q[3][PERP__GROUP], sizes[3][PERP__GROUP], trace[PERP__GROUP];
-} lane_rows;
-
-/* Number k of y of A's and B's bodies in four lanes from `at` on. */
-#define BODY_LANES(y, bodies, at, k)                                                 \
-    ((perp__lanes){(y)[8 * (bodies)[(at)] + (k)], (y)[8 * (bodies)[(at) + 1] + (k)], \
-                   (y)[8 * (bodies)[(at) + 2] + (k)], (y)[8 * (bodies)[(at) + 3] + (k)]})
-
-PERP__MULTIVERSION(find_rows,
-                   (const perp__coloured *c, const perp__lane_group *group,
-                    const perp__lane_point *p, lane_rows *rows),
-                   (c, group, p, rows))
+/* A row between two bounds: its distance from the impulse that its velocity asks for. */
+static void measure_bounded(const perp__rigid_rows *rows, const double *r, double *u, double t,
+                            double *natural, int32_t *mode)
 {
-    for (int32_t at = 0; at < group->pairs; at += 4) {
-        perp__lanes y[12], free[12], trace = PERP__SAME_LANES(0.0);
+    const double most = rows->mu * r[0], aim = fmin(fmax(r[1] - u[1] / t, -most), most);
 
-        for (int32_t k = 0; k < 12; k++) {
-            const int32_t *bodies = k < 6 ? group->a : group->b;
-
-            y[k] = BODY_LANES(c->y, bodies, at, k % 6);
-            free[k] = BODY_LANES(c->free, bodies, at, k % 6);
-        }
-        for (int32_t i = 0; i < 3; i++) {
-            const double *w = (i == 0 ? p->bias : p->w[i]) + at;
-            perp__lanes u = PERP__CONST_LANES_AT(w), q = u, sizes = PERP__ABSOLUTE_LANES(u);
-
-            for (int32_t k = 0; k < 12; k++) {
-                const perp__lanes P = PERP__CONST_LANES_AT(p->P[12 * i + k] + at);
-                const perp__lanes term = P * free[k];
-
-                u += P * y[k];
-                q += term;
-                sizes += PERP__ABSOLUTE_LANES(term);
-                trace += P * P;
-            }
-            PERP__LANES_AT(rows->u[i] + at) = u;
-            PERP__LANES_AT(rows->q[i] + at) = q;
-            PERP__LANES_AT(rows->sizes[i] + at) = sizes;
-        }
-        PERP__LANES_AT(rows->trace + at) = trace;
-    }
-}
-
-/* u and modes of the contact in a lane; raises *drive to its |q| / sqrt(t), of whose terms `share`
- * is granted for their roundings (evaluation.c), and *residual to sqrt(t) times its natural one. A
- * gap that nothing closes is no velocity, however short the step: it drives nothing. */
-static void measure_lane(const perp__lane_point *p, const lane_rows *lanes, int32_t l,
-                         const perp__rigid_rows *rows, perp__rigid_answer *answer, double share,
-                         double *drive, double *residual)
-{
-    const int32_t k = p->contact[l];
-    const double t = lanes->trace[l];
-    double *r = answer->impulse + 3 * k, *u = answer->velocity + 3 * k;
-    double driven = 0.0, natural;
-
-    for (int32_t i = 0; i < 3; i++)
-        u[i] = lanes->u[i][l];
-    for (int32_t i = rows->bounded; i < rows->dim; i++) {
-        const double q = lanes->q[i][l], apart = i == 0 ? p->bias[l] - p->w[0][l] : 0.0;
-        const double speed = q > 0.0 ? fmin(q, fabs(q - apart)) : -q;
-
-        driven = perp__length2(driven, fmax(speed, share * lanes->sizes[i][l]));
-    }
-    if (rows->bounded) {
-        /* between two bounds: its distance from the impulse that its velocity asks for */
-        const double most = rows->mu * r[0], aim = fmin(fmax(r[1] - u[1] / t, -most), most);
-
-        answer->modes[k] = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
-        natural = fabs(r[1] - aim);
-        u[0] = 0.0;
-    } else {
-        natural = perp__contact_natural_of(rows->mu, rows->dim - 1, t, r, u, &answer->modes[k]);
-        if (r[0] == 0.0)
-            answer->modes[k] = PERP_CONTACT_SEPARATE;
-        else if (answer->modes[k] == PERP_CONTACT_SEPARATE)
-            answer->modes[k] = PERP_CONTACT_SLIP;
-    }
-    if (t > 0.0) {
-        perp__raise_to(drive, driven / sqrt(t));
-        perp__raise_to(residual, sqrt(t) * natural);
-    }
+    *mode = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
+    *natural = t > 0.0 ? sqrt(t) * fabs(r[1] - aim) : 0.0;
+    u[0] = 0.0;
 }
 
 void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
@@ -105,15 +25,26 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
     int32_t n = 0;
 
     for (int32_t g = 0; g < c->groups; g++)
-        for (int32_t k = 0; k < c->group[g].points; k++) {
-            const perp__lane_point *p = &c->point[c->group[g].first + k];
-            lane_rows rows;
+        for (int32_t i = 0; i < c->group[g].points; i++) {
+            const perp__lane_point *p = &c->point[c->group[g].first + i];
+            perp__lane_measure found;
 
-            find_rows(c, &c->group[g], p, &rows);
-            for (int32_t l = 0; l < c->group[g].pairs; l++)
-                if (p->contact[l] >= 0)
-                    measure_lane(p, &rows, l, &problem->rows[p->contact[l]], answer, share, &drive,
-                                 &residual);
+            c->kernels->measure(c, &c->group[g], p, share, &found);
+            for (int32_t l = 0; l < c->group[g].pairs; l++) {
+                const int32_t k = p->contact[l];
+
+                if (k < 0)
+                    continue;
+                for (int32_t row = 0; row < 3; row++)
+                    answer->velocity[3 * k + row] = found.u[row][l];
+                answer->modes[k] = (int32_t)found.mode[l];
+                if (problem->rows[k].bounded)
+                    measure_bounded(&problem->rows[k], answer->impulse + 3 * k,
+                                    answer->velocity + 3 * k, found.trace[l], &found.natural[l],
+                                    &answer->modes[k]);
+                perp__raise_to(&drive, found.drive[l]);
+                perp__raise_to(&residual, found.natural[l]);
+            }
         }
     /* the same of the joints' equations: their velocities, which are rounding, and what they bear
      */
