@@ -156,7 +156,10 @@ _TABLE: _Table = [
         "implicitfast's correction of bodies that tumble",
     ),
     ("integrator implicit", IGNORED, _of_integrator("mjINT_IMPLICIT"), "implicitfast is taken"),
-    ("integrator RK4", IGNORED, _of_integrator("mjINT_RK4"), "Euler is taken"),
+    (
+        "integrator RK4", SAME, _of_integrator("mjINT_RK4"),
+        "in steps without contacts, limits, equations and dry friction; Euler is taken in others",
+    ),
     (
         "integrator discrete", REFUSED, _of_integrator("mjINT_DISCRETE"),
         "set Euler or implicitfast",

@@ -20,7 +20,7 @@ import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
-from ._mujoco_model import FAST
+from ._mujoco_model import FAST, RK4
 from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
 Array = NDArray[np.float64]
@@ -240,6 +240,8 @@ class Linearization:
             self._h, self._eps, self._centered = model.opt.timestep, eps, centered
             self._sides = np.array([eps, -eps] if centered else [eps])
             self._stepper.answer(own)
+            if model.opt.integrator == RK4 and not own.nefc:
+                return self._by_whole_steps()
             self._keep()
             drives = [self._by_drives(own.act), self._by_drives(own.ctrl)]
             kinematics = Kinematics(self._tree, own) if model.nv >= _MANY else None
@@ -253,6 +255,33 @@ class Linearization:
                 rows, by_velocity = rows or others, self._by_velocities()
         du, opened = self._of_rows(rows, by_place, moved)
         return self._assemble(np.hstack([by_place, by_velocity, *drives]), du, opened)
+
+    def _by_whole_steps(self) -> Derivatives:
+        """Differences of the step where four stages make it and no row takes part."""
+        model, own, n, na = self.model, self._data, self.model.nv, self.model.na
+        ends, columns = [], np.zeros((2 * n + na + model.nu, 2 * n + na))
+        for k in range(len(columns)):
+            ends.clear()
+            for side in (self._eps, -self._eps):
+                mj.mj_setState(model, own, self._state, _SPEC)
+                if k < n:
+                    mj.mj_integratePos(model, own.qpos, np.eye(n)[k], side)
+                elif k < 2 * n:
+                    own.qvel[k - n] += side
+                elif k < 2 * n + na:
+                    own.act[k - 2 * n] += side
+                else:
+                    own.ctrl[k - 2 * n - na] += side
+                self._stepper.gather(own)
+                self._stepper.runge_kutta(own)
+                ends.append((own.qpos.copy(), np.concatenate([own.qvel, own.act])))
+            (place, after), (low, before) = ends
+            mj.mj_differentiatePos(model, columns[k, :n], 2.0 * self._eps, low, place)
+            columns[k, n:] = (after - before) / (2.0 * self._eps)
+        state = columns.T
+        return Derivatives(
+            state[:, : 2 * n + na], state[:, 2 * n + na :], "regular", math.inf, None
+        )
 
     def _keep(self) -> None:
         """The answer, and the rows that are active in it."""
@@ -338,7 +367,7 @@ class Linearization:
         names = "disableflags", "enableflags", "noslip_iterations", "integrator"
         kept = [getattr(options, name) for name in names]
         options.noslip_iterations = 0
-        if options.integrator == _RK4:  # Euler is taken for it, and MuJoCo refuses it here
+        if options.integrator == RK4:  # Euler is taken for it, and MuJoCo refuses it here
             options.integrator = _EULER
         options.disableflags |= _NO_CONSTRAINTS
         options.enableflags &= ~_DISCRETE
@@ -627,7 +656,7 @@ _MANY = 24  # places from which the calls that closed form takes cost less than 
 _NO_CONSTRAINTS = int(mj.mjtDisableBit.mjDSBL_CONSTRAINT)
 _NO_GRAVITY = int(mj.mjtDisableBit.mjDSBL_GRAVITY)
 _IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT)
-_EULER, _RK4 = int(mj.mjtIntegrator.mjINT_EULER), int(mj.mjtIntegrator.mjINT_RK4)
+_EULER = int(mj.mjtIntegrator.mjINT_EULER)
 _DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
 
 

@@ -21,6 +21,7 @@ DENSE = 120  # velocities up to which matrices are dense
 _ELLIPTIC = int(mj.mjtCone.mjCONE_ELLIPTIC)
 _AS_DENSE, _AS_SPARSE = int(mj.mjtJacobian.mjJAC_DENSE), int(mj.mjtJacobian.mjJAC_SPARSE)
 FAST = int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
+RK4 = int(mj.mjtIntegrator.mjINT_RK4)
 _TAKEN = {int(mj.mjtIntegrator.mjINT_IMPLICIT): FAST}
 NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 

@@ -87,7 +87,8 @@ class Runner:
         fast = stepper.model.opt.integrator == _model.FAST
         tumbles = fast and stepper.tumbling is not None
         senses = stepper.accelerates and (fast or stepper.model.dof_damping.any())
-        inner = changes or tumbles or senses or not stepper.rigid
+        stages = stepper.model.opt.integrator == _model.RK4
+        inner = changes or tumbles or senses or stages or not stepper.rigid
         return not (inner or has_callbacks() or _functions() is None)
 
     def _keep(self, thing: Any) -> Any:

@@ -35,7 +35,7 @@ from . import _mujoco_model as _model
 from ._errors import argument_error
 from ._mujoco_check import Feature, check, refuse, tumbling
 from ._mujoco_derivatives import Derivatives, Linearization
-from ._mujoco_model import FAST, NO_EULER_DAMPING, Borrowed, Damping, Tumbling
+from ._mujoco_model import FAST, NO_EULER_DAMPING, RK4, Borrowed, Damping, Tumbling
 from ._mujoco_rows import Touching, find_rows, hand_over, place_of_row, places_of_mass
 from ._mujoco_run import Batch, Rollout, Runner, checked
 from ._stepper import Array, Laws, Rows, RowSolver, Solved
@@ -228,6 +228,9 @@ class Stepper:
             self.warm = how.ok
         elif not self.solver.known:
             how = self.look(data, how)
+        if self._options.integrator == RK4 and not data.nefc:
+            self.runge_kutta(data)
+            return how
         if self.senses:
             self._sense(data)
         shift = self.solver.shift
@@ -236,6 +239,34 @@ class Stepper:
         else:
             self._advance(data, self._options.timestep, shift)
         return how
+
+    def runge_kutta(self, data: Any) -> None:
+        """The step that MuJoCo's RK4 makes where no row takes part, nor any in its stages."""
+        model, h, control = self.model, self._options.timestep, mj.get_mjcb_control()
+        place, time = data.qpos.copy(), data.time
+        begin, mean = np.concatenate([data.qvel, data.act]), np.zeros(2 * model.nv + model.na)
+        data.qacc[:] = data.qacc_smooth
+        if self.senses:
+            self._sense(data)
+        for ahead, weight in ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
+            if ahead:
+                now = begin + ahead * h * rate[model.nv :]
+                data.qpos[:], data.time = place, time + ahead * h
+                mj.mj_integratePos(model, data.qpos, rate[: model.nv], ahead * h)
+                data.qvel[:], data.act[:] = now[: model.nv], now[model.nv :]
+                mj.mj_fwdPosition(model, data)
+                mj.mj_fwdVelocity(model, data)
+                if control:
+                    control(model, data)
+                mj.mj_fwdActuation(model, data)
+                mj.mj_fwdAcceleration(model, data)
+            rate = np.concatenate([data.qvel, data.qacc_smooth, data.act_dot])
+            mean += weight / 6.0 * rate
+        data.qpos[:], data.time = place, time
+        data.qvel[:], data.act[:] = begin[: model.nv], begin[model.nv :]
+        data.act_dot[:] = mean[2 * model.nv :]
+        self.solver.v[:] = data.qvel + h * mean[model.nv : 2 * model.nv]
+        self._advance(data, h, mean[: model.nv] - self.solver.v)
 
     def solve(self, data: Any) -> Solved:
         """The contacts of a step that has been gathered. Where forces are no numbers, what MuJoCo

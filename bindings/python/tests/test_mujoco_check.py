@@ -54,6 +54,7 @@ def told(model, name):
 IMPLICIT = 'integrator="implicitfast"'
 SAME = {
     "integrator Euler": lambda: arm(),
+    "integrator RK4": lambda: arm('damping=".5"', option='integrator="RK4"'),
     "integrator implicitfast": lambda: arm('damping=".5"', option=IMPLICIT),
     "stiffness of joints": lambda: arm('stiffness="5"'),
     "damping of joints": lambda: arm('damping=".5"'),
@@ -100,7 +101,7 @@ def test_what_is_the_same_moves_as_mujoco_has_it(name):
     assert_same(model)
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 @pytest.mark.parametrize("text", ACTUATORS)
 def test_actuators_are_the_same(text, integrator):
     model = arm(rest=f"<actuator>{text}</actuator>", option=f'integrator="{integrator}"')
@@ -113,7 +114,6 @@ def boxed(floor="", box="", option="", flag=""):
 
 
 IGNORED = {
-    "integrator RK4": (arm, {"option": 'integrator="RK4"'}),
     "solref, solimp": (boxed, {"box": 'solref=".1 .5"'}),
     "impratio": (boxed, {"option": 'impratio="10"'}),
     "solver's settings": (boxed, {"option": 'iterations="1" solver="PGS"'}),
@@ -130,6 +130,29 @@ def test_what_is_ignored_has_no_effect_but_in_mujoco(name):
     np.testing.assert_allclose(ours.qpos, plain.qpos, rtol=0, atol=1e-12)
     theirs, plain = run(model, mujoco.mj_step, 400), run(without, mujoco.mj_step, 400)
     assert np.abs(theirs.qpos - plain.qpos).max() > 1e-8
+
+
+def test_rk4_gives_way_to_euler_where_something_touches():
+    """A box that is thrown flies as MuJoCo's RK4 has it, and slides as Euler does from there."""
+    model, euler = boxed(option='integrator="RK4"'), boxed()
+    ours, theirs = mujoco.MjData(model), mujoco.MjData(model)
+    for data in (ours, theirs):
+        data.qpos[2] += 0.5
+        data.qvel[:] = [0.3, 0.0, 0.0, 0.5, 1.0, 0.2]
+    while not theirs.nefc:
+        mujoco.mj_step(model, theirs)
+        if not theirs.nefc:  # of the stages of this step
+            perp.mujoco.step(model, ours)
+            np.testing.assert_allclose(ours.qpos, theirs.qpos, rtol=0, atol=1e-12)
+    while not ours.nefc:
+        perp.mujoco.step(model, ours)
+    other = mujoco.MjData(euler)
+    other.qpos[:], other.qvel[:] = ours.qpos, ours.qvel
+    mujoco.mj_forward(model, ours)
+    for _ in range(5):
+        perp.mujoco.step(model, ours)
+        perp.mujoco.step(euler, other)
+        assert ours.nefc and np.abs(ours.qpos - other.qpos).max() < 1e-12
 
 
 def test_implicit_is_taken_for_implicitfast():
