@@ -81,15 +81,17 @@ class Runner:
         self._set_stages()
 
     @staticmethod
-    def can(stepper: Any) -> bool:
-        """Whether its steps need nothing of Python's between those of MuJoCo."""
+    def can(stepper: Any, data: Any) -> bool:
+        """Whether its steps need nothing of Python's between those of MuJoCo. An error of MuJoCo's
+        is one of Python's only where Python calls it: where memory may run out, too."""
         changes = stepper.damping.changes
         fast = stepper.model.opt.integrator == _model.FAST
         tumbles = fast and stepper.tumbling is not None
         senses = stepper.accelerates and (fast or stepper.model.dof_damping.any())
         stages = stepper.model.opt.integrator == _model.RK4
         inner = changes or tumbles or senses or stages or not stepper.rigid
-        return not (inner or has_callbacks() or _functions() is None)
+        short = 2 * data.maxuse_arena > data.narena
+        return not (inner or short or has_callbacks() or _functions() is None)
 
     def _keep(self, thing: Any) -> Any:
         self._kept.append(thing)
@@ -144,8 +146,9 @@ class Runner:
         """So many steps, each with a row of the inputs, and with one of the outputs behind it."""
         run, stepper, data = self._run, self._stepper, self._data
         solver = stepper.solver
-        run.inputs, run.input_count = self._copies(inputs, True), len(inputs)
-        run.outputs, run.output_count = self._copies(outputs, False), len(outputs)
+        run.input_count, run.output_count = len(inputs), len(outputs)
+        if inputs or outputs:
+            run.inputs, run.outputs = self._copies(inputs, True), self._copies(outputs, False)
         run.steps, run.done, run.phase, run.unsolved, run.residual = steps, 0, 0, 0, 0.0
         if not self._begun:  # what MuJoCo refuses, it refuses here
             stepper.gather(data)
@@ -242,7 +245,7 @@ class Batch:
         mj.mj_setState(model, data, self._states[k], _STATE)
         inputs = [Copy(data.ctrl, self._controls[k])] if model.nu else []
         steps = self._controls.shape[1]
-        if Runner.can(stepper):
+        if Runner.can(stepper, data):
             runner = Runner(stepper, data)
             runner(steps, inputs, self._outputs(k, data))
             self.result.unsolved[k], self.result.residual[k] = runner.unsolved, runner.residual

@@ -128,7 +128,7 @@ class RowSolver(Handle):
             f=self._f, v=self.v, acceleration=self.acceleration, force_of_rows=self.force,
             shift=self._shift,
         )  # fmt: skip
-        self._how = Solved("iteration_limit", False, np.inf, 0, "auto")
+        self.how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self.patience = self._pause = 0
         self.known = self.is_other = False
         self._watched: Any = [], None, []
@@ -317,11 +317,11 @@ class RowSolver(Handle):
         self.known = bool(numbers.was_known)
         if self.known:
             self.is_other = False
-            return self._how
+            return self.how
         self.is_other = bool(numbers.is_other)
         if not self.is_other:
-            self._how = self._ended()
-        return self._how
+            self.how = self._ended()
+        return self.how
 
     def run(self, run: ContactRun) -> Solved:
         """Steps within a run, as far as it goes without help: perp_contact_solver_run. Returns how
@@ -333,8 +333,8 @@ class RowSolver(Handle):
                 self._context.check(status)
         self.known, self.is_other = bool(self.numbers.was_known), bool(self.numbers.is_other)
         if not self.is_other and not self.known:
-            self._how = self._ended()
-        return self._how
+            self.how = self._ended()
+        return self.how
 
     def watch_nothing(self) -> None:
         """No rows are arranged yet: the next step is told that they are others."""
@@ -377,7 +377,7 @@ class RowSolver(Handle):
             return again
         self.patience = _PATIENCE
         self.v[:], self.r[:], self.u[:], self.modes[:] = kept
-        self._how = how
+        self.how = how
         self._hand_back()
         return how
 

@@ -128,13 +128,18 @@ class Stepper:
         """So many steps with the same control, in one call where rollout() makes one. Returns
         whether all were solved."""
         with self.borrowed:
-            if not Runner.can(self):
+            if not Runner.can(self, data):
                 return all([self._step(data).ok for _ in range(count)])
-            self.bind(data)
-            if self._runner is None:
-                self._runner = Runner(self, data)
-            self._runner(count, [], [])
-            return self._runner.unsolved == 0
+            return self._run(data, count).unsolved == 0
+
+    def _run(self, data: Any, count: int) -> Runner:
+        """So many steps in one call of the library."""
+        self.bind(data)
+        self.solver.numbers.h, self.solver.numbers.slop = self._options.timestep, self.slop
+        if self._runner is None:
+            self._runner = Runner(self, data)
+        self._runner(count, [], [])
+        return self._runner
 
     def begin_anew(self) -> None:
         """As if nothing had been stepped before."""
@@ -152,6 +157,9 @@ class Stepper:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
         with self.borrowed:
+            if Runner.can(self, data):
+                self._run(data, 1)
+                return self.solver.how
             return self._step(data)
 
     def gather(self, data: Any) -> None:
