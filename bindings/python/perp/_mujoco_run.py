@@ -46,10 +46,9 @@ def _functions() -> Any:
     return ctypes.CDLL(found[0]) if found else None
 
 
-def _stages(*names: str) -> Any:
+def _stages(*names: str) -> list[Any]:
     functions = _functions()
-    stages = [ctypes.cast(getattr(functions, name), ContactStage) for name in names]
-    return (ContactStage * max(len(stages), 1))(*stages), len(stages)
+    return [ctypes.cast(getattr(functions, name), ContactStage) for name in names]
 
 
 _GETTERS = [getattr(mj, name) for name in dir(mj) if name.startswith("get_mjcb_")]
@@ -63,10 +62,13 @@ def has_callbacks() -> bool:
 class Runner:
     """Runs of one stepper on one data."""
 
+    GATHERED = _SOLVE  # the phase of a step that has been gathered
+
     def __init__(self, stepper: Any, data: Any) -> None:
         stepper.bind(data)
         self._stepper, self._data = stepper, data
         self._run, self._begun = sized(ContactRun), False
+        self._raised: Optional[BaseException] = None
         self._kept: list[Any] = []
         run, model = self._run, stepper.model
         run.model, run.data = model._address, data._address
@@ -82,16 +84,17 @@ class Runner:
 
     @staticmethod
     def can(stepper: Any, data: Any) -> bool:
-        """Whether its steps need nothing of Python's between those of MuJoCo. An error of MuJoCo's
-        is one of Python's only where Python calls it: where memory may run out, too."""
-        changes = stepper.damping.changes
+        """Whether its steps need nothing of Python's between those of MuJoCo, but for sensors."""
+        return stepper.model.opt.integrator != _model.RK4 and Runner.can_end(stepper, data)
+
+    @staticmethod
+    def can_end(stepper: Any, data: Any) -> bool:
+        """Whether a step needs none once it is gathered. An error of MuJoCo's is one of Python's
+        only where Python calls it: where memory may run out, too."""
         fast = stepper.model.opt.integrator == _model.FAST
-        tumbles = fast and stepper.tumbling is not None
-        senses = stepper.accelerates and (fast or stepper.model.dof_damping.any())
-        stages = stepper.model.opt.integrator == _model.RK4
-        inner = changes or tumbles or senses or stages or not stepper.rigid
+        inner = stepper.damping.changes or (fast and stepper.tumbling is not None)
         short = 2 * data.maxuse_arena > data.narena
-        return not (inner or short or has_callbacks() or _functions() is None)
+        return stepper.rigid and not (inner or short or has_callbacks() or _functions() is None)
 
     def _keep(self, thing: Any) -> Any:
         self._kept.append(thing)
@@ -99,24 +102,33 @@ class Runner:
 
     def _set_stages(self) -> None:
         run, stepper = self._run, self._stepper
+        fast = stepper.model.opt.integrator == _model.FAST
         after = ["mj_rnePostConstraint"] if stepper.accelerates else []
         after += ["mj_sensorAcc"] if stepper.senses else []
         stages = {
-            "before": ["mj_step1", "mj_fwdActuation", "mj_fwdAcceleration"],
-            "after": after,
-            "advance": ["mj_Euler"] if stepper.advances else [],
+            "before": _stages("mj_step1", "mj_fwdActuation", "mj_fwdAcceleration"),
+            "after": _stages(*after),
+            "advance": _stages(*(["mj_Euler"] if stepper.advances else [])),
         }
+        if stepper.accelerates and (fast or stepper.model.dof_damping.any()):
+            stages["after"] = [ContactStage(self._sense)]
         for name, functions in stages.items():
-            array, count = self._keep(_stages(*functions))
-            setattr(run, name, array)
-            setattr(run, name + "_count", count)
-        if stepper.model.opt.integrator == _model.FAST:
+            setattr(run, name, self._keep((ContactStage * max(len(functions), 1))(*functions)))
+            setattr(run, name + "_count", len(functions))
+        if fast:
             self._set_metric()
+
+    def _sense(self, _model_address: Any, _data_address: Any) -> None:
+        """Called by the library; what is raised here waits until it comes back."""
+        try:
+            self._stepper.sense(self._data)
+        except BaseException as error:
+            self._raised = error
 
     def _set_metric(self) -> None:
         """What implicitfast takes implicitly."""
         run, data, model = self._run, self._data, self._stepper.model
-        run.metric = self._keep(_stages("mj_implicit"))[0][0]
+        run.metric = self._keep(_stages("mj_implicit"))[0]
         places = self._keep(np.asarray(model.mapD2M, dtype=np.int32))
         arrays = {
             "metric_M": data.M, "metric_D": data.qDeriv, "metric_mass": self._stepper.mass,
@@ -142,15 +154,18 @@ class Runner:
             one.count, one.stride = data.size, rows.strides[0] // rows.itemsize
         return array
 
-    def __call__(self, steps: int, inputs: Sequence[Copy], outputs: Sequence[Copy]) -> None:
-        """So many steps, each with a row of the inputs, and with one of the outputs behind it."""
+    def __call__(
+        self, steps: int, inputs: Sequence[Copy], outputs: Sequence[Copy], phase: int = 0
+    ) -> None:
+        """So many steps, each with a row of the inputs, and with one of the outputs behind it;
+        phase: of the first one, of which the caller has made those before."""
         run, stepper, data = self._run, self._stepper, self._data
         solver = stepper.solver
         run.input_count, run.output_count = len(inputs), len(outputs)
         if inputs or outputs:
             run.inputs, run.outputs = self._copies(inputs, True), self._copies(outputs, False)
-        run.steps, run.done, run.phase, run.unsolved, run.residual = steps, 0, 0, 0, 0.0
-        if not self._begun:  # what MuJoCo refuses, it refuses here
+        run.steps, run.done, run.phase, run.unsolved, run.residual = steps, 0, phase, 0, 0.0
+        if not self._begun and phase == 0:  # what MuJoCo refuses, it refuses here
             stepper.gather(data)
             self._begun = True
         solver.numbers.warm = stepper.warm
@@ -172,6 +187,9 @@ class Runner:
                 solver.patience = run.patience + 1
                 self._moved(how, run)
             stepper.warm = bool(solver.numbers.warm)
+            if self._raised:
+                raised, self._raised = self._raised, None
+                raise raised
 
     def _moved(self, how: Any, run: Any) -> None:
         """Solved here: the rest of the step is the run's."""

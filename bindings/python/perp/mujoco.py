@@ -132,13 +132,13 @@ class Stepper:
                 return all([self._step(data).ok for _ in range(count)])
             return self._run(data, count).unsolved == 0
 
-    def _run(self, data: Any, count: int) -> Runner:
-        """So many steps in one call of the library."""
+    def _run(self, data: Any, count: int, phase: int = 0) -> Runner:
+        """So many steps in one call of the library, of the first what comes from `phase` on."""
         self.bind(data)
         self.solver.numbers.h, self.solver.numbers.slop = self._options.timestep, self.slop
         if self._runner is None:
             self._runner = Runner(self, data)
-        self._runner(count, [], [])
+        self._runner(count, [], [], phase)
         return self._runner
 
     def begin_anew(self) -> None:
@@ -231,16 +231,20 @@ class Stepper:
 
     def _step(self, data: Any) -> Solved:
         self.gather(data)
+        stages = self._options.integrator == RK4
+        if stages and data.nefc and Runner.can_end(self, data):
+            self._run(data, 1, Runner.GATHERED)
+            return self.solver.how
         how = self.solve(data)
         if not self.rigid:
             self.warm = how.ok
         elif not self.solver.known:
             how = self.look(data, how)
-        if self._options.integrator == RK4 and not data.nefc:
+        if stages and not data.nefc:
             self.runge_kutta(data)
             return how
         if self.senses:
-            self._sense(data)
+            self.sense(data)
         shift = self.solver.shift
         if self.solver.known and shift is None and not self.advances:
             data.time += self._options.timestep  # qvel and qpos would become what they are
@@ -255,7 +259,7 @@ class Stepper:
         begin, mean = np.concatenate([data.qvel, data.act]), np.zeros(2 * model.nv + model.na)
         data.qacc[:] = data.qacc_smooth
         if self.senses:
-            self._sense(data)
+            self.sense(data)
         for ahead, weight in ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
             if ahead:
                 now = begin + ahead * h * rate[model.nv :]
@@ -303,7 +307,7 @@ class Stepper:
         self.warm = how.ok
         return how
 
-    def _sense(self, data: Any) -> None:
+    def sense(self, data: Any) -> None:
         """Accelerations as MuJoCo's sensors have them: of the forces, before implicit damping."""
         data.flg_rnepost = 0
         mean = data.qacc.copy() if self.accelerates else None

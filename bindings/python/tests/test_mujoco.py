@@ -406,7 +406,7 @@ def test_what_touches_already_keeps_its_impulses(monkeypatch):
         '<body pos="0 0 .3"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
         '<body pos="1 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     )
-    monkeypatch.setattr(perp.mujoco.Runner, "can", lambda *_: False)  # a call of Python's a step
+    monkeypatch.setattr(perp.mujoco.Runner, "can_end", lambda *_: False)  # a call of Python's a step
     stepper, starts = perp.mujoco.Stepper(model), []
     solver, step = stepper.solver, stepper.solver.step
     monkeypatch.setattr(solver, "step", lambda w: starts.append(solver.start.copy()) or step(w))

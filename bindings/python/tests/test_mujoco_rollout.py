@@ -36,9 +36,10 @@ CASES = {
         True,
     ),
     "sparse": (WALKER.format(option="", bodies=BALLS, sensors=""), True),
-    "accelerometers, by steps": (
-        WALKER.format(option="", bodies="", sensors='<accelerometer site="s"/>'), False,
+    "accelerometers": (
+        WALKER.format(option="", bodies="", sensors='<accelerometer site="s"/>'), True,
     ),
+    "RK4, by steps": (WALKER.format(option='integrator="RK4"', bodies="", sensors=""), False),
     "tumbling bodies, by steps": (
         WALKER.format(option='integrator="implicitfast"', bodies=BALLS.replace(
             'size=".1"', 'type="box" size=".1 .08 .06"'), sensors=""), False,
@@ -66,7 +67,7 @@ def test_bits_are_those_of_steps_at_any_number_of_threads(name, monkeypatch):
     np.testing.assert_array_equal(runs[0].states, runs[1].states)
     np.testing.assert_array_equal(runs[0].sensors, runs[1].sensors)
     assert runs[0].ok and runs[0].residual.max() < 1e-7
-    monkeypatch.setattr(Runner, "can", lambda *_: False)
+    monkeypatch.setattr(Runner, "can_end", lambda *_: False)
     for k in range(len(states)):
         data, stepper = mujoco.MjData(model), perp.mujoco.Stepper(model)
         mujoco.mj_setState(model, data, states[k], STATE)
@@ -78,6 +79,21 @@ def test_bits_are_those_of_steps_at_any_number_of_threads(name, monkeypatch):
             np.testing.assert_array_equal(runs[0].states[k, step], state)
             np.testing.assert_array_equal(runs[0].sensors[k, step], data.sensordata)
     assert data.ncon > 0  # it fell
+
+
+def test_what_a_sensor_raises_comes_back(monkeypatch):
+    model, states, controls = setup("accelerometers", 1, 3)
+    stepper, data = perp.mujoco.Stepper(model), mujoco.MjData(model)
+    stepper.step(data)
+
+    def sense(data):
+        raise ZeroDivisionError("of the sensor")
+
+    monkeypatch.setattr(stepper, "sense", sense)
+    with pytest.raises(ZeroDivisionError, match="of the sensor"):
+        stepper.step(data)
+    monkeypatch.undo()
+    assert stepper.step(data).ok
 
 
 def test_in_the_air_they_are_mujocos():
