@@ -2,18 +2,18 @@
 
     bench/run build pinocchio_contact   needs pin and example-robot-data
 
-Each robot is let go .1 m above the ground, a fixed one with its limbs through it, with random joints
-and torques, of 20 rad/s^2 or so, that last .1 s each,
-and joints whose speeds fade in .1 s, and goes on by perp.pinocchio for one second at h = 2 ms. What may
-touch are the corners of the box about each link's collision shapes, mu = .7. Of the steps in which
-something is within reach 20 are recorded: M, the rows, and velocities without impulses. Joint limits
-take no part. Every code solves the same problems from no impulses, by a solver that was set up
-before. Pinocchio's get their Delassus matrix for nothing, perp gets M and H, and forms what it needs
-within its time. residual: the tested one of docs/contact.md, recomputed here from W and q for every
-code alike. solved: problems with a residual of 1e-8. Pinocchio's tolerances are absolute; of 1e-8,
-1e-10 and 1e-12 beside the largest free velocity the first that reaches it counts, else the last; at
-most 10,000 iterations (ADMM) and 50,000 (PGS). Times are the thread's, in us, the least of three, of
-what is solved, and of what is not: median, nineteen of twenty, most.
+Each robot is let go .1 m above the ground, a fixed one with its limbs through it, with random
+joints and torques, of 20 rad/s^2 or so, that last .1 s each, and joints whose speeds fade in .1 s,
+and goes on by perp.pinocchio for one second at h = 2 ms. What may touch are the corners of the box
+about each link's collision shapes, mu = .7. Of the steps in which something is within reach 20 are
+recorded: M, the rows, and velocities without impulses. Joint limits take no part. Every code solves
+the same problems from no impulses, by a solver that was set up before. Pinocchio's get their
+Delassus matrix for nothing, perp gets M and H, and forms what it needs within its time. residual:
+the tested one of docs/contact.md, recomputed here from W and q for every code alike. solved:
+problems with a residual of 1e-8. Pinocchio's tolerances are absolute; of 1e-8, 1e-10 and 1e-12
+beside the largest free velocity the first that reaches it counts, else the last; at most 10,000
+iterations (ADMM) and 50,000 (PGS). Times are the thread's, in us, the least of three, of what is
+solved, and of what is not: median, nineteen of twenty, most.
 """
 
 from __future__ import annotations
