@@ -125,9 +125,13 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
         memcpy(solver->q_own, q, (size_t)solver->n * sizeof *q);
         solver->q = solver->q_own;
     }
+    for (int32_t i = 0; i < solver->n && solver->is_turned; i++)
+        solver->q_own[i] = solver->signs[i] * q[i];
+    if (solver->is_turned)
+        solver->q = solver->q_own;
     if (fast && fast->scale(solver))
         return; /* in the units of the last q */
-    if (perp__find_omegas(&parts, q, solver->exponents, solver->part_omega, solver->omega,
+    if (perp__find_omegas(&parts, solver->q, solver->exponents, solver->part_omega, solver->omega,
                           solver->powers_known)) {
         /* powers of two for the exponents and omegas as they are, and the bounds with them */
         solver->powers_known = solver->powers_normal = 1;
@@ -148,7 +152,7 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
         }
     }
     for (int32_t i = 0; i < solver->n; i++)
-        solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
+        solver->q_scaled[i] = perp__w_scaled(solver, i, solver->q[i]);
 }
 
 /* Projects solver->z onto the bounds. */

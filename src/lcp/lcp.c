@@ -504,6 +504,12 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
         memcpy(z, best->z, bytes);
     if (w && n > 0)
         memcpy(w, best->w, bytes);
+    for (size_t i = 0; i < n && solver->is_turned; i++) { /* Farkas' vector is one of rows */
+        if (solver->signs[i] < 0 && w)
+            w[i] = 0.0 - w[i];
+        if (solver->signs[i] < 0 && ray && own.certificate != PERP_CERTIFICATE_NONE)
+            ray[i] = 0.0 - ray[i];
+    }
     own.seconds = perp__now() - started;
     perp__struct_write(result, &own, sizeof own);
     return PERP_OK;

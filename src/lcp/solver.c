@@ -97,20 +97,25 @@ static void layout(perp__arena *arena, void *object)
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
+    s->signs = perp__arena_take(arena, n, sizeof(int8_t));
+    s->turned = perp__arena_take(arena, s->turned_entries, sizeof(double));
     PERP__DOUBLES(arena, entries, &s->columns, &s->scaled);
     PERP__DOUBLES(arena, n, &s->best.z, &s->best.w, &s->best_ray, &s->game_start);
 }
 
 /* Room for problems of n rows; without it that for the last one's stays. */
-static perp_status make_room(perp_lcp_solver *solver, int32_t n)
+static perp_status make_room(perp_lcp_solver *solver, int32_t n, size_t turned_entries)
 {
     const int32_t before = solver->n;
+    const size_t turned_before = solver->turned_entries;
     perp_status status;
 
     solver->n = n;
+    solver->turned_entries = turned_entries;
     status = perp__arena_fit(&solver->arena, solver->context, layout, solver);
     if (status != PERP_OK) {
         solver->n = before;
+        solver->turned_entries = turned_before;
         if (solver->setups > 0) /* the block is there */
             perp__arena_fit(&solver->arena, solver->context, layout, solver);
         return status;
@@ -158,27 +163,32 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     perp__matrix own;
     perp_status status = perp__lcp_problem_read(solver->context, &own, M, lower, upper);
     int32_t free_before = solver->free_variables, other_shape;
+    size_t turned_entries;
 
     if (status != PERP_OK)
         return status;
     other_shape = solver->setups == 0 || own.rows != solver->n || own.column_starts ||
                   solver->M.column_starts;
-    if (solver->setups == 0 || own.rows != solver->n)
-        status = make_room(solver, own.rows);
+    turned_entries = perp__turned_entries(&own, lower, upper);
+    if (solver->setups == 0 || own.rows != solver->n || turned_entries > solver->turned_entries)
+        status = make_room(solver, own.rows, turned_entries);
     if (status != PERP_OK)
         return status;
-    solver->M = own;
-    solver->wide = own;
-    solver->is_small = perp__small_suits(solver);
-    if (solver->is_small)
-        perp__small_read(solver);
     solver->free_variables = 0;
+    solver->is_small = 1;
     for (int32_t i = 0; i < solver->n; i++) {
         solver->lower[i] = lower ? lower[i] : 0.0;
         solver->upper[i] = upper ? upper[i] : INFINITY;
         solver->is_small &= solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
         solver->free_variables += solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY;
     }
+    perp__turn_equations(solver, &own);
+    solver->M = own;
+    solver->wide = own;
+    if (perp__small_suits(solver))
+        perp__small_read(solver);
+    else
+        solver->is_small = 0;
     solver->setups++;
     if (other_shape || free_before != solver->free_variables)
         solver->shape = solver->setups;

@@ -72,6 +72,10 @@ struct perp_lcp_solver {
     double *row_norms;        /* 1-norms of the rows of D M D */
     const double *q;          /* the caller's, during a solve, or q_own */
     double *q_own;            /* 0 beyond n */
+    double *turned;           /* M's values with equations turned round: equations.c */
+    size_t turned_entries;
+    int8_t *signs;        /* n: -1 where a row is, */
+    int32_t is_turned;    /* if any is */
     int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
     int32_t *omega; /* 2 n: a row's, then a column's: log2 of the power of two near max |D q| in
                        its part */
@@ -114,6 +118,11 @@ struct perp_lcp_solver {
 void perp__open_control(perp_lcp_solver *solver, double started);
 
 /* Scales q and the bounds into q_scaled, lower_scaled, upper_scaled; finds omega. */
+/* Turns equations round where that suits methods: M is then a copy in solver->turned, of so many
+ * entries; 0 where there is nothing to turn. */
+size_t perp__turned_entries(const perp__matrix *M, const double *lower, const double *upper);
+void perp__turn_equations(perp_lcp_solver *solver, perp__matrix *M);
+
 void perp__scale_problem(perp_lcp_solver *solver, const double *q);
 
 /* Caller's units to scaled ones and back, for the variable z_i, and for w_i. */

@@ -39,6 +39,8 @@ static const scenario scenarios[] = {
     {"fischer, sparse", PERP_LCP_FISCHER, 1, 1, 0, 1},
     {"fischer, large sparse", PERP_LCP_FISCHER, 1, 1, 1, 1},
     {"auto, large sparse with wind", PERP_LCP_AUTO, 1, 1, 3, 1},
+    {"auto, turned equations", PERP_LCP_AUTO, 1, 0, 4, 1},
+    {"lemke, turned equations", PERP_LCP_LEMKE, 1, 1, 4, 1},
     {"active set, dense", PERP_LCP_ACTIVE_SET, 1, 0, 0, 1},
     {"active set, small sparse", PERP_LCP_ACTIVE_SET, 0, 1, 0, 1},
 };
@@ -61,7 +63,7 @@ static void make_problem(gen_lcp *problem, const scenario *s, uint64_t seed)
         grid_problem(problem, &random, &o);
         for (i = 0; i < problem->n; i++)
             problem->q[i] = sin(0.01 * i) - 0.2;
-    } else if (s->large) {
+    } else if (s->large && s->large != 4) {
         gen_obstacle_2d(problem, 22); /* more unknowns than `auto` and lemke take for small */
     } else {
         gen_problem(problem, &random, 12, GEN_PD_SYMMETRIC, s->solvable ? GEN_MIXED : GEN_PLAIN);
@@ -70,6 +72,12 @@ static void make_problem(gen_lcp *problem, const scenario *s, uint64_t seed)
             problem->M[0] = problem->M[13] = 1;
             problem->M[1] = problem->M[12] = -1;
             problem->q[0] = problem->q[1] = -1;
+        }
+        for (int32_t i = 0; i < 12 && s->large == 4; i++) { /* [H A'; A 0], which is symmetric */
+            problem->lower[i] = -INFINITY;
+            problem->upper[i] = INFINITY;
+            for (int32_t j = 9; j < 12 && i >= 9; j++)
+                problem->M[12 * i + j] = 0.0;
         }
         if (s->sparse) {
             gen_lcp csc;

@@ -269,16 +269,18 @@ def test_the_polish_makes_no_answer_worse():
         assert np.abs(w[:20]).max() <= 1e-12 * 1.5e9  # beside the largest term of these rows
 
 
-def test_equations_that_contradict_are_proved_by_the_ray():
-    """A x = b, x >= 0 with b outside of the cone of A: y = ray is Farkas' vector, with (M'y)_j = 0
-    for the free multipliers."""
+@pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_equations_that_contradict_are_proved_by_the_ray(sign, storage):
+    """A x = b, x >= 0 with b outside of the cone of A, and -A x = -b as well: y = ray is Farkas'
+    vector, with (M'y)_j = 0 for the free multipliers."""
     for seed in range(60):
         g = np.random.default_rng(seed)
         A = g.integers(0, 4, (3, 6)).astype(float)
         b = -1.0 - g.integers(0, 4, 3)
-        M = np.block([[np.zeros((6, 6)), -A.T], [A, np.zeros((3, 3))]])
-        q = np.r_[g.uniform(0, 1, 6), -b]
-        told = perp.lcp(M, q, np.r_[np.zeros(6), np.full(3, -np.inf)], np.inf)
+        M = np.block([[np.zeros((6, 6)), -A.T], [sign * A, np.zeros((3, 3))]])
+        q = np.r_[g.uniform(0, 1, 6), -sign * b]
+        told = perp.lcp(storage(M), q, np.r_[np.zeros(6), np.full(3, -np.inf)], np.inf)
         assert told.outcome == "ray" and told.certificate == "infeasible"
         y = told.ray
         size = 9 * EPS * (np.abs(M.T) @ np.abs(y)).max()
@@ -286,21 +288,28 @@ def test_equations_that_contradict_are_proved_by_the_ray():
         assert (M.T @ y)[:6].max() <= size and np.abs((M.T @ y)[6:]).max() <= size
 
 
-@pytest.mark.parametrize("rows, columns", [(5, 12), (10, 25)])
-def test_auto_goes_on_behind_rays_that_prove_nothing(rows, columns):
-    """Linear programs whose free multipliers have the sign that Lemke's method cannot take: auto
-    solves what fischer does. Optimal values are those of the points they were made from."""
+@pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
+@pytest.mark.parametrize("rows, columns", [(5, 12), (10, 25), (20, 50)])
+def test_equations_have_no_sign(rows, columns, storage):
+    """Linear programs whose equations stand as they are, turned round, and some of them so: paths
+    lead to the solution of each. Optimal values are those of the points they were made from."""
     for seed in range(60):
         g = np.random.default_rng(seed)
         A = g.integers(-2, 3, (rows, columns)).astype(float)
         x, y = np.maximum(g.normal(size=columns), 0), g.normal(size=rows)
         c = A.T @ y + np.where(x > 0, 0, g.uniform(0, 1, columns))
-        M = np.block([[np.zeros((columns, columns)), A.T], [A, np.zeros((rows, rows))]])
-        problem = M, np.r_[c, -A @ x], np.r_[np.zeros(columns), np.full(rows, -np.inf)], np.inf
-        told = perp.lcp(*problem)
-        assert told.ok or not perp.lcp(*problem, method="fischer").ok
-        if told.ok:
-            assert c @ told.z[:columns] == pytest.approx(c @ x, abs=1e-8 * np.abs(c).sum())
+        signs = np.array([1.0, -1.0, 0.0])[seed % 3] + (seed % 3 == 2) * g.choice([-1.0, 1.0], rows)
+        M = np.block(
+            [[np.zeros((columns, columns)), A.T], [-signs[..., None] * A, np.zeros((rows, rows))]]
+        )
+        q = np.r_[c, signs * (A @ x)]
+        bounds = np.r_[np.zeros(columns), np.full(rows, -np.inf)], np.inf
+        told = perp.lcp(storage(M), q, *bounds)
+        assert told.ok and c @ told.z[:columns] == pytest.approx(c @ x, abs=1e-8 * np.abs(c).sum())
+        early = perp.lcp(storage(M), q, *bounds, max_iterations=3)
+        for one in (told, early):  # 100: terms of a row, each rounded once
+            terms = np.abs(M) @ np.abs(one.z) + np.abs(q)
+            assert np.abs(M @ one.z + q - one.w).max() <= 100 * EPS * terms.max()
 
 
 @pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
