@@ -312,6 +312,26 @@ def test_equations_have_no_sign(rows, columns, storage):
             assert np.abs(M @ one.z + q - one.w).max() <= 100 * EPS * terms.max()
 
 
+@pytest.mark.parametrize("method", ["auto", "lemke", "active_set", "fischer"])
+@pytest.mark.parametrize("side, rows", [(6, 3), (30, 20)])
+def test_quadratic_programs_in_their_symmetric_form(side, rows, method):
+    """x'Hx / 2 + c'x over A x = b, x >= 0, as [H A'; A 0]: H is a membrane's, so x is unique, and
+    is the point that c and b were made from."""
+    for seed in range(4):
+        g, n = np.random.default_rng(seed), side * side
+        line = sp.diags([-np.ones(side - 1), 2 * np.ones(side), -np.ones(side - 1)], [-1, 0, 1])
+        H = sp.kron(line, sp.identity(side)) + sp.kron(sp.identity(side), line)
+        A = sp.csc_matrix(np.where(g.uniform(size=(rows, n)) < 5 / n, g.normal(size=(rows, n)), 0))
+        x, y = np.maximum(g.normal(size=n), 0), g.normal(size=rows)
+        c = np.where(x > 0, 0, g.uniform(0, 1, n)) - H @ x - A.T @ y
+        M = sp.bmat([[H, A.T], [A, None]]).tocsc()
+        bounds = np.r_[np.zeros(n), np.full(rows, -np.inf)], np.inf
+        told = perp.lcp(M, np.r_[c, -A @ x], *bounds, method=method)
+        assert told.ok
+        # cond H is below 400: tol 1e-10 is 4e-8 of x
+        np.testing.assert_allclose(told.z[:n], x, rtol=0, atol=4e-8 * x.max())
+
+
 @pytest.mark.parametrize("storage", [np.array, sp.csc_matrix])
 @pytest.mark.parametrize("degenerate", [False, True])
 def test_zero_sum_games(storage, degenerate):
