@@ -3,10 +3,9 @@
  *   min 1/2 dq'M dq   subject to   gap + n'dq >= 0,
  *
  * a frictionless complementarity problem 0 <= c perp n'M^-1 n c + gap >= 0, dq = M^-1 n c, in one
- * pass with the geometry frozen. That holds for ways of the size of the overlap only: where a light
- * body would rather slide far away than lift a heavy one off it, all bodies count as equally heavy
- * instead; and where no short way exists (a body wedged between walls that overlap) the island
- * stays as it is. Contacts that rest with a gap of rounding are left alone, to the last bit. */
+ * pass with the geometry frozen. That holds for ways of the size of the overlap only: where no
+ * short way exists (a body wedged between walls that overlap) the island stays as it is. Contacts
+ * that rest with a gap of rounding are left alone, to the last bit. */
 #include "world/joints/joints.h"
 #include "world/islands/contact_rows.h"
 
@@ -190,51 +189,35 @@ static void shorten(const perp_world *world, const perp__island *island, double 
             perp__island_motion(world, island, i)->shift[k] *= share;
 }
 
-/* Mass 1, and the inertia of a sphere of the body's size; its own, over its mass, of a body without
- * shapes. */
-static void weigh_equally(const perp_world *world, int32_t body, double *C)
+void perp__write_normal(const perp_world *world, const perp__world_contact *contact, double gap,
+                        perp__rigid_rows *rows)
 {
-    const double r = world->bodies[body].radius;
-    const int32_t n = world->dof;
+    const int32_t body[2] = {contact->body_a, contact->body_b};
+    double row[2][6];
 
-    for (int32_t i = 0; i < n * n; i++)
-        C[i] *= r > 0.0 ? 0.0 : sqrt(world->bodies[body].mass);
-    for (int32_t i = 0; r > 0.0 && i < n; i++)
-        C[(n + 1) * i] = i < (n == 6 ? 3 : 2) ? 1.0 : sqrt(2.5) / r;
+    perp__contact_row(contact, 0, 0, row[0]);
+    perp__contact_row(contact, 1, 0, row[1]);
+    perp__write_row(world, body, (const double(*)[6])row, gap, 1.0, rows);
 }
 
 /* The rows of the island's overlaps, bodies at rest. */
-static void pose(perp_world *world, const perp__island *island, int32_t equally)
+static void pose(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    double twist[6];
-    int32_t k;
 
     work->carriers = 0;
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         perp__write_factor(world, body, world->motions[body].rotation, work->factors + n * n * i);
-        if (equally)
-            weigh_equally(world, body, work->factors + n * n * i);
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
-        perp__rigid_rows *rows = &work->rows[i];
 
-        memset(rows, 0, sizeof *rows);
-        rows->dim = 1;
-        rows->bias[0] = fmax(contact->gap, -reach_of(world, contact));
-        for (k = 0; k < 2; k++) {
-            const int32_t body = k == 0 ? contact->body_a : contact->body_b;
-
-            rows->body[k] =
-                perp__is_dynamic(world, body) ? world->roles[body].local : PERP__RIGID_AT_REST;
-            perp__contact_row(contact, k, 0, twist);
-            perp__coordinates_of(world, twist, rows->rows[k][0]);
-        }
+        perp__write_normal(world, contact, fmax(contact->gap, -reach_of(world, contact)),
+                           &work->rows[i]);
     }
     work->count = island->contacts;
     perp__add_joint_errors(world, island);
@@ -276,21 +259,17 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 }
 
 /* Corrects the island. Of what nothing holds the mass centre stays, so that no way is too long;
- * else ways are those that bodies have as they weigh, or equally, but for longer ones than what
- * opens makes of a chain of so many. */
+ * else none is longer than what opens makes of a chain of so many. */
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   double most)
 {
-    const int32_t tied = perp__is_tied(world, island, PERP_BODY_STATIC);
-    const double far = (LONGEST_WAY + island->bodies) * longest;
-    perp_status status = PERP_OK;
+    perp_status status;
     int32_t found = 0;
 
-    for (int32_t equally = 0; equally <= tied && status == PERP_OK && !found; equally++) {
-        pose(world, island, equally);
-        status = solve_shifts(world, island, &found);
-        found = found && (!tied || longest_displacement(world, island) <= far);
-    }
+    pose(world, island);
+    status = solve_shifts(world, island, &found);
+    if (found && perp__is_tied(world, island, PERP_BODY_STATIC))
+        found = longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
     if (status == PERP_OK && found) {
         shorten(world, island, most);
         apply(world, island);

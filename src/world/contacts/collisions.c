@@ -47,8 +47,10 @@ double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
 
 double perp__pair_size(const perp_world *world, const perp__pair *pair)
 {
-    return world->bodies[world->shapes[pair->first].body].radius +
-           world->bodies[world->shapes[pair->second].body].radius;
+    const double a = world->bodies[world->shapes[pair->first].body].radius;
+    const double b = world->bodies[world->shapes[pair->second].body].radius;
+
+    return a > 0.0 && b > 0.0 ? 2.0 * fmin(a, b) : a + b;
 }
 
 /* The thickness of the thinner shape; 0 for points before half-spaces. */

@@ -77,7 +77,8 @@ void perp__forget_shape(perp_world *world, int32_t shape);
 
 /* collisions.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
-/* The size of the two bodies. */
+/* The size of the two bodies: an overlap is large beside the smaller one, whatever the other is;
+ * points and half-spaces are not asked. */
 double perp__pair_size(const perp_world *world, const perp__pair *pair);
 
 /* The geometric mean; exact where both are equal. */

@@ -9,6 +9,10 @@
 #include "linalg/spatial.h"
 #include "world/step.h"
 
+/* The row of a gap in the next positions (../projection.c). */
+void perp__write_normal(const perp_world *world, const perp__world_contact *contact, double gap,
+                        perp__rigid_rows *rows);
+
 /* Tangents for the normal in axes[0]. */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
 
@@ -17,6 +21,7 @@ void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
 #define PERP__TWIST_FREE offsetof(perp__motion, free)
 #define PERP__TWIST_MOVING offsetof(perp__motion, moving)
 #define PERP__TWIST_AFTER offsetof(perp__motion, after)
+#define PERP__TWIST_SHIFT offsetof(perp__motion, shift)
 
 static inline const double *perp__const_twist(const perp__motion *motion, size_t twist)
 {

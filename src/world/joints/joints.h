@@ -100,9 +100,10 @@ void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
- * which are equations; work.impulse: their impulses. The first pass is their answer, as many more
- * at most take what its rounding left. same: bodies and units are those of the last call, but for
- * biases. *residual: what rows lack beside their terms; NULL: not asked for. */
+ * which are equations but for contacts that closing holds; work.impulse: their impulses. The first
+ * pass is their answer, as many more at most take what its rounding left. same: bodies and units
+ * are those of the last call, but for biases. *residual: what rows lack beside their terms; NULL:
+ * not asked for. */
 #define PERP__REFINED 64
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t passes,
                                   int32_t same, double *residual);
@@ -157,6 +158,9 @@ perp_status perp__close_joints(perp_world *world);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */
 double perp__joint_errors(const perp_world *world);
 double perp__island_errors(const perp_world *world, const perp__island *island);
+/* A row of the next positions, its sign and what it lacks. */
+void perp__write_row(const perp_world *world, const int32_t body[2], const double row[2][6],
+                     double error, double sign, perp__rigid_rows *rows);
 /* Rows of the joints after those of the overlaps. */
 void perp__add_joint_errors(perp_world *world, const perp__island *island);
 

@@ -33,7 +33,6 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
     perp__rigid_answer answer;
     perp_status status;
 
-    world->work.count = world->work.inequalities = 0;
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     problem.warm = NULL;
