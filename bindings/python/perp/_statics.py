@@ -98,6 +98,8 @@ def statics(
     bounds: Optional[tuple[ArrayLike, ArrayLike]] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
+    two_sided: Optional[ArrayLike] = None,
+    r0: Optional[ArrayLike] = None,
     objective: StaticsObjective = "least",
     max_iterations: Optional[int] = None,
 ) -> StaticsResult:
@@ -109,10 +111,12 @@ def statics(
     If they cannot, a virtual velocity v proves it: u = H v has u_n >= mu |u_t| in each contact,
     G v = 0, and the forces do work, (f + load) v > 0, more than rows with bounds can take.
 
-    H, f, mu, dim, rolling, spinning: as for contact(); H may be any array or SciPy sparse matrix.
+    H, f, mu, dim, rolling, spinning, two_sided: as for contact(); H may be any array or SciPy sparse matrix.
     load: (n,), a further force; the result's `safety` is the largest factor with which it is
         carried beside f.
     bilateral: G, the joints' rows.  bounds: (lower, upper) of the last len(lower) rows of H.
+    r0: (rows of H,), impulses that tell which way two-sided contacts with friction press; they are
+        then asked to press along these, and another call asks of the other way.
     objective: "least": of all impulses that balance the forces those with the least sum of squares;
         "interior": the first ones found strictly inside all cones.
     max_iterations: of the interior point; default 100.
@@ -125,12 +129,15 @@ def statics(
     H_view, G_view = sized(s.Matrix), sized(s.Matrix)
     owners = [_arrays.view_rectangle(H_view, H, "H")[1]]
     n, rows = H_view.columns, H_view.rows
-    forces, added = _arrays.vector(f, "f", n), None
+    forces, added, pressing = _arrays.vector(f, "f", n), None, None
     problem.n, problem.f = n, _arrays.address(forces)
     if load is not None:
         added = _arrays.vector(load, "load", n)
         problem.load = _arrays.address(added)
-    laws = _Laws(rows, mu, dim, rolling, spinning, bounds, None)
+    if r0 is not None:
+        pressing = _arrays.vector(r0, "r0", rows)
+        problem.r0 = _arrays.address(pressing)
+    laws = _Laws(rows, mu, dim, rolling, spinning, bounds, two_sided)
     problem.laws, problem.H = pointer(laws.struct), pointer(H_view)
     if bilateral is not None:
         owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
@@ -148,7 +155,7 @@ def statics(
             byref(settings),
         )
     )
-    del owners, forces, added  # the views of these were used up to here
+    del owners, forces, added, pressing  # the views of these were used up to here
     fields = _decided(result)
     stands, falls = fields["verdict"] == "stands", fields["verdict"] == "falls"
     return StaticsResult(
