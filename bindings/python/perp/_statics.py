@@ -30,6 +30,11 @@ _OBJECTIVE_CODES = {
 }
 
 
+# Room that is kept for the contacts of a world: those of a body of a dense packing of blocks, with a
+# dozen neighbours, each pair of four points. A world of more is asked again.
+CONTACTS_A_BODY = 24
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Statics(Shown):
     """Whether forces are in equilibrium: true where they are."""
@@ -175,20 +180,18 @@ def world_statics(
     loads = (s.WorldLoad * len(given))(*[_load(world, body, force) for body, force in given])
     found, states = c_int32(), sized(s.WorldStates)
 
-    def ask(contacts: Any, capacity: int, twists: Any) -> None:
-        world._call(
-            library.perp_world_statics, contacts, capacity, byref(found), twists, byref(result),
-            byref(settings), loads, len(loads),
-        )  # fmt: skip
-
     with world._lock:
-        ask(None, 0, None)  # how many contacts there are
-        contacts = (s.WorldContact * found.value)()
-        for contact in contacts:
-            contact.struct_size = sizeof(contact)
         world._call(library.perp_world_get_states, byref(states))
         twists = np.zeros((states.slots, 6))
-        ask(contacts, len(contacts), _arrays.address(twists))
+        found.value = CONTACTS_A_BODY * states.slots
+        capacity = -1
+        while capacity < found.value:  # again only where contacts are more than was thought
+            capacity = found.value
+            contacts = _world_contacts(capacity)
+            world._call(
+                library.perp_world_statics, contacts, capacity, byref(found),
+                _arrays.address(twists), byref(result), byref(settings), loads, len(loads),
+            )  # fmt: skip
         bodies = {body: twists[body.index + 1] for body in world.bodies}
     fields, d = _decided(result), world._dimension
     velocities = {
@@ -197,9 +200,17 @@ def world_statics(
     }
     return WorldStatics(
         **fields,
-        contacts=[world._contact(contact) for contact in contacts],
+        contacts=[world._contact(contact) for contact in contacts[: found.value]],
         velocities=velocities if fields["verdict"] == "falls" else None,
     )
+
+
+def _world_contacts(count: int) -> Any:
+    contacts = (s.WorldContact * count)()
+    if count > 0:
+        sizes = np.frombuffer(contacts, dtype=np.uintp).reshape(count, -1)
+        sizes[:, 0] = sizeof(s.WorldContact)
+    return contacts
 
 
 def _load(world: World, body: Any, given: Any) -> s.WorldLoad:

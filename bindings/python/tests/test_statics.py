@@ -749,6 +749,20 @@ def test_world_with_joints_and_without_anything():
     assert world.statics().verdict == "stands"
 
 
+@pytest.mark.parametrize("room, decisions", [(24, 1), (1, 2), (0, 2)])
+def test_a_world_is_decided_once(monkeypatch, room, decisions):
+    """And once more where contacts are more than there was room for: four here, of two slots."""
+    world, box = slope_world(0.5)
+    whole, asked, call = world.statics(), [], world._call
+    monkeypatch.setattr("perp._statics.CONTACTS_A_BODY", room)
+    monkeypatch.setattr(world, "_call", lambda f, *given: asked.append(f.__name__) or call(f, *given))
+    again = world.statics()
+    assert asked.count("perp_world_statics") == decisions
+    assert len(whole.contacts) == len(again.contacts) == 4
+    for one, other in zip(whole.contacts, again.contacts):
+        assert (one.impulse == other.impulse).all() and (one.position == other.position).all()
+
+
 def test_loads_of_a_world_are_checked():
     world, box = slope_world(0.5)
     other, stranger = slope_world(0.5)
