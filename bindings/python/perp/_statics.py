@@ -30,7 +30,7 @@ _OBJECTIVE_CODES = {
 }
 
 
-# Room that is kept for the contacts of a world: those of a body of a dense packing of blocks, with a
+# Room that is kept for the contacts of a world: of a body in a dense packing of blocks, with a
 # dozen neighbours, each pair of four points. A world of more is asked again.
 CONTACTS_A_BODY = 24
 
@@ -116,7 +116,8 @@ def statics(
     If they cannot, a virtual velocity v proves it: u = H v has u_n >= mu |u_t| in each contact,
     G v = 0, and the forces do work, (f + load) v > 0, more than rows with bounds can take.
 
-    H, f, mu, dim, rolling, spinning, two_sided: as for contact(); H may be any array or SciPy sparse matrix.
+    H, f, mu, dim, rolling, spinning, two_sided: as for contact(); H may be any array or SciPy
+        sparse matrix.
     load: (n,), a further force; the result's `safety` is the largest factor with which it is
         carried beside f.
     bilateral: G, the joints' rows.  bounds: (lower, upper) of the last len(lower) rows of H.

@@ -755,7 +755,7 @@ def test_a_world_is_decided_once(monkeypatch, room, decisions):
     world, box = slope_world(0.5)
     whole, asked, call = world.statics(), [], world._call
     monkeypatch.setattr("perp._statics.CONTACTS_A_BODY", room)
-    monkeypatch.setattr(world, "_call", lambda f, *given: asked.append(f.__name__) or call(f, *given))
+    monkeypatch.setattr(world, "_call", lambda f, *x: asked.append(f.__name__) or call(f, *x))
     again = world.statics()
     assert asked.count("perp_world_statics") == decisions
     assert len(whole.contacts) == len(again.contacts) == 4

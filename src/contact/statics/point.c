@@ -327,6 +327,15 @@ double perp__statics_room(perp__statics *s)
     return least;
 }
 
+/* How much of a normal's impulse a row may have: what its velocity counts beside the normal's. */
+static double share_of(const perp__statics_unit *unit, int32_t k)
+{
+    return k == 0 || unit->kind != PERP__STATICS_CONE ? 1.0
+           : k <= unit->tangents                      ? unit->mu
+           : k <= unit->tangents + unit->rolls        ? unit->rolling
+                                                      : unit->spinning;
+}
+
 /* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds
  * add. What rows lack of the dual cones counts as rounding where impulses a few times those at hand
  * could not do that work on it. */
@@ -353,7 +362,8 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
             double longest = 0.0;
 
             for (int32_t i = 0; i < unit->rows * rows->width; i++) {
-                const double entry = fabs(rows->values[link->at + (size_t)i]);
+                const double entry =
+                    share_of(unit, i / rows->width) * fabs(rows->values[link->at + (size_t)i]);
 
                 longest = fmax(longest, entry);
                 terms += most * entry;
@@ -366,7 +376,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                     carried, perp__largest(s->b + link->node * rows->width, rows->width) / longest);
         }
         for (int32_t k = 0; k < unit->rows; k++)
-            carried = fmax(carried, fabs(s->x[unit->row + k]));
+            carried = fmax(carried, fabs(s->x[unit->row + k]) / share_of(unit, k));
         if (unit->rows == 0) /* what is open */
             continue;
         if (unit->kind == PERP__STATICS_INTERVAL) {
