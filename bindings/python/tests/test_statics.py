@@ -512,6 +512,23 @@ def test_units_that_are_powers_of_two(power):
         assert other.safety == pytest.approx(one.safety, rel=1e-8, abs=1e-9)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_units_of_rows_change_no_verdict(dim):
+    """Normals and tangents each in units up to 2^20 apart, exactly the same problem: it may be more
+    than doubles can tell, but what stands never falls, and what falls never stands."""
+    told = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        H, f, mu, _ = random_problem(rng, dim, bodies=5 - dim)
+        n, t = 2.0 ** rng.integers(-20, 21, (2, len(mu)))
+        units = np.column_stack([n] + (dim - 1) * [t]).ravel()
+        one = perp.statics(H, f, mu, dim=dim)
+        other = perp.statics(units[:, None] * H, f, mu * n / t, dim=dim)
+        assert other.verdict in (one.verdict, "indeterminate")
+        told += other.verdict == one.verdict
+    assert told >= 100
+
+
 def clarabel_margin(H, f, mu, G=None):
     """The largest s with r_n - s >= |r_t| / mu in all contacts, and the least impulses; those of
     the rows of G are free."""
