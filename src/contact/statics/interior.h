@@ -14,6 +14,11 @@
 /* What is maximised: the margin s; nothing, but least squares are minimised. */
 enum { PERP__AIM_MARGIN, PERP__AIM_LEAST };
 
+/* A number in doubled precision. */
+typedef struct perp__pair {
+    double high, low;
+} perp__pair;
+
 struct perp__statics {
     perp_context *context;
     perp__arena arena, doubled_arena;
@@ -53,7 +58,7 @@ struct perp__statics {
     size_t envelope;
     int32_t *first;
     size_t *starts;
-    double *L, *L_low;
+    perp__pair *L, *ordered;
 };
 
 typedef enum perp__statics_end {
