@@ -492,11 +492,12 @@ void perp__statics_keep(perp__statics *s, const double *base)
     if (s->fronts.is_too_large || !(perp__statics_room(s) > 0.0))
         return;
     s->t = s->tau = 0.0;
+    memset(s->b, 0, perp__statics_numbers(s) * sizeof *s->b);
+    perp__statics_balance(s, 0);
+    memcpy(s->g, s->rb, perp__statics_numbers(s) * sizeof *s->g);
     perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
     perp__statics_condense(s, 1.0);
     s->factored = perp__statics_factor(s);
-    memset(s->g, 0, perp__statics_numbers(s) * sizeof *s->g);
-    perp__statics_push(s, 1.0, 0, s->base, s->g, NULL);
 }
 
 int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)
@@ -505,7 +506,7 @@ int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, con
         return 0;
     for (size_t i = 0; i < perp__statics_numbers(s); i++) {
         s->b[i] = -forces[i] / s->scale;
-        s->rb[i] = s->b[i] - s->g[i];
+        s->rb[i] = s->b[i] + s->g[i];
     }
     memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
     answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), ADJUSTED);
