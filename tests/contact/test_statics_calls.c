@@ -201,7 +201,7 @@ static void test_matrices(void **state)
     assert_int_equal(perp_matrix_dense(&other, PERP_STORAGE_ROW_MAJOR, 1, 5, values, 5), PERP_OK);
     pose(&q);
     q.problem.G = &other;
-    refuse(context, &q, PERP_ERROR_ARGUMENT, "G has 5 columns, expected problem.n = 6");
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "G is 1 by 5, expected 1 by 6");
     pose(&q);
     q.problem.H = &other;
     refuse(context, &q, PERP_ERROR_ARGUMENT, "H is 1 by 5, expected 12 by 6");

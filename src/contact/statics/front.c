@@ -90,13 +90,9 @@ static perp_status read_problem(front *a, const perp_statics_problem *given)
     a->size = a->rows;
     if (a->rows > 0 || own.H)
         status = perp__matrix_read_sized(a->context, "H", &a->H, own.H, a->rows, a->n);
-    if (status == PERP_OK && own.G) {
-        status = perp__matrix_read(a->context, "G", &a->G, own.G);
-        a->size += a->G.rows;
-        if (status == PERP_OK && a->G.columns != a->n)
-            status = perp__refuse(a->context, "G has %d columns, expected problem.n = %d",
-                                  (int)a->G.columns, (int)a->n);
-    }
+    if (status == PERP_OK && own.G)
+        status = perp__matrix_read_sized(a->context, "G", &a->G, own.G, own.G->rows, a->n);
+    a->size += a->G.rows;
     PERP__THEN(status, perp__check_vector(a->context, "f", own.f, (size_t)a->n));
     if (status == PERP_OK && own.load)
         status = perp__check_vector(a->context, "load", own.load, (size_t)a->n);

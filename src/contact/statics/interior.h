@@ -73,6 +73,15 @@ static inline size_t perp__statics_numbers(const perp__statics *s)
     return (size_t)s->rows->nodes * (size_t)s->rows->width;
 }
 
+/* How much of a normal's impulse a row may have: what its velocity counts beside the normal's. */
+static inline double perp__statics_share(const perp__statics_unit *unit, int32_t k)
+{
+    return k == 0 || unit->kind != PERP__STATICS_CONE ? 1.0
+           : k <= unit->tangents                      ? unit->mu
+           : k <= unit->tangents + unit->rolls        ? unit->rolling
+                                                      : unit->spinning;
+}
+
 /* The power of two at or below a size; 1 where there is none. */
 static inline double perp__unit_of(double size)
 {

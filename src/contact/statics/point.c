@@ -327,15 +327,6 @@ double perp__statics_room(perp__statics *s)
     return least;
 }
 
-/* How much of a normal's impulse a row may have: what its velocity counts beside the normal's. */
-static double share_of(const perp__statics_unit *unit, int32_t k)
-{
-    return k == 0 || unit->kind != PERP__STATICS_CONE ? 1.0
-           : k <= unit->tangents                      ? unit->mu
-           : k <= unit->tangents + unit->rolls        ? unit->rolling
-                                                      : unit->spinning;
-}
-
 /* Whether y proves that there is no equilibrium; *work: y'b and the least that rows with bounds
  * add. What rows lack of the dual cones counts as rounding where impulses a few times those at hand
  * could not do that work on it. */
@@ -362,8 +353,8 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
             double longest = 0.0;
 
             for (int32_t i = 0; i < unit->rows * rows->width; i++) {
-                const double entry =
-                    share_of(unit, i / rows->width) * fabs(rows->values[link->at + (size_t)i]);
+                const double entry = perp__statics_share(unit, i / rows->width) *
+                                     fabs(rows->values[link->at + (size_t)i]);
 
                 longest = fmax(longest, entry);
                 terms += most * entry;
@@ -376,7 +367,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                     carried, perp__largest(s->b + link->node * rows->width, rows->width) / longest);
         }
         for (int32_t k = 0; k < unit->rows; k++)
-            carried = fmax(carried, fabs(s->x[unit->row + k]) / share_of(unit, k));
+            carried = fmax(carried, fabs(s->x[unit->row + k]) / perp__statics_share(unit, k));
         if (unit->rows == 0) /* what is open */
             continue;
         if (unit->kind == PERP__STATICS_INTERVAL) {
@@ -395,12 +386,9 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
         } else {
             const double *roll = v + 1 + unit->tangents, *spin = roll + unit->rolls;
 
-            lack = v[0] + unit->mu * perp__length2(unit->tangents > 0 ? v[1] : 0.0,
-                                                   unit->tangents > 1 ? v[2] : 0.0);
-            if (unit->rolls > 0)
-                lack += unit->rolling * perp__length2(roll[0], unit->rolls > 1 ? roll[1] : 0.0);
-            if (unit->spins)
-                lack += unit->spinning * fabs(spin[0]);
+            lack = v[0] + unit->mu * perp__length(v + 1, unit->tangents) +
+                   unit->rolling * perp__length(roll, unit->rolls) +
+                   unit->spinning * perp__length(spin, unit->spins);
         }
         if (!(lack <= ROW_ROUNDING * terms))
             return 0;

@@ -368,10 +368,6 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
         const perp__cone *cone = &s->cones[c];
         const perp__statics_unit *unit = &s->rows->unit[cone->unit];
         double *own = r + unit->row, *t = own + cone->first;
-        const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
-                                   : cone->first == 1 + unit->tangents && unit->rolls > 0
-                                       ? unit->rolling
-                                       : unit->spinning;
         double z[3], room;
 
         perp__cone_place(s, cone, s->x, cone->h, z);
@@ -380,7 +376,7 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
         for (int32_t round = cone->dim > 1 && room <= 8.0 * DBL_EPSILON * z[0] ? 0 : 8; round < 8;
              round++) {
             if (perp__length2(t[0], cone->dim > 2 ? t[1] : 0.0) * (1.0 + 2.0 * DBL_EPSILON) <
-                coefficient * own[0])
+                perp__statics_share(unit, cone->first) * own[0])
                 break;
             for (int32_t j = 0; j < cone->dim - 1; j++)
                 t[j] = nextafter(t[j], 0.0);
