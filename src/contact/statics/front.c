@@ -51,7 +51,7 @@ struct perp__statics_front {
     int32_t lost;     /* 1: doubles do not hold all numbers in these units */
 
     perp__arena arena, value_arena;
-    int32_t entries;
+    int32_t entries; /* room */
     size_t numbers;
     int32_t *starts, *columns; /* of H and G, row by row */
     double *entry;
@@ -140,14 +140,10 @@ static void lay_out_rows(perp__arena *arena, void *object)
         perp__arena_take(arena, (size_t)(a->own.units + 2 * a->laws.contacts), sizeof *a->unit);
 }
 
+/* At most: some may be 0. */
 static int32_t count_entries(const perp__matrix *M)
 {
-    perp__cursor at = perp__first(M);
-    int32_t count = 0;
-
-    while (M->rows > 0 && perp__advance(&at))
-        count++;
-    return count;
+    return M->column_starts ? M->column_starts[M->columns] : M->rows * M->columns;
 }
 
 /* The entries of H and G row by row, and what brings their columns to size 1; noise stays so. */
@@ -173,7 +169,7 @@ static void list_rows(front *a)
     }
     for (int32_t j = 0; j < a->n; j++)
         a->scale[j] = 0.0;
-    for (int32_t e = 0; e < a->entries; e++) {
+    for (int32_t e = 0; e < a->starts[a->size]; e++) {
         a->scale[a->columns[e]] = fmax(a->scale[a->columns[e]], fabs(a->entry[e]));
         most = fmax(most, fabs(a->entry[e]));
     }
@@ -225,16 +221,13 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
     turned = both > 0 && unit->mu > 0.0;
     if (turned && (!a->r0 || perp__is_zero(a->r0 + first, both)))
         return perp__refuse(a->context,
-                            "laws.two_sided[%d] is %d, and r0 does not tell which way it presses: "
-                            "friction that grows with a reaction of either sign makes no convex "
-                            "cone",
+                            "laws.two_sided[%d] is %d, and r0 does not tell which way it presses",
                             (int)u, (int)both);
-    if (a->w && both == 0 && a->w[first] > 0.0) { /* open */
+    if (a->w && a->w[first] > 0.0) { /* open */
         unit->tangents = unit->rolls = unit->spins = 0;
         return PERP_OK;
     }
-    if (both > 0 && !turned)
-        unit->kind = PERP__STATICS_FREE;
+    unit->kind = both > 0 && !turned ? PERP__STATICS_FREE : PERP__STATICS_CONE;
     if (both > 1)
         unit->mu *= 1.0 - TURNED;
     if (turned)
@@ -252,7 +245,7 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
     return PERP_OK;
 }
 
-/* The units of the laws. A row whose bounds are equal is a force, added to the others. */
+/* The units of the laws. */
 static perp_status list_units(front *a)
 {
     const perp_contact_laws *laws = &a->laws;
@@ -276,8 +269,8 @@ static perp_status list_units(front *a)
         unit->upper = k < laws->bounded && laws->upper ? laws->upper[k] : INFINITY;
         if (unit->lower == -INFINITY && unit->upper == INFINITY)
             unit->kind = PERP__STATICS_FREE;
-        unit->rows = k >= laws->bounded || unit->lower < unit->upper;
-        take_rows(a, row++, unit->rows);
+        unit->rows = 1;
+        take_rows(a, row++, 1);
     }
     return status;
 }
@@ -403,19 +396,12 @@ static perp_status build(front *a)
     a->own.link = a->link;
     a->own.values = a->values;
 
-    /* 3. Forces in nodes; rows whose bounds are equal push as they are told. */
+    /* 3. Forces in nodes. */
     memset(a->forces, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->forces);
     memset(a->loads, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->loads);
     for (int32_t j = 0; j < a->n; j++) {
         a->forces[j] = bring_in(a, a->f[j], a->scale[j]);
         a->loads[j] = a->load ? bring_in(a, a->load[j], a->scale[j]) : 0.0;
-    }
-    for (int32_t k = 0; k < a->laws.bounded; k++) {
-        const perp__statics_unit *unit = &a->unit[a->laws.contacts + k];
-        const int32_t row = a->rows - a->laws.bounded + k;
-
-        for (int32_t e = a->starts[row]; e < a->starts[row + 1] && unit->rows == 0; e++)
-            a->forces[a->columns[e]] += a->scale[a->columns[e]] * a->entry[e] * unit->lower;
     }
     return PERP_OK;
 }
@@ -433,9 +419,6 @@ static void write_answer(const front *a, perp__statics_answer *answer, double *r
         for (int32_t i = 0; i < a->own.size; i++)
             for (int32_t j = 0; j < a->row[i].count; j++)
                 r[a->row[i].first + j] += a->row[i].factor[j] * a->r[i];
-        for (int32_t k = 0; k < a->laws.bounded; k++)
-            if (a->unit[a->laws.contacts + k].rows == 0)
-                r[a->rows - a->laws.bounded + k] = a->unit[a->laws.contacts + k].lower;
     } else if (answer->verdict == PERP_STATICS_FALLS) {
         for (int32_t j = 0; j < a->n; j++)
             most = fmax(most, a->scale[j] / unit * fabs(a->v[j]));
