@@ -209,7 +209,7 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
     const int32_t both = laws->two_sided ? laws->two_sided[u] : 0, normals = both > 0 ? both : 1;
     const int32_t tangents = perp__contact_dim(laws, u) - normals, first = *row;
     perp__statics_unit *unit = &a->unit[u];
-    int32_t turned;
+    const int32_t turned = both > 0 && laws->mu && laws->mu[u] > 0.0;
 
     unit->mu = laws->mu ? laws->mu[u] : 0.0;
     unit->rolling = laws->rolling ? laws->rolling[u] : 0.0;
@@ -218,7 +218,6 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
     unit->rolls = unit->rolling > 0.0 ? tangents : 0;
     unit->spins = unit->spinning > 0.0;
     *row += normals + tangents + unit->rolls + unit->spins;
-    turned = both > 0 && unit->mu > 0.0;
     if (turned && (!a->r0 || perp__is_zero(a->r0 + first, both)))
         return perp__refuse(a->context,
                             "laws.two_sided[%d] is %d, and r0 does not tell which way it presses",
@@ -228,8 +227,7 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
         return PERP_OK;
     }
     unit->kind = both > 0 && !turned ? PERP__STATICS_FREE : PERP__STATICS_CONE;
-    if (both > 1)
-        unit->mu *= 1.0 - TURNED;
+    unit->mu *= both > 1 ? 1.0 - TURNED : 1.0;
     if (turned)
         take_turned(a, first, both, 0);
     else

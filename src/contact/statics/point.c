@@ -381,8 +381,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                 undone += DBL_EPSILON * made * fabs(least / v[0] / s->scale);
             }
         } else if (unit->kind == PERP__STATICS_FREE) {
-            for (int32_t k = 0; k < unit->rows; k++)
-                lack += fabs(v[k]);
+            lack = perp__sum_of_sizes(v, unit->rows);
         } else {
             const double *roll = v + 1 + unit->tangents, *spin = roll + unit->rolls;
 
@@ -401,13 +400,16 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
 int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
-    const double most = perp__largest(y, n);
-    double work;
+    const double unit = perp__unit_of(perp__largest(y, n));
+    double *own = s->permuted, work, most; /* y of size 1, lest rows round to nothing */
 
-    if (!(most > 0.0) || !proves(s, y, &work))
+    for (int32_t i = 0; i < n; i++)
+        own[i] = y[i] / unit;
+    most = perp__largest(own, n);
+    if (!(most > 0.0) || !proves(s, own, &work))
         return 0;
     for (int32_t i = 0; i < n && answer->v; i++)
-        answer->v[i] = -y[i] / most;
+        answer->v[i] = -own[i] / most;
     s->work = work / most;
     answer->work = s->work * s->scale;
     return 1;
