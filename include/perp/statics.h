@@ -6,11 +6,14 @@
  *
  * K_i is the friction cone |r_t| <= mu r_n of contact i (with rolling and spinning friction the
  * larger one of perp/contact.h), the half-line r >= 0 of a contact without friction, the interval
- * [lower, upper] of a row with bounds; bilateral impulses s are free. This is a convex problem:
- * phase one of an interior-point method (Nesterov & Todd, SIAM J. Optim. 8 (1998) 324; Andersen,
- * Roos & Terlaky, Math. Program. 95 (2003) 249) decides it for every assembly alike, and where no
- * such impulses exist finds a virtual velocity v that proves it (theorem of the alternative; in
- * limit analysis the mechanism of collapse: Heyman, Int. J. Solids Struct. 2 (1966) 249):
+ * [lower, upper] of a row with bounds; bilateral impulses s are free. The laws of a two-sided
+ * contact, |r_t| <= mu |r_N|, allow no convex set; decided is whether it can press along the
+ * direction d of its impulse in r0, r_N . d >= |r_t| / mu, with r_N across d free. This is a convex
+ * problem: phase one of an interior-point method (Nesterov & Todd, SIAM J. Optim. 8 (1998) 324;
+ * Andersen, Roos & Terlaky, Math. Program. 95 (2003) 249) decides it for every assembly alike, and
+ * where no such impulses exist finds a virtual velocity v that proves it (theorem of the
+ * alternative; in limit analysis the mechanism of collapse: Heyman, Int. J. Solids Struct. 2 (1966)
+ * 249):
  *
  *   u = H v in the dual cones (u_n >= mu |u_t|),   G v = 0,   f'v > 0
  *
@@ -80,13 +83,15 @@ typedef struct perp_statics_problem {
     size_t struct_size;
     int32_t n;                     /* velocities */
     int32_t reserved;              /* 0 */
-    const perp_contact_laws *laws; /* contacts, and rows with bounds; compliance is not read;
-                                      two-sided contacts are refused */
+    const perp_contact_laws *laws; /* contacts, and rows with bounds; compliance is not read */
     const perp_matrix *H; /* rows of the contacts and those with bounds by n, dense or CSC */
     const perp_matrix *G; /* bilateral rows by n, or NULL */
     const double *f;      /* n: forces, or impulses: what balances them has their unit */
     const double *load;   /* n: a further force, asked for result.safety; decided is
                              f + load. NULL: none */
+    const double *r0;     /* rows of H: impulses, of the last step for instance, that tell which
+                             way two-sided contacts with friction press; of others not read.
+                             NULL: nothing is known */
 } perp_statics_problem;
 
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
@@ -100,7 +105,8 @@ PERP_API const char *perp_statics_verdict_text(int32_t verdict);
 /* Decides whether forces are in equilibrium with contacts and joints.
  *
  * Returns: PERP_OK with result->verdict; PERP_ERROR_ARGUMENT (sizes, mu < 0, inverted bounds,
- *          unsorted indices, two-sided contacts), _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
+ *          unsorted indices, two-sided contacts with friction of which r0 does not tell which way
+ *          they press), _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
  *          After a negative status nothing was written.
  * Out:     r: impulses of the contacts and of the rows with bounds, then the bilateral ones; where
  *             it stands, within their cones to the last bit, 0.0 in contacts that can carry

@@ -29,7 +29,7 @@ static void test_statics(void **state)
     FIELD(perp_statics_result, unbalance, 32, 8);
     FIELD(perp_statics_result, work, 40, 8);
     FIELD(perp_statics_result, seconds, 48, 8);
-    SIZE(perp_statics_problem, 56);
+    SIZE(perp_statics_problem, 64);
     FIELD(perp_statics_problem, struct_size, 0, 8);
     FIELD(perp_statics_problem, n, 8, 4);
     FIELD(perp_statics_problem, reserved, 12, 4);
@@ -38,6 +38,7 @@ static void test_statics(void **state)
     FIELD(perp_statics_problem, G, 32, 8);
     FIELD(perp_statics_problem, f, 40, 8);
     FIELD(perp_statics_problem, load, 48, 8);
+    FIELD(perp_statics_problem, r0, 56, 8);
     SIZE(perp_world_load, 64);
     FIELD(perp_world_load, struct_size, 0, 8);
     FIELD(perp_world_load, body, 8, 8);

@@ -81,6 +81,8 @@ static void test_refusals(void **state)
 {
     const double lower[] = {1.0}, upper[] = {0.0};
     const int32_t two_sided[] = {0, 1, 0, 0};
+    const double r0[12] = {1.0, 0.0, 0.0, 0.0, 2.0, 2.0, 1.0}; /* of contact 1: no normal */
+    const double not_finite[12] = {0.0, INFINITY};
     perp_context *context;
     question q;
 
@@ -118,7 +120,14 @@ static void test_refusals(void **state)
     refuse(context, &q, PERP_ERROR_ARGUMENT, "mu[2]");
     pose(&q);
     q.laws.two_sided = two_sided;
-    refuse(context, &q, PERP_ERROR_ARGUMENT, "two_sided[1]");
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "two_sided[1] is 1, and r0 does not tell");
+    pose(&q);
+    q.laws.two_sided = two_sided;
+    q.problem.r0 = r0;
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "two_sided[1] is 1, and r0 does not tell");
+    pose(&q);
+    q.problem.r0 = not_finite;
+    refuse(context, &q, PERP_ERROR_NOT_FINITE, "r0[1]");
     pose(&q);
     q.laws.bounded = 1;
     q.laws.lower = lower;
@@ -192,7 +201,7 @@ static void test_matrices(void **state)
     assert_int_equal(perp_matrix_dense(&other, PERP_STORAGE_ROW_MAJOR, 1, 5, values, 5), PERP_OK);
     pose(&q);
     q.problem.G = &other;
-    refuse(context, &q, PERP_ERROR_ARGUMENT, "G has 5 columns, expected problem.n = 6");
+    refuse(context, &q, PERP_ERROR_ARGUMENT, "G is 1 by 5, expected 1 by 6");
     pose(&q);
     q.problem.H = &other;
     refuse(context, &q, PERP_ERROR_ARGUMENT, "H is 1 by 5, expected 12 by 6");

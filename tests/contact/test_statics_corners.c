@@ -350,6 +350,40 @@ static void test_range(void **state)
     }
 }
 
+/* Rows of 1 beside one of 1e200 that is pushed as it is told, and one of 1e217 without friction:
+ * how they move is nothing but rounding, and proves nothing. The last row can push back. */
+static void test_rows_of_any_size(void **state)
+{
+    const double f[] = {0.3}, rows[] = {-0.3, 3.0, -1.7e217}, told[] = {-1e200}, back[] = {1.1};
+
+    (void)state;
+    begin(1, f);
+    contact(3, 0.0, rows);
+    bounded(1e-3, 1e-3, told);
+    bounded(-1e12, INFINITY, back);
+    case_pose(&one);
+    assert_int_equal(case_call(&one, context), PERP_OK);
+    assert_true(one.result.verdict != PERP_STATICS_FALLS);
+}
+
+/* Coefficients that are small because tangents are in units 2^20 of the normal's count as in any
+ * other units: a box on a slope stands up to its friction. */
+static void test_units_of_tangents(void **state)
+{
+    (void)state;
+    for (int32_t power = -20; power <= 20; power += 10) {
+        const double unit = ldexp(1.0, power), rows[] = {0.0, 1.0, unit, 0.0};
+
+        for (int32_t side = -1; side < 2; side += 2) {
+            const double f[] = {0.5 * (1.0 + 1e-3 * side), -1.0};
+
+            begin(2, f);
+            contact(2, 0.5 / unit, rows);
+            require("a body on a slope", side > 0 ? PERP_STATICS_FALLS : PERP_STATICS_STANDS);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -363,6 +397,8 @@ int main(void)
         cmocka_unit_test(test_bounds_of_any_width),
         cmocka_unit_test(test_grasps),
         cmocka_unit_test(test_range),
+        cmocka_unit_test(test_rows_of_any_size),
+        cmocka_unit_test(test_units_of_tangents),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

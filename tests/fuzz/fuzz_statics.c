@@ -13,6 +13,7 @@ typedef struct statics_problem {
     int32_t n, bilateral, bounded, rows; /* rows: of H and G */
     fuzz_matrix H, G;
     double *f, *load, *scale; /* scale: the largest entry of a column; 1 where there is none */
+    double *r0;               /* which way contacts press that hold both ways */
     int carried;              /* f is what impulses inside the cones carry, without rounding */
     perp_statics_problem given;
     perp_statics_settings settings;
@@ -60,7 +61,7 @@ static void make(fuzz_bytes *bytes, statics_problem *p)
 {
     static const int32_t blocks[] = {3, 6, 1, VELOCITIES};
     fuzz_mood rows_mood;
-    int32_t block;
+    int32_t block, k;
     uint8_t flags;
 
     memset(p, 0, sizeof *p);
@@ -86,6 +87,10 @@ static void make(fuzz_bytes *bytes, statics_problem *p)
         fuzz_numbers(bytes, p->mood, p->load, p->n);
     else
         memset(p->load, 0, (size_t)p->n * sizeof *p->load);
+    p->r0 = fuzz_doubles(p->rows);
+    for (k = 0; k < p->rows; k++)
+        p->r0[k] = flags & 16 ? fuzz_pick(bytes, 5) - 2.0 : 0.0;
+    p->carried &= !(flags & 16); /* not along r0, perhaps */
     make_scale(p);
     if (perp_statics_problem_init(&p->given, sizeof p->given) != PERP_OK ||
         perp_statics_settings_init(&p->settings, sizeof p->settings) != PERP_OK)
@@ -96,6 +101,7 @@ static void make(fuzz_bytes *bytes, statics_problem *p)
     p->given.G = p->bilateral > 0 ? &p->G.view : NULL;
     p->given.f = p->f;
     p->given.load = flags & 2 ? p->load : NULL;
+    p->given.r0 = flags & 16 ? p->r0 : NULL;
     p->settings.objective = flags >> 2 & 1;
     if (flags & 8)
         p->settings.max_iterations = fuzz_pick(bytes, 20);
@@ -103,6 +109,7 @@ static void make(fuzz_bytes *bytes, statics_problem *p)
     fuzz_show("G", p->G.dense, p->bilateral * p->n);
     fuzz_show("f", p->f, p->n);
     fuzz_show("load", p->load, p->n);
+    fuzz_show("r0", p->r0, p->rows - p->bilateral);
     fuzz_show("mu", p->laws.mu, p->laws.laws.contacts);
     fuzz_show("rolling", p->laws.rolling, p->laws.laws.contacts);
     fuzz_show("spinning", p->laws.spinning, p->laws.laws.contacts);
@@ -130,6 +137,7 @@ static void check_cones(const statics_problem *p, const double *r)
     for (l = 0; l < p->laws.count; l++) {
         const oracle_law *law = &p->laws.law[l];
         wide tangent[3] = {0, 0, 0}, most = (wide)law->mu * (law->normal < 0 ? 0 : r[law->normal]);
+        wide pressing[3] = {0, 0, 0};
 
         if (law->kind == ORACLE_NORMAL && !(r[law->first] >= 0))
             fuzz_fail("stands: normal impulse r[%d] = %g", law->first, r[law->first]);
@@ -141,6 +149,10 @@ static void check_cones(const statics_problem *p, const double *r)
             continue;
         for (i = 0; i < law->rows && i < 3; i++)
             tangent[i] = r[law->first + i];
+        for (i = 0; i < law->normals; i++)
+            pressing[i] = r[law->normal + i];
+        if (law->normals > 0)
+            most = law->mu * size_of(pressing, law->normals);
         if (size_of(tangent, law->rows) > most * (1 + (wide)0x1p-53))
             fuzz_fail("stands: r[%d] leaves its cone by %g of %g", law->first,
                       (double)(size_of(tangent, law->rows) - most), (double)most);
@@ -152,8 +164,11 @@ static void check_cones(const statics_problem *p, const double *r)
 static void check_balance(const statics_problem *p, const double *r, double unbalance)
 {
     wide left = 0, most = 0;
+    double turned = 0; /* where normals are turned, each rounds beside the others */
     int32_t i, j;
 
+    for (i = 0; i < p->rows && p->given.r0; i++)
+        turned = fmax(turned, fabs(r[i]));
     for (j = 0; j < p->n; j++) {
         wide sum = (wide)p->f[j] + p->load[j];
         wide terms = oracle_abs(p->f[j]) + oracle_abs(p->load[j]);
@@ -162,7 +177,7 @@ static void check_balance(const statics_problem *p, const double *r, double unba
             const wide term = (wide)row_of(p, i)[j] * r[i];
 
             sum += term;
-            terms += oracle_abs(term);
+            terms += fmax((double)oracle_abs(term), fabs(row_of(p, i)[j]) * turned);
         }
         left = oracle_abs(sum) / p->scale[j] > left ? oracle_abs(sum) / p->scale[j] : left;
         most = terms / p->scale[j] > most ? terms / p->scale[j] : most;
@@ -176,19 +191,42 @@ static void check_balance(const statics_problem *p, const double *r, double unba
 
 /* ---- it falls ---- */
 
-/* What rows of a law lack to be in the dual cone; *reach: the size of what they are made of. */
+/* The friction of a contact that holds both ways, from the law of its normals; or NULL. */
+static const oracle_law *friction_of(const statics_problem *p, const oracle_law *law)
+{
+    return law->kind == ORACLE_BILATERAL && law < p->laws.law + p->laws.count - 1 &&
+                   law[1].kind == ORACLE_FRICTION && law[1].normals > 0 && law[1].mu > 0
+               ? law + 1
+               : NULL;
+}
+
+/* What rows of a law lack to be in the dual cone. */
 static wide find_lack(const statics_problem *p, const oracle_law *law, const wide *u)
 {
     wide lack = 0;
+    const oracle_law *friction = friction_of(p, law);
     int32_t l;
 
+    if (friction) { /* along r0 as a normal's, across it none */
+        wide r0[3] = {0}, along = 0, across;
+
+        for (l = 0; l < law->rows; l++) {
+            r0[l] = p->r0[law->first + l];
+            along += u[law->first + l] * r0[l];
+        }
+        along /= size_of(r0, law->rows);
+        across = size_of(u + law->first, law->rows);
+        across = oracle_sqrt(across * across > along * along ? across * across - along * along : 0);
+        lack = friction->mu * size_of(u + friction->first, friction->rows) - along;
+        return across + (lack > 0 ? lack : 0);
+    }
     if (law->kind == ORACLE_NORMAL) { /* with all friction of its contact */
         lack = -u[law->first];
         for (l = 0; l < p->laws.count; l++)
             if (p->laws.law[l].kind == ORACLE_FRICTION && p->laws.law[l].normal == law->first)
                 lack += p->laws.law[l].mu * size_of(u + p->laws.law[l].first, p->laws.law[l].rows);
     } else if (law->kind == ORACLE_BILATERAL) {
-        lack = oracle_abs(u[law->first]);
+        lack = size_of(u + law->first, law->rows);
     } else if (law->kind == ORACLE_BOUNDED) {
         if ((u[law->first] > 0 && law->lower == -INFINITY) ||
             (u[law->first] < 0 && law->upper == INFINITY))
@@ -232,6 +270,9 @@ static void check_certificate(const statics_problem *p, const double *v, double 
         const int contact = law->kind == ORACLE_NORMAL;
         wide lack = find_lack(p, law, u), made = 0;
 
+        if (friction_of(p, law))
+            for (i = 0; i < law[1].rows; i++)
+                made += law[1].mu * reach[law[1].first + i];
         for (i = 0; i < (contact ? law->block_rows : law->rows); i++)
             made += reach[(contact ? law->block : law->first) + i];
         if (contact)

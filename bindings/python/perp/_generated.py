@@ -615,6 +615,7 @@ class StaticsProblem(Structure):
         ("G", POINTER(Matrix)),
         ("f", c_void_p),
         ("load", c_void_p),
+        ("r0", c_void_p),
     ]
 
 

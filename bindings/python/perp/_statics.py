@@ -30,6 +30,11 @@ _OBJECTIVE_CODES = {
 }
 
 
+# Room that is kept for the contacts of a world: of a body in a dense packing of blocks, with a
+# dozen neighbours, each pair of four points. A world of more is asked again.
+CONTACTS_A_BODY = 24
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Statics(Shown):
     """Whether forces are in equilibrium: true where they are."""
@@ -98,6 +103,8 @@ def statics(
     bounds: Optional[tuple[ArrayLike, ArrayLike]] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
+    two_sided: Optional[ArrayLike] = None,
+    r0: Optional[ArrayLike] = None,
     objective: StaticsObjective = "least",
     max_iterations: Optional[int] = None,
 ) -> StaticsResult:
@@ -109,10 +116,13 @@ def statics(
     If they cannot, a virtual velocity v proves it: u = H v has u_n >= mu |u_t| in each contact,
     G v = 0, and the forces do work, (f + load) v > 0, more than rows with bounds can take.
 
-    H, f, mu, dim, rolling, spinning: as for contact(); H may be any array or SciPy sparse matrix.
+    H, f, mu, dim, rolling, spinning, two_sided: as for contact(); H may be any array or SciPy
+        sparse matrix.
     load: (n,), a further force; the result's `safety` is the largest factor with which it is
         carried beside f.
     bilateral: G, the joints' rows.  bounds: (lower, upper) of the last len(lower) rows of H.
+    r0: (rows of H,), impulses that tell which way two-sided contacts with friction press; they are
+        then asked to press along these, and another call asks of the other way.
     objective: "least": of all impulses that balance the forces those with the least sum of squares;
         "interior": the first ones found strictly inside all cones.
     max_iterations: of the interior point; default 100.
@@ -125,12 +135,15 @@ def statics(
     H_view, G_view = sized(s.Matrix), sized(s.Matrix)
     owners = [_arrays.view_rectangle(H_view, H, "H")[1]]
     n, rows = H_view.columns, H_view.rows
-    forces, added = _arrays.vector(f, "f", n), None
+    forces, added, pressing = _arrays.vector(f, "f", n), None, None
     problem.n, problem.f = n, _arrays.address(forces)
     if load is not None:
         added = _arrays.vector(load, "load", n)
         problem.load = _arrays.address(added)
-    laws = _Laws(rows, mu, dim, rolling, spinning, bounds, None)
+    if r0 is not None:
+        pressing = _arrays.vector(r0, "r0", rows)
+        problem.r0 = _arrays.address(pressing)
+    laws = _Laws(rows, mu, dim, rolling, spinning, bounds, two_sided)
     problem.laws, problem.H = pointer(laws.struct), pointer(H_view)
     if bilateral is not None:
         owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
@@ -148,7 +161,7 @@ def statics(
             byref(settings),
         )
     )
-    del owners, forces, added  # the views of these were used up to here
+    del owners, forces, added, pressing  # the views of these were used up to here
     fields = _decided(result)
     stands, falls = fields["verdict"] == "stands", fields["verdict"] == "falls"
     return StaticsResult(
@@ -168,20 +181,18 @@ def world_statics(
     loads = (s.WorldLoad * len(given))(*[_load(world, body, force) for body, force in given])
     found, states = c_int32(), sized(s.WorldStates)
 
-    def ask(contacts: Any, capacity: int, twists: Any) -> None:
-        world._call(
-            library.perp_world_statics, contacts, capacity, byref(found), twists, byref(result),
-            byref(settings), loads, len(loads),
-        )  # fmt: skip
-
     with world._lock:
-        ask(None, 0, None)  # how many contacts there are
-        contacts = (s.WorldContact * found.value)()
-        for contact in contacts:
-            contact.struct_size = sizeof(contact)
         world._call(library.perp_world_get_states, byref(states))
         twists = np.zeros((states.slots, 6))
-        ask(contacts, len(contacts), _arrays.address(twists))
+        found.value = CONTACTS_A_BODY * states.slots
+        capacity = -1
+        while capacity < found.value:  # again only where contacts are more than was thought
+            capacity = found.value
+            contacts = _world_contacts(capacity)
+            world._call(
+                library.perp_world_statics, contacts, capacity, byref(found),
+                _arrays.address(twists), byref(result), byref(settings), loads, len(loads),
+            )  # fmt: skip
         bodies = {body: twists[body.index + 1] for body in world.bodies}
     fields, d = _decided(result), world._dimension
     velocities = {
@@ -190,9 +201,17 @@ def world_statics(
     }
     return WorldStatics(
         **fields,
-        contacts=[world._contact(contact) for contact in contacts],
+        contacts=[world._contact(contact) for contact in contacts[: found.value]],
         velocities=velocities if fields["verdict"] == "falls" else None,
     )
+
+
+def _world_contacts(count: int) -> Any:
+    contacts = (s.WorldContact * count)()
+    if count > 0:
+        sizes = np.frombuffer(contacts, dtype=np.uintp).reshape(count, -1)
+        sizes[:, 0] = sizeof(s.WorldContact)
+    return contacts
 
 
 def _load(world: World, body: Any, given: Any) -> s.WorldLoad:

@@ -512,26 +512,47 @@ def test_units_that_are_powers_of_two(power):
         assert other.safety == pytest.approx(one.safety, rel=1e-8, abs=1e-9)
 
 
-def clarabel_margin(H, f, mu):
-    """The largest s with r_n - s >= |r_t| / mu in all contacts, and the least impulses."""
+@pytest.mark.parametrize("dim", [2, 3])
+def test_units_of_rows_change_no_verdict(dim):
+    """Normals and tangents each in units up to 2^20 apart, exactly the same problem: it may be more
+    than doubles can tell, but what stands never falls, and what falls never stands."""
+    told = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        H, f, mu, _ = random_problem(rng, dim, bodies=5 - dim)
+        n, t = 2.0 ** rng.integers(-20, 21, (2, len(mu)))
+        units = np.column_stack([n] + (dim - 1) * [t]).ravel()
+        one = perp.statics(H, f, mu, dim=dim)
+        other = perp.statics(units[:, None] * H, f, mu * n / t, dim=dim)
+        assert other.verdict in (one.verdict, "indeterminate")
+        told += other.verdict == one.verdict
+    assert told >= 100
+
+
+def clarabel_margin(H, f, mu, G=None):
+    """The largest s with r_n - s >= |r_t| / mu in all contacts, and the least impulses; those of
+    the rows of G are free."""
     clarabel = pytest.importorskip("clarabel")
-    (rows, n), contacts = H.shape, len(mu)
+    contacts, pressing = len(mu), len(H)
+    H = H if G is None else np.vstack([H, G])
+    rows, n = H.shape
     shares = np.repeat(mu, 3)
     shares[1::3] = shares[2::3] = 1.0
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     answers = []
     for least in (False, True):
-        lift = np.zeros((rows, 1))
+        lift = np.zeros((pressing, 1))
         lift[::3, 0] = mu
+        within = -sp.diags(shares).tocsc() @ sp.eye(pressing, rows)
         A = sp.vstack([
-            sp.hstack([sp.csc_matrix(H.T), np.zeros((n, 1))]), sp.hstack([-sp.diags(shares), lift]),
+            sp.hstack([sp.csc_matrix(H.T), np.zeros((n, 1))]), sp.hstack([within, lift]),
             sp.csc_matrix(([1.0], ([0], [rows])), shape=(1, rows + 1)),
         ]).tocsc()  # fmt: skip
         P = sp.diags([*np.full(rows, float(least)), 0.0]).tocsc()
         end = clarabel.ZeroConeT(1) if least else clarabel.NonnegativeConeT(1)
         cones = [clarabel.ZeroConeT(n), *[clarabel.SecondOrderConeT(3)] * contacts, end]
-        b = np.array([*(-f / unit(H, f)), *np.zeros(rows), 0.0 if least else 1.0])
+        b = np.array([*(-f / unit(H, f)), *np.zeros(pressing), 0.0 if least else 1.0])
         cost = np.array([*np.zeros(rows), 0.0 if least else -1.0])
         answer = clarabel.DefaultSolver(P, cost, A, b, cones, settings).solve()
         answers.append(np.array(answer.x))
@@ -551,6 +572,78 @@ def test_problems_in_space_against_clarabel(seed):
         assert np.abs(r.impulse - least).max() <= 1e-4 * np.abs(least).max()
     else:
         check_certificate(r, H, f, mu, 3)
+
+
+# ---- guides and pins -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("slack", [1e-3, 1e-6, 1e-9])
+def test_a_drawer_jams(slack):
+    """Guided along x at x = +-L / 2, pulled along it h beside its middle: the guides carry h / L
+    each, one this way and one that way, and hold it back by 2 mu h / L. It jams from L / (2 mu)."""
+    rng, length = np.random.default_rng(3), 0.4
+    for mu in rng.uniform(0.05, 1.5, 10):
+        for share, jams in ((1 + slack, True), (1 - slack, False)):
+            H = np.vstack([[[0, 1, x], [1, 0, 0]] for x in (length / 2, -length / 2)])
+            f = np.array([1.0, 0, -share * length / (2 * mu)])
+            r = perp.statics(H, f, mu, dim=2, two_sided=1, r0=[1.0, 0, -1.0, 0])
+            assert r.stands == jams
+            if jams:
+                assert r.impulse[::2] == pytest.approx(np.array([1, -1]) / (2 * mu), rel=2e-3)
+                assert (np.abs(r.impulse[1::2]) <= mu * np.abs(r.impulse[::2])).all()
+            else:  # it slides along the guides
+                turned = np.diag([1.0, 1, -1, 1]) @ H
+                check_certificate(r, turned, f, mu, 2)
+            # pressed the other way they would turn it further
+            assert perp.statics(H, f, mu, dim=2, two_sided=1, r0=[-1, 0, 1, 0]).verdict == "falls"
+
+
+def turned_problem(rng):
+    """Contacts with friction that have one to three normals, some ordinary, in 6 velocities twice;
+    the direction of each, and the ordinary contacts that press along these, with free rows."""
+    contacts = int(rng.integers(4, 8))
+    normals = rng.integers(0, 4, contacts)
+    H, r0, cones, free = [], [], [], []
+    for both in normals:
+        rows = rng.standard_normal((max(both, 1) + 2, 12))
+        d = rng.standard_normal(max(both, 1)) if both else np.ones(1)
+        H.append(rows)
+        r0 += [*d, 0, 0]
+        d /= np.linalg.norm(d)
+        cones += [d @ rows[: len(d)], *rows[len(d) :]]
+        free += list(np.linalg.svd(d[None])[2][1:] @ rows[: len(d)])  # across d
+    mu = rng.uniform(0.1, 1.2, contacts)
+    cones, free = np.array(cones), np.array(free).reshape(-1, 12)
+    r = rng.standard_normal((contacts, 3))
+    r[:, 0] = np.linalg.norm(r[:, 1:], axis=1) / mu + rng.uniform(-1.2, 1.0)
+    f = -cones.T @ r.ravel() - free.T @ rng.standard_normal(len(free))
+    return np.vstack(H), f, mu, normals, np.array(r0), cones, free
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_guides_pins_and_ball_joints_against_clarabel(seed):
+    """Rows of order 1: impulses across a direction are told to 1e-12 of all."""
+    H, f, mu, normals, r0, cones, free = turned_problem(np.random.default_rng(seed))
+    margin, _ = clarabel_margin(cones, f, mu, free)
+    dims = np.maximum(normals, 1) + 2
+    r = perp.statics(H, f, mu, dim=dims, two_sided=normals, r0=r0)
+    other = perp.statics(cones, f, mu, bilateral=free)
+    assert abs(margin) > 1e-6 and r.stands == other.stands == (margin > 0)
+    assert r.margin == pytest.approx(margin, abs=1e-6 + 0.01 * abs(margin))
+    if not r:
+        return check_certificate(r, cones, f, mu, 3, free)
+    ends = np.cumsum(dims)
+    for part, both, m, d in zip(
+        np.split(r.impulse, ends[:-1]), np.maximum(normals, 1), mu, np.split(r0, ends[:-1])
+    ):
+        assert np.linalg.norm(part[both:]) <= m * np.linalg.norm(part[:both])
+        along = part[:both] @ d[:both] / np.linalg.norm(d)
+        assert np.linalg.norm(part[both:]) <= m * along * (1 + 1e-12)
+    assert np.abs(f + H.T @ r.impulse).max() <= 1e-12 * (np.abs(H.T) @ np.abs(r.impulse)).max()
+    # a turned basis has the same least impulses
+    assert np.linalg.norm(r.impulse) == pytest.approx(
+        np.hypot(np.linalg.norm(other.impulse), np.linalg.norm(other.bilateral_impulse)), rel=1e-6
+    )
 
 
 # ---- refusals ------------------------------------------------------------------------------------
@@ -581,6 +674,10 @@ def test_problems_in_space_against_clarabel(seed):
         ({"bounds": ([1.0] * 3, [0.0] * 3), "mu": [0.5] * 3}, ["lower[0]", "upper[0]"]),
         ({"bounds": ([NAN] * 3, [0.0] * 3), "mu": [0.5] * 3}, ["lower[0]", "nan"]),
         ({"bounds": (np.zeros(13), INF)}, ["bounds[0]", "(13,)"]),
+        ({"two_sided": [0, 1, 0, 0]}, ["two_sided[1]", "r0 does not tell"]),
+        ({"two_sided": [0, 1, 0, 0], "r0": [1, 0, 0] + [0, 1, 1] * 3}, ["two_sided[1]", "r0"]),
+        ({"r0": np.ones(11)}, ["r0", "(11,)", "(12,)"]),
+        ({"r0": np.full(12, NAN)}, ["r0[0]", "nan"]),
     ],
 )
 def test_refusals(arguments, words):
@@ -667,6 +764,20 @@ def test_world_with_joints_and_without_anything():
     assert r.verdict == "falls" and v[2] < 0
     world.add_joint("fixed", world.ground, body)
     assert world.statics().verdict == "stands"
+
+
+@pytest.mark.parametrize("room, decisions", [(24, 1), (1, 2), (0, 2)])
+def test_a_world_is_decided_once(monkeypatch, room, decisions):
+    """And once more where contacts are more than there was room for: four here, of two slots."""
+    world, box = slope_world(0.5)
+    whole, asked, call = world.statics(), [], world._call
+    monkeypatch.setattr("perp._statics.CONTACTS_A_BODY", room)
+    monkeypatch.setattr(world, "_call", lambda f, *x: asked.append(f.__name__) or call(f, *x))
+    again = world.statics()
+    assert asked.count("perp_world_statics") == decisions
+    assert len(whole.contacts) == len(again.contacts) == 4
+    for one, other in zip(whole.contacts, again.contacts):
+        assert (one.impulse == other.impulse).all() and (one.position == other.position).all()
 
 
 def test_loads_of_a_world_are_checked():

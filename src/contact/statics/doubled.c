@@ -19,9 +19,7 @@
 #define NONE 1e-27
 #define ENDLESS 1e100
 
-typedef struct pair {
-    double high, low;
-} pair;
+typedef perp__pair pair;
 
 static inline pair join(double high, double low)
 {
@@ -44,30 +42,29 @@ static inline pair times(pair a, pair b)
     return join(product, fma(a.high, b.high, -product) + (a.high * b.low + a.low * b.high));
 }
 
-static inline pair minus(pair a)
+static inline pair single(double x)
 {
-    return (pair){-a.high, -a.low};
+    return (pair){x, 0.0};
+}
+
+/* sum - a b */
+static inline pair less(pair sum, pair a, pair b)
+{
+    return add(sum, times((pair){-a.high, -a.low}, b));
 }
 
 static inline pair ratio(pair a, pair b)
 {
     const double q = a.high / b.high;
-    const pair rest = add(a, minus(times((pair){q, 0.0}, b)));
 
-    return join(q, rest.high / b.high);
+    return join(q, less(a, single(q), b).high / b.high);
 }
 
 static inline pair root(pair a)
 {
     const double r = sqrt(a.high);
-    const pair rest = add(a, minus(times((pair){r, 0.0}, (pair){r, 0.0})));
 
-    return join(r, r > 0.0 ? 0.5 * rest.high / r : 0.0);
-}
-
-static inline pair single(double x)
-{
-    return (pair){x, 0.0};
+    return join(r, r > 0.0 ? 0.5 * less(a, single(r), single(r)).high / r : 0.0);
 }
 
 /* ---- the envelope ---- */
@@ -79,7 +76,8 @@ static void lay_out(perp__arena *arena, void *object)
 
     s->first = perp__arena_take(arena, n, sizeof *s->first);
     s->starts = perp__arena_take(arena, n + 1, sizeof *s->starts);
-    PERP__DOUBLES(arena, s->envelope, &s->L, &s->L_low);
+    s->L = perp__arena_take(arena, s->envelope, sizeof *s->L);
+    s->ordered = perp__arena_take(arena, n, sizeof *s->ordered);
 }
 
 /* The first place, of nodes, that the node at `place` is coupled with. */
@@ -153,16 +151,10 @@ static void add_block(perp__statics *s, int32_t u, const perp__statics_link *fro
     for (int32_t k = 0; k < unit->rows && column <= row; k++)
         for (int32_t i = 0; i < width; i++) {
             const pair P = factor_entry(s, unit, u, from, i, k);
-            double *L = s->L + row_of(s, row + i) + column;
-            double *low = s->L_low + row_of(s, row + i) + column;
+            pair *L = s->L + row_of(s, row + i) + column;
 
-            for (int32_t j = 0; j < width && column + j <= row + i; j++) {
-                const pair sum =
-                    add((pair){L[j], low[j]}, times(P, factor_entry(s, unit, u, to, j, k)));
-
-                L[j] = sum.high;
-                low[j] = sum.low;
-            }
+            for (int32_t j = 0; j < width && column + j <= row + i; j++)
+                L[j] = add(L[j], times(P, factor_entry(s, unit, u, to, j, k)));
         }
 }
 
@@ -172,7 +164,6 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
 
     /* 1. K's lower triangle. */
     memset(s->L, 0, s->envelope * sizeof *s->L);
-    memset(s->L_low, 0, s->envelope * sizeof *s->L_low);
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
 
@@ -183,25 +174,20 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
 
     /* 2. Its factors, row after row. */
     for (int32_t i = 0; i < n; i++) {
-        double *Li = s->L + row_of(s, i), *low = s->L_low + row_of(s, i);
-        const double size = Li[i];
+        pair *Li = s->L + row_of(s, i);
+        const double size = Li[i].high;
 
         for (int32_t j = s->first[i]; j <= i; j++) {
-            const double *Lj = s->L + row_of(s, j), *Lj_low = s->L_low + row_of(s, j);
-            pair sum = {Li[j], low[j]};
+            const pair *Lj = s->L + row_of(s, j);
+            pair sum = Li[j];
 
             for (int32_t k = s->first[i] > s->first[j] ? s->first[i] : s->first[j]; k < j; k++)
-                sum = add(sum, minus(times((pair){Li[k], low[k]}, (pair){Lj[k], Lj_low[k]})));
-            if (j < i)
-                sum = ratio(sum, (pair){Lj[j], Lj_low[j]});
-            else if (!(sum.high > NONE * size))
-                sum = single(ENDLESS);
-            else
-                sum = root(sum);
-            Li[j] = sum.high;
-            low[j] = sum.low;
+                sum = less(sum, Li[k], Lj[k]);
+            Li[j] = j < i                    ? ratio(sum, Lj[j])
+                    : sum.high > NONE * size ? root(sum)
+                                             : single(ENDLESS);
         }
-        if (!isfinite(Li[i]))
+        if (!isfinite(Li[i].high))
             return 0;
     }
     return 1;
@@ -210,43 +196,26 @@ int32_t perp__statics_factor_doubled(perp__statics *s)
 void perp__statics_solve_doubled(perp__statics *s, double *x, double *low)
 {
     const int32_t width = s->rows->width, n = s->rows->nodes * width;
-    double *high_of = s->permuted, *low_of = s->terms; /* in the order of elimination */
+    pair *own = s->ordered; /* in the order of elimination */
 
     for (int32_t i = 0; i < n; i++) {
         const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
+        const pair *L = s->L + row_of(s, i);
 
-        high_of[i] = x[at];
-        low_of[i] = low[at];
-    }
-    for (int32_t i = 0; i < n; i++) {
-        const double *L = s->L + row_of(s, i), *L_low = s->L_low + row_of(s, i);
-        pair sum = {high_of[i], low_of[i]};
-
+        own[i] = (pair){x[at], low[at]};
         for (int32_t k = s->first[i]; k < i; k++)
-            sum = add(sum, minus(times((pair){L[k], L_low[k]}, (pair){high_of[k], low_of[k]})));
-        sum = ratio(sum, (pair){L[i], L_low[i]});
-        high_of[i] = sum.high;
-        low_of[i] = sum.low;
+            own[i] = less(own[i], L[k], own[k]);
+        own[i] = ratio(own[i], L[i]);
     }
     for (int32_t i = n - 1; i >= 0; i--) {
-        const double *L = s->L + row_of(s, i), *L_low = s->L_low + row_of(s, i);
-        const pair value = ratio((pair){high_of[i], low_of[i]}, (pair){L[i], L_low[i]});
-
-        high_of[i] = value.high;
-        low_of[i] = value.low;
-        for (int32_t k = s->first[i]; k < i; k++) {
-            const pair sum =
-                add((pair){high_of[k], low_of[k]}, minus(times((pair){L[k], L_low[k]}, value)));
-
-            high_of[k] = sum.high;
-            low_of[k] = sum.low;
-        }
-    }
-    for (int32_t i = 0; i < n; i++) {
         const size_t at = (size_t)(s->fronts.order[i / width] * width + i % width);
+        const pair *L = s->L + row_of(s, i);
 
-        x[at] = high_of[i];
-        low[at] = low_of[i];
+        own[i] = ratio(own[i], L[i]);
+        x[at] = own[i].high;
+        low[at] = own[i].low;
+        for (int32_t k = s->first[i]; k < i; k++)
+            own[k] = less(own[k], L[k], own[i]);
     }
 }
 

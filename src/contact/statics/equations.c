@@ -290,9 +290,11 @@ PERP__MULTIVERSION(push_all,
     }
 }
 
-/* x += S^-1 A'dy where it corrects, left -= A x and terms += |A| |x|, in one pass over A. */
-PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects, double *left),
-                   (s, corrects, left))
+/* x += S^-1 A'dy where it corrects, left -= A x and terms, unless NULL, += |A| |x|, in one pass
+ * over A. */
+PERP__MULTIVERSION(balance_all,
+                   (const perp__statics *s, int32_t corrects, double *left, double *terms),
+                   (s, corrects, left, terms))
 {
     for (int32_t u = 0; u < s->rows->units; u++) {
         const perp__statics_unit *unit = &s->rows->unit[u];
@@ -305,7 +307,7 @@ PERP__MULTIVERSION(balance_all, (const perp__statics *s, int32_t corrects, doubl
                 x[k] += dx[k];
         }
         if (!s->idle[u] || x[0] != 0.0) /* else it carries nothing */
-            SIZED(add_rows, s, unit, s, unit, -1.0, x, left, s->terms);
+            SIZED(add_rows, s, unit, s, unit, -1.0, x, left, terms);
     }
 }
 
@@ -327,9 +329,10 @@ void perp__statics_balance(perp__statics *s, int32_t corrects)
     for (size_t i = 0; i < n; i++) {
         s->rb[i] = s->b[i];
         s->rb_low[i] = 0.0;
-        s->terms[i] = fabs(s->b[i]);
+        s->terms[i] = s->factored ? s->terms[i] : fabs(s->b[i]); /* of base */
     }
-    balance_all(s, corrects && !s->doubled, s->doubled ? s->dy : s->rb);
+    balance_all(s, corrects && !s->doubled, s->doubled ? s->dy : s->rb,
+                s->factored ? NULL : s->terms);
     if (s->doubled)
         perp__statics_push_doubled(s, -1.0, 0, s->x, s->rb, s->rb_low);
 }

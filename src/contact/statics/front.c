@@ -11,6 +11,7 @@
 #include "contact/bounded.h"
 #include "contact/statics/statics.h"
 #include "linalg/matrix.h"
+#include "linalg/spatial.h"
 
 PERP__INIT(perp_statics_settings)
 PERP__INIT(perp_statics_result)
@@ -27,8 +28,17 @@ PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "in
 /* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
 #define NOISE 1e-12
 
+/* Of a coefficient of friction whose normal is a sum: what rounding of that may take. */
+#define TURNED (8.0 * DBL_EPSILON)
+
 /* Beside the least work of a factorisation, what nodes of more coordinates may cost. */
 #define LITTLE_MORE 4.0
+
+/* A row of a unit: the caller's from `first` on, times factors. */
+typedef struct combined_row {
+    int32_t first, count;
+    double factor[3];
+} combined_row;
 
 struct perp__statics_front {
     perp_context *context;
@@ -36,17 +46,18 @@ struct perp__statics_front {
     perp__matrix H, G;
     int32_t n, rows, size; /* rows of H; with those of G */
     const double *f, *load;
-    const double *w; /* rows of H, or NULL: contacts with a normal above 0 are open */
-    int32_t lost;    /* 1: doubles do not hold all numbers in these units */
+    const double *w;  /* rows of H, or NULL: contacts with a normal above 0 are open */
+    const double *r0; /* rows of H, or NULL: which way contacts press that hold both ways */
+    int32_t lost;     /* 1: doubles do not hold all numbers in these units */
 
     perp__arena arena, value_arena;
-    int32_t entries;
+    int32_t entries; /* room */
     size_t numbers;
     int32_t *starts, *columns; /* of H and G, row by row */
     double *entry;
-    int32_t *given_row; /* own.size: the caller's */
-    int32_t *mark;      /* n: the unit that met a block last */
-    double *scale;      /* n: powers of two that bring velocities to rows of size 1 */
+    combined_row *row; /* own.size */
+    int32_t *mark;     /* n: the unit that met a block last */
+    double *scale;     /* n: powers of two that bring velocities to rows of size 1 */
     perp__statics_unit *unit;
     perp__statics_link *link;
     double *values, *forces, *loads, *r, *v;
@@ -74,29 +85,22 @@ static perp_status read_problem(front *a, const perp_statics_problem *given)
         return perp__refuse(a->context, "problem.%s is %d, expected %s",
                             own.n < 0 ? "n" : "reserved", (int)(own.n < 0 ? own.n : own.reserved),
                             own.n < 0 ? "0 or more" : "0");
-    for (int32_t k = 0; a->laws.two_sided && k < a->laws.contacts; k++)
-        if (a->laws.two_sided[k] > 0)
-            return perp__refuse(a->context,
-                                "laws.two_sided[%d] is %d: friction that grows with a reaction of "
-                                "either sign makes no convex cone",
-                                (int)k, (int)a->laws.two_sided[k]);
     a->n = own.n;
     a->rows += a->laws.bounded;
     a->size = a->rows;
     if (a->rows > 0 || own.H)
         status = perp__matrix_read_sized(a->context, "H", &a->H, own.H, a->rows, a->n);
-    if (status == PERP_OK && own.G) {
-        status = perp__matrix_read(a->context, "G", &a->G, own.G);
-        a->size += a->G.rows;
-        if (status == PERP_OK && a->G.columns != a->n)
-            status = perp__refuse(a->context, "G has %d columns, expected problem.n = %d",
-                                  (int)a->G.columns, (int)a->n);
-    }
+    if (status == PERP_OK && own.G)
+        status = perp__matrix_read_sized(a->context, "G", &a->G, own.G, own.G->rows, a->n);
+    a->size += a->G.rows;
     PERP__THEN(status, perp__check_vector(a->context, "f", own.f, (size_t)a->n));
     if (status == PERP_OK && own.load)
         status = perp__check_vector(a->context, "load", own.load, (size_t)a->n);
+    if (status == PERP_OK && own.r0)
+        status = perp__check_vector(a->context, "r0", own.r0, (size_t)a->rows);
     a->f = own.f;
     a->load = own.load;
+    a->r0 = own.r0;
     a->own.units = a->laws.contacts + a->laws.bounded + a->size - a->rows;
     return status;
 }
@@ -129,20 +133,17 @@ static void lay_out_rows(perp__arena *arena, void *object)
     a->starts = perp__arena_take(arena, (size_t)a->size + 2, sizeof *a->starts);
     a->columns = perp__arena_take(arena, (size_t)a->entries, sizeof *a->columns);
     a->entry = perp__arena_take(arena, (size_t)a->entries, sizeof *a->entry);
-    PERP__INTEGERS(arena, (size_t)a->size, &a->given_row);
+    a->row = perp__arena_take(arena, (size_t)a->size, sizeof *a->row);
     a->mark = perp__arena_take(arena, (size_t)a->n, sizeof *a->mark);
     a->scale = perp__arena_take(arena, (size_t)a->n, sizeof *a->scale);
-    a->unit = perp__arena_take(arena, (size_t)a->own.units, sizeof *a->unit);
+    a->unit =
+        perp__arena_take(arena, (size_t)(a->own.units + 2 * a->laws.contacts), sizeof *a->unit);
 }
 
+/* At most: some may be 0. */
 static int32_t count_entries(const perp__matrix *M)
 {
-    perp__cursor at = perp__first(M);
-    int32_t count = 0;
-
-    while (M->rows > 0 && perp__advance(&at))
-        count++;
-    return count;
+    return M->column_starts ? M->column_starts[M->columns] : M->rows * M->columns;
 }
 
 /* The entries of H and G row by row, and what brings their columns to size 1; noise stays so. */
@@ -168,7 +169,7 @@ static void list_rows(front *a)
     }
     for (int32_t j = 0; j < a->n; j++)
         a->scale[j] = 0.0;
-    for (int32_t e = 0; e < a->entries; e++) {
+    for (int32_t e = 0; e < a->starts[a->size]; e++) {
         a->scale[a->columns[e]] = fmax(a->scale[a->columns[e]], fabs(a->entry[e]));
         most = fmax(most, fabs(a->entry[e]));
     }
@@ -178,52 +179,98 @@ static void list_rows(front *a)
                                                                    : 1.0));
 }
 
-/* The units of the laws. A row whose bounds are equal is a force, added to the others. */
-static void list_units(front *a)
+/* `count` of the caller's rows for the unit that is being listed. */
+static void take_rows(front *a, int32_t row, int32_t count)
+{
+    for (int32_t i = 0; i < count; i++)
+        a->row[a->own.size++] = (combined_row){row + i, 1, {1.0, 0.0, 0.0}};
+}
+
+/* One of the normals from `row` on, turned: along r0, or an axis across it, of Householder's
+ * reflection. */
+static void take_turned(front *a, int32_t row, int32_t normals, int32_t axis)
+{
+    combined_row *own = &a->row[a->own.size++];
+    double d[3] = {0.0};
+
+    memcpy(d, a->r0 + row, (size_t)normals * sizeof *d);
+    perp__normalise3(d);
+    *own = (combined_row){row, normals, {d[0], d[1], d[2]}};
+    for (int32_t i = 0; i < 3 && axis > 0; i++)
+        own->factor[i] = (i == axis) - d[axis] / (1.0 + fabs(d[0])) *
+                                           (d[i] + (i == 0 ? copysign(1.0, d[0]) : 0.0));
+}
+
+/* A contact, whose rows begin at *row. One that holds both ways is free where it has no friction;
+ * else it presses along r0, and what it carries across that is free. */
+static perp_status list_contact(front *a, int32_t u, int32_t *row)
 {
     const perp_contact_laws *laws = &a->laws;
+    const int32_t both = laws->two_sided ? laws->two_sided[u] : 0, normals = both > 0 ? both : 1;
+    const int32_t tangents = perp__contact_dim(laws, u) - normals, first = *row;
+    perp__statics_unit *unit = &a->unit[u];
+    const int32_t turned = both > 0 && laws->mu && laws->mu[u] > 0.0;
+
+    unit->mu = laws->mu ? laws->mu[u] : 0.0;
+    unit->rolling = laws->rolling ? laws->rolling[u] : 0.0;
+    unit->spinning = laws->spinning ? laws->spinning[u] : 0.0;
+    unit->tangents = unit->mu > 0.0 ? tangents : 0;
+    unit->rolls = unit->rolling > 0.0 ? tangents : 0;
+    unit->spins = unit->spinning > 0.0;
+    *row += normals + tangents + unit->rolls + unit->spins;
+    if (turned && (!a->r0 || perp__is_zero(a->r0 + first, both)))
+        return perp__refuse(a->context,
+                            "laws.two_sided[%d] is %d, and r0 does not tell which way it presses",
+                            (int)u, (int)both);
+    if (a->w && a->w[first] > 0.0) { /* open */
+        unit->tangents = unit->rolls = unit->spins = 0;
+        return PERP_OK;
+    }
+    unit->kind = both > 0 && !turned ? PERP__STATICS_FREE : PERP__STATICS_CONE;
+    unit->mu *= both > 1 ? 1.0 - TURNED : 1.0;
+    if (turned)
+        take_turned(a, first, both, 0);
+    else
+        take_rows(a, first, normals);
+    take_rows(a, first + normals, unit->tangents);
+    take_rows(a, first + normals + tangents, unit->rolls + unit->spins);
+    unit->rows = a->own.size - unit->row;
+    for (int32_t axis = 1; axis < both && turned; axis++) {
+        a->unit[a->own.units++] =
+            (perp__statics_unit){.kind = PERP__STATICS_FREE, .row = a->own.size, .rows = 1};
+        take_turned(a, first, both, axis);
+    }
+    return PERP_OK;
+}
+
+/* The units of the laws. */
+static perp_status list_units(front *a)
+{
+    const perp_contact_laws *laws = &a->laws;
+    const int32_t units = a->own.units;
     int32_t row = 0;
+    perp_status status = PERP_OK;
 
     a->own.size = 0;
-    for (int32_t u = 0; u < a->own.units; u++) {
+    for (int32_t u = 0; u < units && status == PERP_OK; u++) {
         perp__statics_unit *unit = &a->unit[u];
         const int32_t k = u - laws->contacts;
 
         memset(unit, 0, sizeof *unit);
         unit->row = a->own.size;
         if (k < 0) {
-            const int32_t tangents = perp__contact_dim(laws, u) - 1;
-
-            const int32_t open = a->w && a->w[row] > 0.0;
-
-            unit->mu = laws->mu ? laws->mu[u] : 0.0;
-            unit->rolling = laws->rolling ? laws->rolling[u] : 0.0;
-            unit->spinning = laws->spinning ? laws->spinning[u] : 0.0;
-            unit->tangents = unit->mu > 0.0 ? tangents : 0;
-            unit->rolls = unit->rolling > 0.0 ? tangents : 0;
-            unit->spins = unit->spinning > 0.0;
-            a->given_row[a->own.size++] = row++;
-            for (int32_t j = 0; j < tangents; j++, row++)
-                if (unit->tangents > 0)
-                    a->given_row[a->own.size++] = row;
-            for (int32_t j = 0; j < unit->rolls + unit->spins; j++)
-                a->given_row[a->own.size++] = row++;
-            if (open) {
-                a->own.size = unit->row;
-                unit->tangents = unit->rolls = unit->spins = 0;
-            }
-        } else {
-            unit->kind = k < laws->bounded ? PERP__STATICS_INTERVAL : PERP__STATICS_FREE;
-            unit->lower = k < laws->bounded && laws->lower ? laws->lower[k] : 0.0;
-            unit->upper = k < laws->bounded && laws->upper ? laws->upper[k] : INFINITY;
-            if (unit->lower == -INFINITY && unit->upper == INFINITY)
-                unit->kind = PERP__STATICS_FREE;
-            if (k >= laws->bounded || unit->lower < unit->upper)
-                a->given_row[a->own.size++] = row;
-            row++;
+            status = list_contact(a, u, &row);
+            continue;
         }
-        unit->rows = a->own.size - unit->row;
+        unit->kind = k < laws->bounded ? PERP__STATICS_INTERVAL : PERP__STATICS_FREE;
+        unit->lower = k < laws->bounded && laws->lower ? laws->lower[k] : 0.0;
+        unit->upper = k < laws->bounded && laws->upper ? laws->upper[k] : INFINITY;
+        if (unit->lower == -INFINITY && unit->upper == INFINITY)
+            unit->kind = PERP__STATICS_FREE;
+        unit->rows = 1;
+        take_rows(a, row++, 1);
     }
+    return status;
 }
 
 /* How many blocks of `width` columns the units meet; *work: of the products of K. */
@@ -237,9 +284,9 @@ static int32_t count_links(front *a, int32_t width, double *work)
         int32_t own = 0;
 
         for (int32_t k = 0; k < a->unit[u].rows; k++) {
-            const int32_t row = a->given_row[a->unit[u].row + k];
+            const combined_row *row = &a->row[a->unit[u].row + k];
 
-            for (int32_t e = a->starts[row]; e < a->starts[row + 1]; e++)
+            for (int32_t e = a->starts[row->first]; e < a->starts[row->first + row->count]; e++)
                 if (a->mark[a->columns[e] / width] != u) {
                     a->mark[a->columns[e] / width] = u;
                     own++;
@@ -285,9 +332,10 @@ static void fill_links(front *a)
 
         unit->link = links;
         for (int32_t k = 0; k < unit->rows; k++) {
-            const int32_t row = a->given_row[unit->row + k];
+            const combined_row *row = &a->row[unit->row + k];
+            int32_t part = 0;
 
-            for (int32_t e = a->starts[row]; e < a->starts[row + 1]; e++) {
+            for (int32_t e = a->starts[row->first]; e < a->starts[row->first + row->count]; e++) {
                 const int32_t node = a->columns[e] / width, i = a->columns[e] % width;
 
                 if (a->mark[node] < unit->link) {
@@ -295,8 +343,10 @@ static void fill_links(front *a)
                     a->link[links++] = (perp__statics_link){node, 0, at};
                     at += (size_t)(unit->rows * width);
                 }
-                a->values[a->link[a->mark[node]].at + (size_t)(k * width + i)] =
-                    bring_in(a, a->entry[e], a->scale[a->columns[e]]);
+                while (e >= a->starts[row->first + part + 1])
+                    part++;
+                a->values[a->link[a->mark[node]].at + (size_t)(k * width + i)] +=
+                    row->factor[part] * bring_in(a, a->entry[e], a->scale[a->columns[e]]);
             }
         }
         unit->links = links - unit->link;
@@ -316,7 +366,9 @@ static perp_status build(front *a)
     if (status != PERP_OK)
         return status;
     list_rows(a);
-    list_units(a);
+    status = list_units(a);
+    if (status != PERP_OK)
+        return status;
 
     /* 2. Coordinates a node: all, six or three as bodies have them, or one: the most that costs
      * little more than the best, for it is beside all forces of a node that one is balanced. */
@@ -342,19 +394,12 @@ static perp_status build(front *a)
     a->own.link = a->link;
     a->own.values = a->values;
 
-    /* 3. Forces in nodes; rows whose bounds are equal push as they are told. */
+    /* 3. Forces in nodes. */
     memset(a->forces, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->forces);
     memset(a->loads, 0, (size_t)(a->own.nodes * a->own.width) * sizeof *a->loads);
     for (int32_t j = 0; j < a->n; j++) {
         a->forces[j] = bring_in(a, a->f[j], a->scale[j]);
         a->loads[j] = a->load ? bring_in(a, a->load[j], a->scale[j]) : 0.0;
-    }
-    for (int32_t k = 0; k < a->laws.bounded; k++) {
-        const perp__statics_unit *unit = &a->unit[a->laws.contacts + k];
-        const int32_t row = a->rows - a->laws.bounded + k;
-
-        for (int32_t e = a->starts[row]; e < a->starts[row + 1] && unit->rows == 0; e++)
-            a->forces[a->columns[e]] += a->scale[a->columns[e]] * a->entry[e] * unit->lower;
     }
     return PERP_OK;
 }
@@ -370,10 +415,8 @@ static void write_answer(const front *a, perp__statics_answer *answer, double *r
         for (int32_t i = 0; i < a->size; i++)
             r[i] = 0.0;
         for (int32_t i = 0; i < a->own.size; i++)
-            r[a->given_row[i]] = a->r[i];
-        for (int32_t k = 0; k < a->laws.bounded; k++)
-            if (a->unit[a->laws.contacts + k].rows == 0)
-                r[a->rows - a->laws.bounded + k] = a->unit[a->laws.contacts + k].lower;
+            for (int32_t j = 0; j < a->row[i].count; j++)
+                r[a->row[i].first + j] += a->row[i].factor[j] * a->r[i];
     } else if (answer->verdict == PERP_STATICS_FALLS) {
         for (int32_t j = 0; j < a->n; j++)
             most = fmax(most, a->scale[j] / unit * fabs(a->v[j]));

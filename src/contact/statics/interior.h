@@ -14,6 +14,11 @@
 /* What is maximised: the margin s; nothing, but least squares are minimised. */
 enum { PERP__AIM_MARGIN, PERP__AIM_LEAST };
 
+/* A number in doubled precision. */
+typedef struct perp__pair {
+    double high, low;
+} perp__pair;
+
 struct perp__statics {
     perp_context *context;
     perp__arena arena, doubled_arena;
@@ -53,7 +58,7 @@ struct perp__statics {
     size_t envelope;
     int32_t *first;
     size_t *starts;
-    double *L, *L_low;
+    perp__pair *L, *ordered;
 };
 
 typedef enum perp__statics_end {
@@ -66,6 +71,15 @@ typedef enum perp__statics_end {
 static inline size_t perp__statics_numbers(const perp__statics *s)
 {
     return (size_t)s->rows->nodes * (size_t)s->rows->width;
+}
+
+/* How much of a normal's impulse a row may have: what its velocity counts beside the normal's. */
+static inline double perp__statics_share(const perp__statics_unit *unit, int32_t k)
+{
+    return k == 0 || unit->kind != PERP__STATICS_CONE ? 1.0
+           : k <= unit->tangents                      ? unit->mu
+           : k <= unit->tangents + unit->rolls        ? unit->rolling
+                                                      : unit->spinning;
 }
 
 /* The power of two at or below a size; 1 where there is none. */

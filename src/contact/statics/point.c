@@ -353,7 +353,8 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
             double longest = 0.0;
 
             for (int32_t i = 0; i < unit->rows * rows->width; i++) {
-                const double entry = fabs(rows->values[link->at + (size_t)i]);
+                const double entry = perp__statics_share(unit, i / rows->width) *
+                                     fabs(rows->values[link->at + (size_t)i]);
 
                 longest = fmax(longest, entry);
                 terms += most * entry;
@@ -366,7 +367,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                     carried, perp__largest(s->b + link->node * rows->width, rows->width) / longest);
         }
         for (int32_t k = 0; k < unit->rows; k++)
-            carried = fmax(carried, fabs(s->x[unit->row + k]));
+            carried = fmax(carried, fabs(s->x[unit->row + k]) / perp__statics_share(unit, k));
         if (unit->rows == 0) /* what is open */
             continue;
         if (unit->kind == PERP__STATICS_INTERVAL) {
@@ -380,17 +381,13 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
                 undone += DBL_EPSILON * made * fabs(least / v[0] / s->scale);
             }
         } else if (unit->kind == PERP__STATICS_FREE) {
-            for (int32_t k = 0; k < unit->rows; k++)
-                lack += fabs(v[k]);
+            lack = perp__sum_of_sizes(v, unit->rows);
         } else {
             const double *roll = v + 1 + unit->tangents, *spin = roll + unit->rolls;
 
-            lack = v[0] + unit->mu * perp__length2(unit->tangents > 0 ? v[1] : 0.0,
-                                                   unit->tangents > 1 ? v[2] : 0.0);
-            if (unit->rolls > 0)
-                lack += unit->rolling * perp__length2(roll[0], unit->rolls > 1 ? roll[1] : 0.0);
-            if (unit->spins)
-                lack += unit->spinning * fabs(spin[0]);
+            lack = v[0] + unit->mu * perp__length(v + 1, unit->tangents) +
+                   unit->rolling * perp__length(roll, unit->rolls) +
+                   unit->spinning * perp__length(spin, unit->spins);
         }
         if (!(lack <= ROW_ROUNDING * terms))
             return 0;
@@ -403,13 +400,16 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
 int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
-    const double most = perp__largest(y, n);
-    double work;
+    const double unit = perp__unit_of(perp__largest(y, n));
+    double *own = s->permuted, work, most; /* y of size 1, lest rows round to nothing */
 
-    if (!(most > 0.0) || !proves(s, y, &work))
+    for (int32_t i = 0; i < n; i++)
+        own[i] = y[i] / unit;
+    most = perp__largest(own, n);
+    if (!(most > 0.0) || !proves(s, own, &work))
         return 0;
     for (int32_t i = 0; i < n && answer->v; i++)
-        answer->v[i] = -y[i] / most;
+        answer->v[i] = -own[i] / most;
     s->work = work / most;
     answer->work = s->work * s->scale;
     return 1;

@@ -368,10 +368,6 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
         const perp__cone *cone = &s->cones[c];
         const perp__statics_unit *unit = &s->rows->unit[cone->unit];
         double *own = r + unit->row, *t = own + cone->first;
-        const double coefficient = cone->first == 1 && unit->tangents > 0 ? unit->mu
-                                   : cone->first == 1 + unit->tangents && unit->rolls > 0
-                                       ? unit->rolling
-                                       : unit->spinning;
         double z[3], room;
 
         perp__cone_place(s, cone, s->x, cone->h, z);
@@ -380,7 +376,7 @@ static double write_impulses(perp__statics *s, perp__statics_answer *answer)
         for (int32_t round = cone->dim > 1 && room <= 8.0 * DBL_EPSILON * z[0] ? 0 : 8; round < 8;
              round++) {
             if (perp__length2(t[0], cone->dim > 2 ? t[1] : 0.0) * (1.0 + 2.0 * DBL_EPSILON) <
-                coefficient * own[0])
+                perp__statics_share(unit, cone->first) * own[0])
                 break;
             for (int32_t j = 0; j < cone->dim - 1; j++)
                 t[j] = nextafter(t[j], 0.0);
@@ -492,11 +488,12 @@ void perp__statics_keep(perp__statics *s, const double *base)
     if (s->fronts.is_too_large || !(perp__statics_room(s) > 0.0))
         return;
     s->t = s->tau = 0.0;
+    memset(s->b, 0, perp__statics_numbers(s) * sizeof *s->b);
+    perp__statics_balance(s, 0);
+    memcpy(s->g, s->rb, perp__statics_numbers(s) * sizeof *s->g);
     perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
     perp__statics_condense(s, 1.0);
     s->factored = perp__statics_factor(s);
-    memset(s->g, 0, perp__statics_numbers(s) * sizeof *s->g);
-    perp__statics_push(s, 1.0, 0, s->base, s->g, NULL);
 }
 
 int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, const double *forces)
@@ -505,7 +502,7 @@ int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, con
         return 0;
     for (size_t i = 0; i < perp__statics_numbers(s); i++) {
         s->b[i] = -forces[i] / s->scale;
-        s->rb[i] = s->b[i] - s->g[i];
+        s->rb[i] = s->b[i] + s->g[i];
     }
     memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
     answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), ADJUSTED);

@@ -25,7 +25,7 @@ typedef struct perp__statics_unit {
     int32_t spins;     /* 0 or 1 */
     int32_t link, links;
     double mu, rolling, spinning; /* > 0 where there are such rows */
-    double lower, upper;          /* of an interval, lower < upper */
+    double lower, upper;          /* of an interval; equal: a force */
 } perp__statics_unit;
 
 typedef struct perp__statics_link {

@@ -91,7 +91,7 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
         unit->upper = -rows->bias[0] / rows->compliance[0];
         unit->lower = -unit->upper;
         if (rows->bias[1] != 0.0 && !ignores)
-            unit->rows = 0;
+            unit->lower = unit->upper = copysign(unit->upper, -rows->bias[1]);
         return 1;
     }
     if (rows->bias[0] > 0.0)
@@ -130,14 +130,6 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island, int
     return 1;
 }
 
-/* What a motor gives that stands without its speed; 0 of all other rows. */
-static double full_force(const perp__statics_unit *unit, const perp__rigid_rows *rows)
-{
-    return !rows->bounded || rows->bias[1] == 0.0 ? 0.0
-           : rows->bias[1] > 0.0                  ? unit->lower
-                                                  : unit->upper;
-}
-
 /* Impulses of the forces, and what the change to v_carried takes, of each body, turns over its
  * length; work.still: v_carried. */
 static void find_forces(perp_world *world, const perp__island *island,
@@ -156,22 +148,6 @@ static void find_forces(perp_world *world, const perp__island *island,
         perp__twist_of(world, work->now + n * i, now);
         perp__find_force(world, carrying, work->members[i], t, now, twist, force);
         perp__coordinates_of(world, force, work->stand_forces + n * i);
-    }
-    for (int32_t i = work->count; i < work->units; i++) {
-        const perp__rigid_rows *rows = &work->rows[i];
-        const double r = full_force(&work->stand_units[i], rows);
-
-        for (int32_t side = 0; side < 2 && r != 0.0; side++) {
-            const int32_t body = rows->body[side];
-            double *force = work->stand_forces + n * body;
-
-            if (body < 0 || body >= island->bodies)
-                continue;
-            for (int32_t k = 0; k < n; k++)
-                force[k] +=
-                    rows->rows[side][1][k] * r /
-                    (k < (n == 6 ? 3 : 2) ? 1.0 : perp__body_length(world, work->members[body]));
-        }
     }
 }
 
@@ -351,10 +327,8 @@ static void take_answer(perp_world *world, const perp__island *island)
         memset(work->velocity + 3 * i, 0, 3 * sizeof *r);
         for (int32_t k = 0; k < unit->rows; k++)
             r[k + rows->bounded] = work->stand_r[unit->row + k];
-        if (rows->bounded) {
-            r[0] = unit->upper;
-            r[1] += full_force(unit, rows);
-        }
+        if (rows->bounded)
+            r[0] = fabs(unit->upper);
         if (i < work->count || !rows->bounded)
             work->velocity[3 * i] = rows->bias[0];
         if (i >= work->count)
