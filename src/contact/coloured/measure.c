@@ -1,5 +1,6 @@
 /* What passes have come to: u of all rows, and the residual that contact.h calls tested, from the
- * rows as they were packed. No set-up, no second witness: this is for what a budget ended. */
+ * rows as they were packed, beside what drives the impulses. No set-up, no second witness: this is
+ * for what a budget ended. */
 #include <math.h>
 #include <string.h>
 
@@ -58,7 +59,9 @@ PERP__MULTIVERSION(find_rows,
 
 /* u and modes of the contact in a lane; raises *drive to its |q| / sqrt(t), of whose terms `share`
  * is granted for their roundings (evaluation.c), and *residual to sqrt(t) times its natural one. A
- * gap that nothing closes is no velocity, however short the step: it drives nothing. */
+ * gap that nothing closes is no velocity, however short the step: it drives nothing. Nor does a
+ * slip drive more than friction can do about it: that is mu times what presses, however fast it is.
+ */
 static void measure_lane(const perp__lane_point *p, const lane_rows *lanes, int32_t l,
                          const perp__rigid_rows *rows, perp__rigid_answer *answer, double share,
                          double *drive, double *residual)
@@ -72,7 +75,9 @@ static void measure_lane(const perp__lane_point *p, const lane_rows *lanes, int3
         u[i] = lanes->u[i][l];
     for (int32_t i = rows->bounded; i < rows->dim; i++) {
         const double q = lanes->q[i][l], apart = i == 0 ? p->bias[l] - p->w[0][l] : 0.0;
-        const double speed = q > 0.0 ? fmin(q, fabs(q - apart)) : -q;
+        const double closing = q > 0.0 ? fmin(q, fabs(q - apart)) : -q;
+        const double most = i == 0 || rows->bounded ? INFINITY : t * rows->mu * r[0];
+        const double speed = fmin(closing, most);
 
         driven = perp__length2(driven, fmax(speed, share * lanes->sizes[i][l]));
     }
