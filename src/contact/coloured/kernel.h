@@ -260,14 +260,16 @@ TARGET static inline lanes NAME(natural)(lanes mu, lanes t, const lanes *r, cons
 }
 
 /* What the passes have come to: see perp__lane_measure. A gap that nothing closes is no velocity,
- * however short the step: it drives nothing. */
+ * however short the step: it drives nothing. Nor does a slip drive more than friction can do about
+ * it: that is mu times what presses, however fast it is. */
 TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group *group,
                                  const perp__lane_point *p, double share, perp__lane_measure *found)
 {
     const lanes zero = spread(0.0);
 
     for (int32_t at = 0; at < group->pairs; at += LANES) {
-        lanes A[8], B[8], a[8], b[8], u[3], r[3], trace = zero, drive = zero, mode, natural, size;
+        lanes A[8], B[8], a[8], b[8], u[3], r[3], speed[3], sizes[3], trace = zero, drive = zero;
+        lanes most, mode, natural, size;
 
         NAME(take)(A, group->a + at, c->y);
         NAME(take)(B, group->b + at, c->y);
@@ -277,21 +279,27 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
             const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[12 * i][at];
             const lanes w = load((i == 0 ? p->bias : p->w[i]) + at);
             const lanes ahead = i == 0 ? subtract(w, load(p->w[0] + at)) : zero;
-            lanes q = w, sizes = absolute(w), speed;
+            lanes q = w;
 
             u[i] = w;
+            sizes[i] = absolute(w);
             r[i] = load(p->r[i] + at);
             for (int32_t k = 0; k < 12; k++) {
                 const lanes row = load(P[k]), term = multiply(row, k < 6 ? a[k] : b[k - 6]);
 
                 u[i] = plus_fused(u[i], row, k < 6 ? A[k] : B[k - 6]);
                 q = add(q, term);
-                sizes = add(sizes, absolute(term));
+                sizes[i] = add(sizes[i], absolute(term));
                 trace = plus_fused(trace, row, row);
             }
-            speed = pick(less(zero, q), smaller(q, absolute(subtract(q, ahead))), absolute(q));
-            drive = NAME(length)(drive, larger(speed, multiply(spread(share), sizes)));
+            speed[i] = pick(less(zero, q), smaller(q, absolute(subtract(q, ahead))), absolute(q));
             store(found->u[i] + at, u[i]);
+        }
+        most = multiply(trace, multiply(load(p->mu + at), r[0]));
+        for (int32_t i = 0; i < 3; i++) {
+            const lanes driving = i == 0 ? speed[0] : smaller(speed[i], most);
+
+            drive = NAME(length)(drive, larger(driving, multiply(spread(share), sizes[i])));
         }
         natural = NAME(natural)(load(p->mu + at), trace, r, u, &mode);
         size = root(trace);

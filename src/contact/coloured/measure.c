@@ -1,5 +1,6 @@
 /* What passes have come to: u of all rows, and the residual that contact.h calls tested, from the
- * rows as they were packed. No set-up, no second witness: this is for what a budget ended. */
+ * rows as they were packed, beside what drives the impulses. No set-up, no second witness: this is
+ * for what a budget ended. */
 #include <math.h>
 
 #include "base/outcome.h"

@@ -3,9 +3,8 @@
  *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
- *      often as the level looks; then only for what would go deep: the few that are left cost as
- *      much as all did, so that at `fast` it is twice as deep each time. At level `exact` islands
- *      are swept as long as something comes, and only then solved: what meets by a sketch needs no
+ *      often as the level looks; then only for what would go deep. At level `exact` islands are
+ *      swept as long as something comes, and only then solved: what meets by a sketch needs no
  *      rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
@@ -22,10 +21,6 @@
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
-
-/* Beside a body's size, an overlap that is never left to the next step: from there on the other
- * side is as near. */
-#define HALF_WAY 0.5
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
@@ -226,7 +221,6 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 {
     const perp__level *level = &perp__levels[world->settings.accuracy];
     perp_status status = PERP_OK;
-    double deep = level->deep;
     int32_t came;
 
     memset(summary, 0, sizeof *summary);
@@ -238,8 +232,8 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
     do {
         came = 0;
         if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
-            status =
-                perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : deep, &came);
+            status = perp__join_contacts(world, h, world->rounds < level->looks ? 0.0 : level->deep,
+                                         &came);
         if (world->awake_changed) /* something came to what slept: the step begins anew */
             return status;
         if (came == 0 && world->sketches) { /* what was sketched is solved */
@@ -248,8 +242,6 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
         }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
-        if (world->rounds > level->looks)
-            deep = fmin(level->growth * deep, HALF_WAY);
     } while (status == PERP_OK && came > 0);
     world->sketches = 0;
     if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)

@@ -24,10 +24,6 @@
 /* Passes that take overlap away. */
 #define CLEAR 2
 
-/* Beside what forces make of it in a step: a speed at which it is asked whether something stands.
- */
-#define SETTLING 0.1
-
 /* Passes for each of settings.substeps. */
 #define PASSES_OF_A_SUBSTEP 4
 
@@ -36,13 +32,13 @@
 
 /* Passes after which it is asked whether the residual is the level's, and rounds of these at most.
  * What a pass does goes on to the next body only, and is little where a light one bears heavy ones:
- * with momentum n passes take a ratio of n^2 or so. */
+ * with momentum n passes take a ratio of n^2 or so, from one body to the next. */
 #define PASSES 16
 #define ROUNDS 6
 
-/* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
- * body's size. */
-static double mass_ratio(const perp_world *world, const perp__island *island)
+/* What moves heavily over what moves lightly: a mass, or where turns count the inertia about some
+ * axis beside the body's size. */
+static double mass_ratio(const perp_world *world, const perp__island *island, int32_t turns)
 {
     double least = INFINITY, most = 0.0;
 
@@ -52,7 +48,7 @@ static double mass_ratio(const perp_world *world, const perp__island *island)
 
         least = fmin(least, body->mass);
         most = fmax(most, body->mass);
-        for (int32_t k = 0; k < 9 && square > 0.0; k += 4)
+        for (int32_t k = 0; k < 9 && turns && square > 0.0; k += 4)
             if (body->inverse_inertia[k] > 0.0)
                 least = fmin(least, 1.0 / (body->inverse_inertia[k] * square));
     }
@@ -82,7 +78,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
             !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->bodies <= FEW_BODIES ||
            island->contacts == 0 || is_few(world, island, FEW) ||
-           (island->joints == 0 && mass_ratio(world, island) >= LARGE_RATIO);
+           (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
 }
 
 int32_t perp__is_worth_both(const perp_world *world, const perp__island *island)
@@ -183,10 +179,10 @@ static int32_t has_deep(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* Whether all of its bodies have velocities x next to those of what carries it: as a share of what
- * forces make of them in a step. */
+/* Whether forces make more of each body in a step than it is faster than what carries it: impulses
+ * of twice their size stop it. */
 static int32_t is_slow(const perp_world *world, const perp__island *island,
-                       const perp__carrying *carrying, const double *x, double share)
+                       const perp__carrying *carrying)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -198,9 +194,9 @@ static int32_t is_slow(const perp_world *world, const perp__island *island,
         perp__carried_twist(world, carrying, body, 0.0, twist);
         perp__coordinates_of(world, twist, beside);
         for (int32_t k = 0; k < n; k++)
-            beside[k] = x[n * i + k] - beside[k];
+            beside[k] = work->start[n * i + k] - beside[k];
         if (!(perp__mass_norm(world, body, beside) <=
-              share * perp__mass_norm(world, body, work->gain + n * i)))
+              perp__mass_norm(world, body, work->gain + n * i)))
             return 0;
     }
     return 1;
@@ -305,7 +301,9 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     memset(step, 0, sizeof *step);
     step->h = h;
     step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
-    step->rounds = substeps > 0 ? 1 : ROUNDS;
+    step->rounds = substeps > 0         ? 1
+                   : island->joints > 0 ? ROUNDS
+                                        : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
     step->measures = 1;
     step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
     step->gap = work->gap;
@@ -402,8 +400,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__find_limits(world, island, h);
     perp__receive(world, &answer);
     carried = perp__begins_standing(world, island, &carrying) ||
-              (perp__find_carrying(world, island, &carrying) &&
-               is_slow(world, island, &carrying, work->start, SETTLING));
+              (perp__find_carrying(world, island, &carrying) && is_slow(world, island, &carrying));
     if (carried && !has_deep(world, island)) {
         for (int32_t i = 0; i < island->bodies; i++)
             perp__carried_twist(world, &carrying, work->members[i], h,
