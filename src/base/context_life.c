@@ -1,10 +1,20 @@
-/* The life of a context, and what one is known by: of libperp alone. */
+/* The life of a context, what one is known by, and the texts and numbers that tell a caller what
+ * was loaded: of libperp alone. PERP__BLAS_NAME comes from the Makefile. */
 #include "base/context.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/check.h"
+
+#ifndef PERP__BLAS_NAME
+#define PERP__BLAS_NAME "blas"
+#endif
+#define PERP__TEXT2(x) #x
+#define PERP__TEXT(x) PERP__TEXT2(x)
+#define PERP__LIST_CASE(name, value, text) \
+    case name:                             \
+        return text;
 
 /* Its address is what a context is known by. */
 static const char known = 0;
@@ -77,4 +87,36 @@ void perp_context_destroy(perp_context *context)
 const char *perp_context_message(const perp_context *context)
 {
     return is_context(context) ? context->message : "";
+}
+
+const char *perp_status_text(perp_status status)
+{
+    switch (status) {
+        PERP_STATUS_LIST(PERP__LIST_CASE)
+    }
+    return "unknown status";
+}
+
+const char *perp_outcome_text(perp_outcome outcome)
+{
+    switch (outcome) {
+        PERP_OUTCOME_LIST(PERP__LIST_CASE)
+    }
+    return "unknown outcome";
+}
+
+int32_t perp_version(void)
+{
+    return PERP_VERSION;
+}
+
+int32_t perp_abi_version(void)
+{
+    return PERP_ABI_VERSION;
+}
+
+const char *perp_version_text(void)
+{
+    return PERP__TEXT(PERP_VERSION_MAJOR) "." PERP__TEXT(PERP_VERSION_MINOR) "." PERP__TEXT(
+        PERP_VERSION_PATCH) " " PERP__BLAS_NAME " klu";
 }

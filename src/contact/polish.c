@@ -23,10 +23,8 @@
 #include "linalg/blas.h"
 #include "patterns/patterns.h"
 
-/* Relative to the traces: for most, and for what ends without its signs wrong, but not solved: then
- * the smallest singular values are smaller than this. */
+/* Added to the diagonal of K, in units in which traces are 1, before it is factored. */
 #define REGULAR 1e-10
-#define LESS_REGULAR 1e-13
 
 /* Of tol: what in plain doubles is enough before the verdict. */
 #define ENOUGH 1e-3
@@ -246,7 +244,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return step > 0;
 
         /* 2. The step; a proximal one of a set that contradicts itself. */
-        if (!factor(p, p->regular))
+        if (!factor(p, REGULAR))
             return 0;
         solve_step(p);
         p->is_soft = p->enough > 0.0 && !(perp__largest_or_nan(p->step, p->n) <= FAR);
@@ -364,7 +362,6 @@ static void begin(perp_contact_solver *solver, perp__contact_polish *p, double e
 
     p->enough = enough;
     p->last = solver->polished + most;
-    p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
     for (int32_t k = 0; k < problem->contacts; k++) { /* the side of the kink on which each lies */
         const int32_t normal = problem->starts[k];
@@ -420,11 +417,8 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         /* the next round goes on from r as it is, not clipped to its cones */
         memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
         status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
-        if (status != PERP_OK || perp__is_good(solver->best.outcome) ||
-            (changes == 0 && p->regular < REGULAR))
+        if (status != PERP_OK || perp__is_good(solver->best.outcome) || changes == 0)
             return status;
-        if (changes == 0)
-            p->regular = LESS_REGULAR;
         memcpy(solver->r, solver->start, (size_t)solver->size * sizeof(double));
         waited = worth.tested < 0.5 * best ? 0 : waited + 1;
         best = fmin(best, worth.tested);

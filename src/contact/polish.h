@@ -14,7 +14,6 @@ typedef struct perp__contact_polish {
     int32_t room;    /* rows that K has room for */
     double enough;   /* > 0: in plain doubles, and to no more than this tested residual */
     int64_t last;    /* of the steps in plain doubles */
-    double regular;  /* added to the diagonal of K before it is factored */
     int32_t is_soft; /* the last step was a proximal one: no equations hold */
     int32_t n;       /* rows of the active set */
     int32_t *place;  /* of a row in the system, -1: r is 0 there */

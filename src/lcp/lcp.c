@@ -313,6 +313,56 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     return status;
 }
 
+/* Starts for two players' games. From z = 0 every covering vector leads to a ray there at once;
+ * Lemke and Howson ("Equilibrium points of bimatrix games", J. SIAM 12 (1964) 413) begin where
+ * player one takes strategy j alone, and as much of it as the other's costs need, and player two
+ * the one strategy that answers it. */
+
+/* Whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP. */
+static int32_t is_game(const perp_lcp_solver *solver)
+{
+    perp__cursor c = perp__first(&solver->M);
+    int32_t game = 1;
+
+    for (int32_t i = 0; i < solver->n && game; i++)
+        game = solver->q[i] < 0.0 && solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
+    while (game && perp__advance(&c))
+        game = c.i == c.j ? c.value == 0.0 : c.value >= 0.0;
+    return game;
+}
+
+/* Which s limits z_j from below where all rows that it can lift, w_s = M_sj z_j + q_s >= 0, are to
+ * be lifted by it alone: *z is the least such z_j. -1: none is lifted. */
+static int32_t last_lifted(const perp_lcp_solver *solver, int32_t j, double *z)
+{
+    int32_t found = -1;
+
+    *z = 0.0;
+    for (int32_t s = 0; s < solver->n; s++) {
+        const double entry = perp__entry(&solver->M, s, j);
+
+        if (entry > 0.0 && -solver->q[s] > *z * entry) {
+            *z = -solver->q[s] / entry;
+            found = s;
+        }
+    }
+    return found;
+}
+
+/* game_start := the point that strategy j gives; false if none. */
+static int32_t find_game_start(perp_lcp_solver *solver, int32_t j)
+{
+    double first, second;
+    const int32_t s = last_lifted(solver, j, &first);
+
+    if (s < 0 || last_lifted(solver, s, &second) < 0)
+        return 0;
+    memset(solver->game_start, 0, (size_t)solver->n * sizeof *solver->game_start);
+    solver->game_start[j] = first;
+    solver->game_start[s] = second;
+    return 1;
+}
+
 /* Lemke's method ends in a ray on games: the same from each of Lemke and Howson's starts. */
 static perp_status play(perp_lcp_solver *solver)
 {
@@ -320,12 +370,11 @@ static perp_status play(perp_lcp_solver *solver)
     const perp__plan_step lemke = {
         .method = PERP_LCP_LEMKE, .share = 1.0, .iteration_limit = 200 + 50 * (int64_t)solver->n};
     const int32_t may_play = solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
-                             solver->settings.pivot_rule == PERP_PIVOT_HARRIS &&
-                             perp__is_game(solver);
+                             solver->settings.pivot_rule == PERP_PIVOT_HARRIS && is_game(solver);
     perp_status status = PERP_OK;
 
     for (int32_t j = 0; may_play && j < solver->n && status == PERP_OK; j++) {
-        if (!perp__game_start(solver, j))
+        if (!find_game_start(solver, j))
             continue;
         status = run(solver, &lemke, solver->game_start);
         if (perp__is_good(solver->best.outcome) || solver->ended >= 0)

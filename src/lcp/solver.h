@@ -209,11 +209,6 @@ void perp__small_equilibrate(perp_lcp_solver *solver);
  * digits: nothing but the point and solver->spent has changed then. */
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth);
 
-/* games.c: whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP;
- * game_start := the point that strategy j gives, false if none. */
-int32_t perp__is_game(const perp_lcp_solver *solver);
-int32_t perp__game_start(perp_lcp_solver *solver, int32_t j);
-
 /* Makes solver->z the candidate of a step: evaluates it, polishes it unless it is far off, keeps it
  * if it is the best so far or the first. PERP_OK, or _MEMORY. */
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
