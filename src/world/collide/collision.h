@@ -76,10 +76,11 @@ typedef struct perp__footing {
     int32_t planar, least;
 } perp__footing;
 
-/* Of each face within `rim` of a footing, the point `crack` before it; none where there are fewer
+/* Of each face within `rim` of a footing, its normal and the point `crack` before it; none if fewer
  * than `least` such faces. Round shapes have none. Returns how many. */
 #define PERP__MAX_PROBES 16
-int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, double probes[][3]);
+int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, double probes[][3],
+                          double normals[][3]);
 
 /* One of the directions of which one separates shapes that are apart (separating axis theorem). */
 typedef struct perp__axis {

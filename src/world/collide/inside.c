@@ -33,7 +33,8 @@ int32_t perp__holds(const perp__placed *shape, const double *point, double depth
     return 1;
 }
 
-int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, double probes[][3])
+int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, double probes[][3],
+                          double normals[][3])
 {
     const perp__geometry *geometry = shape->geometry;
     const int32_t boxed = geometry->kind == PERP__BOX;
@@ -69,6 +70,7 @@ int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, do
             probe[f / 2] = f % 2 ? half[f / 2] + at->crack : -half[f / 2] - at->crack;
         else
             perp__along3(probe, local, polytope.offset[f] + at->crack - perp__dot3(n, local), n);
+        perp__apply3(normals[i], shape->rotation, n);
         perp__apply3(between, shape->rotation, probe);
         perp__along3(probes[i], shape->position, 1.0, between);
     }

@@ -183,23 +183,27 @@ static encounter encounter_of(const perp_world *world, const perp__pair *pair, d
 }
 
 /* Whether one of the faces of `owner` that make the footing's normal is covered there, at the share
- * t of the step, by another shape near `shape`. Lists of what never moves may be long: they are
- * read for bodies of many shapes only. */
+ * t of the step, by another shape near `shape`. On the whole an edge is open if one of its faces is
+ * and the shapes overlap along that by more than the thickness: none came in through it. Lists of
+ * what never moves may be long: they are read for bodies of many shapes only. */
 static int32_t is_covered(const encounter *e, const perp__footing *at, double t, int32_t owner,
-                          int32_t shape, const perp__placed *placed)
+                          int32_t shape, const perp__placed *placed, const perp__placed *beside,
+                          int32_t whole)
 {
     const perp_world *world = e->world;
-    double probes[PERP__MAX_PROBES][3];
-    int32_t faces;
+    double probes[PERP__MAX_PROBES][3], normals[PERP__MAX_PROBES][3];
+    int32_t faces, held = 0;
 
     if (!perp__is_dynamic(world, world->shapes[shape].body) &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
-    faces = perp__probe_faces(placed, at, probes);
-    for (int32_t i = 0; i < faces; i++)
+    faces = perp__probe_faces(placed, at, probes, normals);
+    for (int32_t i = 0; i < faces && (whole || !held); i++)
         if (is_held(world, shape, owner, probes[i], e->h, t, 0.25 * at->crack))
-            return 1;
-    return 0;
+            held = 1;
+        else if (whole && perp__separation(placed, beside, normals[i]) < -size_of(world, e->pair))
+            return 0;
+    return held;
 }
 
 /* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
@@ -226,10 +230,10 @@ static int32_t are_covered(const encounter *e, const perp__collision *collision,
     for (int32_t k = 0; k < 3; k++)
         position[k] /= share;
     at.rim = at.crack + fabs(least);
-    if (is_covered(e, &at, collision->time, e->pair->first, e->pair->second, a))
+    if (is_covered(e, &at, collision->time, e->pair->first, e->pair->second, a, b, whole))
         return 1;
     at.normal = back;
-    return is_covered(e, &at, collision->time, e->pair->second, e->pair->first, b);
+    return is_covered(e, &at, collision->time, e->pair->second, e->pair->first, b, a, whole);
 }
 
 /* Where points have to lie open: where they are deepest, in the middle of them all, or nowhere. */
