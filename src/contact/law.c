@@ -298,35 +298,25 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                      r + parts[0].row, d, &law->mode);
 }
 
-/* Of a contact with an ordinary cone, its own r and u, normal first. */
-double perp__contact_natural_of(double mu, int32_t tangents, double t, const double *r,
-                                const double *u, int32_t *mode)
-{
-    const perp__contact_part part = {1, tangents, mu};
-    double d[2] = {0.0, 0.0};
-
-    if (tangents == 0) {
-        *mode = r[0] <= u[0] / t ? PERP_CONTACT_SEPARATE : PERP_CONTACT_STICK;
-        return fabs(fmin(r[0], u[0] / t));
-    }
-    for (int32_t i = 0; i < tangents; i++)
-        d[i] = u[1 + i] / t;
-    return cone_map(&part, r[0], u[0] / t + mu * norm(d, tangents), r + 1, d, mode);
-}
-
 double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
                              const double *u, int32_t *mode)
 {
-    const int32_t row = problem->starts[k], tangents = problem->dims[k] - 1;
+    const int32_t row = problem->starts[k];
+    const perp__contact_part part = {row + 1, problem->dims[k] - 1, problem->mu[k]};
+    const double t = problem->trace[k];
+    double d[2] = {0.0, 0.0};
     perp__contact_law law;
 
-    if (!(problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
-          problem->mu[k] > PERP__STEEP))
-        return perp__contact_natural_of(problem->mu[k], tangents, problem->trace[k], r + row,
-                                        u + row, mode);
-    perp__contact_judge(problem, k, r, u, &law);
-    *mode = law.mode;
-    return law.natural;
+    if (problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
+        part.size == 0 || part.coefficient > PERP__STEEP) {
+        perp__contact_judge(problem, k, r, u, &law);
+        *mode = law.mode;
+        return law.natural;
+    }
+    for (int32_t i = 0; i < part.size; i++)
+        d[i] = u[part.row + i] / t;
+    return cone_map(&part, r[row], u[row] / t + part.coefficient * norm(d, part.size), r + part.row,
+                    d, mode);
 }
 
 double perp__contact_tested(const perp__contact_problem *problem, const double *r, const double *u)

@@ -77,10 +77,7 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
  * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */
 #define PERP__STEEP 1e3
 
-/* law->natural alone; *mode: law->mode. And of a contact with no more friction than that, its own
- * r and u, normal first. */
-double perp__contact_natural_of(double mu, int32_t tangents, double t, const double *r,
-                                const double *u, int32_t *mode);
+/* law->natural alone; *mode: law->mode. */
 double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
                              const double *u, int32_t *mode);
 

@@ -23,14 +23,13 @@ static int32_t sign_of(double entry, double mirrored)
 /* Whether row i is to be turned round, with signs of the others as they are. */
 static int32_t is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
 {
-    const int32_t first = M->column_starts ? M->column_starts[i] : 0;
-    const int32_t end = M->column_starts ? M->column_starts[i + 1] : M->rows;
+    const perp__line l = perp__line_of(M, i);
     int64_t alike = 0;
 
     if (perp__diagonal_entry(M, i) != 0.0)
         return 0;
-    for (int32_t k = first; k < end; k++) {
-        const int32_t j = M->column_starts ? M->row_indices[k] : k;
+    for (int32_t k = 0; k < l.count; k++) {
+        const int32_t j = l.indices ? l.indices[k] : k;
 
         if (j != i)
             alike += signs[j] * sign_of(perp__entry(M, i, j), perp__entry(M, j, i));
@@ -65,16 +64,12 @@ void perp__turn_equations(perp_lcp_solver *solver, perp__matrix *M)
         }
     /* 2. M with their rows turned round. */
     for (int32_t j = 0; j < M->columns && count > 0; j++) {
-        const int32_t first = M->column_starts ? M->column_starts[j] : 0;
-        const int32_t end = M->column_starts ? M->column_starts[j + 1] : M->rows;
+        const perp__line l = perp__line_of(M, j);
 
-        for (int32_t k = first; k < end; k++) {
-            const int32_t i = M->column_starts ? M->row_indices[k] : k;
-            const size_t at = M->column_starts
-                                  ? (size_t)k
-                                  : (size_t)i * M->row_stride + (size_t)j * M->column_stride;
+        for (int32_t k = 0; k < l.count; k++) {
+            const int32_t i = perp__lines_are_rows(M) ? j : l.indices ? l.indices[k] : k;
 
-            solver->turned[at] = solver->signs[i] * M->values[at];
+            solver->turned[l.values - M->values + k] = solver->signs[i] * l.values[k];
         }
     }
     solver->is_turned = count > 0;

@@ -113,9 +113,7 @@ static int32_t proves_infeasible(perp_lcp_solver *solver)
             i = M->column_starts ? M->row_indices[at] : k;
             if (y[i] == 0.0)
                 continue;
-            value = M->column_starts
-                        ? M->values[at]
-                        : M->values[(size_t)k * M->row_stride + (size_t)j * M->column_stride];
+            value = M->column_starts ? M->values[at] : perp__entry(M, k, j);
             entry = perp__shift(value, solver->exponents[i] + solver->exponents[j]);
             share = fabs(entry * y[i]);
             perp__accumulate(&high, &low, entry, y[i]);

@@ -2,8 +2,6 @@
  * has its source) on the stack, one step of refinement by its pivots, and the same residuals and
  * the same judge as for any other point. It takes nothing but what is solved to the last digits;
  * all else is left to the methods, which begin anew. */
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
 #include "lcp/solver.h"

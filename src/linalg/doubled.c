@@ -8,8 +8,6 @@
  * Where a sum overflows its high part is infinite or NaN. */
 #include "linalg/doubled.h"
 
-#include <float.h>
-
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"

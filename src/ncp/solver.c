@@ -1,9 +1,7 @@
 /* What a solver is given, and its life: create, set, setup, destroy, and the public entrances. */
-#include "lcp/lcp.h"
 #include "ncp/solver.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/check.h"
 #include "base/context.h"

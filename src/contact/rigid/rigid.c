@@ -3,7 +3,6 @@
 #include "contact/rigid/rigid.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/context.h"
 #include "contact/settings.h"

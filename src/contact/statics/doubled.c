@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "contact/statics/interior.h"
 
 /* Products of a factorisation up to which doubled precision is tried: some 20 ms. */

@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "contact/contact.h"
-#include "contact/settings.h"
 #include "contact/bounded.h"
 #include "contact/statics/statics.h"
 #include "linalg/matrix.h"

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "contact/law.h"
 #include "contact/solver.h"
 #include "contact/statics/statics.h"
 

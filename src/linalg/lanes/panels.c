@@ -9,15 +9,11 @@
 
 #define NAME(x) x##_any
 #define FUSED 0
-#define minus minus_product
-#define minus_one(c, a, b) ((c) - (a) * (b))
 #include "linalg/lanes/panels_vector.h"
 
 #ifdef FP_FAST_FMA
 #define NAME(x) x##_any_fused
 #define FUSED 1
-#define minus minus_fused
-#define minus_one(c, a, b) fma(-(a), (b), (c))
 #include "linalg/lanes/panels_vector.h"
 #endif
 
@@ -31,14 +27,10 @@
 
 #define NAME(x) x##_avx512
 #define FUSED 0
-#define minus minus_product
-#define minus_one(c, a, b) ((c) - (a) * (b))
 #include "linalg/lanes/panels_vector.h"
 
 #define NAME(x) x##_avx512_fused
 #define FUSED 1
-#define minus minus_fused
-#define minus_one(c, a, b) fma(-(a), (b), (c))
 #include "linalg/lanes/panels_vector.h"
 
 #include "linalg/lanes/vector_end.h"
@@ -49,14 +41,10 @@
 
 #define NAME(x) x##_avx2
 #define FUSED 0
-#define minus minus_product
-#define minus_one(c, a, b) ((c) - (a) * (b))
 #include "linalg/lanes/panels_vector.h"
 
 #define NAME(x) x##_avx2_fused
 #define FUSED 1
-#define minus minus_fused
-#define minus_one(c, a, b) fma(-(a), (b), (c))
 #include "linalg/lanes/panels_vector.h"
 
 #include "linalg/lanes/vector_end.h"

@@ -3,11 +3,19 @@
  *   NAME(x)     the name of a function of this set
  *   COLUMNS(X)  X(0) X(1) ... for the columns of a block: 2 vectors by as many columns as the
  *               registers hold
- *   minus(c, a, b), minus_one(c, a, b) = c - a b, of vectors and of doubles
- *   FUSED       is that rounded once?
- * NAME, FUSED and the two minus are for one inclusion only. It defines NAME(kernels).
+ *   FUSED       is c - a b rounded once?
+ * NAME and FUSED are for one inclusion only. It defines NAME(kernels).
  *
  * Accumulators have names of their own: compilers spill what is an array. */
+
+/* c - a b, of vectors and of doubles */
+#if FUSED
+#define minus minus_fused
+#define minus_one(c, a, b) fma(-(a), (b), (c))
+#else
+#define minus minus_product
+#define minus_one(c, a, b) ((c) - (a) * (b))
+#endif
 
 /* x less what it owes to the first, the first two, ... of a group: in registers, since each waits
  * for the one before. */
