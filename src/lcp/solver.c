@@ -169,7 +169,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
         return status;
     other_shape = solver->setups == 0 || own.rows != solver->n || own.column_starts ||
                   solver->M.column_starts;
-    turned_entries = perp__turned_entries(&own, lower, upper);
+    turned_entries = solver->as_given ? 0 : perp__turned_entries(&own, lower, upper);
     if (solver->setups == 0 || own.rows != solver->n || turned_entries > solver->turned_entries)
         status = make_room(solver, own.rows, turned_entries);
     if (status != PERP_OK)
@@ -182,7 +182,8 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
         solver->is_small &= solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
         solver->free_variables += solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY;
     }
-    perp__turn_equations(solver, &own);
+    if (!solver->as_given)
+        perp__turn_equations(solver, &own);
     solver->M = own;
     solver->wide = own;
     if (perp__small_suits(solver))

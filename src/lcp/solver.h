@@ -76,6 +76,7 @@ struct perp_lcp_solver {
     size_t turned_entries;
     int8_t *signs;        /* n: -1 where a row is, */
     int32_t is_turned;    /* if any is */
+    int32_t as_given;     /* 1: none is to be turned: of who reads w, or M, from here */
     int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
     int32_t *omega; /* 2 n: a row's, then a column's: log2 of the power of two near max |D q| in
                        its part */

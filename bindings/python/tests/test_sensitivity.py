@@ -138,3 +138,27 @@ def test_refusals_and_closing():
         np.testing.assert_array_equal(s.forward(), [0.0, 0.0])
     with pytest.raises(perp.Error, match="closed"):
         s.adjoint([1.0, 1.0])
+
+
+def test_equations_that_methods_turn_round_stay_as_they_are():
+    """[H A'; A 0] with free multipliers: derivatives against differences of solutions, whose third
+    derivatives are 0 as long as the index set stays; and w of all solutions."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        B, A = rng.normal(size=(5, 5)), rng.normal(size=(2, 5))
+        M = np.block([[B @ B.T + np.eye(5), A.T], [A, np.zeros((2, 2))]])
+        x = np.where(np.arange(5) < 3, 1.0, 0.0) * rng.uniform(1, 2, 5)
+        z = np.r_[x, rng.normal(size=2)]
+        q = np.r_[np.where(x > 0, 0.0, 1.0), 0.0, 0.0] - M @ z
+        lower, upper = np.r_[np.zeros(5), -INF, -INF], np.full(7, INF)
+        s = perp.lcp_sensitivity(M, q, z, lower, upper)
+        dq, t = rng.normal(size=7), 1e-5
+        ends = [perp.lcp(M, q + side * dq, lower, upper) for side in (t, -t)]
+        assert all(end.ok for end in ends)
+        change = (ends[0].z - ends[1].z) / (2 * t)
+        # of roundings: 1e-15 of z over t, by conditions up to 100
+        np.testing.assert_allclose(s.forward(dq), change, rtol=0, atol=1e-8)
+        g = rng.normal(size=7)
+        assert s.adjoint(g) @ dq == pytest.approx(g @ change, abs=1e-8)
+        (only,) = perp.lcp_all(M, q + t * dq, lower, upper)
+        np.testing.assert_allclose(only.w, M @ only.z + q + t * dq, rtol=0, atol=1e-13)

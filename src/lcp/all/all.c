@@ -229,6 +229,7 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
     status = perp__lcp_create(context, &solver, settings);
     if (status != PERP_OK)
         return perp__leave(context, status);
+    solver->as_given = 1;
     status = perp__lcp_setup(solver, M, lower, upper);
     PERP__THEN(status, PERP__CHECK(perp_lcp_enumeration, context, result));
     if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)

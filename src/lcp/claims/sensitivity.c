@@ -231,6 +231,8 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
     }
     /* 1. The problem goes into a solver of its own; z is the point that is evaluated. */
     PERP__THEN(status, perp__lcp_create(context, &made->solver, settings));
+    if (status == PERP_OK)
+        made->solver->as_given = 1;
     PERP__THEN(status, perp__lcp_setup(made->solver, M, lower, upper));
     if (status == PERP_OK)
         made->n = made->solver->n;
