@@ -158,7 +158,7 @@ def peer(kind: str, iterations: int) -> Callable[[Problem], Any]:
             solve = prepare({"W": p.W, "q": p.q, "mu": p.mu}, tolerance)
             r, spent = clock(solve)
             residual = contact_residual(p.W, p.q, p.mu, r)
-            if residual <= GOAL or spent > 1e6:
+            if residual <= GOAL or spent > 1e6:  # as a robot's step, it is of no use
                 break
         return residual, spent
 
