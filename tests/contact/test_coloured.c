@@ -98,7 +98,7 @@ static void test_same_bits(void **state)
 {
     const perp__coloured_kernels *found[PERP__COLOURED_SETS];
     const int32_t sets = perp__coloured_find_kernels(found);
-    double expected[6 * 21], moved[6 * 21];
+    double expected[6 * 21], moved[6 * 21], measured[3 * 39], tested = 0.0;
     int32_t k;
     fixture f;
 
@@ -107,6 +107,8 @@ static void test_same_bits(void **state)
     add_ring(&f, 20);
     prepare(&f, 25);
     f.step.clear = 2;
+    f.step.measures = 1;
+    assert_int_equal(f.s.contacts, 39);
     f.gap[3] = -0.01;
     f.gap[5] = 0.002;
     for (k = 0; k < sets; k++) {
@@ -115,7 +117,11 @@ static void test_same_bits(void **state)
         if (k > 0) {
             assert_memory_equal(f.s.v, expected, sizeof expected);
             assert_memory_equal(f.moving, moved, sizeof moved);
+            assert_memory_equal(f.answer.velocity, measured, sizeof measured);
+            assert_true(f.answer.tested == tested);
         }
+        tested = f.answer.tested;
+        memcpy(measured, f.answer.velocity, sizeof measured);
         memcpy(expected, f.s.v, sizeof expected);
         memcpy(moved, f.moving, sizeof moved);
     }

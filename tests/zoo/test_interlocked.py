@@ -68,7 +68,7 @@ def deepest(a: perp.Body, b: perp.Body, bars: list[Bar]) -> float:
 def test_links_hold_each_other(level: str) -> None:
     """Overlaps stay below half of a bar's width, from which on its other side is as near, and but at
     `fast` below a quarter: links fell through each other within 3 s, of steps that said `solved`."""
-    for seed in (17, 18, 26, 34, 44, 61, 67, 92, 114, 120, 136, 156):
+    for seed in (2, 17, 18, 26, 34, 44, 61, 67, 92, 114, 120, 136, 156):
         world, links, bars = chain(seed, level)
         most = (1.0 if level == "fast" else 0.5) * bars[1].half[0]
         for step in range(90):

@@ -161,6 +161,22 @@ double perp__island_errors(const perp_world *world, const perp__island *island);
 /* A row of the next positions, its sign and what it lacks. */
 void perp__write_row(const perp_world *world, const int32_t body[2], const double row[2][6],
                      double error, double sign, perp__rigid_rows *rows);
+/* Rows of what: limits that are passed, what lacks, both, or velocities along them. */
+typedef enum perp__row_kind {
+    PERP__ROWS_OF_LIMITS,
+    PERP__ROWS_OF_ERRORS,
+    PERP__ROWS_OF_CLOSING,
+    PERP__ROWS_OF_RATES
+} perp__row_kind;
+/* Inertia and rows where the island is, or but for the errors again those of the last call; bodies
+ * at rest. */
+void perp__pose_positions(perp_world *world, const perp__island *island, perp__row_kind which,
+                          int32_t again, int32_t equally);
+/* Newton's steps: one that does not lessen the errors is taken again with the limits that it
+ * passes, or halved where there are none, and one that takes contacts deep with these, or where
+ * they leave no way without any; as long as any does. The set's contacts are those of t ago. */
+perp_status perp__close_island(perp_world *world, const perp__island *island, double t,
+                               int32_t *changed);
 /* Rows of the joints after those of the overlaps. */
 void perp__add_joint_errors(perp_world *world, const perp__island *island);
 
