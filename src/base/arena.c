@@ -12,42 +12,35 @@
 /* Numbers below have a product that fits twice over. */
 #define SMALL ((size_t)1 << (4 * sizeof(size_t) - 1))
 
-/* Whole cache lines; SIZE_MAX where there are too many. */
-static size_t bytes_of(size_t count, size_t size)
-{
-    if ((count >= SMALL || size >= SMALL) && size != 0 && count > LARGEST / size)
-        return SIZE_MAX; /* a division that most are spared */
-    return (count * size + PERP__ALIGNMENT - 1) & ~(PERP__ALIGNMENT - 1);
-}
-
-static inline void *take(perp__arena *arena, size_t bytes)
+/* Room for `many` arrays of `count` elements, whole cache lines each: *bytes. Returns the first. */
+static char *take(perp__arena *arena, size_t count, size_t size, size_t many, size_t *bytes)
 {
     const size_t offset = arena->used;
 
-    if (bytes > LARGEST || offset > LARGEST) {
+    /* a division that most are spared */
+    if ((count >= SMALL || size >= SMALL) && size != 0 && count > LARGEST / size)
+        *bytes = SIZE_MAX;
+    else
+        *bytes = (count * size + PERP__ALIGNMENT - 1) & ~(PERP__ALIGNMENT - 1);
+    if (*bytes > LARGEST / many || offset > LARGEST) {
         arena->used = SIZE_MAX; /* an overflow while measuring: the fit will fail */
         return NULL;
     }
-    arena->used = offset + bytes;
+    arena->used = offset + *bytes * many;
     return arena->base && arena->used <= arena->capacity ? arena->base + offset : NULL;
 }
 
 void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
 {
-    return take(arena, bytes_of(count, size));
-}
+    size_t bytes;
 
-/* Room for several arrays in one piece. Returns the first; NULL if there is none. */
-static char *take_all(perp__arena *arena, size_t count, size_t size, size_t many, size_t *bytes)
-{
-    *bytes = bytes_of(count, size);
-    return take(arena, *bytes > LARGEST / many ? SIZE_MAX : *bytes * many);
+    return take(arena, count, size, 1, &bytes);
 }
 
 void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
 {
     size_t bytes;
-    char *first = take_all(arena, count, sizeof **arrays[0], many, &bytes);
+    char *first = take(arena, count, sizeof **arrays[0], many, &bytes);
 
     for (size_t k = 0; k < many; k++)
         *arrays[k] = first ? (double *)(void *)(first + k * bytes) : NULL;
@@ -56,7 +49,7 @@ void perp__arena_doubles(perp__arena *arena, size_t count, double **const *array
 void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many)
 {
     size_t bytes;
-    char *first = take_all(arena, count, sizeof **arrays[0], many, &bytes);
+    char *first = take(arena, count, sizeof **arrays[0], many, &bytes);
 
     for (size_t k = 0; k < many; k++)
         *arrays[k] = first ? (int32_t *)(void *)(first + k * bytes) : NULL;
@@ -68,14 +61,6 @@ void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, si
     arena->block = block;
     arena->is_lent = 1;
     arena->capacity = bytes - PERP__ALIGNMENT;
-}
-
-/* The block goes back where it came from. */
-static void let_go(perp__arena *arena)
-{
-    if (!arena->is_lent)
-        perp__release(arena->context, arena->block);
-    arena->is_lent = 0;
 }
 
 /* Runs the layout on the block, or without one to measure. Whether all fits. */
@@ -108,7 +93,9 @@ perp_status perp__arena_fit(perp__arena *arena, perp_context *context, perp__lay
     }
     if (!block)
         return perp__fail_memory(context, "the workspace");
-    let_go(arena);
+    if (!arena->is_lent)
+        perp__release(context, arena->block);
+    arena->is_lent = 0;
     arena->block = block;
     arena->capacity = needed;
     lay_out(arena, layout, object, block);
@@ -134,9 +121,8 @@ perp_status perp__arena_fit_sizes(perp__arena *arena, perp_context *context, per
 
 void perp__arena_release(perp__arena *arena)
 {
-    if (!arena->block)
-        return;
-    let_go(arena);
+    if (arena->block && !arena->is_lent)
+        perp__release(arena->context, arena->block);
     memset(arena, 0, sizeof *arena);
 }
 

@@ -45,11 +45,13 @@ typedef struct path {
 #define NONE SIZE_MAX
 
 /* From LENGTH - 1 - r on: unit vector r, and 1 but for entry r; from LENGTH - n on: n times -1. */
-#define ONES 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
+#define EIGHT(x) x, x, x, x, x, x, x, x
+#define SEVEN(x) x, x, x, x, x, x, x
+#define ALL(x) EIGHT(x), EIGHT(x), EIGHT(x), EIGHT(x)
+#define ALL_BUT_ONE(x) EIGHT(x), EIGHT(x), EIGHT(x), SEVEN(x)
 static const double units[2 * LENGTH - 1] = {[LENGTH - 1] = 1};
-static const double others[2 * LENGTH - 1] = {ONES, 0, ONES};
-static const double covers[2 * LENGTH] = {-1, -1, -1, -1, -1, -1, -1, -1,
-                                          -1, -1, -1, -1, -1, -1, -1, -1};
+static const double others[2 * LENGTH - 1] = {ALL_BUT_ONE(1), 0, ALL_BUT_ONE(1)};
+static const double covers[2 * LENGTH] = {ALL(-1)};
 
 typedef struct kernels {
     int32_t (*solve)(perp_lcp_solver *solver, const double *z0);
@@ -64,11 +66,6 @@ static const kernels *fastest(void)
     static const kernels *const sets[] = {PERP__OF_EACH_SET(&kernels)};
 
     return sets[perp__widest_vectors()];
-}
-
-int32_t perp__small_suits(const perp_lcp_solver *solver)
-{
-    return !solver->M.column_starts && solver->n > 0 && solver->n <= LENGTH;
 }
 
 void perp__small_read(perp_lcp_solver *solver)

@@ -321,10 +321,11 @@ TARGET static int32_t NAME(solve)(perp_lcp_solver *solver, const double *z0)
 {
     const size_t rows = ((size_t)solver->n + LANES - 1) / LANES * LANES;
 
-    return rows == LANES       ? NAME(in_rows)(solver, LANES, z0)
-           : rows == 2 * LANES ? NAME(in_rows)(solver, 2 * LANES, z0)
-           : rows == 3 * LANES && 3 * LANES < LENGTH
-               ? NAME(in_rows)(solver, 3 * LANES, z0)
+    return rows == LANES                             ? NAME(in_rows)(solver, LANES, z0)
+           : rows == 2 * LANES                       ? NAME(in_rows)(solver, 2 * LANES, z0)
+           : rows == 3 * LANES && 3 * LANES < LENGTH ? NAME(in_rows)(solver, 3 * LANES, z0)
+           : rows == 4 * LANES && 4 * LANES < LENGTH
+               ? NAME(in_rows)(solver, 4 * LANES, z0)
                : NAME(in_rows)(solver, rows < LENGTH ? rows : LENGTH, z0);
 }
 

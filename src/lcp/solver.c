@@ -55,8 +55,10 @@ static void release(void *object)
     for (int32_t k = 0; k < PERP__METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
     perp__arena_release(&solver->polish.arena);
-    perp__last_word_release(solver);
-    perp__sparse_block_release(&solver->block);
+    if (solver->tree)
+        perp__last_word_release(solver);
+    if (solver->block.M)
+        perp__sparse_block_release(&solver->block);
     perp__arena_release(&solver->arena);
 }
 
@@ -143,16 +145,89 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
     return status;
 }
 
+/* Which way round equations stand. Row i of a free z_i says w_i = 0, and its negative says the
+ * same; but methods see more than that. [H A'; A 0] with free multipliers is symmetric and not
+ * monotone, and paths may end in rays beside its solutions; [H A'; -A 0] is monotone where H is
+ * (Cottle, Pang and Stone, "The Linear Complementarity Problem", sections 1.3 and 4.4). So an
+ * equation in which z_i itself has no part is turned round where more of its entries have the sign
+ * of their mirror images than the other one; the scale of no row depends on that. */
+static int32_t is_free(const double *lower, const double *upper, int32_t i)
+{
+    return lower && lower[i] == -INFINITY && (!upper || upper[i] == INFINITY);
+}
+
+/* M_ij M_ji > 0: 1; < 0: -1. */
+static int32_t sign_of(double entry, double mirrored)
+{
+    return entry == 0.0 || mirrored == 0.0 ? 0 : (entry > 0.0) == (mirrored > 0.0) ? 1 : -1;
+}
+
+/* Whether row i is to be turned round, with signs of the others as they are. */
+static int32_t is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
+{
+    const perp__line l = perp__line_of(M, i);
+    int64_t alike = 0;
+
+    if (perp__diagonal_entry(M, i) != 0.0)
+        return 0;
+    for (int32_t k = 0; k < l.count; k++) {
+        const int32_t j = l.indices ? l.indices[k] : k;
+
+        if (j != i)
+            alike += signs[j] * sign_of(perp__entry(M, i, j), perp__entry(M, j, i));
+    }
+    return alike > 0;
+}
+
+/* How many entries of M a copy has for them; 0 where there is nothing to turn. */
+static size_t turned_entries_of(const perp__matrix *M, const double *lower, const double *upper)
+{
+    const size_t n = (size_t)M->rows;
+    const size_t stride = M->row_stride > M->column_stride ? M->row_stride : M->column_stride;
+
+    for (int32_t i = 0; i < M->rows; i++)
+        if (is_free(lower, upper, i) && perp__diagonal_entry(M, i) == 0.0)
+            return M->column_starts ? (size_t)M->column_starts[n] : n * stride;
+    return 0;
+}
+
+/* M is then that copy, in solver->turned. */
+static void turn_equations(perp_lcp_solver *solver, perp__matrix *M)
+{
+    int32_t count = 0;
+
+    /* 1. Which ones. */
+    memset(solver->signs, 1, (size_t)M->rows);
+    for (int32_t i = 0; i < M->rows; i++)
+        if (is_free(solver->lower, solver->upper, i) && is_turned(M, i, solver->signs)) {
+            solver->signs[i] = -1;
+            count++;
+        }
+    /* 2. M with their rows turned round. */
+    for (int32_t j = 0; j < M->columns && count > 0; j++) {
+        const perp__line l = perp__line_of(M, j);
+
+        for (int32_t k = 0; k < l.count; k++) {
+            const int32_t i = perp__lines_are_rows(M) ? j : l.indices ? l.indices[k] : k;
+
+            solver->turned[l.values - M->values + k] = solver->signs[i] * l.values[k];
+        }
+    }
+    solver->is_turned = count > 0;
+    if (solver->is_turned)
+        M->values = solver->turned;
+}
+
 static void equilibrate(perp_lcp_solver *solver)
 {
     solver->powers_known = 0;
     solver->witness.known = 0;
-    if (perp__small_suits(solver))
+    if (solver->by_columns)
         perp__small_equilibrate(solver);
     else
         perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents,
                           solver->row_norms, solver->work);
-    for (int32_t i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n && !solver->by_columns; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
     solver->parts = perp__find_parts(&solver->M, solver->part, solver->reach);
 }
@@ -169,7 +244,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
         return status;
     other_shape = solver->setups == 0 || own.rows != solver->n || own.column_starts ||
                   solver->M.column_starts;
-    turned_entries = solver->as_given ? 0 : perp__turned_entries(&own, lower, upper);
+    turned_entries = solver->as_given ? 0 : turned_entries_of(&own, lower, upper);
     if (solver->setups == 0 || own.rows != solver->n || turned_entries > solver->turned_entries)
         status = make_room(solver, own.rows, turned_entries);
     if (status != PERP_OK)
@@ -182,14 +257,15 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
         solver->is_small &= solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
         solver->free_variables += solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY;
     }
-    if (!solver->as_given)
-        perp__turn_equations(solver, &own);
+    solver->is_turned = 0;
+    if (turned_entries > 0)
+        turn_equations(solver, &own);
     solver->M = own;
     solver->wide = own;
-    if (perp__small_suits(solver))
+    solver->by_columns = !own.column_starts && own.rows > 0 && own.rows <= PERP__SMALL_LENGTH;
+    solver->is_small &= solver->by_columns;
+    if (solver->by_columns)
         perp__small_read(solver);
-    else
-        solver->is_small = 0;
     solver->setups++;
     if (other_shape || free_before != solver->free_variables)
         solver->shape = solver->setups;
@@ -210,7 +286,7 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 }
 
 /* Doubles of room for the solver's arena at n = PERP__SMALL_LENGTH. */
-enum { SMALL_ROOM = 1280 };
+enum { SMALL_ROOM = 3456 };
 
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)

@@ -13,7 +13,7 @@
 #define PERP__METHODS 5
 
 /* Dense problems up to this size are kept by columns, each of this length. */
-#define PERP__SMALL_LENGTH 16
+#define PERP__SMALL_LENGTH 32
 
 /* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
@@ -64,7 +64,8 @@ struct perp_lcp_solver {
     perp__matrix wide;        /* for products: M, with zeros to that length where M has them */
     double *columns, *scaled; /* small dense problems: M, which is a view of them then, and -D M D;
                                  16 entries a column, 0 beyond n */
-    int32_t is_small;         /* they are in use, and the bounds are 0 and +inf */
+    int32_t by_columns;       /* they are in use */
+    int32_t is_small;         /* and the bounds are 0 and +inf */
     double *lower, *upper;    /* caller's units */
     double *factors;          /* D */
     int32_t *exponents;       /* log2 of D, see linalg/scale.h */
@@ -72,7 +73,7 @@ struct perp_lcp_solver {
     double *row_norms;        /* 1-norms of the rows of D M D */
     const double *q;          /* the caller's, during a solve, or q_own */
     double *q_own;            /* 0 beyond n */
-    double *turned;           /* M's values with equations turned round: equations.c */
+    double *turned;           /* M's values with equations turned round */
     size_t turned_entries;
     int8_t *signs;        /* n: -1 where a row is, */
     int32_t is_turned;    /* if any is */
@@ -119,11 +120,6 @@ struct perp_lcp_solver {
 void perp__open_control(perp_lcp_solver *solver, double started);
 
 /* Scales q and the bounds into q_scaled, lower_scaled, upper_scaled; finds omega. */
-/* Turns equations round where that suits methods: M is then a copy in solver->turned, of so many
- * entries; 0 where there is nothing to turn. */
-size_t perp__turned_entries(const perp__matrix *M, const double *lower, const double *upper);
-void perp__turn_equations(perp_lcp_solver *solver, perp__matrix *M);
-
 void perp__scale_problem(perp_lcp_solver *solver, const double *q);
 
 /* Caller's units to scaled ones and back, for the variable z_i, and for w_i. */
@@ -201,9 +197,8 @@ typedef struct perp__plan_step {
 #define PERP__PLAN_MOST (PERP__METHODS + 2)
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
 
-/* small.c: whether M is dense and small; makes it a view of its columns; perp__equilibrate for it,
- * which scales them as well. */
-int32_t perp__small_suits(const perp_lcp_solver *solver);
+/* small.c: makes M a view of its columns; perp__equilibrate for it, which scales them as well, and
+ * finds the factors. */
 void perp__small_read(perp_lcp_solver *solver);
 void perp__small_equilibrate(perp_lcp_solver *solver);
 /* The shortest way for a small dense problem. False where that does not solve it to the last

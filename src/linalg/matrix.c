@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
+#include "base/outcome.h"
 
 perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const double *values)
 {
@@ -16,23 +17,6 @@ perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const dou
                          .columns = columns,
                          .leading_dimension = line > 0 ? line : 1,
                          .values = values};
-}
-
-/* Adding one to a biased exponent carries into the sign bit where it is all ones: infinities and
- * NaN. Branch-free, because nearly every array passes. */
-static int all_finite(const double *values, size_t count)
-{
-    const uint64_t exponent_mask = UINT64_C(0x7ff0000000000000);
-    const uint64_t exponent_one = UINT64_C(0x0010000000000000);
-    uint64_t carries = 0;
-
-    for (size_t k = 0; k < count; k++) {
-        uint64_t bits;
-
-        memcpy(&bits, &values[k], sizeof bits);
-        carries |= (bits & exponent_mask) + exponent_one;
-    }
-    return carries >> 63 == 0;
 }
 
 static const char *text_of(double value)
@@ -63,12 +47,12 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     stride = (size_t)M->leading_dimension;
     read->row_stride = by_rows ? stride : 1;
     read->column_stride = by_rows ? 1 : stride;
-    if (stride == (size_t)length && all_finite(M->values, (size_t)lines * stride))
+    if (stride == (size_t)length && perp__all_finite(M->values, (size_t)lines * stride))
         return PERP_OK;
     for (size_t line = 0; line < (size_t)lines && length > 0; line++) {
         const double *values = M->values + line * stride;
 
-        if (all_finite(values, (size_t)length))
+        if (perp__all_finite(values, (size_t)length))
             continue;
         for (k = 0; isfinite(values[k]); k++)
             ;

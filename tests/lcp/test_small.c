@@ -245,8 +245,8 @@ static void test_any_start_leads_to_it(void **state)
     (void)state;
     gen_seed(&random, 33);
     for (int32_t k = 0; k < 200; k++) {
-        const int32_t n = 2 + k % 12;
-        double start[16];
+        const int32_t n = 2 + k % 31; /* up to 32, the largest */
+        double start[32];
         perp_lcp_result result;
         gen_lcp problem;
         run r;

@@ -309,8 +309,6 @@ perp_status perp__last_word(perp_lcp_solver *solver)
 
 void perp__last_word_release(perp_lcp_solver *solver)
 {
-    if (!solver->tree)
-        return;
     all_release(solver->tree);
     perp__release(solver->context, solver->tree);
 }
