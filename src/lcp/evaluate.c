@@ -8,7 +8,6 @@
 #include "lcp/solver.h"
 #include "linalg/doubled.h"
 #include "linalg/scale.h"
-#include "linalg/lanes/vectors.h"
 
 /* Scaled z beyond which doubled precision may have lost q. */
 #define PERP__DOUBTFUL 0x1p30
@@ -32,19 +31,12 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
     return isfinite(scaled) ? scaled : bound < 0.0 ? -DBL_MAX : DBL_MAX;
 }
 
-/* Each number for itself: any n, any scaling, any parts, NaN included. */
+/* Projects solver->z onto the bounds. */
 static void project(perp_lcp_solver *solver)
 {
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++)
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
-        perp__raise_to(&largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
-    }
-    if (solver->parts == 1)
-        solver->reach[0] = largest;
-    else
-        perp__find_reach(solver);
+    perp__find_reach(solver);
 }
 
 static perp__evaluation measure(const perp_lcp_solver *solver)
@@ -90,35 +82,9 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
     return worth;
 }
 
-/* In vectors, for M of one part and numbers within the range of doubles; false where they turn out
- * not to be. */
-typedef struct kernels {
-    int32_t least; /* n */
-    int32_t (*scale)(perp_lcp_solver *solver);
-    int32_t (*project)(perp_lcp_solver *solver, double *z_largest);
-    int32_t (*measure)(const perp_lcp_solver *solver, double z_largest, perp__evaluation *worth);
-} kernels;
-
-#define TEMPLATE "lcp/evaluate_vector.h"
-#include "linalg/lanes/each_set.h"
-
-/* The widest vectors that n fills; NULL where they don't serve. */
-static const kernels *kernels_for(const perp_lcp_solver *solver)
-{
-    static const kernels *const sets[] = {PERP__OF_EACH_SET(&kernels)};
-    int32_t k = (int32_t)perp__widest_vectors();
-
-    if (!solver->powers_normal || solver->parts != 1)
-        return NULL;
-    while (solver->length < sets[k]->least && k > 0)
-        k--;
-    return sets[k];
-}
-
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
     const perp__parts parts = {solver->n, solver->parts, solver->part};
-    const kernels *fast = solver->powers_known ? kernels_for(solver) : NULL;
 
     solver->q = q;
     if (solver->length > solver->n) {
@@ -129,8 +95,6 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
         solver->q_own[i] = solver->signs[i] * q[i];
     if (solver->is_turned)
         solver->q = solver->q_own;
-    if (fast && fast->scale(solver))
-        return; /* in the units of the last q */
     if (perp__find_omegas(&parts, solver->q, solver->exponents, solver->part_omega, solver->omega,
                           solver->powers_known)) {
         /* powers of two for the exponents and omegas as they are, and the bounds with them */
@@ -155,18 +119,9 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
         solver->q_scaled[i] = perp__w_scaled(solver, i, solver->q[i]);
 }
 
-/* Projects solver->z onto the bounds. */
-static void project_point(perp_lcp_solver *solver)
-{
-    const kernels *fast = kernels_for(solver);
-
-    if (!fast || !fast->project(solver, solver->reach))
-        project(solver);
-}
-
 void perp__find_product(perp_lcp_solver *solver)
 {
-    project_point(solver);
+    project(solver);
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
 }
 
@@ -207,7 +162,6 @@ static void sum_overflowed(perp_lcp_solver *solver)
 
 static perp__evaluation measure_point(perp_lcp_solver *solver)
 {
-    const kernels *fast = kernels_for(solver);
     perp__evaluation worth;
 
     solver->doubtful = 0;
@@ -216,8 +170,7 @@ static perp__evaluation measure_point(perp_lcp_solver *solver)
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
-    if (!fast || solver->doubtful || !fast->measure(solver, solver->reach[0], &worth))
-        worth = measure(solver); /* a number needs more care */
+    worth = measure(solver);
     if (!worth.finite) {
         sum_overflowed(solver);
         worth = measure(solver);
@@ -233,7 +186,7 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
 {
-    project_point(solver);
+    project(solver);
     return measure_point(solver);
 }
 
