@@ -3,6 +3,8 @@
 #ifndef PERP_CONTACT_LAW_H
 #define PERP_CONTACT_LAW_H
 
+#include <float.h>
+
 #include "contact/method.h"
 
 /* Sliding, rolling or spinning friction: `size` rows from `row` on, r_part in a disc (2 rows) or an
@@ -72,6 +74,9 @@ typedef struct perp__contact_law {
 
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
+
+/* What a velocity that should be 0 may come out as, of its terms. */
+#define PERP__STILL (256.0 * DBL_EPSILON)
 
 /* Friction from which a contact is judged normal and tangents apart, as those with discs are: the
  * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */

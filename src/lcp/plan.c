@@ -7,8 +7,6 @@
 /* The largest n for which Lemke's method is tried on a sparse matrix: a path of n pivots takes half
  * a minute there. */
 #define PERP__LARGEST_PATH 16384
-/* Above this Newton's method is first on sparse problems (bench/lcp_obstacle.c). */
-#define PERP__SMALL_SPARSE 64
 /* From this size on it pays to ask whether sweeps alone will do. */
 #define PERP__LARGE_SPARSE 1000
 

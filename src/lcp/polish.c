@@ -17,14 +17,12 @@
 #define PERP__REPAIRS_SPARSE 64
 /* Of a point that is good as it is: last digits are not worth more. */
 #define PERP__REPAIRS_GOOD 4
-/* Below this size a sparse block is factored as a dense one. */
-#define PERP__DENSE_BLOCK 64
 
 static const double proximal[] = {0.0, 1e-13, 1e-10, 1e-7};
 
 static int32_t uses_dense(const perp_lcp_solver *solver)
 {
-    return !solver->M.column_starts || solver->n <= PERP__DENSE_BLOCK;
+    return !solver->M.column_starts || solver->n <= PERP__SMALL_SPARSE;
 }
 
 static void layout(perp__arena *arena, void *object)

@@ -11,6 +11,10 @@
 #include "linalg/multigrid/multigrid.h"
 #include "linalg/tridiagonal.h"
 
+/* Sparse matrices and blocks of up to so many rows are expanded: dense factors cost less
+ * (bench/lcp_sparse.c). */
+#define PERP__SMALL_SPARSE 64
+
 /* What a solve without factors leaves of a residual. */
 #define PERP__ROUGH 1e-6
 

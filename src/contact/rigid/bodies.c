@@ -4,7 +4,6 @@
 
 #include "contact/bodies/bodies.h"
 #include "contact/contact.h"
-#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
 static void layout(perp__arena *arena, void *object)
@@ -25,32 +24,16 @@ static void layout(perp__arena *arena, void *object)
 }
 
 /* P := J C, one row after the other; the sums in the order of J's columns. */
-PERP__KERNEL static void whiten_6(const double (*J)[6], const double *C, int32_t rows, double *P)
+PERP__KERNEL static void whiten(const double (*J)[6], const double *C, int32_t width, int32_t rows,
+                                double *P)
 {
-    for (int32_t r = 0; r < rows; r++, P += 6) {
-        perp__lanes four = PERP__SAME_LANES(J[r][0]) * PERP__CONST_LANES_AT(C);
-        perp__lane_pair two = PERP__SAME_PAIR(J[r][0]) * PERP__CONST_PAIR_AT(C + 4);
-
-        for (int32_t i = 1; i < 6; i++) {
-            four += PERP__SAME_LANES(J[r][i]) * PERP__CONST_LANES_AT(C + 6 * i);
-            two += PERP__SAME_PAIR(J[r][i]) * PERP__CONST_PAIR_AT(C + 6 * i + 4);
-        }
-        PERP__LANES_AT(P) = four;
-        PERP__PAIR_AT(P + 4) = two;
+    for (int32_t r = 0; r < rows; r++, P += width) {
+        for (int32_t j = 0; j < width; j++)
+            P[j] = J[r][0] * C[j];
+        for (int32_t i = 1; i < width; i++)
+            for (int32_t j = 0; j < width; j++)
+                P[j] += J[r][i] * C[width * i + j];
     }
-}
-
-PERP__KERNEL static void whiten_any(const double (*J)[6], const double *C, int32_t width,
-                                    int32_t rows, double *P)
-{
-    for (int32_t r = 0; r < rows; r++, P += width)
-        for (int32_t j = 0; j < width; j++) {
-            double sum = 0.0;
-
-            for (int32_t i = 0; i < width; i++)
-                sum += J[r][i] * C[width * i + j];
-            P[j] = sum;
-        }
 }
 
 /* The pieces of a constraint: rows from..from + count - 1 of g, on its bodies, ascending. */
@@ -72,11 +55,11 @@ PERP__KERNEL static void add_constraint(perp__bodies *b, const perp__rigid_probl
         b->piece_values[piece++] = at;
         b->block_starts[body + 1]++;
         if (width == 6 && count == 3)
-            whiten_6(g->rows[side], C, 3, b->values + at);
+            whiten(g->rows[side], C, 6, 3, b->values + at);
         else if (width == 6)
-            whiten_6(g->rows[side] + from, C, count, b->values + at);
+            whiten(g->rows[side] + from, C, 6, count, b->values + at);
         else
-            whiten_any(g->rows[side] + from, C, width, count, b->values + at);
+            whiten(g->rows[side] + from, C, width, count, b->values + at);
         at += count * width;
     }
     b->entries = at;

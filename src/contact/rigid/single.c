@@ -14,9 +14,6 @@
 #include "linalg/held_rows.h"
 #include "linalg/lanes/multiversion.h"
 
-/* As in held.c. */
-#define ROUNDING (256.0 * DBL_EPSILON)
-
 /* Squares of numbers between this and its inverse lose nothing to the range of doubles. */
 #define LEAST 1e-100
 
@@ -166,7 +163,7 @@ static int32_t find_held(single *s)
 
         for (int32_t a = 0; a < s->dims[k] && is_near; a++) {
             const double speed = fabs(s->u[first + a]);
-            const int32_t is_still = speed <= ROUNDING * s->scale[first + a];
+            const int32_t is_still = speed <= PERP__STILL * s->scale[first + a];
 
             is_near =
                 speed <= slack * s->root[k] &&

@@ -159,8 +159,6 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
 
 /* ---- block pivoting as a method of its own ---- */
 
-/* Sparse matrices up to this size are expanded: their factorisations cost more than dense ones. */
-#define PERP__SMALL_SPARSE 64
 #define PERP__PATIENCE 10
 /* The default limit. */
 #define PERP__ROUNDS 10000

@@ -19,7 +19,6 @@
 #include "lcp/active_set/sparse.h"
 #include "linalg/sparse_block.h"
 
-#define SMALLEST 64    /* up to this size a dense factorisation is faster */
 #define ITERATIONS 500 /* default limit */
 #define ROUNDS 3       /* of a rough solve */
 #define PROXIMAL_ROUNDS 30
@@ -36,7 +35,7 @@ typedef struct exchange {
 
 static int32_t suits(const perp__lcp_problem *problem)
 {
-    return problem->M->column_starts && problem->n > SMALLEST;
+    return problem->M->column_starts && problem->n > PERP__SMALL_SPARSE;
 }
 
 void perp__sparse_active_set_layout(perp__arena *arena, void *object)

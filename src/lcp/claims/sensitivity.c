@@ -35,12 +35,9 @@ struct perp_lcp_sensitivity {
 
 /* ---- the index set of a solution, how clear it is, and the factors of its block ---- */
 
-/* Below this size a sparse block is factored as a dense one. */
-#define PERP__SMALL_BLOCK 64
-
 static int32_t uses_csc(const perp_lcp_sensitivity *s)
 {
-    return s->solver->M.column_starts && s->count > PERP__SMALL_BLOCK;
+    return s->solver->M.column_starts && s->count > PERP__SMALL_SPARSE;
 }
 
 static void layout(perp__arena *arena, void *object)

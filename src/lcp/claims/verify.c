@@ -148,8 +148,6 @@ static void scale_problem(perp__verify *v, const double *q)
  * left is bounded with the inverse ---- */
 
 #define PERP__REFINEMENTS 16
-/* Below this size a sparse block is taken as a dense one at once. */
-#define PERP__SMALL_BLOCK 64
 /* Up to this size it is where the sparse bound fails: three arrays of 32 MiB. */
 #define PERP__LARGEST_BLOCK 2048
 
@@ -278,7 +276,7 @@ static perp_status enclose(perp__verify *v, int32_t *verdict)
     const perp__square A = {v->count, v->block, v->starts, v->rows};
     perp_status status;
 
-    if (!v->M.column_starts || v->count <= PERP__SMALL_BLOCK)
+    if (!v->M.column_starts || v->count <= PERP__SMALL_SPARSE)
         return enclose_dense(v, verdict);
     v->uses_dense = 0;
     perp__principal_csc(&v->M, &block, v->starts, v->rows, v->block);

@@ -20,10 +20,9 @@
 #define KNOWN_IN_DOUBLED 1e-26
 /* Paths that correct the end of one that can tell what its slack has cost. */
 #define CORRECTIONS 3
-/* Sparse problems up to the first size, and with a larger part of the entries than 1 / FILLED, are
- * solved faster by a dense tableau (bench/lcp_sparse.c); up to the second one there is room for a
- * dense tableau in doubled precision where all else fails. */
-#define SMALL 64
+/* Sparse problems with a larger part of the entries than 1 / FILLED are solved faster by a dense
+ * tableau, as small ones are; up to the size below there is room for a dense tableau in doubled
+ * precision where all else fails. */
 #define FILLED 6
 #define ROOM_TO_DOUBLE 1024
 /* How the attempts differ. In double, 1e-11 of the largest numbers may be what rounding left of 0;
@@ -62,7 +61,7 @@ static void layout(perp__arena *arena, void *work)
     pairs = (size_t)most;
     rows = perp__tableau_length(most);
     l->kernels = perp__row_kernels_number(0);
-    l->is_sparse = starts && n > SMALL && FILLED * (int64_t)starts[n] <= n * n;
+    l->is_sparse = starts && n > PERP__SMALL_SPARSE && FILLED * (int64_t)starts[n] <= n * n;
     if (l->is_sparse)
         perp__factored_layout(arena, l);
     else
