@@ -31,14 +31,6 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
     return isfinite(scaled) ? scaled : bound < 0.0 ? -DBL_MAX : DBL_MAX;
 }
 
-/* Projects solver->z onto the bounds. */
-static void project(perp_lcp_solver *solver)
-{
-    for (int32_t i = 0; i < solver->n; i++)
-        solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
-    perp__find_reach(solver);
-}
-
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
     const double tol = solver->settings.tol, unit = 0.5 * DBL_EPSILON * solver->n;
@@ -51,7 +43,7 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
         const double above = perp__z_scaled(solver, i, z - lower);
         const double below = perp__z_scaled(solver, i, z - upper);
         const double size =
-            solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
+            solver->row_norms[i] * solver->reach[solver->part[i]] + fabs(solver->q_scaled[i]);
         double violation = perp__row_violation(z, lower, upper, w);
         double residual = fabs(perp__middle(above, below, scaled));
 
@@ -121,7 +113,9 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 
 void perp__find_product(perp_lcp_solver *solver)
 {
-    project(solver);
+    for (int32_t i = 0; i < solver->n; i++)
+        solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
+    perp__find_reach(solver);
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
 }
 
@@ -186,7 +180,7 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
 {
-    project(solver);
+    perp__find_reach(solver);
     return measure_point(solver);
 }
 

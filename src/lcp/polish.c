@@ -101,7 +101,7 @@ static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
     for (int32_t k = 0; k < count; k++) {
         const int32_t i = solver->polish.active[k];
         const double size =
-            solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
+            solver->row_norms[i] * solver->reach[solver->part[i]] + fabs(solver->q_scaled[i]);
 
         if (!(fabs(perp__w_scaled(solver, i, solver->w_high[i])) <= DBL_EPSILON * size))
             return 0;
@@ -173,7 +173,7 @@ static int32_t repair(perp_lcp_solver *solver)
         int8_t before = places[i];
         double noise =
             16.0 * DBL_EPSILON *
-            (solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]));
+            (solver->row_norms[i] * solver->reach[solver->part[i]] + fabs(solver->q_scaled[i]));
         double w = perp__w_scaled(solver, i, solver->w_high[i]);
 
         if (before == PERP__BETWEEN && solver->z[i] < solver->lower[i])

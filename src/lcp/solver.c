@@ -153,7 +153,7 @@ perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, con
  * of their mirror images than the other one; the scale of no row depends on that. */
 static int32_t is_free(const double *lower, const double *upper, int32_t i)
 {
-    return lower && lower[i] == -INFINITY && (!upper || upper[i] == INFINITY);
+    return lower[i] == -INFINITY && (!upper || upper[i] == INFINITY);
 }
 
 /* M_ij M_ji > 0: 1; < 0: -1. */
@@ -185,7 +185,7 @@ static size_t turned_entries_of(const perp__matrix *M, const double *lower, cons
     const size_t n = (size_t)M->rows;
     const size_t stride = M->row_stride > M->column_stride ? M->row_stride : M->column_stride;
 
-    for (int32_t i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows && lower; i++)
         if (is_free(lower, upper, i) && perp__diagonal_entry(M, i) == 0.0)
             return M->column_starts ? (size_t)M->column_starts[n] : n * stride;
     return 0;

@@ -155,11 +155,6 @@ static inline double perp__w_scaled(const perp_lcp_solver *solver, int32_t i, do
 /* reach := the largest |z_i|, scaled, of every part. */
 void perp__find_reach(perp_lcp_solver *solver);
 
-static inline double perp__reach_of(const perp_lcp_solver *solver, int32_t i)
-{
-    return solver->reach[solver->part[i]];
-}
-
 /* Projects solver->z onto the bounds and recomputes w = M z + q in doubled precision (w_high,
  * w_low). */
 void perp__find_product(perp_lcp_solver *solver);
