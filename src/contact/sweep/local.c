@@ -139,14 +139,13 @@ static int32_t slip_near(perp__local *local, double z, const double *c, double *
     double x = local->slip;
 
     for (int32_t step = 0; step < NEAR_STEPS && x > 0.0; step++) {
-        const double p = s[0] + x, q = s[1] + x, inverse = 1.0 / (p * q);
-        const double i0 = q * inverse, i1 = p * inverse;
+        const double i0 = 1.0 / (s[0] + x), i1 = 1.0 / (s[1] + x);
         const double r0 = -c[0] * i0, r1 = -c[1] * i1;
         const double square = r0 * r0 + r1 * r1, length = sqrt(square);
+        const double p0 = r0 * r0 / square, p1 = r1 * r1 / square; /* in any units */
         const double n = z - (a[0] * r0 + a[1] * r1), excess = mu * n - length;
-        const double slope =
-            mu * ((a[0] * r0 * i0 + a[1] * r1 * i1) * square + n * (r0 * r0 * i0 + r1 * r1 * i1));
-        const double move = excess * square / slope;
+        const double slope = mu * ((a[0] * r0 * i0 + a[1] * r1 * i1) + n * (p0 * i0 + p1 * i1));
+        const double move = excess / slope;
 
         if (!(slope > 0.0))
             return 0;
