@@ -221,12 +221,16 @@ static void test_drift(void **state)
         check_measures measures;
         double z[MOST], w[MOST], far[MOST];
 
-        gen_problem(&p, &random, 30, GEN_PD_SYMMETRIC, GEN_PLAIN);
-        for (int i = 0; i < p.n; i++)
+        gen_problem(&p, &random, 30, GEN_PD_SYMMETRIC, GEN_BOXED);
+        for (int i = 0; i < p.n;
+             i++) { /* equations alone: no bound is met, which takes a product */
+            p.lower[i] = -INFINITY;
+            p.upper[i] = INFINITY;
             far[i] = gen_uniform(&random, 0.0, 1e12);
+        }
         assert_int_equal(solve(&(seen){.problem = &p}, z, w, &result, NULL, NULL, far), PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
-        check_measure(&measures, &(check_lcp){&p.view, p.q, NULL, NULL, 0}, z, w);
+        check_measure(&measures, &(check_lcp){&p.view, p.q, p.lower, p.upper, 0}, z, w);
         assert_true(measures.residual <= 1e-10 + 1e-12);
         gen_destroy(&p);
     }
