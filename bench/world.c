@@ -8,6 +8,8 @@
 #include "measure.h"
 #include "peers_world/scenes.h"
 
+#include <sys/resource.h>
+
 #define SAMPLES 5  /* steps of a moving scene that are compared with the exact one */
 #define PATIENCE 1 /* seconds for each of them */
 #define ENOUGH 10  /* and for all: after that no other one is begun */
@@ -132,10 +134,17 @@ static void write_state(engine *e, int body, const double state[13])
     check(e, perp_world_set_body(e->world, &now, e->bodies[body]));
 }
 
+static long memory(void) /* kB that the process had at most */
+{
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) == 0 ? usage.ru_maxrss : 0;
+}
+
 static void play(const scene *s, int32_t accuracy, int32_t substeps, double seconds, FILE *record)
 {
     engine e;
     perp_world_stats stats;
+    const long before = memory();
     if (s->count < 10) { /* a world to be thrown away: of one box, pages new to us were the mean */
         create(&e, s, accuracy, substeps, 0);
         step(&e, s->h);
@@ -150,6 +159,7 @@ static void play(const scene *s, int32_t accuracy, int32_t substeps, double seco
            each * stats.seconds_integrate, each * stats.seconds_project);
     printf("outcomes %d %d %d %.2g\ncontacts %d\n", e.good, e.limited, e.other, e.residual,
            (int)stats.contacts);
+    printf("memory %ld\n", memory() - before);
     destroy(&e);
 }
 

@@ -121,6 +121,19 @@ static inline void scene_free(scene *s, int bodies)
                   100 + 3.0 * (i / row / row));
 }
 
+/* A cube of spheres 2 cm apart that shake against each other and fall. */
+static inline void scene_packed(scene *s, int spheres)
+{
+    const int row = (int)ceil(cbrt((double)spheres));
+    unsigned seed = 1;
+    for (int i = 0; i < spheres; i++) {
+        scene_body *sphere = scene_add(s, 1, scene_cube, 1, 1.02 * (i % row),
+                                       1.02 * (i / row % row), 0.52 + 1.02 * (i / row / row));
+        for (int k = 0; k < 3; k++)
+            sphere->velocity[k] = scene_random(&seed) - 0.5;
+    }
+}
+
 static inline void scene_hit(scene *s)
 {
     scene_pyramid(s, 20, 0, 0);
@@ -128,10 +141,10 @@ static inline void scene_hit(scene *s)
 }
 
 static const char *const scene_names[] = {
-    "slide",         "slide_planar", "rest",           "rest_planar", "separate",
-    "separate_rest", "pyramid",      "pyramid_planar", "hit",         "heap",
-    "wall",          "stack",        "cards",          "tower_1e4",   "tower_1e8",
-    "tower_1e12",    "free_1000",    "free_100000",    "heaps_1000",  "heaps_100000"};
+    "slide",      "slide_planar",   "rest",        "rest_planar",  "separate",  "separate_rest",
+    "pyramid",    "pyramid_planar", "hit",         "heap",         "wall",      "stack",
+    "cards",      "tower_1e4",      "tower_1e8",   "tower_1e12",   "free_1000", "free_100000",
+    "heaps_1000", "heaps_100000",   "packed_1000", "packed_100000"};
 
 /* 0 if there is no scene of that name. */
 static inline int scene_make(scene *s, const char *name)
@@ -180,6 +193,10 @@ static inline int scene_make(scene *s, const char *name)
     } else if (!strncmp(name, "heaps_", 6)) {
         s->steps = 10;
         scene_heaps(s, atoi(name + 6) / 10);
+    } else if (!strncmp(name, "packed_", 7)) {
+        s->at_rest = 0;
+        s->steps = 20;
+        scene_packed(s, atoi(name + 7));
     }
     return s->count > 0;
 }

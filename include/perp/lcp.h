@@ -29,8 +29,9 @@ enum perp_lcp_method_value {
     PERP_LCP_FISCHER = 3, /* semismooth Newton on the Fischer-Burmeister function */
     PERP_LCP_POLISH = 4,  /* only ever reported: the active set of z0 already solved the problem */
     PERP_LCP_ACTIVE_SET = 5, /* primal-dual active sets; a few factorisations; P-matrices */
-    PERP_LCP_PATTERNS = 6    /* only ever reported: enumeration of the index sets, by which auto has
+    PERP_LCP_PATTERNS = 6,   /* only ever reported: enumeration of the index sets, by which auto has
                                 the last word where n <= 12 */
+    PERP_LCP_MPRGP = 7       /* only ever reported: of perp_lcp_solve_product */
 };
 
 /* How Lemke's method chooses among the rows that tie in the ratio test. Values never change. */
@@ -112,8 +113,8 @@ typedef struct perp_lcp_result {
 PERP_API perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size);
 PERP_API perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size);
 
-/* Returns "auto", "lemke", "pgs", "fischer", "polish", "active_set"; "unknown method" otherwise.
- * Static. */
+/* Returns "auto", "lemke", "pgs", "fischer", "polish", "active_set", "patterns", "mprgp"; "unknown
+ * method" otherwise. Static. */
 PERP_API const char *perp_lcp_method_text(int32_t method);
 
 /* A problem with its workspace. */
@@ -177,6 +178,42 @@ PERP_API perp_status perp_lcp_solve(perp_context *context, double *z, double *w,
                                     perp_lcp_result *result, const perp_lcp_settings *settings,
                                     const perp_matrix *M, const double *q, const double *lower,
                                     const double *upper, const double *z0) PERP_WARN_UNUSED;
+
+/* y := M x, n numbers each. Returns 0 when done; a positive number where there is no product, which
+ * a value that is not finite says too (outcome 'evaluation_failed'); a negative number to abort the
+ * call with PERP_ERROR_CALLBACK. Must not call into the same context. */
+typedef int32_t (*perp_lcp_product)(double *y, const double *x, void *user);
+
+/* Solves a problem whose M is symmetric, positive definite or semidefinite, and known by its
+ * products alone: a convolution by FFT, a finite element code of the caller's, a solve.
+ *
+ * Conjugate gradients on the variables between their bounds, gradient projections where they meet
+ * one (MPRGP). One product a step; their number grows as the square root of M's condition.
+ *
+ * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT (also where the product
+ *          is seen not to be symmetric), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK.
+ *          After a negative status nothing was written. 'stalled' says that M is not positive
+ *          semidefinite, that no z solves this, or that the residual fell by less than 1 % in 1000
+ *          products.
+ * Out:     z: n entries, within the bounds; those at a bound are exactly that.
+ *          w: n entries, M z + q by one product; or NULL.
+ *          result: `iterations` counts products; `residual` as for perp_lcp_solve with D from
+ *             `diagonal`; `backward_error` is |r| / (|M| |z| + |q|) in 2-norms of scaled numbers,
+ *             as rows of M are not known.
+ * In:      settings: tol, max_iterations (products; default 10000), time_limit and monitor are
+ *             used; NULL for the defaults.
+ *          diagonal: n entries, M's own or about those, > 0: variables of different units are
+ *             scaled by them; NULL: all units are alike.
+ *          q, lower, upper, z0: as for perp_lcp_solve.
+ * Memory:  13 n doubles, released at the end.
+ * Source:  Dostal & Schoberl, Computational Optimization and Applications 30 (2005) 23. */
+PERP_API perp_status perp_lcp_solve_product(perp_context *context, double *z, double *w,
+                                            perp_lcp_result *result,
+                                            const perp_lcp_settings *settings, int32_t n,
+                                            perp_lcp_product product, void *user,
+                                            const double *diagonal, const double *q,
+                                            const double *lower, const double *upper,
+                                            const double *z0) PERP_WARN_UNUSED;
 
 /* What is known of a point that is to solve a problem. Values never change. */
 enum perp_verdict_value {

@@ -18,7 +18,7 @@ PERP__INIT_WITH(perp_lcp_settings, .tol = 1e-10, .relaxation = 1.0, .scaling = 1
 PERP__INIT(perp_lcp_result)
 
 PERP__WORDS(perp_lcp_method_text, "unknown method", "auto", "lemke", "pgs", "fischer", "polish",
-            "active_set", "patterns")
+            "active_set", "patterns", "mprgp")
 
 static const perp__field fields[] = {
     PERP__INTEGER(perp_lcp_settings, method, 0, PERP_LCP_ACTIVE_SET),

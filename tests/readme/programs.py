@@ -10,7 +10,8 @@ import tempfile
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 PROGRAM = re.compile(r"```(c|cpp|python)\n(.*?)```\s*```text\n(.*?)```", re.S)
 # and how many programs they have
-PAGES = {"README.md": 2, "docs/embedding.md": 3, "docs/contact.md": 1, "docs/statics.md": 2}
+PAGES = {"README.md": 2, "docs/embedding.md": 3, "docs/contact.md": 1, "docs/statics.md": 2,
+         "docs/lcp.md": 1}
 COMPILERS = {"c": ("CC", "cc", "-std=c99"), "cpp": ("CXX", "c++", "-std=c++11")}
 
 

@@ -171,6 +171,28 @@ static void test_pairs_are_few(void **context)
     }
 }
 
+/* Balls in a grid have pairs with those next to them alone: 3 N^2 (N - 1), not with the 20 others
+ * whose boxes meet theirs at edges and corners. */
+static void test_balls_across_are_no_pairs(void **context)
+{
+    enum { SIDE = 8, ALL = SIDE * SIDE * SIDE };
+    scene s;
+
+    (void)context;
+    scene_open(&s, 0, 0.0, 0.0, 0.0);
+    for (int i = 0; i < ALL; i++) {
+        perp_body_settings settings = scene_settings();
+
+        settings.position[0] = 1.02 * (i % SIDE);
+        settings.position[1] = 1.02 * (i / SIDE % SIDE);
+        settings.position[2] = 1.02 * (i / SIDE / SIDE);
+        scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.0, 0.0);
+    }
+    scene_step(&s, 0.01);
+    assert_int_equal(s.world->pair_count, 3 * SIDE * SIDE * (SIDE - 1));
+    scene_close(&s);
+}
+
 /* Every contact that the step starts with knows what the last step gave it. */
 static void check_warm(perp_world *world, const perp__contact_set *last)
 {
@@ -325,6 +347,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pairs_of_random_motion),
         cmocka_unit_test(test_pairs_are_few),
+        cmocka_unit_test(test_balls_across_are_no_pairs),
         cmocka_unit_test(test_impulses_are_remembered),
         cmocka_unit_test(test_late_corners_remember_nothing),
         cmocka_unit_test(test_far_corners_come_late),

@@ -3,6 +3,7 @@
 lcp, LCP    linear complementarity problems with bounds, once or again and again
 lcp_all     every solution of a small problem, families of solutions included
 lcp_batch   many small problems in one call
+lcp_product  a symmetric matrix that is known by its products alone
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 ncp         nonlinear complementarity problems with bounds, from functions
@@ -39,6 +40,7 @@ from ._joint import Joint, Reaction
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._monitor import Progress
+from ._product import lcp_product
 from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._sensitivity import Sensitivity, lcp_sensitivity
@@ -141,6 +143,7 @@ __all__ = [
     "lcp",
     "lcp_all",
     "lcp_batch",
+    "lcp_product",
     "lcp_sensitivity",
     "lcp_verify",
     "load_friction",

@@ -52,6 +52,7 @@ CONSTANTS: dict[str, int] = {
     "PERP_LCP_POLISH": 4,
     "PERP_LCP_ACTIVE_SET": 5,
     "PERP_LCP_PATTERNS": 6,
+    "PERP_LCP_MPRGP": 7,
     "PERP_PIVOT_HARRIS": 0,
     "PERP_PIVOT_LEXICOGRAPHIC": 1,
     "PERP_SWEEP_FORWARD": 0,
@@ -263,6 +264,9 @@ class LcpSolverHandle(Structure):
 
 
 LcpSolverPointer = POINTER(LcpSolverHandle)
+
+
+LcpProduct = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
 
 
 class LcpProof(Structure):
@@ -1379,6 +1383,10 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_lcp_solve": (c_int32, [
         ContextPointer, c_void_p, c_void_p, c_void_p, POINTER(LcpResult), POINTER(LcpSettings),
         POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_lcp_solve_product": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, POINTER(LcpResult), POINTER(LcpSettings), c_int32,
+        LcpProduct, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
     "perp_lcp_verdict_text": (c_char_p, [c_int32]),
     "perp_lcp_proof_init": (c_int32, [POINTER(LcpProof), c_size_t]),

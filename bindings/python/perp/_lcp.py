@@ -113,7 +113,7 @@ def _fill(
     settings.penalty = penalty
 
 
-def _answer(
+def read_answer(
     n: int, result: CResult, z: NDArray[Any], w: NDArray[Any], ray: NDArray[Any]
 ) -> LcpResult:
     outcome = result.outcome
@@ -244,7 +244,7 @@ def lcp(
         if status:
             call.context.check(status)
         del owner  # the view of M was used up to here
-        return _answer(n, call.result, z, w, ray).watched(monitor)
+        return read_answer(n, call.result, z, w, ray).watched(monitor)
     finally:
         if watch is not None:
             call.settings.monitor = _NO_MONITOR
@@ -351,7 +351,7 @@ class LCP(Handle):
             self._watch.raise_caught()
             if status:
                 self._context.check(status)
-            return _answer(n, self._result, z, w, ray).watched(self._monitor)
+            return read_answer(n, self._result, z, w, ray).watched(self._monitor)
 
     def _set_watch(self) -> None:
         """Has the library call the watch if this solve, on this thread, needs it."""

@@ -38,7 +38,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
 
-/* Room for the largest island. Bodies: twice those of its contacts at most count as carriers. */
+/* Room for the largest island, with the carriers that its contacts and joints can have. */
 perp_status perp__fit_island_work(perp_world *world)
 {
     perp__island_work *work = &world->work;
@@ -46,10 +46,12 @@ perp_status perp__fit_island_work(perp_world *world)
 
     for (int32_t i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
+        const int32_t numbered = island->bodies + island->contacts + island->joints;
 
         perp__raise_room(&work->max_contacts,
                          island->contacts + PERP__JOINT_UNITS * island->joints);
-        perp__raise_room(&work->max_bodies, island->bodies + island->contacts + island->joints);
+        perp__raise_room(&work->max_bodies,
+                         numbered < world->body_slots ? numbered : world->body_slots);
     }
     sizes[0] = (size_t)work->max_contacts;
     sizes[1] = (size_t)work->max_bodies;

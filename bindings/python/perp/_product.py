@@ -1,0 +1,105 @@
+"""Linear complementarity problems whose matrix is known by its products alone."""
+
+from __future__ import annotations
+
+from ctypes import byref
+from typing import Any, Callable, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays, _errors
+from ._callbacks import Array, Callbacks
+from ._generated import LcpProduct, LcpSettings
+from ._generated import LcpResult as CResult
+from ._handle import Context
+from ._lcp import LcpResult, count, limit, read_answer
+from ._library import defaults, library
+from ._monitor import Monitor, Watch
+from ._structures import sized
+
+
+class _Product(Callbacks):
+    """The caller's function as the library calls it."""
+
+    def __init__(self, product: Callable[[Array], ArrayLike], n: int) -> None:
+        super().__init__()
+        self._product, self._n = product, n
+        self.function = LcpProduct(self._multiply)
+
+    def _multiply(self, y: int, x: int, _: Any) -> int:
+        try:
+            if self.raised:
+                return -1
+            n = self._n
+            values = _arrays.real(self._product(self.view(x, n).copy()), "product(x)")
+            if values.shape != (n,):
+                raise _errors.argument_error(
+                    f"product(x) has shape {values.shape}, expected ({n},)"
+                )
+            self.view(y, n)[:] = values
+            return 0
+        except BaseException as error:
+            self.raised.append(error)
+            return -1
+
+
+def lcp_product(
+    product: Callable[[Array], ArrayLike],
+    q: ArrayLike,
+    lower: Optional[ArrayLike] = None,
+    upper: Optional[ArrayLike] = None,
+    *,
+    diagonal: Optional[ArrayLike] = None,
+    z0: Optional[ArrayLike] = None,
+    tol: float = 1e-10,
+    max_iterations: Optional[int] = None,
+    time_limit: Optional[float] = None,
+    monitor: Optional[Monitor] = None,
+) -> LcpResult:
+    """Solves the problem of lcp() for a symmetric, positive definite or semidefinite M that is
+    known by its products alone, by conjugate gradients and gradient projections (MPRGP).
+
+    product: product(x) returns M x, (n,) for (n,): a convolution by FFT, a finite element code, a
+        solve, the matvec of a SciPy LinearOperator.
+    diagonal: (n,), of M or about that, > 0: scales variables of different units; None: all are
+        alike.
+    max_iterations: products; None is 10000.
+    Other arguments as for lcp().
+
+    Returns an LcpResult: its iterations count products, its ray is None. Check its `ok` or its
+    `outcome`. An exception of product ends the call.
+    """
+    context, result, settings = Context(), sized(CResult), defaults(LcpSettings)
+    settings.tol = tol
+    settings.max_iterations = count(max_iterations, "max_iterations")
+    settings.time_limit = limit(time_limit, "time_limit")
+    n = np.size(q)
+    offset = _arrays.vector(q, "q", n)
+    low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
+    scale = None if diagonal is None else _arrays.vector(diagonal, "diagonal", n)
+    start = None if z0 is None else _arrays.vector(z0, "z0", n)
+    callbacks, watch = _Product(product, n), Watch(monitor)
+    if monitor is not None:
+        settings.monitor = watch.function
+    z, w = np.empty(n), np.empty(n)
+    with callbacks.catching():
+        status = library.perp_lcp_solve_product(
+            context.pointer,
+            _arrays.address(z),
+            _arrays.address(w),
+            byref(result),
+            byref(settings),
+            n,
+            callbacks.function,
+            None,
+            None if scale is None else _arrays.address(scale),
+            _arrays.address(offset),
+            None if low is None else _arrays.address(low),
+            None if high is None else _arrays.address(high),
+            None if start is None else _arrays.address(start),
+        )
+    callbacks.raise_caught()
+    watch.raise_caught()
+    context.check(status)
+    return read_answer(n, result, z, w, z).watched(monitor)
