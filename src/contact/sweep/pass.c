@@ -2,12 +2,10 @@
  * over the rows of W, which is used as given; and the tested residual. */
 #include <math.h>
 
-#include <perp/contact.h>
-
 #include "contact/law.h"
+#include "contact/sweep/local_step.h"
 #include "contact/sweep/sweep.h"
 #include "linalg/lanes/loops.h"
-#include "linalg/lanes/multiversion.h"
 
 /* Contacts that roll or spin go round their parts until they agree to so much of a first step. */
 #define ROUNDS_MOST 30
@@ -69,7 +67,7 @@ static int32_t step_with_discs(perp__sweep_work *work, int32_t k, double *u, dou
 }
 
 /* u_k given, with the current r: the constraint's next r, and dr. Returns the mode. */
-PERP__KERNEL static int32_t visit(perp__sweep_work *work, int32_t constraint, double *u, double *dr)
+static int32_t visit(perp__sweep_work *work, int32_t constraint, double *u, double *dr)
 {
     const int32_t first = work->rows[constraint], rows = work->rows[constraint + 1] - first;
     double *r = work->r + first;
@@ -107,81 +105,57 @@ static double row_times(const perp__sweep_work *work, int32_t i, const double *r
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* u += P y of one block: halves side by side. */
-PERP__KERNEL static void add_block(const double *P, int32_t rows, int32_t width, const double *y,
-                                   double *u)
-{
-    for (int32_t i = 0; i < rows; i++, P += width) {
-        double first = 0.0, second = 0.0;
-
-        for (int32_t j = 0; j < width / 2; j++)
-            first += P[j] * y[j];
-        for (int32_t j = width / 2; j < width; j++)
-            second += P[j] * y[j];
-        u[i] += first + second;
-    }
-}
-
-/* y += P'd of one block. */
-PERP__KERNEL static void push_block(const double *P, int32_t rows, int32_t width, const double *d,
-                                    double *y)
-{
-    for (int32_t i = 0; i < rows; i++)
-        for (int32_t j = 0; j < width; j++)
-            y[j] += P[i * width + j] * d[i];
-}
-
-/* One pass over all constraints, of blocks of that width. */
-PERP__KERNEL static double pass(perp__sweep_work *work, int32_t width)
+double perp__sweep_pass(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
     const perp__bodies *b = problem->bodies;
     double most = 0.0; /* the square */
 
-    for (int32_t k = 0; k < work->constraints; k++) {
+    for (int32_t k = 0, end; k < work->constraints; k = end) {
         const int32_t first = work->rows[k], rows = work->rows[k + 1] - first;
         const int64_t begin = b ? b->piece_starts[k] : 0, last = b ? b->piece_starts[k + 1] : 0;
         double u[PERP__ROWS_MOST], dr[PERP__ROWS_MOST], sum = 0.0;
         int32_t mode;
 
-        /* 1. u. */
+        /* 1. Packed contacts that follow each other. */
+        for (end = k; b && end < problem->contacts && work->packs[end];)
+            end++;
+        if (end > k) {
+            perp__sweep_packed(work, k, end, &most);
+            continue;
+        }
+        end = k + 1;
+        /* 2. u. */
         for (int32_t i = 0; i < rows; i++)
             u[i] = b ? problem->q[first + i] + b->compliance[first + i] * work->r[first + i]
                      : row_times(work, first + i, work->r);
-        for (int64_t piece = begin; piece < last; piece++)
-            add_block(b->values + b->piece_values[piece], rows, width,
-                      work->y + b->piece_blocks[piece] * (int64_t)width, u);
-        /* 2. r, and what its change does. */
+        for (int64_t piece = begin; piece < last; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            const double *y = work->y + b->piece_blocks[piece] * (int64_t)work->stride;
+
+            for (int32_t i = 0; i < rows; i++, p += b->width)
+                for (int32_t j = 0; j < b->width; j++)
+                    u[i] += p[j] * y[j];
+        }
+        /* 3. r, and what its change does. */
         mode = visit(work, k, u, dr);
         if (k < problem->contacts)
             work->modes[k] = (int8_t)mode;
         for (int32_t i = 0; i < rows; i++)
             sum += dr[i] * dr[i];
-        for (int64_t piece = begin; piece < last && sum != 0.0; piece++)
-            push_block(b->values + b->piece_values[piece], rows, width, dr,
-                       work->y + b->piece_blocks[piece] * (int64_t)width);
+        for (int64_t piece = begin; piece < last && sum != 0.0; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            double *y = work->y + b->piece_blocks[piece] * (int64_t)work->stride;
+
+            for (int32_t i = 0; i < rows; i++, p += b->width)
+                for (int32_t j = 0; j < b->width; j++)
+                    y[j] += p[j] * dr[i];
+        }
         sum *= work->weights[k] * work->weights[k];
         if (!(sum <= most) && !isnan(most))
             most = sum;
     }
     return sqrt(most);
-}
-
-PERP__MULTIVERSION(pass_over, (perp__sweep_work * work, double *most), (work, most))
-{
-    const perp__bodies *b = work->common.problem->bodies;
-    const int32_t width = b ? b->width : 0;
-
-    /* the compiler knows the sizes of bodies in space and in the plane */
-    *most = width == 6 ? pass(work, 6) : width == 3 ? pass(work, 3) : pass(work, width);
-}
-
-double perp__sweep_pass(perp__sweep_work *work)
-{
-    double most;
-
-    pass_over(work, &most);
-    return most;
 }
 
 double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u)

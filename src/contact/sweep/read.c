@@ -27,13 +27,21 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, size, &work->row_weights, &work->r, &work->x, &work->u, &work->best);
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
     work->y = work->entries = NULL;
+    work->packs = NULL;
+    work->packed = NULL;
     work->entry_starts = NULL;
     work->columns = NULL;
 
     /* 2. Of bodies; of W. */
     if (b) {
-        y_size = (size_t)b->blocks * (size_t)b->width;
-        work->y = perp__arena_take(arena, y_size, sizeof(double));
+        const int32_t packs = b->width == 3 || b->width == PERP__PACKED_WIDTH;
+
+        work->stride = packs ? PERP__PACKED_WIDTH : b->width;
+        y_size = (size_t)b->blocks * (size_t)work->stride;
+        work->y = perp__arena_take(arena, y_size + (size_t)work->stride, sizeof(double));
+        work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
+        if (packs)
+            work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
     } else {
         entries = W->column_starts ? (size_t)W->column_starts[W->columns]
                                    : (size_t)W->rows * (size_t)W->columns;
@@ -102,12 +110,16 @@ static void read_diagonal(const perp__sweep_work *work, int32_t constraint, doub
 void perp__sweep_read(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
 
     memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
     for (int32_t k = problem->contacts; k < work->constraints; k++)
         work->rows[k + 1] = work->rows[k] + 1;
-    if (!problem->bodies)
+    if (!b)
         read_matrix(work, problem->W);
+    else
+        memset(work->y, 0, (size_t)(b->blocks + 1) * (size_t)work->stride * sizeof *work->y);
+    work->all_packed = work->packed && work->constraints == problem->contacts;
     for (int32_t k = 0; k < work->constraints; k++) {
         const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
         const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
@@ -132,9 +144,15 @@ void perp__sweep_read(perp__sweep_work *work)
             if (problem->spinning && problem->spinning[k] > 0.0)
                 perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
         }
-        /* 2. Weights. */
+        /* 2. Weights; and the piece of memory of contacts that have one. */
         work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];
         for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
             work->row_weights[i] = work->weights[k];
+        if (contact && b) {
+            work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
+            if (work->packs[k])
+                perp__sweep_pack(work, k, &work->packed[k]);
+            work->all_packed &= work->packs[k];
+        }
     }
 }

@@ -13,8 +13,6 @@
 
 #include <perp/contact.h>
 
-#include "contact/law.h"
-
 /* Default limit: that many sweeps, less where these make more than VISITS_MOST visits. */
 #define SWEEPS_MOST 10000
 #define SWEEPS_LEAST 200
@@ -67,16 +65,6 @@ static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
     return work->status != PERP_OK || work->sweeps >= work->patience;
 }
 
-/* The tested residual of r, whose slips near the edge of their cones may be outside of them by a
- * hair: of x. */
-static double look_at(perp__sweep_work *work, const double *r)
-{
-    memcpy(work->x, r, (size_t)work->size * sizeof *r);
-    for (int32_t k = 0; k < work->common.problem->contacts; k++)
-        perp__contact_clip(work->common.problem, k, work->x);
-    return perp__sweep_residual(work, work->x, work->u);
-}
-
 /* A sweep that hardly changes r: is r the solution? `share` of tol is what the change has to be
  * for the question to be worth its cost. */
 static int32_t is_solved(perp__sweep_work *work, double change)
@@ -86,7 +74,8 @@ static int32_t is_solved(perp__sweep_work *work, double change)
 
     if (!(change <= work->share * tol) || work->sweeps < work->next_test)
         return 0;
-    residual = look_at(work, work->r);
+    perp__sweep_export(work, work->r);
+    residual = perp__sweep_residual(work, work->x, work->u);
     if (residual <= tol) {
         work->residual = residual;
         return 1;
@@ -94,6 +83,24 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     work->next_test = work->sweeps + SWEEPS_BETWEEN_TESTS;
     work->share = fmax(1e-3, fmin(0.9 * work->share, change / residual));
     return 0;
+}
+
+/* Begins at x, in the caller's frame. */
+static void begin_at(perp__sweep_work *work, const double *x)
+{
+    const perp__bodies *b = work->common.problem->bodies;
+
+    perp__sweep_import(work, x);
+    if (!b)
+        return;
+    perp__bodies_gather(b, x, work->y);
+    for (int32_t i = b->blocks;
+         i-- > 0 && work->stride > b->width;) { /* by width, then by stride */
+        double *block = work->y + (size_t)i * (size_t)work->stride;
+
+        memmove(block, work->y + (size_t)i * (size_t)b->width, (size_t)b->width * sizeof *block);
+        memset(block + b->width, 0, (size_t)(work->stride - b->width) * sizeof *block);
+    }
 }
 
 static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
@@ -104,10 +111,8 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     perp__sweep_read(work);
     if (!iterate->warm)
         memset(iterate->r, 0, bytes);
-    memcpy(work->r, iterate->r, bytes);
+    begin_at(work, iterate->r);
     memcpy(work->best, work->r, bytes);
-    if (problem->bodies)
-        perp__bodies_gather(problem->bodies, work->r, work->y);
     perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
@@ -125,11 +130,16 @@ static void finish(perp__sweep_work *work, perp__contact_iterate *iterate, perp_
     const size_t bytes = (size_t)work->size * sizeof *work->r;
 
     if (outcome != PERP_OUTCOME_SOLVED) {
-        const double best = look_at(work, work->best);
+        double best;
 
-        work->residual = look_at(work, work->r);
-        if (!(work->residual <= best))
-            work->residual = look_at(work, work->best);
+        perp__sweep_export(work, work->best);
+        best = perp__sweep_residual(work, work->x, work->u);
+        perp__sweep_export(work, work->r);
+        work->residual = perp__sweep_residual(work, work->x, work->u);
+        if (!(work->residual <= best)) {
+            perp__sweep_export(work, work->best);
+            work->residual = perp__sweep_residual(work, work->x, work->u);
+        }
     }
     memcpy(iterate->r, work->x, bytes);
     memcpy(iterate->u, work->u, bytes);
