@@ -79,15 +79,14 @@ double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, in
     return lies ? fmax(forced, 0.5 * normal_terms(world, i, gain, bodies)) : forced;
 }
 
-/* Marks the contacts that are hit within the interval; returns whether there are any. slow: the
- * share of a step's change of velocity below which an approach is none. */
+/* Marks contacts of the interval at hand that are hit in it, beside those that are; returns whether
+ * there are any. slow: the share of a step's change of velocity below which an approach is none. */
 static int32_t find_hits(perp_world *world, const perp__island *island, double h, double slow)
 {
     perp__island_work *work = &world->work;
     const int32_t lies = perp__lies_on_something(world, island);
     int32_t i, hits = 0;
 
-    memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
     for (i = 0; i < work->count; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         if (!(contact->restitution > 0.0))
@@ -374,9 +373,10 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
 
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
  * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
- * would close, its way need not. */
+ * would close, its way need not. Where nothing stops what is hit, others may be that it kept off.
+ */
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
-                                double h, int32_t *done, perp__verdict *verdict)
+                                double h, double slow, int32_t *done, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     int32_t which = -1, mean, passed, i;
@@ -385,10 +385,12 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 
     perp__aim_joints(world, island);
     for (whole = *left;; whole = t) { /* joints go just there in a second one */
-        status = solve_interval(world, island, work->hit, whole, h, verdict);
-        *done = 1;
-        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
-            return status;
+        do {
+            status = solve_interval(world, island, work->hit, whole, h, verdict);
+            *done = 1;
+            if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+                return status;
+        } while (find_hits(world, island, h, slow) > 0);
         mean = lasts(world, island);
         for (i = 0; i < work->count; i++)
             memcpy(perp__step_response(world, island, work->chosen[i])->next, work->impulse + 3 * i,
@@ -483,6 +485,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         verdict->stages++;
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
             return status;
+        memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
         hits = find_hits(world, island, h, 0.5 / most);
         if (hits == 0) {
             perp__take_answer(world, island);
@@ -499,7 +502,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             status = end_on_impacts(world, island, left, verdict);
             done = 1;
         } else {
-            status = go_to_impact(world, island, &left, h, &done, verdict);
+            status = go_to_impact(world, island, &left, h, 0.5 / most, &done, verdict);
             verdict->impacts += !done;
         }
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
