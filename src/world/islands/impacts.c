@@ -373,8 +373,8 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
 
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
  * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
- * would close, its way need not. Where nothing stops what is hit, others may be that it kept off.
- */
+ * would close, its way need not. Where nothing stops what is hit, others may be that it kept off;
+ * not so with joints, on whose arcs ends of ways do not tell what these pass. */
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
                                 double h, double slow, int32_t *done, perp__verdict *verdict)
 {
@@ -390,7 +390,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
             *done = 1;
             if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
                 return status;
-        } while (find_hits(world, island, h, slow) > 0);
+        } while (island->joints == 0 && find_hits(world, island, h, slow) > 0);
         mean = lasts(world, island);
         for (i = 0; i < work->count; i++)
             memcpy(perp__step_response(world, island, work->chosen[i])->next, work->impulse + 3 * i,
@@ -428,22 +428,23 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 }
 
 /* Impacts that are left over when their number is spent: the velocities after the step are those
- * of Moreau's law from the same beginning, at the contacts that touch in the end. */
+ * of Moreau's law from the same beginning, at the contacts that touch in the end, and at those that
+ * press as others are hit. */
 static perp_status end_on_impacts(perp_world *world, const perp__island *island, double left,
                                   perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp_status status;
+    perp_status status = PERP_OK;
+    int32_t came = 1;
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
-        const double bounce = perp__moreau_shift(contact->restitution, work->came[i]);
-        const double gap =
-            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i));
 
-        work->guard[i] =
-            work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
+        work->guard[i] = perp__moreau_shift(contact->restitution, work->came[i]);
+        work->gap[k] =
+            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i)) / left;
+        work->hit[k] = 0;
     }
     go(world, island, left, 0, left);
     if (island->joints > 0) { /* which are where these velocities are */
@@ -451,9 +452,20 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         perp__choose_rows(world, island, NULL);
         perp__time_joints(world, left);
     }
-    for (int32_t i = 0; i < work->count; i++)
-        work->rows[i].bias[0] = work->guard[i];
-    status = perp__solve_rows(world, island, 1, verdict);
+    while (status == PERP_OK && came > 0) {
+        came = 0;
+        for (int32_t i = 0; i < work->count; i++) {
+            const int32_t k = work->chosen[i];
+            const double e = perp__step_contact(world, island, k)->restitution;
+
+            if (!work->hit[k] && (work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0))
+                came += work->hit[k] = 1;
+            work->rows[i].bias[0] =
+                work->hit[k] ? work->guard[i] : fmax(work->guard[i], work->gap[k]);
+        }
+        if (came > 0)
+            status = perp__solve_rows(world, island, 1, verdict);
+    }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);
     return status;
