@@ -444,7 +444,6 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         work->guard[i] = perp__moreau_shift(contact->restitution, work->came[i]);
         work->gap[k] =
             perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i)) / left;
-        work->hit[k] = 0;
     }
     go(world, island, left, 0, left);
     if (island->joints > 0) { /* which are where these velocities are */
@@ -458,10 +457,12 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
             const int32_t k = work->chosen[i];
             const double e = perp__step_contact(world, island, k)->restitution;
 
-            if (!work->hit[k] && (work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0))
-                came += work->hit[k] = 1;
-            work->rows[i].bias[0] =
-                work->hit[k] ? work->guard[i] : fmax(work->guard[i], work->gap[k]);
+            if (work->gap[k] > -INFINITY && /* not hit so far */
+                (work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0)) {
+                work->gap[k] = -INFINITY;
+                came++;
+            }
+            work->rows[i].bias[0] = fmax(work->guard[i], work->gap[k]);
         }
         if (came > 0)
             status = perp__solve_rows(world, island, 1, verdict);
