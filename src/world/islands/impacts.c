@@ -146,21 +146,20 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
     work->gone += t;
 }
 
-/* Whether nothing that presses came to it in this interval. */
+/* Whether nothing that presses came to it in this interval, but for what velocities that were known
+ * to tol left of it. */
 static int32_t lasts(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
+    const double none = fmax(NO_APPROACH, perp__swept_tol(world));
 
     for (int32_t i = 0; i < work->count; i++) {
-        double speed;
+        const double way = fmax(work->gap[work->chosen[i]], 0.0);
+        const double speed = fmax(fabs(work->came[i]), way / world->step_length);
 
-        if (!(work->impulse[3 * i] > 0.0))
-            continue;
-        speed = fabs(work->came[i]);
-        if (work->gap[work->chosen[i]] > 0.0 ||
-            (speed != 0.0 &&
-             speed > NO_APPROACH * (normal_terms(world, i, work->now, island->bodies) +
-                                    normal_terms(world, i, work->gain, island->bodies))))
+        if (work->impulse[3 * i] > 0.0 && speed > 0.0 &&
+            speed > none * (normal_terms(world, i, work->now, island->bodies) +
+                            normal_terms(world, i, work->gain, island->bodies)))
             return 0;
     }
     return perp__limits_last(world);
