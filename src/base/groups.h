@@ -16,22 +16,12 @@ static inline int32_t perp__root_of(int32_t *parents, int32_t i)
     return i;
 }
 
-/* Puts the parts of two roots into one. Returns its root. */
-static inline int32_t perp__link(int32_t *parents, int32_t a, int32_t b)
-{
-    if (a < b)
-        parents[b] = a;
-    else
-        parents[a] = b;
-    return a < b ? a : b;
-}
-
 /* Puts i and j into one part. True if they were in two. */
 static inline int32_t perp__join(int32_t *parents, int32_t i, int32_t j)
 {
     const int32_t a = perp__root_of(parents, i), b = perp__root_of(parents, j);
 
-    perp__link(parents, a, b);
+    parents[a < b ? b : a] = a < b ? a : b;
     return a != b;
 }
 

@@ -53,15 +53,6 @@ static inline perp_outcome perp__gate(const perp__evidence *evidence, double tol
     return said < 0 || perp__is_good(said) ? PERP_OUTCOME_STALLED : said;
 }
 
-/* Whether a point passes the gate if no row's own residual speaks against it. */
-static inline int32_t perp__may_pass(const perp__evidence *evidence, double tol)
-{
-    perp__evidence best = *evidence;
-
-    best.own = 0.0;
-    return perp__is_good(perp__gate(&best, tol, -1));
-}
-
 /* The worse of two outcomes: what a whole is called after its parts. Any that is no answer is worse
  * than any that is, rounding_limit worse than solved; of two failures the first stays. */
 perp_outcome perp__worse_outcome(perp_outcome first, perp_outcome second);

@@ -221,13 +221,12 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i)
 perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
                                   double unit)
 {
-    perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
+    perp__evidence evidence = {worth->tested / unit, 0.0, worth->backward, 0};
 
     evidence.sound = worth->finite;
-    if (!perp__may_pass(&evidence, solver->settings.tol))
-        return evidence;
-    evidence.own = 0.0;
-    if (!worth->small) {
+    if (!perp__is_good(perp__gate(&evidence, solver->settings.tol, -1))) {
+        evidence.own = INFINITY; /* it does not pass whatever its rows say */
+    } else if (!worth->small) {
         /* beside its own terms a row has no large numbers of others to excuse it */
         const perp__witness_point point = {.M = &solver->M,
                                            .exponents = solver->exponents,

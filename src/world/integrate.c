@@ -90,42 +90,24 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__apply3(next->angular_velocity, R, w_next);
 }
 
-static void move_centre(perp_world *world, int32_t i, double h, const double *v_f)
-{
-    const perp__state *old = &world->states[i];
-    perp__state *next = &world->next[i];
-
-    for (int32_t k = 0; k < 3; k++)
-        next->position[k] += h * (0.5 * (old->velocity[k] + v_f[k]));
-    perp__copy3(next->velocity, v_f);
-}
-
-/* As a ball, to its free twist. */
-static void move_ball(perp_world *world, int32_t i, double h, const double *v_f)
+/* To the twist that forces alone make of its own. */
+static void move_freely(perp_world *world, int32_t i, double h, const double *v_f)
 {
     const perp__state *old = &world->states[i];
     perp__state *next = &world->next[i];
     double mean[3];
 
-    move_centre(world, i, h, v_f);
-    for (int32_t k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++) {
+        next->position[k] += h * (0.5 * (old->velocity[k] + v_f[k]));
         mean[k] = 0.5 * (old->angular_velocity[k] + v_f[3 + k]);
-    scaled_turn(world, next, h, mean);
-    perp__copy3(next->angular_velocity, v_f + 3);
-}
-
-static void move_freely(perp_world *world, int32_t i, double h)
-{
-    const perp__state *old = &world->states[i];
-    const double *v_f = world->motions[i].free;
-
-    if (world->bodies[i].spherical) {
-        move_ball(world, i, h, v_f);
-        return;
     }
-    move_centre(world, i, h, v_f);
-    if (!perp__is_zero3(old->angular_velocity) || !perp__is_zero3(old->torque))
+    perp__copy3(next->velocity, v_f);
+    if (world->bodies[i].spherical) {
+        scaled_turn(world, next, h, mean);
+        perp__copy3(next->angular_velocity, v_f + 3);
+    } else if (!perp__is_zero3(old->angular_velocity) || !perp__is_zero3(old->torque)) {
         rotate_freely(world, i, h);
+    }
 }
 
 static int32_t is_finite(const perp__state *state)
@@ -187,7 +169,7 @@ int32_t perp__glide(perp_world *world, int32_t i, double h)
     if (!perp__stays_enclosed(world, i, moving, h))
         return 0;
     world->next[i] = world->states[i];
-    move_ball(world, i, h, free);
+    move_freely(world, i, h, free);
     return is_finite(&world->next[i]) && take_next(world, i);
 }
 
@@ -196,7 +178,7 @@ int32_t perp__coast(perp_world *world, int32_t i, double h)
     if (!is_alone(world, i))
         return 1;
     world->next[i] = world->states[i];
-    move_freely(world, i, h);
+    move_freely(world, i, h, world->motions[i].free);
     if (!is_finite(&world->next[i]))
         return 0;
     take_next(world, i);
@@ -250,7 +232,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
             continue;
         }
         if (kind == PERP_BODY_DYNAMIC && world->roles[body].island < 0)
-            move_freely(world, body, h);
+            move_freely(world, body, h, motion->free);
         else {
             perp__add3(next->position, h, motion->moving);
             scaled_turn(world, next, h, motion->moving + 3);

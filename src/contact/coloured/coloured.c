@@ -188,10 +188,10 @@ static void push_start(job *at)
         more += c->joints.r[n] * c->joints.w[n];
     if (more <= 0.0)
         return;
-    for (int32_t p = 0; p < c->points; p++) {
-        memset(c->point[p].r, 0, sizeof c->point[p].r);
-        memset(c->point[p].last, 0, sizeof c->point[p].last);
-    }
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t l = 0; l < PERP__GROUP; l++)
+            for (int32_t i = c->point[p].inverse_normal[l] > 0.0 ? 0 : 1; i < 3; i++)
+                c->point[p].r[i][l] = c->point[p].last[i][l] = 0.0; /* a bound is no impulse */
     memcpy(c->y, c->free, 8 * (size_t)c->rows * sizeof *c->y);
     for (int32_t n = 0; n < c->joints.rows; n++)
         c->joints.r[n] = c->joints.last[n] = 0.0;

@@ -15,18 +15,15 @@
 void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const perp__placed *b,
                            int32_t planar)
 {
+    const double *A = a->rotation, *B = b->rotation;
     double world[3], between[3], R[9];
     perp__polytope_of(a->geometry, planar, &pair->room[0], &pair->side[0]);
     perp__polytope_of(b->geometry, planar, &pair->room[1], &pair->side[1]);
     perp__subtract3(world, b->position, a->position);
     perp__apply_transposed3(between, a->rotation, world);
-    for (int j = 0; j < 3; j++) {
-        double axis[3], column[3];
-        perp__column3(axis, b->rotation, j);
-        perp__apply_transposed3(column, a->rotation, axis);
-        for (int k = 0; k < 3; k++)
-            R[3 * k + j] = column[k];
-    }
+    for (int k = 0; k < 3; k++)
+        for (int j = 0; j < 3; j++)
+            R[3 * k + j] = A[k] * B[j] + A[3 + k] * B[3 + j] + A[6 + k] * B[6 + j];
     perp__polytope_move(&pair->side[1], R, between, &pair->room[1]);
     pair->frame = a;
     pair->planar = planar;
@@ -194,8 +191,7 @@ int perp__segment_closest(const perp__segment *a, const perp__segment *b, double
     const double *u = a->direction, *v = b->direction;
     double between[3], cross[3];
     perp__subtract3(between, b->centre, a->centre);
-    for (int k = 0; k < 3; k++)
-        cross[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+    perp__cross(cross, u, v);
     double cosine = perp__dot3(u, v);
     double sine_squared = perp__dot3(cross, cross);
     double along_a = perp__dot3(u, between);

@@ -79,15 +79,14 @@ double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, in
     return lies ? fmax(forced, 0.5 * normal_terms(world, i, gain, bodies)) : forced;
 }
 
-/* Marks the contacts that are hit within the interval; returns whether there are any. slow: the
- * share of a step's change of velocity below which an approach is none. */
+/* Marks contacts of the interval at hand that are hit in it, beside those that are; returns whether
+ * there are any. slow: the share of a step's change of velocity below which an approach is none. */
 static int32_t find_hits(perp_world *world, const perp__island *island, double h, double slow)
 {
     perp__island_work *work = &world->work;
     const int32_t lies = perp__lies_on_something(world, island);
     int32_t i, hits = 0;
 
-    memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
     for (i = 0; i < work->count; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         if (!(contact->restitution > 0.0))
@@ -147,21 +146,20 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
     work->gone += t;
 }
 
-/* Whether nothing that presses came to it in this interval. */
+/* Whether nothing that presses came to it in this interval, but for what velocities that were known
+ * to tol left of it. */
 static int32_t lasts(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
+    const double none = fmax(NO_APPROACH, perp__swept_tol(world));
 
     for (int32_t i = 0; i < work->count; i++) {
-        double speed;
+        const double way = fmax(work->gap[work->chosen[i]], 0.0);
+        const double speed = fmax(fabs(work->came[i]), way / world->step_length);
 
-        if (!(work->impulse[3 * i] > 0.0))
-            continue;
-        speed = fabs(work->came[i]);
-        if (work->gap[work->chosen[i]] > 0.0 ||
-            (speed != 0.0 &&
-             speed > NO_APPROACH * (normal_terms(world, i, work->now, island->bodies) +
-                                    normal_terms(world, i, work->gain, island->bodies))))
+        if (work->impulse[3 * i] > 0.0 && speed > 0.0 &&
+            speed > none * (normal_terms(world, i, work->now, island->bodies) +
+                            normal_terms(world, i, work->gain, island->bodies)))
             return 0;
     }
     return perp__limits_last(world);
@@ -374,9 +372,10 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
 
 /* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
  * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
- * would close, its way need not. */
+ * would close, its way need not. Where nothing stops what is hit, others may be that it kept off;
+ * not so with joints, on whose arcs ends of ways do not tell what these pass. */
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
-                                double h, int32_t *done, perp__verdict *verdict)
+                                double h, double slow, int32_t *done, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     int32_t which = -1, mean, passed, i;
@@ -385,10 +384,12 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 
     perp__aim_joints(world, island);
     for (whole = *left;; whole = t) { /* joints go just there in a second one */
-        status = solve_interval(world, island, work->hit, whole, h, verdict);
-        *done = 1;
-        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
-            return status;
+        do {
+            status = solve_interval(world, island, work->hit, whole, h, verdict);
+            *done = 1;
+            if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+                return status;
+        } while (island->joints == 0 && find_hits(world, island, h, slow) > 0);
         mean = lasts(world, island);
         for (i = 0; i < work->count; i++)
             memcpy(perp__step_response(world, island, work->chosen[i])->next, work->impulse + 3 * i,
@@ -426,22 +427,22 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 }
 
 /* Impacts that are left over when their number is spent: the velocities after the step are those
- * of Moreau's law from the same beginning, at the contacts that touch in the end. */
+ * of Moreau's law from the same beginning, at the contacts that touch in the end, and at those that
+ * press as others are hit. */
 static perp_status end_on_impacts(perp_world *world, const perp__island *island, double left,
                                   perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp_status status;
+    perp_status status = PERP_OK;
+    int32_t came = 1;
 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
-        const double bounce = perp__moreau_shift(contact->restitution, work->came[i]);
-        const double gap =
-            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i));
 
-        work->guard[i] =
-            work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
+        work->guard[i] = perp__moreau_shift(contact->restitution, work->came[i]);
+        work->gap[k] =
+            perp__open_gap(contact, work->gap[k] + left * normal_after(world, island, i)) / left;
     }
     go(world, island, left, 0, left);
     if (island->joints > 0) { /* which are where these velocities are */
@@ -449,9 +450,22 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         perp__choose_rows(world, island, NULL);
         perp__time_joints(world, left);
     }
-    for (int32_t i = 0; i < work->count; i++)
-        work->rows[i].bias[0] = work->guard[i];
-    status = perp__solve_rows(world, island, 1, verdict);
+    while (status == PERP_OK && came > 0) {
+        came = 0;
+        for (int32_t i = 0; i < work->count; i++) {
+            const int32_t k = work->chosen[i];
+            const double e = perp__step_contact(world, island, k)->restitution;
+
+            if (work->gap[k] > -INFINITY && /* not hit so far */
+                (work->gap[k] <= 0.0 || e * work->impulse[3 * i] > 0.0)) {
+                work->gap[k] = -INFINITY;
+                came++;
+            }
+            work->rows[i].bias[0] = fmax(work->guard[i], work->gap[k]);
+        }
+        if (came > 0)
+            status = perp__solve_rows(world, island, 1, verdict);
+    }
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);
     return status;
@@ -483,6 +497,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         verdict->stages++;
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
             return status;
+        memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
         hits = find_hits(world, island, h, 0.5 / most);
         if (hits == 0) {
             perp__take_answer(world, island);
@@ -499,7 +514,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             status = end_on_impacts(world, island, left, verdict);
             done = 1;
         } else {
-            status = go_to_impact(world, island, &left, h, &done, verdict);
+            status = go_to_impact(world, island, &left, h, 0.5 / most, &done, verdict);
             verdict->impacts += !done;
         }
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)

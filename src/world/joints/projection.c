@@ -254,10 +254,8 @@ int32_t perp__is_tied(const perp_world *world, const perp__island *island, int32
 {
     int32_t tied = 0;
 
-    for (int32_t i = 0; i < island->joints && !tied; i++) {
-        const int32_t *body = perp__island_joint(world, island, i)->body;
-        tied = world->bodies[body[0]].kind >= least || world->bodies[body[1]].kind >= least;
-    }
+    for (int32_t k = 0; k < 2 * island->joints && !tied; k++)
+        tied = world->bodies[perp__island_joint(world, island, k / 2)->body[k % 2]].kind >= least;
     for (int32_t i = 0; i < island->contacts && !tied; i++) {
         const perp__world_contact *contact =
             perp__island_contact(world, world->island_set, island, i);
@@ -267,19 +265,45 @@ int32_t perp__is_tied(const perp_world *world, const perp__island *island, int32
     return tied;
 }
 
-/* The velocity of the mass centre of what flies freely; 0 of what is tied to something. */
+/* The velocity of the mass centre along which nothing pushes from outside of the island: all of it
+ * of what flies freely, that along planes, or where they meet, of what is on these without
+ * friction. */
 static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
 {
-    const int32_t tied = perp__is_tied(world, island, PERP_BODY_STATIC);
-    double mass = 0.0, momentum[3] = {0.0, 0.0, 0.0};
+    double mass = 0.0, momentum[3] = {0.0}, line[3] = {0.0}, normal[3] = {0.0};
+    int32_t ways = 3; /* that it may take */
 
-    for (int32_t i = 0; i < island->bodies && !tied; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         mass += world->bodies[body].mass;
         perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
     }
-    for (int32_t k = 0; k < 3; k++)
-        kept[k] = tied ? 0.0 : momentum[k] / mass;
+    for (int32_t k = 0; k < 2 * island->joints && ways > 0; k++)
+        ways *= perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
+    for (int32_t i = 0; i < island->contacts && ways > 0; i++) {
+        const perp__world_contact *contact =
+            perp__island_contact(world, world->island_set, island, i);
+        const double *n = contact->axes[0];
+
+        if (perp__is_dynamic(world, contact->body_a) && perp__is_dynamic(world, contact->body_b))
+            continue;
+        if (contact->friction > 0.0 || (ways == 1 && fabs(perp__dot3(line, n)) > PERP__PARALLEL)) {
+            ways = 0;
+        } else if (ways == 3) {
+            perp__copy3(normal, n);
+            ways = 2;
+        } else if (ways == 2) {
+            perp__cross(line, normal, n);
+            ways -= perp__normalise3(line) > PERP__PARALLEL;
+        }
+    }
+    memset(kept, 0, sizeof momentum);
+    if (ways == 1)
+        perp__add3(kept, perp__dot3(momentum, line) / mass, line);
+    else if (ways > 1)
+        perp__add3(kept, 1.0 / mass, momentum);
+    if (ways == 2)
+        perp__add3(kept, -perp__dot3(kept, normal), normal);
 }
 
 /* The kinetic energy beside that of the velocity to keep. */
