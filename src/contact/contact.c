@@ -77,6 +77,12 @@ static int32_t ends_the_search(const perp_contact_solver *solver)
            solver->certificate != PERP_CONTACT_CERTIFICATE_NONE;
 }
 
+/* Whether the best point is all that was promised: no other method is asked for more. */
+static int32_t is_enough(const perp_contact_solver *solver)
+{
+    return solver->best.worth.tested <= solver->enough && solver->best.worth.own <= solver->enough;
+}
+
 /* Whether the method has used up the caller's max_iterations. */
 static int32_t is_spent(const perp_contact_solver *solver, const perp__contact_slot *slot)
 {
@@ -251,7 +257,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
             status = run_once(solver, slot, FROM_BEST, 0, &worth);
         }
         solver->problem.tol = tol;
-        if (ends_the_search(solver))
+        if (ends_the_search(solver) || is_enough(solver))
             break;
     }
     return status;
@@ -277,7 +283,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
                 (solver->mu[k] == 0.0 && !solver->has_discs));
     if (all) {
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
-        steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, once ? 1 : 2};
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2};
     }
     /* 3. The last resort: pivoting on polyhedra that fit ever closer, refined after each. Where
        there are too many rows for that, what refines its answers has none to start from. */
@@ -355,7 +361,7 @@ static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations, method = solver->settings.method;
     plan_step steps[PLAN_MOST];
-    int32_t count = limit < 0 ? 0 : plan(solver, steps), ray_after, made;
+    int32_t count = limit < 0 ? 0 : plan(solver, steps), ray_after, made, pivoted = 1;
     perp_status status;
 
     if (solver->brief && count > BRIEF)
@@ -382,11 +388,17 @@ static perp_status search(perp_contact_solver *solver)
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;
     for (int32_t k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
+        if (k >= BRIEF && is_enough(solver))
+            break;
+        if (!pivoted && k + 1 < count) /* what fits closer to an answer, where there was none */
+            continue;
         /* where sets were followed in vain from a start and from a few sweeps, more sweeps than
            those seldom come to an end, and take longer than what is next */
         if (k > 0 || !solver->call->r0 || !tries_sets(solver) ||
             !perp__contact_polish_suits(solver))
             status = run(solver, &steps[k]);
+        if (steps[k].method == PERP_CONTACT_METHOD_LEMKE)
+            pivoted = solver->said == PERP_OUTCOME_SOLVED;
         if (status == PERP_OK && k == ray_after && solver->proves && !ends_the_search(solver) &&
             perp__contact_may_be_infeasible(solver) &&
             !(limit > 0 && solver->said == PERP_OUTCOME_ITERATION_LIMIT))

@@ -369,6 +369,33 @@ static void test_proof(void **state)
     close_fixture(&f);
 }
 
+/* A tol below rounding, where 1e-8 is enough: as many steps as without last resorts, which go on.
+ */
+static void test_enough(void **state)
+{
+    (void)state;
+    for (int planar = 0; planar < 2; planar++) {
+        fixture f;
+        perp__rigid_problem p;
+        int64_t without, all;
+
+        open_fixture(&f, planar, NULL);
+        rigid_pyramid(&f.s, 4, 0.5);
+        hit(&f.s, 1.0);
+        p = rigid_problem(&f.s);
+        p.tol = 1e-40;
+        all = solve(&f, &p).iterations;
+        p.brief = 1;
+        without = solve(&f, &p).iterations;
+        p.brief = 0;
+        p.enough = 1e-8;
+        perp__rigid_answer a = solve(&f, &p);
+        assert_true(a.tested <= p.enough && a.own <= p.enough);
+        assert_true(a.iterations <= without && without < all);
+        close_fixture(&f);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -377,6 +404,7 @@ int main(void)
 
         cmocka_unit_test(test_again),   cmocka_unit_test(test_memory),
         cmocka_unit_test(test_nothing), cmocka_unit_test(test_proof),
+        cmocka_unit_test(test_enough),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

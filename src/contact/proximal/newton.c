@@ -133,7 +133,8 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
         found = perp__proximal_judge(s, part, s->start, s->spare);
         asked = s->best_residual <= s->tol ? 0.5 : ldexp(1.0, steps > 0 ? -steps : steps);
-        if ((tries || s->best_residual <= s->tol) && !(found < asked * s->residual))
+        /* a centre that takes one step has the right active set: the next, stiffer one tells */
+        if ((tries || s->best_residual <= s->tol) && steps != 1 && !(found < asked * s->residual))
             break;
         stale = s->best_residual < 0.9 * best ? 0 : stale + 1;
         if (steps > 0 || found < 0.5 * s->residual) {

@@ -176,6 +176,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     s->bodies.v_free = problem->free;
     s->proves = problem->proves;
     s->brief = problem->brief;
+    s->enough = problem->enough;
     s->settings.method = perp__contact_method_named(problem->method);
     s->settings.cone = problem->cone;
     s->settings.tol = problem->tol;

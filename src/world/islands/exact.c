@@ -18,7 +18,6 @@
  * spent, but at accuracy `exact`. There few contacts get all, last resorts as well. */
 #define QUICK 100
 #define FEW 64
-#define FEW_PLANAR 200
 
 /* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
 #define SMALL 8
@@ -54,64 +53,45 @@ static void say_outcome(perp__rigid_answer *answer, double tol)
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
-static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
-                            perp__rigid_problem *problem)
+/* By the methods of the contact layer, each for what it takes at accuracy `exact`, else as long as
+ * it is quick: at `exact` in vain once a step, as what comes later only adds. */
+static perp_status solve_by(perp_world *world, const perp__island *island,
+                            perp__rigid_answer *answer, perp__rigid_problem *problem,
+                            int32_t *in_vain)
 {
     const int32_t limit = problem->max_iterations;
-    perp_status status;
-
-    problem->tol = SHARPER * perp__exact_tol(world);
-    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
-    status = perp__rigid_solve(world->solver, answer, problem);
-    problem->max_iterations = limit;
-    problem->tol = perp__exact_tol(world);
-    if (status == PERP_OK)
-        say_outcome(answer, perp__exact_tol(world));
-    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0 &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT)
-        answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
-    return status;
-}
-
-/* From where that has come to, with all that the methods have: last resorts too for what rests, or
- * is little. */
-static perp_status solve_thoroughly(perp_world *world, const perp__island *island,
-                                    perp__rigid_answer *answer, perp__rigid_problem *problem)
-{
-    perp__island_work *work = &world->work;
-    const int64_t spent = answer->iterations;
+    const int32_t is_exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
+    const int32_t thorough = is_exact && !*in_vain;
     perp__carrying carrying;
     perp_status status;
 
-    if (problem->max_iterations > 0 && spent >= problem->max_iterations)
-        return PERP_OK;
-    if (problem->max_iterations > 0)
-        problem->max_iterations -= (int32_t)spent;
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
-    problem->again = 1;
-    problem->brief = work->count > (world->settings.planar ? FEW_PLANAR : FEW) &&
-                     !perp__begins_standing(world, island, &carrying);
+    problem->enough = problem->tol;
+    problem->tol = SHARPER * problem->enough;
+    problem->brief =
+        thorough ? world->work.count > FEW && !perp__begins_standing(world, island, &carrying)
+                 : problem->contacts > SMALL;
+    if (!thorough && (limit == 0 || limit > QUICK))
+        problem->max_iterations = QUICK;
     status = perp__rigid_solve(world->solver, answer, problem);
-    answer->iterations += spent;
+    problem->max_iterations = limit;
+    problem->tol = problem->enough;
+    if (status == PERP_OK)
+        say_outcome(answer, problem->tol);
+    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0 && is_exact)
+        answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
+    *in_vain |= thorough && !perp__is_good(answer->outcome);
     return status;
 }
 
-/* By all that there is, as the budget goes: in vain once a step, as what comes later only adds. */
 static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, int32_t *in_vain)
 {
-    const int32_t is_exact = world->settings.accuracy == PERP_ACCURACY_EXACT;
-    double tol = perp__exact_tol(world);
-    perp_status status;
+    double tol = problem->tol;
+    perp_status status = solve_by(world, island, answer, problem, in_vain);
 
-    problem->brief = !is_exact && problem->contacts > SMALL;
-    status = solve_by(world, answer, problem);
-    if (status == PERP_OK && !perp__is_good(answer->outcome) && !is_exact)
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        world->settings.accuracy != PERP_ACCURACY_EXACT)
         say_outcome(answer, tol = perp__swept_tol(world));
-    if (status == PERP_OK && !perp__is_good(answer->outcome) && !*in_vain && is_exact) {
-        status = solve_thoroughly(world, island, answer, problem);
-        *in_vain = !perp__is_good(answer->outcome);
-    }
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
     if (status == PERP_OK && perp__is_good(answer->outcome))
