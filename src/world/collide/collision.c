@@ -93,15 +93,15 @@ int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t plan
 }
 
 /* How far one axis alone decides: the largest separation, of cores, along other directions than
- * `best`. */
+ * `best`; or `least` where none is more. */
 static double separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
-                               const perp__axes *axes, int32_t best)
+                               const perp__axes *axes, int32_t best, double least)
 {
-    double largest = -INFINITY;
+    double largest = least;
     perp__convex_pair pair;
     if (!perp__are_boxes(a, b, planar)) {
         perp__convex_pair_set(&pair, a, b, planar);
-        return perp__convex_aside(&pair, axes, best);
+        return perp__convex_aside(&pair, axes, best, least);
     }
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].separation > largest &&
@@ -202,9 +202,9 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
         if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
             return axis->separation < -near->touching ||
                    (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
-        double aside = separation_aside(a, b, planar, axes, best);
-        collision->doubtful =
-            -aside < perp__relative_displacement(moving_a, moving_b) + near->touching;
+        const double due = perp__relative_displacement(moving_a, moving_b) + near->touching;
+        double aside = separation_aside(a, b, planar, axes, best, -2.0 * due);
+        collision->doubtful = -aside < due;
         return axis->separation < -near->touching ||
                (axis->separation <= near->touching && aside < -near->touching);
     }
@@ -387,11 +387,13 @@ static void set_collision(course *on, double t, perp__collision *collision)
 {
     const int32_t boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
     perp__placed a, b;
+    double due;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     collision->axis = on->axes.axis[on->last].number;
-    collision->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
-                          perp__relative_displacement(on->a, on->b) + on->near->touching;
+    due = perp__relative_displacement(on->a, on->b) + on->near->touching;
+    collision->doubtful =
+        -separation_aside(&a, &b, on->planar, &on->axes, on->last, -2.0 * due) < due;
     if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
         axes_at(on, 0.0, INFINITY);
         t = fmin(t, entry_of(on, on->bare, 0.0, 1.0));

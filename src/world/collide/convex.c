@@ -393,10 +393,11 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
     return 1;
 }
 
-double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best)
+double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best,
+                          double least)
 {
     const double *direction = axes->axis[best].normal;
-    double normal[3], largest = -INFINITY;
+    double normal[3], largest = least;
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
         if (fabs(perp__dot3(axes->axis[k].normal, direction)) < ASIDE)
             largest = fmax(largest, axes->axis[k].separation + pair->radius);
