@@ -438,11 +438,48 @@ static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes 
         }
 }
 
+/* The points of shapes that are near each other and have these axes. */
+static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axes *axes,
+                           double near)
+{
+    if (!touch_plainly(e, pair, axes, near) && !presses_on(e, pair, axes, near) &&
+        !lean(e, pair, axes))
+        return 0;
+    if (begin_at_rest(e))
+        meet_at_rest(e, pair, axes);
+    /* what lies between shapes that are apart keeps them so: they meet along no other face */
+    for (int32_t k = 0; k < axes->count; k++)
+        if (axes->axis[k].number == pair->collision.axis &&
+            axes->axis[k].separation > perp__greater(near, e->near.touching)) {
+            const int32_t made = points_along(e, &pair->collision, AT_DEEPEST);
+
+            return made > 0 ? made : 0;
+        }
+    return open_points(e, &pair->collision, 0.0);
+}
+
+/* By how much the motion may close the axis of the largest separation until the shapes touch; or,
+ * of those that have points, until one along it would be deep: perp__pair_sinks() then. */
+static void note_axis(const encounter *e, perp__pair *pair, const perp__axes *axes, int32_t made)
+{
+    const double beyond = made > 0 ? DEEP * perp__pair_size(e->world, pair) : -e->near.touching;
+    int32_t best = 0;
+
+    for (int32_t k = 1; k < axes->count; k++)
+        if (axes->axis[k].separation > axes->axis[best].separation)
+            best = k;
+    if (axes->count == 0)
+        return;
+    pair->collision.lead = perp__greater(axes->axis[best].separation + beyond, 0.0);
+    perp__apply3(pair->collision.apart, e->a.start->rotation, axes->axis[best].normal);
+}
+
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
     const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
     const double near = PERP__NEAR * perp__pair_size(world, pair);
+    int32_t made = 0, all;
     perp__axes axes;
     encounter e;
     double reach;
@@ -456,10 +493,9 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                                      fabs(h * to[2] - h * from[2])) +
                                     turning_of(world, a, h) + turning_of(world, b, h);
         const double due = perp__greater(perp__lesser(near, 2.0 * displacement), touching);
-        const int32_t made =
-            perp__collide(&world->placed[pair->first], &world->placed[pair->second],
-                          world->settings.planar, perp__greater(far, due), points);
 
+        made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                             world->settings.planar, perp__greater(far, due), points);
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
                 return made;
@@ -471,24 +507,13 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         note_lead(world, pair, touching);
         return 0;
     }
-    if (!perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes)) {
+    all = perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
+    if (all)
+        made = touch_along(&e, pair, &axes, near);
+    else
         pair->plain = 0;
-        return 0;
-    }
-    if (!touch_plainly(&e, pair, &axes, near) && !presses_on(&e, pair, &axes, near) &&
-        !lean(&e, pair, &axes))
-        return 0;
-    if (begin_at_rest(&e))
-        meet_at_rest(&e, pair, &axes);
-    /* what lies between shapes that are apart keeps them so: they meet along no other face */
-    for (int32_t k = 0; k < axes.count; k++)
-        if (axes.axis[k].number == pair->collision.axis &&
-            axes.axis[k].separation > perp__greater(near, touching)) {
-            const int32_t made = points_along(&e, &pair->collision, AT_DEEPEST);
-
-            return made > 0 ? made : 0;
-        }
-    return open_points(&e, &pair->collision, 0.0);
+    note_axis(&e, pair, &axes, made);
+    return made;
 }
 
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)

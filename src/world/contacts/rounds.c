@@ -196,7 +196,7 @@ static perp_status look_for_new_motions(perp_world *world, double h)
 /* What is known of a pair, unless it met. */
 static void keep_apart(const perp__pair *pair, int32_t met, perp__watched_pair *open)
 {
-    open->lead = met || has_points(pair) ? 0.0 : pair->collision.lead;
+    open->lead = met ? 0.0 : pair->collision.lead;
     perp__copy3(open->apart, pair->collision.apart);
 }
 
@@ -248,10 +248,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
             continue;
 
         /* 2. what has points sinks in only where it turns */
-        if (has_points(pair) && turning == 0.0) {
-            open->lead = 0.0;
+        if (has_points(pair) && turning == 0.0)
             continue;
-        }
         met = has_points(pair) ? perp__pair_sinks(world, pair, h)
                                : perp__pair_collides(world, pair, h);
         keep_apart(pair, met, open);
