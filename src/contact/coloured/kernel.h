@@ -146,25 +146,22 @@ TARGET PERP__KERNEL static void NAME(visit)(perp__lane_point *p, int32_t width, 
 }
 
 /* Their impulses alone. */
-TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t width, int32_t at,
-                                             lanes *A, lanes *B)
+TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
 {
     for (int32_t i = 0; i < 3; i++)
-        NAME(push)
-    ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], width, load(p->r[i] + at), A, B);
+        NAME(push)((const double(*)[PERP__GROUP]) & p->P[12 * i][at], 6, load(p->r[i] + at), A, B);
 }
 
 /* The normal row alone, from a push of its own, towards u_n >= -bias. */
-TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t width, int32_t at,
-                                             lanes *A, lanes *B)
+TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes old = load(p->shift + at);
-    const lanes u = add(NAME(along)(P, width, A, B), load(p->bias + at));
+    const lanes u = add(NAME(along)(P, 6, A, B), load(p->bias + at));
     const lanes n = larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
 
     store(p->shift + at, n);
-    NAME(push)(P, width, subtract(n, old), A, B);
+    NAME(push)(P, 6, subtract(n, old), A, B);
 }
 
 /* One of the three for each contact, with y; `width` is known where this is compiled. */
@@ -187,9 +184,9 @@ TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t w
                 if (what == PERP__COLOURED_SWEEP)
                     NAME(visit)(p, width, at, momentum, A, B);
                 else if (what == PERP__COLOURED_ADD)
-                    NAME(add_impulses)(p, width, at, A, B);
+                    NAME(add_impulses)(p, at, A, B);
                 else
-                    NAME(visit_normal)(p, width, at, A, B);
+                    NAME(visit_normal)(p, at, A, B);
             }
             NAME(put)(A, group->a + at, y);
             NAME(put)(B, group->b + at, y);

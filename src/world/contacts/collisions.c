@@ -409,17 +409,6 @@ static int32_t lean(const encounter *e, perp__pair *pair, const perp__axes *axes
            within * sqrt(1.0 + mu * mu) > 1.0;
 }
 
-/* What keeps the spheres about two shapes apart. */
-static void note_lead(const perp_world *world, perp__pair *pair, double touching)
-{
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    double *apart = pair->collision.apart;
-
-    perp__subtract3(apart, world->placed[pair->second].position,
-                    world->placed[pair->first].position);
-    pair->collision.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
-}
-
 /* Bodies that begin at rest beside each other, and touch along the axis of their collision from the
  * start, meet where they are, not where forces alone would turn them; and along the middle of the
  * faces that touch where there are several: not along that which the motion closes last, for it is
@@ -458,20 +447,23 @@ static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axe
     return open_points(e, &pair->collision, 0.0);
 }
 
-/* By how much the motion may close the axis of the largest separation until the shapes touch; or,
- * of those that have points, until one along it would be deep: perp__pair_sinks() then. */
-static void note_axis(const encounter *e, perp__pair *pair, const perp__axes *axes, int32_t made)
+/* What separates the shapes most, an axis or the spheres about them, and by how much the motion may
+ * close that until they touch; or, of those that have points, until one along it would be deep. */
+static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *axes, int32_t made)
 {
+    const perp__placed *a = e->a.start, *b = e->b.start;
     const double beyond = made > 0 ? DEEP * perp__pair_size(e->world, pair) : -e->near.touching;
-    int32_t best = 0;
+    double *apart = pair->collision.apart, separation;
 
-    for (int32_t k = 1; k < axes->count; k++)
-        if (axes->axis[k].separation > axes->axis[best].separation)
-            best = k;
-    if (axes->count == 0)
-        return;
-    pair->collision.lead = perp__greater(axes->axis[best].separation + beyond, 0.0);
-    perp__apply3(pair->collision.apart, e->a.start->rotation, axes->axis[best].normal);
+    perp__subtract3(apart, b->position, a->position);
+    separation = perp__normalise3(apart) - e->world->shapes[pair->first].radius -
+                 e->world->shapes[pair->second].radius;
+    for (int32_t k = 0; k < axes->count; k++)
+        if (axes->axis[k].separation > separation) {
+            separation = axes->axis[k].separation;
+            perp__apply3(apart, a->rotation, axes->axis[k].normal);
+        }
+    pair->collision.lead = perp__greater(separation + beyond, 0.0);
 }
 
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
@@ -479,7 +471,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 {
     const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
     const double near = PERP__NEAR * perp__pair_size(world, pair);
-    int32_t made = 0, all;
+    int32_t made = 0;
     perp__axes axes;
     encounter e;
     double reach;
@@ -503,16 +495,12 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     }
     e = encounter_of(world, pair, h, points);
     reach = perp__greater(touching, perp__greater(near, way_of(&e.a) + way_of(&e.b)));
-    if (!perp__are_near(world, pair, reach)) {
-        note_lead(world, pair, touching);
-        return 0;
+    axes.count = 0;
+    if (perp__are_near(world, pair, reach)) {
+        pair->plain = perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
+        made = pair->plain ? touch_along(&e, pair, &axes, near) : 0;
     }
-    all = perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
-    if (all)
-        made = touch_along(&e, pair, &axes, near);
-    else
-        pair->plain = 0;
-    note_axis(&e, pair, &axes, made);
+    note_lead(&e, pair, &axes, made);
     return made;
 }
 
@@ -525,12 +513,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     int32_t met = 0, made;
 
     pair->collision.begun = -INFINITY;
-    /* 1. spheres that stay apart */
-    if (!perp__are_near(world, pair, e.displacement + e.near.touching)) {
-        note_lead(world, pair, e.near.touching);
-        return 0;
-    }
-    /* 2. other shapes than half-spaces */
+    /* 1. other shapes than half-spaces */
     if (!pair->plane) {
         met = perp__find_collision(&e.a, &e.b, planar, &e.near, &pair->collision);
         if (met && begin_at_rest(&e)) {
@@ -539,7 +522,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
         }
         return met;
     }
-    /* 3. whether the motion closes a point of a half-space, with the normal at the start */
+    /* 2. whether the motion closes a point of a half-space, with the normal at the start */
     pair->collision.time = 0.0;
     pair->collision.doubtful = 0;
     made = perp__collide(e.a.start, e.b.start, planar, e.displacement, points);

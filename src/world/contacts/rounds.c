@@ -247,9 +247,7 @@ static void collision_share(perp_world *world, perp__share *share, double h)
             pair->joined >= MAX_JOINS)
             continue;
 
-        /* 2. what has points sinks in only where it turns */
-        if (has_points(pair) && turning == 0.0)
-            continue;
+        /* 2. what has points may sink in */
         met = has_points(pair) ? perp__pair_sinks(world, pair, h)
                                : perp__pair_collides(world, pair, h);
         keep_apart(pair, met, open);
