@@ -476,7 +476,6 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     encounter e;
     double reach;
 
-    pair->collision.lead = 0.0;
     pair->plain = 1;
     if (pair->plane) { /* one normal at any distance: near ones come at once */
         const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
