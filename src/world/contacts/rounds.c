@@ -227,7 +227,7 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         const double *to = world->motions[open->body[1]].moving;
         double displacement[3], turning;
 
-        /* 1. what moves as it did, and what the plane found before still keeps apart */
+        /* what moves as it did, and what the plane found before still keeps apart */
         if (world->moved[open->body[0]] != world->rounds &&
             world->moved[open->body[1]] != world->rounds)
             continue;
@@ -238,7 +238,6 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         if (pair->joined >= MAX_JOINS ||
             perp__stay_apart(open->apart, open->lead, displacement, turning))
             continue;
-        /* 2. what has points may sink in */
         if (has_points(pair) ? perp__pair_sinks(world, pair, h)
                              : perp__pair_collides(world, pair, h))
             listed[share->count++] = *open;
