@@ -103,8 +103,7 @@ typedef struct perp__pair {
  * most rounds read of it. */
 typedef struct perp__watched_pair {
     int32_t pair, body[2];
-    double apart[3]; /* of the pair's collision; */
-    double lead;     /* 0 also where points came */
+    double apart[3], lead; /* of the pair's collision */
     double reach[2];
 } perp__watched_pair;
 

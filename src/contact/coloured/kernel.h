@@ -77,13 +77,13 @@ TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, double *y)
 #endif
 }
 
-/* P_i y of the pairs. */
-TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], const lanes *A,
-                                       const lanes *B)
+/* P_i y of the pairs, whose bodies have `width` coordinates. */
+TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], int32_t width,
+                                       const lanes *A, const lanes *B)
 {
     lanes a = multiply(load(P[0]), A[0]), b = multiply(load(P[6]), B[0]);
 
-    for (int32_t i = 1; i < 6; i++) {
+    for (int32_t i = 1; i < width; i++) {
         a = plus_fused(a, load(P[i]), A[i]);
         b = plus_fused(b, load(P[6 + i]), B[i]);
     }
@@ -91,9 +91,10 @@ TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], const lan
 }
 
 /* y += P_i' dr. */
-TARGET static inline void NAME(push)(const double (*P)[PERP__GROUP], lanes dr, lanes *A, lanes *B)
+TARGET static inline void NAME(push)(const double (*P)[PERP__GROUP], int32_t width, lanes dr,
+                                     lanes *A, lanes *B)
 {
-    for (int32_t i = 0; i < 6; i++) {
+    for (int32_t i = 0; i < width; i++) {
         A[i] = plus_fused(A[i], load(P[i]), dr);
         B[i] = plus_fused(B[i], load(P[6 + i]), dr);
     }
@@ -109,22 +110,24 @@ TARGET static inline lanes NAME(go_on)(perp__lane_point *p, int32_t i, int32_t a
     return add(r, multiply(momentum, change));
 }
 
-/* One contact of each pair: the normal, then both tangents. The fixed point is Coulomb's law. */
-TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes momentum, lanes *A,
-                                      lanes *B)
+/* One contact of each pair: the normal, then the tangents, of which the plane has one. The fixed
+ * point is Coulomb's law. */
+TARGET PERP__KERNEL static void NAME(visit)(perp__lane_point *p, int32_t width, int32_t at,
+                                            lanes momentum, lanes *A, lanes *B)
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes zero = spread(0.0), step = load(p->inverse_tangent + at);
     const lanes n0 = NAME(go_on)(p, 0, at, momentum), s0 = NAME(go_on)(p, 1, at, momentum);
-    const lanes t0 = NAME(go_on)(p, 2, at, momentum);
-    lanes u, n, s, t, most, length;
+    const lanes t0 = width > 3 ? NAME(go_on)(p, 2, at, momentum) : zero;
+    lanes u, n, s, t = zero, most, length;
 
-    u = add(NAME(along)(P, A, B), load(p->bias + at));
+    u = add(NAME(along)(P, width, A, B), load(p->bias + at));
     n = larger(minus_fused(n0, u, load(p->inverse_normal + at)), zero);
-    NAME(push)(P, subtract(n, n0), A, B);
+    NAME(push)(P, width, subtract(n, n0), A, B);
     store(p->r[0] + at, n);
-    s = minus_fused(s0, add(NAME(along)(P + 12, A, B), load(p->w[1] + at)), step);
-    t = minus_fused(t0, add(NAME(along)(P + 24, A, B), load(p->w[2] + at)), step);
+    s = minus_fused(s0, add(NAME(along)(P + 12, width, A, B), load(p->w[1] + at)), step);
+    if (width > 3)
+        t = minus_fused(t0, add(NAME(along)(P + 24, width, A, B), load(p->w[2] + at)), step);
     most = multiply(load(p->mu + at), n);
     length = plus_fused(multiply(s, s), t, t);
     if (any_of(less(multiply(most, most), length))) {
@@ -135,16 +138,18 @@ TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes mom
         t = pick(outside, multiply(t, slips), t);
     }
     store(p->r[1] + at, s);
-    store(p->r[2] + at, t);
-    NAME(push)(P + 12, subtract(s, s0), A, B);
-    NAME(push)(P + 24, subtract(t, t0), A, B);
+    NAME(push)(P + 12, width, subtract(s, s0), A, B);
+    if (width > 3) {
+        store(p->r[2] + at, t);
+        NAME(push)(P + 24, width, subtract(t, t0), A, B);
+    }
 }
 
 /* Their impulses alone. */
 TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
 {
     for (int32_t i = 0; i < 3; i++)
-        NAME(push)((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
+        NAME(push)((const double(*)[PERP__GROUP]) & p->P[12 * i][at], 6, load(p->r[i] + at), A, B);
 }
 
 /* The normal row alone, from a push of its own, towards u_n >= -bias. */
@@ -152,16 +157,16 @@ TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, la
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes old = load(p->shift + at);
-    const lanes u = add(NAME(along)(P, A, B), load(p->bias + at));
+    const lanes u = add(NAME(along)(P, 6, A, B), load(p->bias + at));
     const lanes n = larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
 
     store(p->shift + at, n);
-    NAME(push)(P, subtract(n, old), A, B);
+    NAME(push)(P, 6, subtract(n, old), A, B);
 }
 
-/* One of the three for each contact, with y. */
-TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y, int32_t first,
-                              int32_t end)
+/* One of the three for each contact, with y; `width` is known where this is compiled. */
+TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t width, int32_t what,
+                                                    double *y, int32_t first, int32_t end)
 {
     const lanes momentum = spread(c->momentum);
 
@@ -177,7 +182,7 @@ TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y, int32_
                 perp__lane_point *p = &c->point[group->first + k];
 
                 if (what == PERP__COLOURED_SWEEP)
-                    NAME(visit)(p, at, momentum, A, B);
+                    NAME(visit)(p, width, at, momentum, A, B);
                 else if (what == PERP__COLOURED_ADD)
                     NAME(add_impulses)(p, at, A, B);
                 else
@@ -187,6 +192,15 @@ TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y, int32_
             NAME(put)(B, group->b + at, y);
         }
     }
+}
+
+TARGET static void NAME(pass)(perp__coloured *c, int32_t what, double *y, int32_t first,
+                              int32_t end)
+{
+    if (c->width == 3)
+        NAME(pass_of_width)(c, 3, what, y, first, end);
+    else
+        NAME(pass_of_width)(c, 6, what, y, first, end);
 }
 
 TARGET static inline lanes NAME(dot)(const double (*P)[PERP__GROUP], const double (*Q)[PERP__GROUP])

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "contact/coloured/coloured.h"
+#include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
 
 #if PERP__X86

@@ -68,15 +68,6 @@ double perp__relative_displacement(const perp__moving *a, const perp__moving *b)
     return sum(displacement) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
-static int32_t stay_apart(const perp__moving *a, const perp__moving *b,
-                          const perp__collision *collision)
-{
-    double displacement[3];
-    perp__subtract3(displacement, b->displacement, a->displacement);
-    return perp__stay_apart(collision->apart, collision->lead, displacement,
-                            sum(a->turn) * a->reach + sum(b->turn) * b->reach);
-}
-
 int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, double far,
                       perp__axes *axes)
 {
@@ -93,15 +84,15 @@ int32_t perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t plan
 }
 
 /* How far one axis alone decides: the largest separation, of cores, along other directions than
- * `best`. */
+ * `best`; or `least` where none is more. */
 static double separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
-                               const perp__axes *axes, int32_t best)
+                               const perp__axes *axes, int32_t best, double least)
 {
-    double largest = -INFINITY;
+    double largest = least;
     perp__convex_pair pair;
     if (!perp__are_boxes(a, b, planar)) {
         perp__convex_pair_set(&pair, a, b, planar);
-        return perp__convex_aside(&pair, axes, best);
+        return perp__convex_aside(&pair, axes, best, least);
     }
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].separation > largest &&
@@ -202,9 +193,9 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
         if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
             return axis->separation < -near->touching ||
                    (a->geometry->radius > 0.0 && b->geometry->radius > 0.0);
-        double aside = separation_aside(a, b, planar, axes, best);
-        collision->doubtful =
-            -aside < perp__relative_displacement(moving_a, moving_b) + near->touching;
+        const double due = perp__relative_displacement(moving_a, moving_b) + near->touching;
+        double aside = separation_aside(a, b, planar, axes, best, -2.0 * due);
+        collision->doubtful = -aside < due;
         return axis->separation < -near->touching ||
                (axis->separation <= near->touching && aside < -near->touching);
     }
@@ -300,19 +291,19 @@ static double entry_of(const course *on, const double *gate, double t, double en
     return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
 }
 
-static void axes_at(course *on, double t, double far)
+static int32_t axes_at(course *on, double t, double far)
 {
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     memcpy(on->frame, a.rotation, sizeof on->frame);
-    (void)perp__axes_of(&a, &b, on->planar, far, &on->axes);
+    return perp__axes_of(&a, &b, on->planar, far, &on->axes);
 }
 
 /* What the last axis to close lacks at time t. */
 static double look_at(course *on, double t)
 {
-    axes_at(on, t, INFINITY);
+    (void)axes_at(on, t, INFINITY);
     on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
     return on->axes.axis[on->last].separation + on->gate[on->last];
 }
@@ -354,30 +345,21 @@ static double find_closing(course *on, double open, double closed, int halvings)
     return closed;
 }
 
-/* Looks at the axes of the start, and sets their gates; whether one of them keeps the shapes apart
- * all the way. */
-static int32_t set_out(course *on, perp__collision *collision)
+/* Looks at the axes of the start, and sets their gates; whether a face keeps the shapes apart all
+ * the way. */
+static int32_t set_out(course *on)
 {
     const perp__nearness *near = on->near;
-    int32_t apart = 0;
-    axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + near->touching);
-    for (int32_t k = 0; k < on->axes.count && !apart; k++) {
-        const perp__axis *axis = &on->axes.axis[k];
-        if (!(axis->separation > near->touching))
-            continue;
-        collision->lead = axis->separation - near->touching;
-        perp__apply3(collision->apart, on->frame, axis->normal);
-        apart = stay_apart(on->a, on->b, collision);
-    }
+    if (!axes_at(on, 0.0, perp__relative_displacement(on->a, on->b) + near->touching))
+        return 1;
     for (int32_t k = on->axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
         on->gate[k] = on->bare[k] = 0.0;
-    for (int32_t k = 0; k < on->axes.count && !apart; k++) {
+    for (int32_t k = 0; k < on->axes.count; k++) {
         on->gate[k] = gate_of(on->axes.axis[k].separation, near, near->grazing);
         on->bare[k] = gate_of(on->axes.axis[k].separation, near, 0.0);
     }
-    if (!apart)
-        on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
-    return apart;
+    on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
+    return 0;
 }
 
 /* The shapes meet at time t along the axis that was the last to close. Those that go straight have
@@ -387,13 +369,15 @@ static void set_collision(course *on, double t, perp__collision *collision)
 {
     const int32_t boxes = perp__are_boxes(on->a->start, on->b->start, on->planar);
     perp__placed a, b;
+    double due;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     collision->axis = on->axes.axis[on->last].number;
-    collision->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
-                          perp__relative_displacement(on->a, on->b) + on->near->touching;
+    due = perp__relative_displacement(on->a, on->b) + on->near->touching;
+    collision->doubtful =
+        -separation_aside(&a, &b, on->planar, &on->axes, on->last, -2.0 * due) < due;
     if (!on->turning && (on->gate[on->last] != 0.0 || boxes)) {
-        axes_at(on, 0.0, INFINITY);
+        (void)axes_at(on, 0.0, INFINITY);
         t = fmin(t, entry_of(on, on->bare, 0.0, 1.0));
     }
     collision->time = t;
@@ -422,7 +406,7 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
     on.near = near;
     on.planar = planar;
     on.turning = angle > 0.0;
-    ends = set_out(&on, collision);
+    ends = set_out(&on);
     for (int look = 0; look < MAX_LOOKS && t < 1.0 && !met && !ends; look++) {
         const double last = t, before = lacks;
         const int32_t axis = on.last;
@@ -505,18 +489,9 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
     double turn = sum(a->turn) + sum(b->turn), displacement = perp__relative_displacement(a, b);
     double gates[7] = {0.0}, bare[7] = {0.0}, from[3], gradient[3], aside, t = 0.0;
 
-    /* 1. a plane that keeps them apart, or the gates of the faces and of the closest points */
+    /* 1. the gates of the faces and of the closest points */
     centre_in_box(a->start, b->start, from);
     double distance = box_distance(half, dimension, from, gradient, &aside) - radius;
-    if (distance > near->touching) {
-        collision->lead = distance - near->touching;
-        if (boxed)
-            perp__apply3(collision->apart, a->start->rotation, gradient);
-        else
-            perp__copy3(collision->apart, gradient);
-        if (stay_apart(a, b, collision))
-            return 0;
-    }
     for (int k = 0; k < 2 * dimension && boxed; k++) {
         double separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
         gates[k] = gate_of(separation, near, near->grazing);
@@ -570,8 +545,5 @@ int32_t perp__find_collision(const perp__moving *a, const perp__moving *b, int32
         return collide_along_axes(a, b, planar, near, collision);
     if (b->start->geometry->kind == PERP__SPHERE)
         return collide_ball(a, b, planar, near, collision);
-    int met = collide_ball(b, a, planar, near, collision);
-    for (int k = 0; k < 3; k++) /* from A to B */
-        collision->apart[k] = -collision->apart[k];
-    return met;
+    return collide_ball(b, a, planar, near, collision);
 }

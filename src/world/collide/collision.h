@@ -28,9 +28,9 @@ typedef struct perp__collision {
     int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
                          else stops them before */
     double begun;     /* of what sinks: its separation at the start, no point's gap is less there */
-    double apart[3];  /* where they don't meet: from A to B, a direction along which no point of */
-    double lead;      /* either is nearer to the other at the start than this and what counts as
-                         touching; 0: not known */
+    double apart[3];  /* from A to B, a direction along which no point of either is nearer to the */
+    double lead;      /* other at the start than this and what counts as touching, or, of what has
+                         points, as deep; 0: not known */
 } perp__collision;
 
 /* Where the shape is after the share t of the step. */

@@ -70,17 +70,27 @@ static inline int32_t parts_faces(const perp__polytope *polytope, int32_t e, con
     return *left * *right < 0.0;
 }
 
-double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j, double *normal)
+/* Whether the arcs of two edges cross on the Gauss map; u: the vector of that of A. */
+static inline int32_t arcs_cross(const perp__convex_pair *pair, int32_t i, int32_t j,
+                                 const double *u)
 {
     const perp__polytope *a = &pair->side[0], *b = &pair->side[1];
-    double u[3], v[3], left[2], right[2], between[3], out = 0.0;
+    double v[3], left[2], right[2];
+    if (!parts_faces(b, j, u, &left[1], &right[1]))
+        return 0;
+    edge_vector(b, j, v);
+    return parts_faces(a, i, v, &left[0], &right[0]) &&
+           (a->faces == 0 || b->faces == 0 || /* else on opposite sides of the map */
+            left[1] * right[0] < 0.0);
+}
+
+/* The product of two edges whose arcs cross. */
+static double product_of(const perp__convex_pair *pair, int32_t i, int32_t j, double *normal)
+{
+    const perp__polytope *a = &pair->side[0], *b = &pair->side[1];
+    double u[3], v[3], between[3], out = 0.0;
     edge_vector(a, i, u);
     edge_vector(b, j, v);
-    if (!pair->boxes && /* whose edges are those farthest along their axis */
-        (!parts_faces(b, j, u, &left[1], &right[1]) || !parts_faces(a, i, v, &left[0], &right[0])))
-        return -INFINITY;
-    if (!pair->boxes && a->faces > 0 && b->faces > 0 && !(left[1] * right[0] < 0.0))
-        return -INFINITY; /* the arcs lie on opposite sides of the map */
     perp__normalise3(u);
     perp__normalise3(v);
     perp__cross(normal, u, v);
@@ -96,6 +106,16 @@ double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j,
         normal[k] = -normal[k];
     perp__subtract3(between, b->corner + 3 * b->edge[4 * j], a->corner + 3 * a->edge[4 * i]);
     return perp__dot3(normal, between);
+}
+
+double perp__convex_product(const perp__convex_pair *pair, int32_t i, int32_t j, double *normal)
+{
+    double u[3];
+    edge_vector(&pair->side[0], i, u);
+    if (!pair->boxes && /* whose edges are those farthest along their axis */
+        !arcs_cross(pair, i, j, u))
+        return -INFINITY;
+    return product_of(pair, i, j, normal);
 }
 
 /* How far the corner of `other` that lies farthest against a direction is beyond the faces of a
@@ -157,10 +177,10 @@ static double best_product(const perp__convex_pair *pair, const double *directio
             edge_vector(a, edges[0][k], u);
             for (int32_t l = 0; l < of_b; l++) {
                 const int32_t i = edges[0][k], j = edges[1][l];
-                double n[3], left, right, separation;
-                if (!parts_faces(b, j, u, &left, &right))
+                double n[3], separation;
+                if (!arcs_cross(pair, i, j, u))
                     continue;
-                separation = perp__convex_product(pair, i, j, n);
+                separation = product_of(pair, i, j, n);
                 if (!(separation > best) || (aside && fabs(perp__dot3(n, direction)) >= ASIDE))
                     continue;
                 best = separation;
@@ -389,10 +409,11 @@ int32_t perp__convex_axes(const perp__convex_pair *pair, double far, perp__axes 
     return 1;
 }
 
-double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best)
+double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes, int32_t best,
+                          double least)
 {
     const double *direction = axes->axis[best].normal;
-    double normal[3], largest = -INFINITY;
+    double normal[3], largest = least;
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
         if (fabs(perp__dot3(axes->axis[k].normal, direction)) < ASIDE)
             largest = fmax(largest, axes->axis[k].separation + pair->radius);

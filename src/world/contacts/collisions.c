@@ -409,17 +409,6 @@ static int32_t lean(const encounter *e, perp__pair *pair, const perp__axes *axes
            within * sqrt(1.0 + mu * mu) > 1.0;
 }
 
-/* What keeps the spheres about two shapes apart. */
-static void note_lead(const perp_world *world, perp__pair *pair, double touching)
-{
-    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
-    double *apart = pair->collision.apart;
-
-    perp__subtract3(apart, world->placed[pair->second].position,
-                    world->placed[pair->first].position);
-    pair->collision.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
-}
-
 /* Bodies that begin at rest beside each other, and touch along the axis of their collision from the
  * start, meet where they are, not where forces alone would turn them; and along the middle of the
  * faces that touch where there are several: not along that which the motion closes last, for it is
@@ -438,16 +427,55 @@ static void meet_at_rest(const encounter *e, perp__pair *pair, const perp__axes 
         }
 }
 
+/* The points of shapes that are near each other and have these axes. */
+static int32_t touch_along(const encounter *e, perp__pair *pair, const perp__axes *axes,
+                           double near)
+{
+    if (!touch_plainly(e, pair, axes, near) && !presses_on(e, pair, axes, near) &&
+        !lean(e, pair, axes))
+        return 0;
+    if (begin_at_rest(e))
+        meet_at_rest(e, pair, axes);
+    /* what lies between shapes that are apart keeps them so: they meet along no other face */
+    for (int32_t k = 0; k < axes->count; k++)
+        if (axes->axis[k].number == pair->collision.axis &&
+            axes->axis[k].separation > perp__greater(near, e->near.touching)) {
+            const int32_t made = points_along(e, &pair->collision, AT_DEEPEST);
+
+            return made > 0 ? made : 0;
+        }
+    return open_points(e, &pair->collision, 0.0);
+}
+
+/* What separates the shapes most, an axis or the spheres about them, and by how much the motion may
+ * close that until they touch; or, of those that have points, until one along it would be deep. */
+static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *axes, int32_t made)
+{
+    const perp__placed *a = e->a.start, *b = e->b.start;
+    const double beyond = made > 0 ? DEEP * perp__pair_size(e->world, pair) : -e->near.touching;
+    double *apart = pair->collision.apart, separation;
+
+    perp__subtract3(apart, b->position, a->position);
+    separation = perp__normalise3(apart) - e->world->shapes[pair->first].radius -
+                 e->world->shapes[pair->second].radius;
+    for (int32_t k = 0; k < axes->count; k++)
+        if (axes->axis[k].separation > separation) {
+            separation = axes->axis[k].separation;
+            perp__apply3(apart, a->rotation, axes->axis[k].normal);
+        }
+    pair->collision.lead = perp__greater(separation + beyond, 0.0);
+}
+
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
     const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
     const double near = PERP__NEAR * perp__pair_size(world, pair);
+    int32_t made = 0;
     perp__axes axes;
     encounter e;
     double reach;
 
-    pair->collision.lead = 0.0;
     pair->plain = 1;
     if (pair->plane) { /* one normal at any distance: near ones come at once */
         const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
@@ -456,10 +484,9 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                                      fabs(h * to[2] - h * from[2])) +
                                     turning_of(world, a, h) + turning_of(world, b, h);
         const double due = perp__greater(perp__lesser(near, 2.0 * displacement), touching);
-        const int32_t made =
-            perp__collide(&world->placed[pair->first], &world->placed[pair->second],
-                          world->settings.planar, perp__greater(far, due), points);
 
+        made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                             world->settings.planar, perp__greater(far, due), points);
         for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= due)
                 return made;
@@ -467,28 +494,13 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     }
     e = encounter_of(world, pair, h, points);
     reach = perp__greater(touching, perp__greater(near, way_of(&e.a) + way_of(&e.b)));
-    if (!perp__are_near(world, pair, reach)) {
-        note_lead(world, pair, touching);
-        return 0;
+    axes.count = 0;
+    if (perp__are_near(world, pair, reach)) {
+        pair->plain = perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
+        made = pair->plain ? touch_along(&e, pair, &axes, near) : 0;
     }
-    if (!perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes)) {
-        pair->plain = 0;
-        return 0;
-    }
-    if (!touch_plainly(&e, pair, &axes, near) && !presses_on(&e, pair, &axes, near) &&
-        !lean(&e, pair, &axes))
-        return 0;
-    if (begin_at_rest(&e))
-        meet_at_rest(&e, pair, &axes);
-    /* what lies between shapes that are apart keeps them so: they meet along no other face */
-    for (int32_t k = 0; k < axes.count; k++)
-        if (axes.axis[k].number == pair->collision.axis &&
-            axes.axis[k].separation > perp__greater(near, touching)) {
-            const int32_t made = points_along(&e, &pair->collision, AT_DEEPEST);
-
-            return made > 0 ? made : 0;
-        }
-    return open_points(&e, &pair->collision, 0.0);
+    note_lead(&e, pair, &axes, made);
+    return made;
 }
 
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
@@ -500,12 +512,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     int32_t met = 0, made;
 
     pair->collision.begun = -INFINITY;
-    /* 1. spheres that stay apart */
-    if (!perp__are_near(world, pair, e.displacement + e.near.touching)) {
-        note_lead(world, pair, e.near.touching);
-        return 0;
-    }
-    /* 2. other shapes than half-spaces */
+    /* 1. other shapes than half-spaces */
     if (!pair->plane) {
         met = perp__find_collision(&e.a, &e.b, planar, &e.near, &pair->collision);
         if (met && begin_at_rest(&e)) {
@@ -514,7 +521,7 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
         }
         return met;
     }
-    /* 3. whether the motion closes a point of a half-space, with the normal at the start */
+    /* 2. whether the motion closes a point of a half-space, with the normal at the start */
     pair->collision.time = 0.0;
     pair->collision.doubtful = 0;
     made = perp__collide(e.a.start, e.b.start, planar, e.displacement, points);

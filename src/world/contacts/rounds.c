@@ -193,13 +193,6 @@ static perp_status look_for_new_motions(perp_world *world, double h)
     return status;
 }
 
-/* What is known of a pair, unless it met. */
-static void keep_apart(const perp__pair *pair, int32_t met, perp__watched_pair *open)
-{
-    open->lead = met || has_points(pair) ? 0.0 : pair->collision.lead;
-    perp__copy3(open->apart, pair->collision.apart);
-}
-
 /* Those that may meet, or be turned deeper into each other, in the order of all pairs. */
 static void list_watched(perp_world *world)
 {
@@ -213,7 +206,8 @@ static void list_watched(perp_world *world)
             open->body[side] = pair->body[side];
             open->reach[side] = pair->reach[side];
         }
-        keep_apart(pair, 0, open);
+        open->lead = pair->collision.lead;
+        perp__copy3(open->apart, pair->collision.apart);
         world->watched_count +=
             pair->open || (!pair->plane && (pair->reach[0] > 0.0 || pair->reach[1] > 0.0));
     }
@@ -232,9 +226,8 @@ static void collision_share(perp_world *world, perp__share *share, double h)
         const double *from = world->motions[open->body[0]].moving;
         const double *to = world->motions[open->body[1]].moving;
         double displacement[3], turning;
-        int32_t met;
 
-        /* 1. what moves as it did, and what the plane found before still keeps apart */
+        /* what moves as it did, and what the plane found before still keeps apart */
         if (world->moved[open->body[0]] != world->rounds &&
             world->moved[open->body[1]] != world->rounds)
             continue;
@@ -242,20 +235,11 @@ static void collision_share(perp_world *world, perp__share *share, double h)
             displacement[k] = h * to[k] - h * from[k];
         turning = perp__turning(world, open->body[0], open->reach[0], h) +
                   perp__turning(world, open->body[1], open->reach[1], h);
-        if ((open->lead > 0.0 &&
-             perp__stay_apart(open->apart, open->lead, displacement, turning)) ||
-            pair->joined >= MAX_JOINS)
+        if (pair->joined >= MAX_JOINS ||
+            perp__stay_apart(open->apart, open->lead, displacement, turning))
             continue;
-
-        /* 2. what has points sinks in only where it turns */
-        if (has_points(pair) && turning == 0.0) {
-            open->lead = 0.0;
-            continue;
-        }
-        met = has_points(pair) ? perp__pair_sinks(world, pair, h)
-                               : perp__pair_collides(world, pair, h);
-        keep_apart(pair, met, open);
-        if (met)
+        if (has_points(pair) ? perp__pair_sinks(world, pair, h)
+                             : perp__pair_collides(world, pair, h))
             listed[share->count++] = *open;
     }
 }
