@@ -61,8 +61,11 @@ static void leave_alone(perp_world *world, const perp__island *island)
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const perp__verdict before = {
-        .asked = verdict->asked, .in_vain = verdict->in_vain, .jointed = island->joints > 0};
+    const perp__verdict before = {.asked = verdict->asked,
+                                  .in_vain = verdict->in_vain,
+                                  .jointed = island->joints > 0,
+                                  .coarse = verdict->coarse,
+                                  .turn = verdict->turn};
     const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
     perp__carrying carrying;
@@ -141,8 +144,13 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
     world->budget.contacts -= island->contacts + island->joints;
     if (fresh == 0)
         return PERP_OK;
-    for (int32_t k = 0; k < island->bodies; k++)
-        verdict.in_vain |= perp__island_motion(world, island, k)->verdict.in_vain;
+    for (int32_t k = 0; k < island->bodies; k++) {
+        const perp__verdict *last = &perp__island_motion(world, island, k)->verdict;
+
+        verdict.in_vain |= last->in_vain;
+        verdict.coarse |= last->coarse;
+        perp__raise_to(&verdict.turn, last->turn);
+    }
     status = solve_island(world, island, h, &verdict);
     if (verdict.stands && verdict.rides && verdict.impacts == 0)
         perp__ride(world, island, h);
