@@ -79,8 +79,12 @@ typedef struct perp__level {
     int32_t few, rounds;
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
-/* The level of sketches. */
+/* The level of sketches, where all of what is swept is one. */
 #define PERP__SKETCHED PERP_ACCURACY_ACCURATE
+static inline int32_t perp__is_sketch(const perp_world *world)
+{
+    return world->sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;
+}
 const perp__level *perp__level_of(const perp_world *world);
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */

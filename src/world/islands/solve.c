@@ -3,9 +3,9 @@
  *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
- *      often as the level looks; then only for what would go deep. At level `exact` islands are
- *      swept as long as something comes, and only then solved: what meets by a sketch needs no
- *      rounding.
+ *      often as the level looks; then only for what would go deep. What exact methods are to follow
+ *      after sweeps, at level `exact` all of it, is swept as long as something comes, and only then
+ *      solved: what meets by a sketch needs no rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
@@ -56,6 +56,14 @@ static void leave_alone(perp_world *world, const perp__island *island)
     }
 }
 
+/* Whether what sweeps have come to is no more than a sketch of it. */
+static int32_t is_to_be_followed(const perp_world *world, const perp__island *island,
+                                 const perp__verdict *verdict)
+{
+    return perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
+                                      (!perp__is_good(verdict->outcome) || verdict->settles));
+}
+
 /* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
  * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept. */
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
@@ -68,6 +76,7 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
                                   .turn = verdict->turn};
     const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
+    const int32_t swept = verdict->sketched && !world->sketches; /* to no answer */
     perp__carrying carrying;
     perp_status status = PERP_OK;
 
@@ -85,12 +94,11 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
             return PERP_OK;
         }
     }
-    if (!exact) {
+    if (!exact && !swept) {
         perp__begin_joints(world, island, h, 0);
         status = perp__sweep_island(world, island, h, verdict);
-        verdict->sketched = world->sketches && !verdict->stands;
-        if (status != PERP_OK || world->sketches || !perp__is_worth_both(world, island) ||
-            (perp__is_good(verdict->outcome) && !verdict->settles))
+        verdict->sketched = !verdict->stands && is_to_be_followed(world, island, verdict);
+        if (status != PERP_OK || world->sketches || !verdict->sketched)
             return status;
         *verdict = before;
     }
@@ -134,16 +142,16 @@ static int32_t turns_far(const perp_world *world, const perp__island *island, do
 perp_status perp__solve_one(perp_world *world, const perp__island *island, double h)
 {
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-    int32_t fresh = (island->joints > 0 && !verdict.jointed) || /* came since it was solved */
-                    (verdict.sketched && !world->sketches);
+    int32_t fresh = island->joints > 0 && !verdict.jointed; /* came since it was solved */
     int32_t no_projection;
     perp_status status;
 
     for (int32_t i = 0; i < island->contacts; i++)
         fresh += perp__step_tie(world, island, i)->fresh;
     world->budget.contacts -= island->contacts + island->joints;
-    if (fresh == 0)
+    if (fresh == 0 && (!verdict.sketched || world->sketches))
         return PERP_OK;
+    verdict.sketched &= fresh == 0;
     for (int32_t k = 0; k < island->bodies; k++) {
         const perp__verdict *last = &perp__island_motion(world, island, k)->verdict;
 
@@ -225,6 +233,16 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
     }
 }
 
+/* Whether there is something to solve that was only sketched. */
+static int32_t has_sketches(const perp_world *world)
+{
+    int32_t sketched = 0;
+
+    for (int32_t i = 0; i < world->island_count; i++)
+        sketched |= perp__island_motion(world, &world->islands[i], 0)->verdict.sketched;
+    return sketched;
+}
+
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
     const perp__level *level = &perp__levels[world->settings.accuracy];
@@ -233,7 +251,7 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    world->sketches = world->settings.accuracy == PERP_ACCURACY_EXACT;
+    world->sketches = 1;
     came = perp__include_near(world, h);
     if (came > 0 || world->joint_count > 0)
         status = solve_changed(world, h, summary);
@@ -246,7 +264,7 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
             return status;
         if (came == 0 && world->sketches) { /* what was sketched is solved */
             world->sketches = 0;
-            came = 1;
+            came = has_sketches(world);
         }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);

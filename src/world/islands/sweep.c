@@ -59,7 +59,8 @@ double perp__swept_tol(const perp_world *world)
 {
     const perp_world_settings *settings = &world->settings;
 
-    return (settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT) && !world->sketches
+    return (settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT) &&
+                   !perp__is_sketch(world)
                ? perp__exact_tol(world)
                : perp__level_of(world)->tol;
 }
