@@ -252,6 +252,8 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
     world->sketches = 1;
+    for (int32_t i = 0; i < world->joint_slots; i++)
+        world->joints[i].placed = 0;
     came = perp__include_near(world, h);
     if (came > 0 || world->joint_count > 0)
         status = solve_changed(world, h, summary);

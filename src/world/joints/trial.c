@@ -256,8 +256,20 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
     memcpy(joint->middle.arms, end->arms, sizeof end->arms);
 }
 
+/* Whether the trial motion is that before the step. */
+static int32_t goes_on(const perp_world *world, int32_t body)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    return !memcmp(motion->trial, motion->start, sizeof motion->start) &&
+           !memcmp(motion->last, motion->start, sizeof motion->start);
+}
+
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
+    const int32_t whole = t == world->step_length && world->work.gone == 0.0;
+    const int32_t beside = island->contacts > 0 ? 2 : 1;
+
     world->work.span = t;
     perp__find_paths(world, island, t);
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
@@ -267,8 +279,14 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         const perp__path *paths[2];
         perp__path told[2];
         perp__joint_view end;
-        int32_t stays;
+        int32_t stays,
+            begins = whole && goes_on(world, joint->body[0]) && goes_on(world, joint->body[1])
+                         ? beside
+                         : 0;
 
+        if (begins > 0 && joint->placed == begins) /* in a look before this one */
+            continue;
+        joint->placed = begins;
         /* 1. rows of the paths of both bodies, of which those of the island are known */
         for (int32_t side = 0; side < 2; side++) {
             const int32_t body = joint->body[side];
