@@ -10,6 +10,7 @@
 #include "base/context.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/pivoting.h"
+#include "linalg/spatial.h"
 
 /* Nesterov's weight at most. */
 #define MOMENTUM 0.9
@@ -146,6 +147,10 @@ static void start_bodies(int32_t i, void *data)
 
         memset(y, 0, 8 * sizeof *y);
         memcpy(y, at->problem->free + width * body, (size_t)width * sizeof *y);
+        if (perp__is_zero3(y) && perp__is_zero3(y + 3)) {
+            memset(c->y + 8 * body, 0, 8 * sizeof *y);
+            continue;
+        }
         if (!c->splits[body])
             perp__solve_small(C, width, width, y, 1);
         for (int32_t k = 0; k < 3 && c->splits[body]; k++)

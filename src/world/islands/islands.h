@@ -101,10 +101,11 @@ int32_t perp__iterations_left(const perp_world *world);
 typedef struct perp__solve_summary {
     perp_outcome outcome;
     double residual;
-    int32_t solved;  /* islands that needed a solve */
-    int32_t impacts; /* and those with impacts */
-    int32_t rough;   /* of those with joints */
-    int32_t endless; /* contacts that are not finite */
+    int32_t solved;   /* islands that needed a solve */
+    int32_t impacts;  /* and those with impacts */
+    int32_t rough;    /* of those with joints */
+    int32_t endless;  /* contacts that are not finite */
+    int32_t sketched; /* islands that are to be solved yet */
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);

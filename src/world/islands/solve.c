@@ -201,6 +201,23 @@ static perp_status solve_in_turn(perp_world *world, double h, int32_t *last)
     return status;
 }
 
+/* The last word on each island. */
+static void summarise(const perp_world *world, perp__solve_summary *summary)
+{
+    memset(summary, 0, sizeof *summary);
+    for (int32_t i = 0; i < world->island_count; i++) {
+        const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
+
+        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
+        perp__raise_to(&summary->residual, verdict->residual);
+        summary->solved += verdict->stages > 0;
+        summary->impacts += verdict->impacts > 0;
+        summary->rough += verdict->rough;
+        summary->endless += verdict->endless;
+        summary->sketched += verdict->sketched;
+    }
+}
+
 /* Solves the islands to which contacts came. Stops at a ray. */
 static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
 {
@@ -211,36 +228,13 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     if (status == PERP_OK)
         status = perp__shares_islands(world) ? perp__solve_in_lanes(world, h, &last)
                                              : solve_in_turn(world, h, &last);
+    if (status == PERP_OK)
+        summarise(world, summary);
     if (status == PERP_OK && last >= 0) {
         summary->outcome = PERP_OUTCOME_RAY;
         summary->residual = perp__island_motion(world, &world->islands[last], 0)->verdict.residual;
     }
     return status;
-}
-
-/* The last word on each island. */
-static void summarise(const perp_world *world, perp__solve_summary *summary)
-{
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
-
-        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
-        perp__raise_to(&summary->residual, verdict->residual);
-        summary->solved += verdict->stages > 0;
-        summary->impacts += verdict->impacts > 0;
-        summary->rough += verdict->rough;
-        summary->endless += verdict->endless;
-    }
-}
-
-/* Whether there is something to solve that was only sketched. */
-static int32_t has_sketches(const perp_world *world)
-{
-    int32_t sketched = 0;
-
-    for (int32_t i = 0; i < world->island_count; i++)
-        sketched |= perp__island_motion(world, &world->islands[i], 0)->verdict.sketched;
-    return sketched;
 }
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
@@ -266,13 +260,11 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
             return status;
         if (came == 0 && world->sketches) { /* what was sketched is solved */
             world->sketches = 0;
-            came = has_sketches(world);
+            came = summary->sketched;
         }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
     } while (status == PERP_OK && came > 0);
     world->sketches = 0;
-    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
-        summarise(world, summary);
     return status;
 }
