@@ -31,20 +31,12 @@ static inline perp__joint_state *perp__state_of(const perp_world *world, const p
     return &world->joint_states[joint - world->joints];
 }
 
-/* A path that stays where it ends. */
-static inline void perp__stay(perp__path *path)
-{
-    path->from = path->to;
-    memset(path->mean, 0, sizeof path->mean);
-    path->mean[0] = path->mean[4] = path->mean[8] = 1.0;
-    memcpy(path->turn, path->mean, sizeof path->turn);
-    memcpy(path->half, path->mean, sizeof path->half);
-    path->stays = 1;
-}
-
 /* rows.c: before: the coordinate of a moment before, from which turns are counted. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
                       const perp__path *const paths[2], perp__joint_view *view);
+/* The same where both bodies are. */
+void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
+                       const perp__placement *a, const perp__placement *b, perp__joint_view *view);
 int32_t perp__joint_has_coordinate(int32_t kind);
 /* Whether the first three equations are along the axes of space. */
 int32_t perp__has_space_axes(int32_t kind);
