@@ -358,8 +358,7 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
     job at = {c, problem, step, 0, NULL, NULL, NULL, 1.0};
     perp_status status = perp__coloured_pack(c, problem);
 
-    PERP__THEN(status,
-               perp__joint_block_set_up(&c->joints, c->context, problem, step->same_joints));
+    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, problem));
     if (status != PERP_OK)
         return status;
     if (is_shared(c))

@@ -101,7 +101,7 @@ static void form_nodes(perp__joint_block *b)
  * where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K left
  * the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
-                                     const perp__rigid_problem *problem, int32_t again)
+                                     const perp__rigid_problem *problem)
 {
     const int32_t square = problem->width * problem->width;
     double ridge = RIDGE;
@@ -121,13 +121,12 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     status = perp__arena_fit_sizes(&b->arena, context, lay_out_rows, b, &b->fitted, &size, 1);
     if (status != PERP_OK)
         return status;
-    again = again && same && problem->carriers == 0;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++) {
         const perp__rigid_rows *g = &problem->rows[k];
         const int32_t goes_on =
             k > problem->contacts && g->body[0] == g[-1].body[0] && g->body[1] == g[-1].body[1];
 
-        for (int32_t side = 0; side < 2 && !again && !goes_on; side++)
+        for (int32_t side = 0; side < 2 && !goes_on; side++)
             splits[side] = moves(problem, g->body[side]) &&
                            perp__splits(problem->factors + square * g->body[side], problem->width);
         for (int32_t i = 0; i < g->dim; i++, b->rows++) {
@@ -135,8 +134,6 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
 
             b->w[n] = g->bias[i];
             b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
-            if (again)
-                continue;
             same &= read_row(b, problem, g, splits, i, n);
             /* the next lane of its node, or the first one of the next */
             b->lane[n] =
