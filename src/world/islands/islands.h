@@ -79,8 +79,7 @@ typedef struct perp__level {
     int32_t few, rounds;
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
-/* The level of sketches, where all of what is swept is one. */
-#define PERP__SKETCHED PERP_ACCURACY_ACCURATE
+/* Whether all that is swept is a sketch, as at level `accurate`. */
 static inline int32_t perp__is_sketch(const perp_world *world)
 {
     return world->sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;

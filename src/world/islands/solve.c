@@ -56,14 +56,6 @@ static void leave_alone(perp_world *world, const perp__island *island)
     }
 }
 
-/* Whether what sweeps have come to is no more than a sketch of it. */
-static int32_t is_to_be_followed(const perp_world *world, const perp__island *island,
-                                 const perp__verdict *verdict)
-{
-    return perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
-                                      (!perp__is_good(verdict->outcome) || verdict->settles));
-}
-
 /* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
  * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept. */
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
@@ -97,7 +89,10 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     if (!exact && !swept) {
         perp__begin_joints(world, island, h, 0);
         status = perp__sweep_island(world, island, h, verdict);
-        verdict->sketched = !verdict->stands && is_to_be_followed(world, island, verdict);
+        verdict->sketched =
+            !verdict->stands &&
+            (perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
+                                        (!perp__is_good(verdict->outcome) || verdict->settles)));
         if (status != PERP_OK || world->sketches || !verdict->sketched)
             return status;
         *verdict = before;
