@@ -65,7 +65,6 @@ typedef struct perp__coloured {
     perp__joint_block joints;
     double *y, *free, *before, *moved; /* rows by 8 */
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
-    int8_t *splits;                    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
     uint64_t *colours;                 /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts */
 } perp__coloured;

@@ -40,9 +40,6 @@ typedef struct perp__joint_block {
 perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
                                      const perp__rigid_problem *problem);
 
-/* Whether C of a body is diag(c, c, c) beside a 3 by 3 block. */
-int32_t perp__splits(const double *C, int32_t width);
-
 /* x := K^-1 x, 0 in rows that repeat others. */
 void perp__joint_block_invert(perp__joint_block *block, double *x);
 
