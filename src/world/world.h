@@ -173,6 +173,7 @@ typedef struct perp__verdict {
     int32_t jointed;  /* with its joints, */
     int32_t swings;   /* and nothing else */
     int32_t rough;    /* which turn further in an interval than what is linear there knows of */
+    int32_t coarse;   /* its joints were where the step begins, as it turns too far otherwise; */
     int32_t endless;  /* contacts that are not finite */
     int32_t asked;    /* rows of which it was asked whether they stand, and do not */
     int32_t sketched; /* swept to see what meets, at a level that asks for more */
@@ -180,6 +181,7 @@ typedef struct perp__verdict {
     int32_t stands;   /* at rest beside what carries it, decided (islands/standing.h) */
     int32_t rides;    /* it stands with the motion of a kinematic body */
     int32_t settles;  /* swept from next to nothing, and yet not found to stand */
+    double turn;      /* how far: joints/trial.c */
     double residual;
 } perp__verdict;
 

@@ -90,11 +90,12 @@ static inline int32_t rigid_add(rigid_scene *s, const double *position, const do
         M[i * w + i] = inertia;
         C[i * w + i] = 1.0 / sqrt(inertia);
     }
-    for (int32_t i = 0; i < w; i++) { /* C times a rotation of the first two coordinates */
-        const double x = C[i * w], y = C[i * w + 1];
+    for (int32_t i = 0; i < w; i++) { /* C times a rotation of two coordinates, in space angular */
+        double *row = C + i * w + (w == 3 ? 0 : linear);
+        const double x = row[0], y = row[1];
 
-        C[i * w] = cos(0.3) * x - sin(0.3) * y;
-        C[i * w + 1] = sin(0.3) * x + cos(0.3) * y;
+        row[0] = cos(0.3) * x - sin(0.3) * y;
+        row[1] = sin(0.3) * x + cos(0.3) * y;
     }
     v[linear - 1] -= RIGID_G * RIGID_H;
     s->bodies++;

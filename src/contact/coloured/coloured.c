@@ -10,6 +10,7 @@
 #include "base/context.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/pivoting.h"
+#include "linalg/spatial.h"
 
 /* Nesterov's weight at most. */
 #define MOMENTUM 0.9
@@ -138,7 +139,7 @@ static void start_bodies(int32_t i, void *data)
 {
     const job *at = data;
     const perp__coloured *c = at->c;
-    const int32_t width = c->width;
+    const int32_t width = c->width, block = width - 3; /* of C, 3 by 3 */
 
     for (int32_t body = i * BODIES; body < end_body(c, i); body++) {
         const double *C = at->problem->factors + width * width * body;
@@ -146,16 +147,13 @@ static void start_bodies(int32_t i, void *data)
 
         memset(y, 0, 8 * sizeof *y);
         memcpy(y, at->problem->free + width * body, (size_t)width * sizeof *y);
-        if (!c->splits[body])
-            perp__solve_small(C, width, width, y, 1);
-        for (int32_t k = 0; k < 3 && c->splits[body]; k++)
+        if (perp__is_zero3(y) && perp__is_zero3(y + 3)) {
+            memset(c->y + 8 * body, 0, 8 * sizeof *y);
+            continue;
+        }
+        for (int32_t k = 0; k < block; k++)
             y[k] /= C[7 * k];
-        if (c->splits[body] && (C[22] != 0.0 || C[23] != 0.0 || C[27] != 0.0 || C[29] != 0.0 ||
-                                C[33] != 0.0 || C[34] != 0.0))
-            perp__solve_small(C + 21, 3, 6, y + 3, 1);
-        else /* a ball, or what lies along its axes */
-            for (int32_t k = 3; k < 6 && c->splits[body]; k++)
-                y[k] /= C[7 * k];
+        perp__solve_small(C + (width + 1) * block, 3, width, y + block, 1);
         memcpy(c->y + 8 * body, y, 8 * sizeof *y);
     }
 }
@@ -353,8 +351,7 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
     job at = {c, problem, step, 0, NULL, NULL, NULL, 1.0};
     perp_status status = perp__coloured_pack(c, problem);
 
-    PERP__THEN(status,
-               perp__joint_block_set_up(&c->joints, c->context, problem, step->same_joints));
+    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, problem));
     if (status != PERP_OK)
         return status;
     if (is_shared(c))

@@ -65,7 +65,6 @@ typedef struct perp__coloured {
     perp__joint_block joints;
     double *y, *free, *before, *moved; /* rows by 8 */
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
-    int8_t *splits;                    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
     uint64_t *colours;                 /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts */
 } perp__coloured;
@@ -89,7 +88,6 @@ typedef struct perp__passes {
     int32_t rounds;      /* of these at most, if measured, until answer->tested is problem->tol */
     int32_t clear;       /* passes that remove penetration */
     int32_t measures;    /* 1: answer->velocity, ->modes, ->joints and ->tested are written, too */
-    int32_t same_joints; /* 1: bodies and joints, but for biases, are those of the last call */
     const double *gap;   /* contacts; NULL: none, as clear = 0 */
     const double *guard; /* contacts: a penetration up to this length is left */
 } perp__passes;

@@ -26,17 +26,6 @@ static void lay_out_rows(perp__arena *arena, void *object)
         memset(b->P, 0, 16 * rows * sizeof *b->P);
 }
 
-int32_t perp__splits(const double *C, int32_t width)
-{
-    int32_t splits = width == 6 && C[0] == C[7] && C[0] == C[14];
-
-    for (int32_t i = 0; i < width && splits; i++)
-        for (int32_t j = 0; j < width; j++)
-            if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
-                splits = 0;
-    return splits;
-}
-
 static int32_t moves(const perp__rigid_problem *problem, int32_t body)
 {
     return body >= 0 && body < problem->bodies;
@@ -45,7 +34,7 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
 /* Row i of the unit g as row n of the block, P = J C; returns whether it had the same P before.
  * What moves by itself has the number behind the others, whose y are 0. */
 static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem,
-                        const perp__rigid_rows *g, const int32_t *splits, int32_t i, int32_t n)
+                        const perp__rigid_rows *g, int32_t i, int32_t n)
 {
     const int32_t width = problem->width;
     double P[16], *old = b->P + 16 * n;
@@ -58,13 +47,13 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
 
         bodies[side] = is_free ? body : problem->bodies;
         memset(P + 8 * side, 0, 8 * sizeof *P);
-        for (int32_t j = 0; j < 3 && is_free && splits[side]; j++) {
+        for (int32_t j = 0; j < 3 && is_free && width == 6; j++) {
             P[8 * side + j] = J[j] * C[0];
             P[8 * side + 3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
         }
-        for (int32_t k = 0; k < width && is_free && !splits[side]; k++)
-            for (int32_t j = 0; j < width && J[k] != 0.0; j++)
-                P[8 * side + j] += J[k] * C[width * k + j];
+        for (int32_t k = 0; k < 3 && is_free && width == 3; k++)
+            for (int32_t j = 0; j < 3; j++)
+                P[8 * side + j] += J[k] * C[3 * k + j];
         for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
             b->w[n] += J[k] * problem->free[width * body + k];
     }
@@ -101,11 +90,10 @@ static void form_nodes(perp__joint_block *b)
  * where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K left
  * the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
-                                     const perp__rigid_problem *problem, int32_t again)
+                                     const perp__rigid_problem *problem)
 {
-    const int32_t square = problem->width * problem->width;
     double ridge = RIDGE;
-    int32_t splits[2] = {0, 0}, rows = 0, same = b->factored && b->most_angle == b->last_angle;
+    int32_t rows = 0, same = b->factored && b->most_angle == b->last_angle;
     size_t size;
     perp_status status;
 
@@ -121,23 +109,14 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     status = perp__arena_fit_sizes(&b->arena, context, lay_out_rows, b, &b->fitted, &size, 1);
     if (status != PERP_OK)
         return status;
-    again = again && same && problem->carriers == 0;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++) {
         const perp__rigid_rows *g = &problem->rows[k];
-        const int32_t goes_on =
-            k > problem->contacts && g->body[0] == g[-1].body[0] && g->body[1] == g[-1].body[1];
-
-        for (int32_t side = 0; side < 2 && !again && !goes_on; side++)
-            splits[side] = moves(problem, g->body[side]) &&
-                           perp__splits(problem->factors + square * g->body[side], problem->width);
         for (int32_t i = 0; i < g->dim; i++, b->rows++) {
             const int32_t n = b->rows, *body = b->body + 2 * n, last = n > 0 ? b->lane[n - 1] : -1;
 
             b->w[n] = g->bias[i];
             b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
-            if (again)
-                continue;
-            same &= read_row(b, problem, g, splits, i, n);
+            same &= read_row(b, problem, g, i, n);
             /* the next lane of its node, or the first one of the next */
             b->lane[n] =
                 n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1]

@@ -35,13 +35,10 @@ typedef struct perp__joint_block {
     double last_angle; /* of the factors */
 } perp__joint_block;
 
-/* Reads the joints of the problem, whose contacts come first, and factors K, or
- * again all but their biases is that of the last call. PERP_OK or _MEMORY. */
+/* Reads the joints of the problem, whose contacts come first, and factors K, unless it is that of
+ * the last call. PERP_OK or _MEMORY. */
 perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
-                                     const perp__rigid_problem *problem, int32_t again);
-
-/* Whether C of a body is diag(c, c, c) beside a 3 by 3 block. */
-int32_t perp__splits(const double *C, int32_t width);
+                                     const perp__rigid_problem *problem);
 
 /* x := K^-1 x, 0 in rows that repeat others. */
 void perp__joint_block_invert(perp__joint_block *block, double *x);

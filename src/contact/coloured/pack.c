@@ -18,7 +18,6 @@ static void lay_out_lists(perp__arena *arena, void *object)
 
     PERP__DOUBLES(arena, 8 * bodies, &c->y, &c->free, &c->before, &c->moved);
     c->back = perp__arena_take(arena, bodies, sizeof *c->back);
-    c->splits = perp__arena_take(arena, bodies, sizeof *c->splits);
     c->colours = perp__arena_take(arena, bodies, sizeof *c->colours);
     PERP__INTEGERS(arena, contacts, &c->pair_first, &c->pair_points, &c->pair_key, &c->pair_order);
 }
@@ -143,15 +142,15 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
             if (!C) {
                 for (int32_t k = 0; k < width; k++)
                     p->w[i][lane] += J[k] * problem->free[width * body + k];
-            } else if (c->splits[body]) { /* diag(c, c, c) beside a 3 by 3 block */
+            } else if (width == 6) {
                 for (int32_t j = 0; j < 3; j++) {
                     P[j][0] = J[j] * C[0];
                     P[3 + j][0] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
                 }
             } else {
-                for (int32_t j = 0; j < width; j++)
-                    for (int32_t k = 0; k < width; k++)
-                        P[j][0] += J[k] * C[width * k + j];
+                for (int32_t j = 0; j < 3; j++)
+                    for (int32_t k = 0; k < 3; k++)
+                        P[j][0] += J[k] * C[3 * k + j];
             }
         }
     }
@@ -186,7 +185,6 @@ void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
 
 perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem)
 {
-    const int32_t width = problem->width;
     int32_t starts[KEYS + 2], pairs = 0, size;
     perp_status status;
 
@@ -196,11 +194,8 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     if (status != PERP_OK)
         return status;
     c->bodies = problem->bodies;
-    c->width = width;
-    /* 1. Whether C is a multiple of the identity beside a 3 by 3 block. */
-    for (int32_t body = 0; body < problem->bodies; body++)
-        c->splits[body] = (int8_t)perp__splits(problem->factors + width * width * body, width);
-    /* 2. Pairs of at most four points, by colour. */
+    c->width = problem->width;
+    /* 1. Pairs of at most four points, by colour. */
     for (int32_t k = 0, end; k < problem->contacts; k = end) {
         const int32_t *body = problem->rows[k].body;
 
@@ -212,14 +207,14 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
         c->pair_points[pairs++] = end - k;
     }
     order_pairs(c, problem, pairs, starts);
-    /* 3. Groups of them, first counted. */
+    /* 2. Groups of them, first counted. */
     form_groups(c, problem, pairs, starts, 0, 0);
     perp__raise_room(&c->most_groups, c->groups);
     perp__raise_room(&c->most_points, c->points);
     status = perp__arena_fit(&c->point_arena, c->context, lay_out_points, c);
     if (status != PERP_OK)
         return status;
-    /* 4. A piece has all points of a colour, or so many at least that a colour has no more pieces
+    /* 3. A piece has all points of a colour, or so many at least that a colour has no more pieces
      * than there is room for. */
     c->is_large = c->points >= LARGE;
     c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);

@@ -59,7 +59,7 @@ static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem
     s->joints.rows = 0;
     return problem->joints == 0 || problem->contacts > 0
                ? PERP_OK
-               : perp__joint_block_set_up(&s->joints, s->context, problem, 0);
+               : perp__joint_block_set_up(&s->joints, s->context, problem);
 }
 
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)

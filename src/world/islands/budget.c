@@ -19,7 +19,8 @@ const perp__level perp__levels[] = {
 
 const perp__level *perp__level_of(const perp_world *world)
 {
-    return &perp__levels[world->sketches ? PERP__SKETCHED : world->settings.accuracy];
+    return &perp__levels[perp__is_sketch(world) ? PERP_ACCURACY_ACCURATE
+                                                : world->settings.accuracy];
 }
 
 void perp__open_budget(perp_world *world)

@@ -79,8 +79,11 @@ typedef struct perp__level {
     int32_t few, rounds;
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
-/* The level of sketches. */
-#define PERP__SKETCHED PERP_ACCURACY_ACCURATE
+/* Whether all that is swept is a sketch, as at level `accurate`. */
+static inline int32_t perp__is_sketch(const perp_world *world)
+{
+    return world->sketches && world->settings.accuracy == PERP_ACCURACY_EXACT;
+}
 const perp__level *perp__level_of(const perp_world *world);
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
@@ -97,10 +100,11 @@ int32_t perp__iterations_left(const perp_world *world);
 typedef struct perp__solve_summary {
     perp_outcome outcome;
     double residual;
-    int32_t solved;  /* islands that needed a solve */
-    int32_t impacts; /* and those with impacts */
-    int32_t rough;   /* of those with joints */
-    int32_t endless; /* contacts that are not finite */
+    int32_t solved;   /* islands that needed a solve */
+    int32_t impacts;  /* and those with impacts */
+    int32_t rough;    /* of those with joints */
+    int32_t endless;  /* contacts that are not finite */
+    int32_t sketched; /* islands that are to be solved yet */
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);

@@ -3,9 +3,9 @@
  *   1. points that touch, or that the motions at hand may close, and joints, make the islands;
  *   2. each is solved, once, by the way that suits it;
  *   3. what its motion makes meet joins in, and islands to which something came are solved anew, as
- *      often as the level looks; then only for what would go deep. At level `exact` islands are
- *      swept as long as something comes, and only then solved: what meets by a sketch needs no
- *      rounding.
+ *      often as the level looks; then only for what would go deep. What exact methods are to follow
+ *      after sweeps, at level `exact` all of it, is swept as long as something comes, and only then
+ *      solved: what meets by a sketch needs no rounding.
  *
  * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
@@ -61,10 +61,14 @@ static void leave_alone(perp_world *world, const perp__island *island)
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    const perp__verdict before = {
-        .asked = verdict->asked, .in_vain = verdict->in_vain, .jointed = island->joints > 0};
+    const perp__verdict before = {.asked = verdict->asked,
+                                  .in_vain = verdict->in_vain,
+                                  .jointed = island->joints > 0,
+                                  .coarse = verdict->coarse,
+                                  .turn = verdict->turn};
     const int32_t exact = perp__is_worth_exact(world, island);
     const int32_t known = exact && verdict->jointed && verdict->impacts == 0;
+    const int32_t swept = verdict->sketched && !world->sketches; /* to no answer */
     perp__carrying carrying;
     perp_status status = PERP_OK;
 
@@ -82,12 +86,14 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
             return PERP_OK;
         }
     }
-    if (!exact) {
+    if (!exact && !swept) {
         perp__begin_joints(world, island, h, 0);
         status = perp__sweep_island(world, island, h, verdict);
-        verdict->sketched = world->sketches && !verdict->stands;
-        if (status != PERP_OK || world->sketches || !perp__is_worth_both(world, island) ||
-            (perp__is_good(verdict->outcome) && !verdict->settles))
+        verdict->sketched =
+            !verdict->stands &&
+            (perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
+                                        (!perp__is_good(verdict->outcome) || verdict->settles)));
+        if (status != PERP_OK || world->sketches || !verdict->sketched)
             return status;
         *verdict = before;
     }
@@ -131,18 +137,23 @@ static int32_t turns_far(const perp_world *world, const perp__island *island, do
 perp_status perp__solve_one(perp_world *world, const perp__island *island, double h)
 {
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-    int32_t fresh = (island->joints > 0 && !verdict.jointed) || /* came since it was solved */
-                    (verdict.sketched && !world->sketches);
+    int32_t fresh = island->joints > 0 && !verdict.jointed; /* came since it was solved */
     int32_t no_projection;
     perp_status status;
 
     for (int32_t i = 0; i < island->contacts; i++)
         fresh += perp__step_tie(world, island, i)->fresh;
     world->budget.contacts -= island->contacts + island->joints;
-    if (fresh == 0)
+    if (fresh == 0 && (!verdict.sketched || world->sketches))
         return PERP_OK;
-    for (int32_t k = 0; k < island->bodies; k++)
-        verdict.in_vain |= perp__island_motion(world, island, k)->verdict.in_vain;
+    verdict.sketched &= fresh == 0;
+    for (int32_t k = 0; k < island->bodies; k++) {
+        const perp__verdict *last = &perp__island_motion(world, island, k)->verdict;
+
+        verdict.in_vain |= last->in_vain;
+        verdict.coarse |= last->coarse;
+        perp__raise_to(&verdict.turn, last->turn);
+    }
     status = solve_island(world, island, h, &verdict);
     if (verdict.stands && verdict.rides && verdict.impacts == 0)
         perp__ride(world, island, h);
@@ -185,6 +196,23 @@ static perp_status solve_in_turn(perp_world *world, double h, int32_t *last)
     return status;
 }
 
+/* The last word on each island. */
+static void summarise(const perp_world *world, perp__solve_summary *summary)
+{
+    memset(summary, 0, sizeof *summary);
+    for (int32_t i = 0; i < world->island_count; i++) {
+        const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
+
+        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
+        perp__raise_to(&summary->residual, verdict->residual);
+        summary->solved += verdict->stages > 0;
+        summary->impacts += verdict->impacts > 0;
+        summary->rough += verdict->rough;
+        summary->endless += verdict->endless;
+        summary->sketched += verdict->sketched;
+    }
+}
+
 /* Solves the islands to which contacts came. Stops at a ray. */
 static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
 {
@@ -195,26 +223,13 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
     if (status == PERP_OK)
         status = perp__shares_islands(world) ? perp__solve_in_lanes(world, h, &last)
                                              : solve_in_turn(world, h, &last);
+    if (status == PERP_OK)
+        summarise(world, summary);
     if (status == PERP_OK && last >= 0) {
         summary->outcome = PERP_OUTCOME_RAY;
         summary->residual = perp__island_motion(world, &world->islands[last], 0)->verdict.residual;
     }
     return status;
-}
-
-/* The last word on each island. */
-static void summarise(const perp_world *world, perp__solve_summary *summary)
-{
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
-
-        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
-        perp__raise_to(&summary->residual, verdict->residual);
-        summary->solved += verdict->stages > 0;
-        summary->impacts += verdict->impacts > 0;
-        summary->rough += verdict->rough;
-        summary->endless += verdict->endless;
-    }
 }
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
@@ -225,7 +240,9 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    world->sketches = world->settings.accuracy == PERP_ACCURACY_EXACT;
+    world->sketches = 1;
+    for (int32_t i = 0; i < world->joint_slots; i++)
+        world->joints[i].placed = 0;
     came = perp__include_near(world, h);
     if (came > 0 || world->joint_count > 0)
         status = solve_changed(world, h, summary);
@@ -238,13 +255,11 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
             return status;
         if (came == 0 && world->sketches) { /* what was sketched is solved */
             world->sketches = 0;
-            came = 1;
+            came = summary->sketched;
         }
         if (status == PERP_OK && came > 0)
             status = solve_changed(world, h, summary);
     } while (status == PERP_OK && came > 0);
     world->sketches = 0;
-    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
-        summarise(world, summary);
     return status;
 }

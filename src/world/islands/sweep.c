@@ -59,7 +59,8 @@ double perp__swept_tol(const perp_world *world)
 {
     const perp_world_settings *settings = &world->settings;
 
-    return (settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT) && !world->sketches
+    return (settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT) &&
+                   !perp__is_sketch(world)
                ? perp__exact_tol(world)
                : perp__level_of(world)->tol;
 }
@@ -386,7 +387,8 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                                perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp__rounds rounds = {.change = INFINITY, .most = 1};
+    perp__rounds rounds = {
+        .change = INFINITY, .most = 1, .coarse = verdict->coarse, .turn = verdict->turn};
     perp__carrying carrying;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
@@ -411,7 +413,10 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         if (!verdict->stands && island->joints > 0)
             perp__begin_joints(world, island, h, 0);
     }
-    /* 2. sweeps, with joints where the motion takes them, while that changes it */
+    /* 2. sweeps, with joints where the motion takes them, while that changes it; what turned too
+     * far for that in this step has them where they are at once */
+    if (rounds.coarse)
+        perp__stop_trial(world, island);
     while (status == PERP_OK && !verdict->stands && again) {
         pose_rows(world, island, h);
         status = sweep_rows(world, island, h, &problem, &answer, &step);
@@ -421,6 +426,10 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             gives_energy(world, island, rounds.turn)) {
             perp__stop_trial(world, island);
             again = rounds.coarse = 1;
+        }
+        if (again) {
+            verdict->coarse = 1;
+            verdict->turn = rounds.turn;
         }
     }
     if (status != PERP_OK)

@@ -9,12 +9,10 @@
 
 /* A pass more or less doubles the digits; one that has to be shortened to this takes nothing, and
  * after one that leaves more than SLOW all bodies weigh the same: light ones of what is taut would
- * turn to and fro rather than take a heavy one along. As long as the rows of the first one leave no
- * more of the errors than FAST, they serve again. With contacts it is so many sweeps over these,
- * joints met after each. */
+ * turn to and fro rather than take a heavy one along. With contacts it is so many sweeps over
+ * these, joints met after each. */
 #define PASSES 32
 #define SWEEPS 16
-#define FAST 0x1p-4
 #define SLOW 0.5
 #define SHORTEST 0x1p-6
 
@@ -120,8 +118,8 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
                                int32_t *changed)
 {
     double error = perp__island_errors(world, island), left;
-    int32_t slow, stuck, came, sunk, held = perp__has_put(world, island) ? -1 : 0, again = 0,
-                                     far = 0, equally = 0;
+    int32_t slow, stuck, came, sunk, held = perp__has_put(world, island) ? -1 : 0, far = 0,
+                                     equally = 0;
 
     if (error == 0.0)
         return PERP_OK;
@@ -136,8 +134,8 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
         double share = 1.0;
         perp_status status;
 
-        perp__pose_positions(world, island, PERP__ROWS_OF_CLOSING, again, equally);
-        status = perp__solve_equations(world, island, held > 0 ? SWEEPS : 1, again, NULL);
+        perp__pose_positions(world, island, PERP__ROWS_OF_CLOSING, equally);
+        status = perp__solve_equations(world, island, held > 0 ? SWEEPS : 1, NULL);
         if (status == PERP_ERROR_MEMORY)
             return status;
         go_there(world, island, 1.0);
@@ -151,7 +149,6 @@ perp_status perp__close_island(perp_world *world, const perp__island *island, do
         }
         slow = came + sunk == 0 && held <= 0 && !(left < SLOW * error);
         stuck = slow && equally && !(left < error);
-        again = came == 0 && (sunk > 0 || left < FAST * error);
         equally |= slow;
         if (left < error && sunk == 0) {
             let_contacts_go(world, island, share);

@@ -174,14 +174,11 @@ static void pose_of(const perp_world *world, const perp__state *state, perp__pla
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
                           const perp__state *states, double before, perp__joint_view *view)
 {
-    perp__path paths[2];
+    perp__placement places[2];
 
-    for (int32_t side = 0; side < 2; side++) {
-        pose_of(world, &states[joint->body[side]], &paths[side].to);
-        perp__stay(&paths[side]);
-    }
-    perp__view_joint(world, joint, before, (const perp__path *const[2]){&paths[0], &paths[1]},
-                     view);
+    for (int32_t side = 0; side < 2; side++)
+        pose_of(world, &states[joint->body[side]], &places[side]);
+    perp__view_placed(world, joint, before, &places[0], &places[1], view);
 }
 
 /* Anchors and axes as the bodies see them. */

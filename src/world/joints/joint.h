@@ -56,6 +56,7 @@ typedef struct perp__joint {
     int32_t used;         /* rows of the last step */
     int32_t changed;      /* the last step left something else to start from, or to tell */
     /* of the step at hand */
+    int32_t placed;                       /* by the velocities before it, 2: beside contacts */
     perp__joint_view middle;              /* between both ends of the trial motion */
     perp__joint_view end;                 /* in the next states */
     double lack;                          /* of it there */

@@ -31,20 +31,12 @@ static inline perp__joint_state *perp__state_of(const perp_world *world, const p
     return &world->joint_states[joint - world->joints];
 }
 
-/* A path that stays where it ends. */
-static inline void perp__stay(perp__path *path)
-{
-    path->from = path->to;
-    memset(path->mean, 0, sizeof path->mean);
-    path->mean[0] = path->mean[4] = path->mean[8] = 1.0;
-    memcpy(path->turn, path->mean, sizeof path->turn);
-    memcpy(path->half, path->mean, sizeof path->half);
-    path->stays = 1;
-}
-
 /* rows.c: before: the coordinate of a moment before, from which turns are counted. */
 void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
                       const perp__path *const paths[2], perp__joint_view *view);
+/* The same where both bodies are. */
+void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
+                       const perp__placement *a, const perp__placement *b, perp__joint_view *view);
 int32_t perp__joint_has_coordinate(int32_t kind);
 /* Whether the first three equations are along the axes of space. */
 int32_t perp__has_space_axes(int32_t kind);
@@ -101,12 +93,11 @@ void perp__end_swing(perp_world *world, const perp__island *island, double t,
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
  * which are equations but for contacts that closing holds; work.impulse: their impulses. The first
- * pass is their answer, as many more at most take what its rounding left. same: bodies and units
- * are those of the last call, but for biases. *residual: what rows lack beside their terms; NULL:
- * not asked for. */
+ * pass is their answer, as many more at most take what its rounding left. *residual: what rows lack
+ * beside their terms; NULL: not asked for. */
 #define PERP__REFINED 64
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t passes,
-                                  int32_t same, double *residual);
+                                  double *residual);
 
 /* step.c */
 /* Numbers what moves as it is told among the bodies of the joints, afresh. */
@@ -168,10 +159,9 @@ typedef enum perp__row_kind {
     PERP__ROWS_OF_CLOSING,
     PERP__ROWS_OF_RATES
 } perp__row_kind;
-/* Inertia and rows where the island is, or but for the errors again those of the last call; bodies
- * at rest. */
+/* Inertia and rows where the island is; bodies at rest. */
 void perp__pose_positions(perp_world *world, const perp__island *island, perp__row_kind which,
-                          int32_t again, int32_t equally);
+                          int32_t equally);
 /* Newton's steps: one that does not lessen the errors is taken again with the limits that it
  * passes, or halved where there are none, and one that takes contacts deep with these, or where
  * they leave no way without any; as long as any does. The set's contacts are those of t ago. */

@@ -164,7 +164,7 @@ static void weigh_equally(const perp_world *world, int32_t body, double *C)
 }
 
 void perp__pose_positions(perp_world *world, const perp__island *island, perp__row_kind which,
-                          int32_t again, int32_t equally)
+                          int32_t equally)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
@@ -175,8 +175,6 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
 
         work->members[i] = body;
         work->before[i] = world->next[body];
-        if (again)
-            continue;
         perp__rotation_of(world, &world->next[body], R);
         perp__write_factor(world, body, R, work->factors + n * n * i);
         if (equally)
@@ -389,7 +387,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
     before = kinetic_beside(world, island, kept);
     if (before == 0.0)
         return PERP_OK;
-    perp__pose_positions(world, island, PERP__ROWS_OF_RATES, 0, 0);
+    perp__pose_positions(world, island, PERP__ROWS_OF_RATES, 0);
     for (int32_t i = 0; i < island->bodies; i++) {
         const perp__state *state = &world->next[work->members[i]];
 
@@ -397,7 +395,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
         perp__copy3(twist + 3, state->angular_velocity);
         perp__coordinates_of(world, twist, work->free + n * i);
     }
-    status = perp__solve_equations(world, island, PERP__REFINED, 0, NULL);
+    status = perp__solve_equations(world, island, PERP__REFINED, NULL);
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < island->bodies; i++) {

@@ -229,6 +229,20 @@ void perp__view_joint(const perp_world *world, const perp__joint *joint, double 
     view->count = i;
 }
 
+void perp__view_placed(const perp_world *world, const perp__joint *joint, double before,
+                       const perp__placement *a, const perp__placement *b, perp__joint_view *view)
+{
+    perp__path paths[2];
+
+    paths[0].to = *a;
+    paths[1].to = *b;
+    paths[0].stays = paths[1].stays = 1;
+    memset(paths[1].mean, 0, sizeof paths[1].mean);
+    paths[1].mean[0] = paths[1].mean[4] = paths[1].mean[8] = 1.0;
+    perp__view_joint(world, joint, before, (const perp__path *const[2]){&paths[0], &paths[1]},
+                     view);
+}
+
 /* Of translations: their errors are lengths; those of turning are angles. */
 int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i)
 {

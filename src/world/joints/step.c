@@ -188,7 +188,7 @@ perp_status perp__find_spare_rows(perp_world *world, const perp__island *island)
         add_equations(world, island, perp__island_joint(world, island, i));
     perp__pose_island(world, island, &problem);
     block->most_angle = PLACED;
-    status = perp__joint_block_set_up(block, world->context, &problem, 0);
+    status = perp__joint_block_set_up(block, world->context, &problem);
     block->most_angle = 0.0;
     for (int32_t i = 0; i < work->units && status == PERP_OK; i++) {
         const perp__joint_unit *unit = &work->joint_units[i];

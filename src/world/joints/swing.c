@@ -25,10 +25,9 @@ int32_t perp__swings(const perp_world *world, const perp__island *island)
 }
 
 perp_status perp__solve_equations(perp_world *world, const perp__island *island, int32_t most,
-                                  int32_t same, double *residual)
+                                  double *residual)
 {
-    perp__passes passes = {
-        .h = 1.0, .passes = most, .measures = residual != NULL, .same_joints = same};
+    perp__passes passes = {.h = 1.0, .passes = most, .measures = residual != NULL};
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status;
@@ -93,7 +92,7 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
     }
 
     /* 2. the velocities, and what they are worth */
-    status = perp__solve_equations(world, island, PERP__REFINED, 0, &evidence.tested);
+    status = perp__solve_equations(world, island, PERP__REFINED, &evidence.tested);
     evidence.own = evidence.tested;
     evidence.backward = evidence.tested;
     verdict->stands = 0;

@@ -87,7 +87,12 @@ static void path_along(const perp_world *world, int32_t body, double t, perp__pa
     const double second = small ? 0.0 : (a - sin(a)) / a / a / a;
 
     pose_along(world, body, t, &path->to);
-    perp__stay(path);
+    path->from = path->to;
+    memset(path->mean, 0, sizeof path->mean);
+    path->mean[0] = path->mean[4] = path->mean[8] = 1.0;
+    memcpy(path->turn, path->mean, sizeof path->turn);
+    memcpy(path->half, path->mean, sizeof path->half);
+    path->stays = 1;
     if (t == 0.0 || (perp__is_zero3(spin) && perp__is_zero3(world->motions[body].trial)))
         return;
     path->stays = 0;
@@ -145,20 +150,6 @@ static void turn_mass(perp_world *world, int32_t body, double t)
     perp__coordinates_of(world, gain, work->gain + n * i);
 }
 
-/* Where both bodies are. */
-static void view_placed(const perp_world *world, const perp__joint *joint,
-                        const perp__placement *const places[2], perp__joint_view *view)
-{
-    perp__path there[2];
-
-    for (int32_t side = 0; side < 2; side++) {
-        there[side].to = *places[side];
-        perp__stay(&there[side]);
-    }
-    perp__view_joint(world, joint, perp__state_of(world, joint)->coordinate,
-                     (const perp__path *const[2]){&there[0], &there[1]}, view);
-}
-
 /* At a time along the trial motion. */
 static void view_there(const perp_world *world, const perp__joint *joint, double t,
                        perp__joint_view *view)
@@ -167,7 +158,8 @@ static void view_there(const perp_world *world, const perp__joint *joint, double
 
     for (int32_t side = 0; side < 2; side++)
         pose_along(world, joint->body[side], t, &places[side]);
-    view_placed(world, joint, (const perp__placement *const[2]){&places[0], &places[1]}, view);
+    perp__view_placed(world, joint, perp__state_of(world, joint)->coordinate, &places[0],
+                      &places[1], view);
 }
 
 void perp__find_paths(perp_world *world, const perp__island *island, double t)
@@ -205,7 +197,7 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
     const double before = perp__state_of(world, joint)->coordinate;
     const int32_t axes = world->settings.planar ? 2 : 3;
     double d[3], rate[3], common[3], turn[9], seen[3];
-    perp__path there[2];
+    perp__placement there[2];
 
     find_parting(world, joint, paths, d, rate);
     perp__common_turn(common, world->motions[joint->body[0]].trial + 3,
@@ -215,21 +207,17 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
 
         /* 1. both bodies, seen from the mass centre of A, with B where its anchor is then */
         perp__add3(d, 0.5 * t, rate);
-        perp__apply3(there[1].to.position, k == 1 ? paths[0]->half : paths[0]->turn, d);
-        perp__copy3(there[0].to.position, paths[0]->to.position);
-        perp__add3(there[1].to.position, 1.0, there[0].to.position);
-        for (int32_t side = 0; side < 2; side++) {
-            perp__multiply3(there[side].to.rotation, k == 1 ? paths[side]->half : paths[side]->turn,
+        perp__apply3(there[1].position, k == 1 ? paths[0]->half : paths[0]->turn, d);
+        perp__copy3(there[0].position, paths[0]->to.position);
+        perp__add3(there[1].position, 1.0, there[0].position);
+        for (int32_t side = 0; side < 2; side++)
+            perp__multiply3(there[side].rotation, k == 1 ? paths[side]->half : paths[side]->turn,
                             paths[side]->from.rotation);
-            perp__stay(&there[side]);
-        }
-        perp__apply3(seen, there[1].to.rotation, joint->anchors[1]);
-        perp__add3(there[1].to.position, -1.0, seen);
-        there[1].from = there[1].to;
+        perp__apply3(seen, there[1].rotation, joint->anchors[1]);
+        perp__add3(there[1].position, -1.0, seen);
 
         /* 2. rows there, in axes that turn as both do */
-        perp__view_joint(world, joint, before, (const perp__path *const[2]){&there[0], &there[1]},
-                         view);
+        perp__view_placed(world, joint, before, &there[0], &there[1], view);
         for (int32_t i = 0; i < 3; i++)
             seen[i] = 0.5 * t * k * common[i];
         perp__turn_matrix(turn, seen);
@@ -256,8 +244,20 @@ static void view_beside_contacts(const perp_world *world, perp__joint *joint,
     memcpy(joint->middle.arms, end->arms, sizeof end->arms);
 }
 
+/* Whether the trial motion is that before the step. */
+static int32_t goes_on(const perp_world *world, int32_t body)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    return !memcmp(motion->trial, motion->start, sizeof motion->start) &&
+           !memcmp(motion->last, motion->start, sizeof motion->start);
+}
+
 void perp__place_joints(perp_world *world, const perp__island *island, double t)
 {
+    const int32_t whole = t == world->step_length && world->work.gone == 0.0;
+    const int32_t beside = island->contacts > 0 ? 2 : 1;
+
     world->work.span = t;
     perp__find_paths(world, island, t);
     for (int32_t i = 0; i < island->bodies && island->joints > 0; i++)
@@ -267,8 +267,14 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         const perp__path *paths[2];
         perp__path told[2];
         perp__joint_view end;
-        int32_t stays;
+        int32_t stays,
+            begins = whole && goes_on(world, joint->body[0]) && goes_on(world, joint->body[1])
+                         ? beside
+                         : 0;
 
+        if (begins > 0 && joint->placed == begins) /* in a look before this one */
+            continue;
+        joint->placed = begins;
         /* 1. rows of the paths of both bodies, of which those of the island are known */
         for (int32_t side = 0; side < 2; side++) {
             const int32_t body = joint->body[side];
@@ -292,8 +298,8 @@ void perp__place_joints(perp_world *world, const perp__island *island, double t)
         if (island->contacts > 0)
             view_beside_contacts(world, joint, paths, t, &end);
         else
-            view_placed(world, joint,
-                        (const perp__placement *const[2]){&paths[0]->to, &paths[1]->to}, &end);
+            perp__view_placed(world, joint, perp__state_of(world, joint)->coordinate, &paths[0]->to,
+                              &paths[1]->to, &end);
         const double length = fmax(end.size, fabs(end.coordinate));
         const double unsure = length > 0.0 ? end.rounding / length : 0.0;
 
