@@ -63,6 +63,7 @@ static void test_method_words(void **state)
     assert_string_equal(perp_lcp_method_text(PERP_LCP_FISCHER), "fischer");
     assert_string_equal(perp_lcp_method_text(PERP_LCP_POLISH), "polish");
     assert_string_equal(perp_lcp_method_text(PERP_LCP_PATTERNS), "patterns");
+    assert_string_equal(perp_lcp_method_text(PERP_LCP_MPRGP), "mprgp");
     assert_string_equal(perp_lcp_method_text(-1), "unknown method");
     assert_string_equal(perp_lcp_method_text(INT32_MAX), "unknown method");
 }

@@ -177,6 +177,7 @@ def test_words_are_those_of_the_contract():
         "polish",
         "active_set",
         "patterns",
+        "mprgp",
     ]
     assert list(_library.VERDICTS.values()) == [
         "regular",

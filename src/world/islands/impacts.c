@@ -146,20 +146,21 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
     work->gone += t;
 }
 
-/* Whether nothing that presses came to it in this interval, but for what velocities that were known
- * to tol left of it. */
-static int32_t lasts(const perp_world *world, const perp__island *island)
+/* Whether nothing that presses came to it in this interval, but for what velocities known to `tol`
+ * leave of it; 0: solved exactly. */
+static int32_t lasts(const perp_world *world, const perp__island *island, double tol)
 {
     const perp__island_work *work = &world->work;
-    const double none = fmax(NO_APPROACH, perp__swept_tol(world));
 
     for (int32_t i = 0; i < work->count; i++) {
-        const double way = fmax(work->gap[work->chosen[i]], 0.0);
-        const double speed = fmax(fabs(work->came[i]), way / world->step_length);
+        const double way = fmax(work->gap[work->chosen[i]], 0.0) / world->step_length;
+        double terms;
 
-        if (work->impulse[3 * i] > 0.0 && speed > 0.0 &&
-            speed > none * (normal_terms(world, i, work->now, island->bodies) +
-                            normal_terms(world, i, work->gain, island->bodies)))
+        if (!(work->impulse[3 * i] > 0.0) || (way == 0.0 && work->came[i] == 0.0))
+            continue;
+        terms = normal_terms(world, i, work->now, island->bodies) +
+                normal_terms(world, i, work->gain, island->bodies);
+        if (way > tol * terms || fabs(work->came[i]) > fmax(NO_APPROACH, tol) * terms)
             return 0;
     }
     return perp__limits_last(world);
@@ -192,10 +193,10 @@ static double first_impact(const perp_world *world, const perp__island *island, 
     return first;
 }
 
-void perp__move_bodies(perp_world *world, const perp__island *island)
+void perp__move_bodies(perp_world *world, const perp__island *island, double tol)
 {
     perp__island_work *work = &world->work;
-    const int32_t mean = lasts(world, island);
+    const int32_t mean = lasts(world, island, tol);
 
     if (mean && island->contacts == 0)
         perp__mean_of_ends(world, island);
@@ -280,7 +281,7 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
         status = solve_round(world, island, verdict);
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || island->joints == 0)
             return status;
-        perp__move_bodies(world, island);
+        perp__move_bodies(world, island, 0.0);
     } while (perp__goes_round(world, island, t, &rounds));
     verdict->rough |= perp__is_rough(&rounds);
     if (perp__swings(world, island) && !verdict->stands)
@@ -390,7 +391,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
             if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
                 return status;
         } while (island->joints == 0 && find_hits(world, island, h, slow) > 0);
-        mean = lasts(world, island);
+        mean = lasts(world, island, 0.0);
         for (i = 0; i < work->count; i++)
             memcpy(perp__step_response(world, island, work->chosen[i])->next, work->impulse + 3 * i,
                    3 * sizeof(double));
@@ -502,7 +503,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
         if (hits == 0) {
             perp__take_answer(world, island);
             /* what stands goes as its carrier does, which has its velocity all along */
-            go(world, island, left, !verdict->stands && lasts(world, island), left);
+            go(world, island, left, !verdict->stands && lasts(world, island, 0.0), left);
             for (int32_t i = 0; i < work->count && left > 0.0; i++) { /* as if over all of h */
                 double *next = perp__step_response(world, island, work->chosen[i])->next;
 

@@ -177,8 +177,9 @@ void perp__find_strengths(const perp_world *world, const perp__island *island, d
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);
 /* work.moving: what positions move with over all of an interval, from work.now to work.v: the mean
- * of both where what presses did so from the start, else what is there at the end. */
-void perp__move_bodies(perp_world *world, const perp__island *island);
+ * of both where what presses did so from the start, as velocities known to tol tell, else what is
+ * there at the end. */
+void perp__move_bodies(perp_world *world, const perp__island *island, double tol);
 /* The work that the first `units` rows do on the island's bodies from work.now to work.v, but for
  * what motors do; *size: of its terms, which may cancel altogether. */
 double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,

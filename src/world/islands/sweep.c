@@ -329,7 +329,7 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
     /* 3. Where they lead to. */
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         shift[i] -= work->v[i];
-    perp__move_bodies(world, island);
+    perp__move_bodies(world, island, problem->tol);
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->moving[i] += shift[i];
     for (int32_t i = 0; i < island->contacts; i++)
