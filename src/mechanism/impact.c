@@ -22,6 +22,7 @@
  * can. tests/mechanism/test_impact.c looks at random impacts. */
 #include "mechanism/mechanism.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "step/impact.h"
@@ -42,7 +43,7 @@ double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed)
     const size_t n = (size_t)m->n;
     double *force = m->work, *pressed = force + n, p = 0.0;
 
-    perp__hold_constraints(m);
+    perp__hold_constraints(m, &m->begin);
     memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
     memcpy(force, pressed, n * sizeof *force);
     for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
@@ -70,19 +71,24 @@ int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j
 
 /* ---- restitution --------------------------------------------------------------------------- */
 
+/* Whether contact j was hit, or jammed, in the motion that `answer` holds. */
+static int32_t is_impact(perp_mechanism *m, const perp__motion *answer, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double before = m->start_velocity[row];
+
+    if (!(m->restitution[j] > 0.0) || !answer->holds[row])
+        return 0;
+    return perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
+           (m->settings.law >= PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
+}
+
 int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)
 {
     int32_t count = 0;
 
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t row = m->starts[j];
-        const double before = m->start_velocity[row];
-
-        if (!(m->restitution[j] > 0.0) || !answer->holds[row])
-            continue;
-        count += perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
-                 (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
-    }
+    for (int32_t j = 0; j < m->contacts; j++)
+        count += is_impact(m, answer, j);
     return count;
 }
 
@@ -107,18 +113,16 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     return PERP_OK;
 }
 
-perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compression)
+/* m->answer := the expansion from m->free, the momentum there, with these m->pressure. */
+static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compression)
 {
     perp__velocity_problem problem = *compression;
-    double *compressed = m->free_velocity; /* no longer needed: impulses of the compression */
+    const double *compressed = m->compressed.r;
     perp_status status;
 
-    memcpy(compressed, m->answer.r, (size_t)m->rows * sizeof *compressed);
-    perp__multiply_mass(m, problem.terms, m->momentum, m->answer.v);
-    for (int32_t j = 0; j < m->contacts; j++) {
-        m->pressure[j] = m->restitution[j] * m->answer.r[m->starts[j]];
+    memcpy(m->momentum, m->free, (size_t)m->n * sizeof *m->momentum);
+    for (int32_t j = 0; j < m->contacts; j++)
         perp__add_row(m, problem.terms, m->starts[j], m->pressure[j], m->momentum);
-    }
     memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound); /* used in the compression */
     problem.pressure = m->pressure;
     status = solve_second(m, &problem);
@@ -137,16 +141,198 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
     return PERP_OK;
 }
 
+/* The compression in m->answer, with what Poisson's law gives back of it. */
+static void keep_compression(perp_mechanism *m, const perp__terms *terms)
+{
+    perp__copy_motion(m, &m->compressed, &m->answer);
+    perp__multiply_mass(m, terms, m->free, m->answer.v);
+    for (int32_t j = 0; j < m->contacts; j++)
+        m->pressure[j] = m->restitution[j] * m->answer.r[m->starts[j]];
+}
+
+perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compression)
+{
+    keep_compression(m, compression->terms);
+    return expand(m, compression);
+}
+
+/* ---- Stronge's law -----------------------------------------------------------------------------
+ *
+ * A contact that nothing else which presses is coupled with goes through its impact alone
+ * (stronge.c): its impulses take the place of those of the compression. The others are hit at once,
+ * and both parts are straight lines: contact j expands with x_j c_j, and the x_j are those with
+ *
+ *   x_j c_j (u_j + u_j+)/2 = s e_j^2 L_j,   L_j = max(-c_j (u_j- + u_j)/2, 0),
+ *
+ * u_j- before, u_j behind the compression, u_j+ at the end; or what Poisson's law gives if it stays
+ * closed. s <= 1 is the most with which the impulses of the expansion give back no more than
+ * s sum(e_j^2 L_j), and all L_j together are no more than what the compression takes. So no
+ * impact adds energy. */
+#define UNCOUPLED 1e-12 /* of its terms: a mobility of rounding */
+#define SETTLED 1e-11   /* of the largest impulse: factors that change by no more are found */
+enum { MOST_PASSES = 60 };
+
+/* What contact j has of the impact as a row of numbers; 0 where others answer to its impulses. */
+static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem, int32_t j,
+                       perp__hit_contact *c)
+{
+    const perp__terms *terms = problem->terms;
+    const int32_t first = m->starts[j], rows = m->dims[j], n = m->n;
+    double *response = m->work; /* rows: M^-1 J' with the constraints held */
+
+    /* 1. what its impulses do */
+    perp__hold_constraints(m, terms);
+    for (int32_t i = 0; i < rows; i++) {
+        double *x = response + (size_t)i * (size_t)n;
+
+        memcpy(x, terms->J + (size_t)(first + i) * (size_t)n, (size_t)n * sizeof *x);
+        perp__solve_lower(m, terms, x);
+        perp__project_out(m->held.basis, m->held.rank, n, x);
+        perp__solve_upper(m, terms, x);
+    }
+    /* 2. to others */
+    for (int32_t k = 0; k < m->contacts; k++) {
+        if (m->two_sided[k] > 0 && problem->friction[k] > 0.0)
+            return 0;
+        for (int32_t row = m->starts[k];
+             k != j && m->compressed.r[m->starts[k]] > 0.0 && row < m->starts[k + 1]; row++)
+            for (int32_t i = 0; i < rows; i++) {
+                double sum = 0.0, size = 0.0;
+
+                for (int32_t l = 0; l < n; l++) {
+                    const double term = terms->J[(size_t)row * (size_t)n + (size_t)l] *
+                                        response[(size_t)i * (size_t)n + (size_t)l];
+
+                    sum += term;
+                    size += fabs(term);
+                }
+                if (fabs(sum) > UNCOUPLED * size)
+                    return 0;
+            }
+    }
+    /* 3. to itself */
+    memset(c, 0, sizeof *c);
+    for (int32_t i = 0; i < rows; i++) {
+        c->u[i] = m->compressed.u[first + i];
+        for (int32_t k = 0; k < rows; k++) {
+            c->W[i][k] =
+                perp__row_times(m, terms, first + i, 0.0, response + (size_t)k * (size_t)n);
+            c->u[i] -= c->W[i][k] * m->compressed.r[first + k];
+        }
+    }
+    if (rows == 2)
+        c->W[2][2] = c->W[1][1];
+    c->mu = rows > 1 ? problem->friction[j] : 0.0;
+    c->e = m->restitution[j];
+    return 1;
+}
+
+/* Takes the contacts that were hit alone through their impacts; m->together: the others. */
+static void collide_alone(perp_mechanism *m, const perp__velocity_problem *problem)
+{
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t first = m->starts[j];
+        double *r = m->compressed.r + first;
+        perp__hit_contact c;
+
+        m->together[j] = 1;
+        if (!is_impact(m, &m->compressed, j) || !isolate(m, problem, j, &c))
+            continue;
+        perp__stronge_impact(&c);
+        for (int32_t i = 0; i < m->dims[j]; i++) {
+            perp__add_row(m, problem->terms, first + i, c.r[i] - r[i], m->free);
+            r[i] = c.r[i];
+        }
+        m->pressure[j] = c.stuck;
+        m->together[j] = 0;
+    }
+}
+/* What the impulses r, and dry friction, do from velocities u to those behind; not those of a
+ * contact that was hit alone. */
+static double work_of(const perp_mechanism *m, const double *r, const double *behind)
+{
+    const double *u = behind == m->compressed.u ? m->start_velocity : m->compressed.u;
+    double sum = 0.0;
+
+    for (int32_t j = 0; j < m->contacts; j++)
+        for (int32_t i = m->starts[j]; i < m->starts[j + 1] && m->together[j]; i++)
+            sum += 0.5 * r[i] * (u[i] + behind[i]);
+    for (int32_t i = m->rows - m->dry_rows; i < m->rows; i++)
+        sum += 0.5 * r[i] * (u[i] + behind[i]);
+    return sum;
+}
+
+/* L_j. */
+static double loss_of(const perp_mechanism *m, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double mean = 0.5 * (m->start_velocity[row] + m->compressed.u[row]);
+
+    return m->together[j] ? fmax(-m->compressed.r[row] * mean, 0.0) : 0.0;
+}
+
+/* The next x_j c_j, with this share; how much they change beside the largest. */
+static double correct(perp_mechanism *m, double share)
+{
+    double change = 0.0, largest = 0.0;
+
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        const double e = m->restitution[j], given = m->pressure[j];
+        const double mean = 0.5 * (m->compressed.u[row] + m->answer.u[row]);
+
+        if (!m->together[j] || !(given > 0.0) || !(mean > 0.0))
+            continue;
+        m->pressure[j] = sqrt(given * (share * e * e * loss_of(m, j) / mean));
+        change = fmax(change, fabs(m->pressure[j] - given));
+        largest = fmax(largest, m->compressed.r[row]);
+    }
+    return largest > 0.0 ? change / largest : 0.0;
+}
+
+/* The expansion of the contacts that are hit together. */
+static perp_status expand_together(perp_mechanism *m, const perp__velocity_problem *problem)
+{
+    const double taken = fmax(-work_of(m, m->compressed.r, m->compressed.u), 0.0);
+    double losses = 0.0, due = 0.0, share, change = 1.0, back = 0.0, *r = m->impact_work;
+    perp_status status = PERP_OK;
+
+    for (int32_t j = 0; j < m->contacts; j++) {
+        losses += loss_of(m, j);
+        due += m->restitution[j] * m->restitution[j] * loss_of(m, j);
+        if (m->together[j] && loss_of(m, j) == 0.0)
+            m->pressure[j] = 0.0;
+    }
+    share = losses > taken ? taken / losses : 1.0;
+    for (int32_t pass = 0; pass < MOST_PASSES && change > SETTLED; pass++) {
+        status = expand(m, problem);
+        if (status != PERP_OK || !perp__is_good(m->answer.outcome) || due == 0.0)
+            return status;
+        for (int32_t i = 0; i < m->rows; i++)
+            r[i] = m->answer.r[i] - m->compressed.r[i];
+        back = work_of(m, r, m->answer.u);
+        if (back > share * due * (1.0 + SETTLED))
+            share *= share * due / back;
+        change = fmax(correct(m, share), back > share * due * (1.0 + 2.0 * SETTLED));
+    }
+    if (change > SETTLED) { /* not found: nothing comes back */
+        for (int32_t j = 0; j < m->contacts; j++)
+            m->pressure[j] *= !m->together[j];
+        status = expand(m, problem);
+    }
+    return status;
+}
+
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem)
 {
     const perp__motion *first = &m->answer;
-    const int32_t poisson = m->settings.law == PERP_MECHANISM_POISSON;
+    const int32_t expands = m->settings.law >= PERP_MECHANISM_POISSON;
     perp__velocity_problem stage = *problem;
     perp_status status;
 
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double e = poisson ? 0.0 : m->restitution[j], before = m->start_velocity[row];
+        const double e = expands ? 0.0 : m->restitution[j], before = m->start_velocity[row];
 
         if (m->begin.gap[j] > 0.0 && !first->holds[row])
             m->impact_shift[j] = problem->shift[j] + first->u[row]; /* gap' / h */
@@ -157,7 +343,11 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
     }
     stage.shift = m->impact_shift;
     status = solve_second(m, &stage);
-    if (status == PERP_OK && poisson && perp__is_good(m->answer.outcome))
-        status = perp__expand(m, &stage);
-    return status;
+    if (status != PERP_OK || !expands || !perp__is_good(m->answer.outcome))
+        return status;
+    if (m->settings.law == PERP_MECHANISM_POISSON)
+        return perp__expand(m, &stage);
+    keep_compression(m, stage.terms);
+    collide_alone(m, &stage);
+    return expand_together(m, &stage);
 }

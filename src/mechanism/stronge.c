@@ -1,0 +1,156 @@
+/* The impact of one contact as its normal impulse p grows (G. Darboux 1880, J. B. Keller 1986):
+ *
+ *   du/dp = W (1, f),   f = -mu u_t / |u_t|,  or what holds u_t = 0 if that is no more than mu,
+ *
+ * with W the mobility of its rows. Where slip ends and cannot stay it starts anew, in the one
+ * direction in which it grows: f = -mu d with w + W_tt f = lambda d, lambda > 0 (in the plane the
+ * reverse one, E. J. Routh). Directions that do not turn are exact pieces: always in the plane, and
+ * behind the end of a slip. One that turns is integrated in steps of p that are a share of the
+ * slip, by Runge and Kutta's scheme of order 4.
+ *
+ * The work of p, integral of u_n dp, falls in the compression and comes back in the expansion, up
+ * to its 1 - e^2 (W. J. Stronge 1990). Sliding that pulls the bodies together (a jam) compresses as
+ * well, from u_n = 0 on, and in three dimensions it may do so once more. */
+#include <math.h>
+#include <string.h>
+
+#include "mechanism/mechanism.h"
+
+#define STEP (1.0 / 64.0) /* of p: changes the slip by no more than this share */
+#define REST 1e-13        /* of what a slip is summed up of: none */
+#define STRAIGHT 1e-12    /* of the largest rate: a slip that turns so slowly does not */
+#define ARRIVED 1e-14     /* of p */
+#define DEPENDENT 1e-12   /* a determinant beside its terms: 0 */
+enum { MOST_PIECES = 100000, MOST_HALVINGS = 100 };
+
+/* u at these impulses. */
+static void velocities(const perp__hit_contact *c, const double *r, double *u)
+{
+    for (int32_t i = 0; i < 3; i++)
+        u[i] = c->u[i] + c->W[i][0] * r[0] + c->W[i][1] * r[1] + c->W[i][2] * r[2];
+}
+
+/* f := the impulse of sliding along u_t, by p. */
+static void slide(const perp__hit_contact *c, const double *u, double *f)
+{
+    const double speed = hypot(u[1], u[2]);
+
+    f[0] = 1.0;
+    f[1] = speed > 0.0 ? -c->mu * (u[1] / speed) : 0.0;
+    f[2] = speed > 0.0 ? -c->mu * (u[2] / speed) : 0.0;
+}
+
+/* f := the impulse at rest; whether it stays. (W_tt + lambda) f = -w, of length mu if it slips. */
+static int32_t rest(const perp__hit_contact *c, double *f)
+{
+    const double trace = c->W[1][1] + c->W[2][2];
+    double low = 0.0, high = 0.0, lambda = 0.0;
+
+    for (int32_t k = 0; k < MOST_HALVINGS; k++) {
+        const double a = c->W[1][1] + lambda, b = c->W[1][2], d = c->W[2][2] + lambda;
+        const double determinant = a * d - b * b;
+
+        f[0] = 1.0;
+        f[1] = trace > 0.0 ? -c->W[1][0] / trace : 0.0; /* if one direction alone can slip */
+        f[2] = trace > 0.0 ? -c->W[2][0] / trace : 0.0;
+        if (determinant > DEPENDENT * trace * trace) {
+            f[1] = (b * c->W[2][0] - d * c->W[1][0]) / determinant;
+            f[2] = (b * c->W[1][0] - a * c->W[2][0]) / determinant;
+        }
+        if (k == 0 && hypot(f[1], f[2]) <= c->mu)
+            return 1;
+        if (k == 0)
+            high = hypot(c->W[1][0], c->W[2][0]) / c->mu; /* f is shorter there */
+        else if (hypot(f[1], f[2]) > c->mu)
+            low = lambda;
+        else
+            high = lambda;
+        lambda = 0.5 * (low + high);
+    }
+    return 0;
+}
+
+/* A step of p with a direction that turns. */
+static void turn(const perp__hit_contact *c, double *r, double *work, double step)
+{
+    static const double share[] = {0.0, 0.5, 0.5, 1.0}, weight[] = {1.0, 2.0, 2.0, 1.0};
+    double f[3] = {0.0, 0.0, 0.0}, sum[3] = {0.0, 0.0, 0.0}, at[3], u[3];
+
+    for (int32_t k = 0; k < 4; k++) {
+        for (int32_t i = 0; i < 3; i++)
+            at[i] = r[i] + share[k] * step * f[i];
+        velocities(c, at, u);
+        slide(c, u, f);
+        *work += step / 6.0 * weight[k] * u[0];
+        for (int32_t i = 0; i < 3; i++)
+            sum[i] += step / 6.0 * weight[k] * f[i];
+    }
+    for (int32_t i = 0; i < 3; i++)
+        r[i] += sum[i];
+}
+
+/* p until the work is `target`, with u_n and its rate as they are now; INFINITY: never so. */
+static double until(double work, double target, double u, double rate)
+{
+    const double root = u * u + 2.0 * rate * (target - work);
+
+    return root >= 0.0 && u + sqrt(root) > 0.0 ? 2.0 * (target - work) / (u + sqrt(root))
+                                               : INFINITY;
+}
+
+void perp__stronge_impact(perp__hit_contact *c)
+{
+    const double slip = hypot(c->u[1], c->u[2]), own = hypot(c->W[1][0], c->W[2][0]);
+    const double fastest =
+        own + c->mu * (fabs(c->W[1][1]) + 2.0 * fabs(c->W[1][2]) + fabs(c->W[2][2]));
+    double r[3] = {0.0, 0.0, 0.0}, stuck[3] = {0.0, 0.0, 0.0}, work = 0.0, least = 0.0;
+    int32_t expands = 0, sticks = 0;
+
+    for (int32_t piece = 0; piece < MOST_PIECES; piece++) {
+        double f[3], u[3], rate[3], speed, left, stop = INFINITY, length;
+        int32_t turns;
+
+        /* 1. the direction, and what it makes of u */
+        velocities(c, r, u);
+        speed = hypot(u[1], u[2]);
+        if (speed <= REST * (slip + fastest * r[0]))
+            speed = 0.0;
+        slide(c, u, f);
+        if (speed == 0.0 && c->mu > 0.0) {
+            if (rest(c, f) && !sticks) {
+                sticks = 1;
+                memcpy(stuck, r, sizeof stuck);
+            }
+        }
+        for (int32_t i = 0; i < 3; i++)
+            rate[i] = c->W[i][0] * f[0] + c->W[i][1] * f[1] + c->W[i][2] * f[2];
+        turns = speed > 0.0 && c->mu > 0.0 && piece < MOST_PIECES / 2 &&
+                fabs(u[1] * rate[2] - u[2] * rate[1]) > STRAIGHT * fastest * speed;
+        if (speed > 0.0 && c->mu > 0.0 && u[1] * rate[1] + u[2] * rate[2] < 0.0)
+            stop = -speed * speed / (u[1] * rate[1] + u[2] * rate[2]);
+        /* 2. what comes first */
+        expands = expands && !(u[0] <= 0.0 && rate[0] <= 0.0);
+        left = expands         ? until(work, (1.0 - c->e * c->e) * least, u[0], rate[0])
+               : rate[0] > 0.0 ? -u[0] / rate[0]
+                               : INFINITY;
+        length = fmin(left, turns ? STEP * speed / fastest : stop);
+        if (!isfinite(length) || (!expands && left <= 0.0 && !(work < 0.0)))
+            break; /* it leaves */
+        /* 3. up to there */
+        if (turns) {
+            turn(c, r, &work, length);
+        } else {
+            work += length * (u[0] + 0.5 * length * rate[0]);
+            for (int32_t i = 0; i < 3; i++)
+                r[i] += length * f[i];
+        }
+        if (length != left || (turns && fabs(left) > ARRIVED * r[0]))
+            continue;
+        if (expands || c->e == 0.0 || !(work < 0.0))
+            break;
+        expands = 1;
+        least = work;
+    }
+    c->stuck = sticks ? r[0] - stuck[0] : 0.0;
+    memcpy(c->r, sticks ? stuck : r, sizeof r);
+}
