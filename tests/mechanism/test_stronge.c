@@ -26,7 +26,7 @@ typedef struct rod {
     double slip, u;           /* before */
 } rod;
 
-static void make_rod(tabled *r, rod *rod, double angle, double mu, double e, double slip, double u)
+static void make_rod(tabled *r, rod *end, double angle, double mu, double e, double slip, double u)
 {
     const double s = sin(angle), c = cos(angle);
     const double H[] = {0.0, 1.0, -s, 1.0, 0.0, c};
@@ -38,13 +38,13 @@ static void make_rod(tabled *r, rod *rod, double angle, double mu, double e, dou
     r->restitution[0] = e;
     r->v[0] = slip;
     r->v[1] = u;
-    rod->mu = mu;
-    rod->e = e;
-    rod->nn = 1.0 + 3.0 * s * s;
-    rod->nt = -3.0 * s * c;
-    rod->tt = 1.0 + 3.0 * c * c;
-    rod->slip = slip;
-    rod->u = u;
+    end->mu = mu;
+    end->e = e;
+    end->nn = 1.0 + 3.0 * s * s;
+    end->nt = -3.0 * s * c;
+    end->tt = 1.0 + 3.0 * c * c;
+    end->slip = slip;
+    end->u = u;
 }
 
 enum regime {
@@ -59,36 +59,36 @@ enum regime {
 /* Routh's diagram: impulses r_n, r_t of a slip to the right. In the first part u_n grows with p by
  * B = nn - mu nt and the slip by C = nt - mu tt; behind its end by D: that of sticking, or of the
  * reverse slip. */
-static int32_t find_impulses(const rod *rod, double *normal, double *tangent, double *u_end)
+static int32_t find_impulses(const rod *end, double *normal, double *tangent, double *u_end)
 {
-    const double B = rod->nn - rod->mu * rod->nt, C = rod->nt - rod->mu * rod->tt;
-    const int32_t stays = fabs(rod->nt) <= rod->mu * rod->tt;
-    const double D = stays ? rod->nn - rod->nt * rod->nt / rod->tt : rod->nn + rod->mu * rod->nt;
-    const double friction = stays ? -rod->nt / rod->tt : rod->mu;
-    const double compressed = -rod->u / B, stop = C < 0.0 ? -rod->slip / C : INFINITY;
-    const double e = rod->e;
+    const double B = end->nn - end->mu * end->nt, C = end->nt - end->mu * end->tt;
+    const int32_t stays = fabs(end->nt) <= end->mu * end->tt;
+    const double D = stays ? end->nn - end->nt * end->nt / end->tt : end->nn + end->mu * end->nt;
+    const double friction = stays ? -end->nt / end->tt : end->mu;
+    const double compressed = -end->u / B, stop = C < 0.0 ? -end->slip / C : INFINITY;
+    const double e = end->e;
 
     if (B > 0.0 && stop >= compressed * (1.0 + e)) { /* W_c = -u^2/2B, u+ = -e u */
         *normal = compressed * (1.0 + e);
-        *tangent = -rod->mu * *normal;
-        *u_end = -e * rod->u;
+        *tangent = -end->mu * *normal;
+        *u_end = -e * end->u;
         return SLIDES;
     }
     if (!(B > 0.0) || stop < compressed) { /* u at the stop, then D: W_c in two pieces */
-        const double u = rod->u + B * stop;
-        const double W = 0.5 * stop * (rod->u + u) - 0.5 * u * u / D;
+        const double u = end->u + B * stop;
+        const double W = 0.5 * stop * (end->u + u) - 0.5 * u * u / D;
 
         *u_end = e * sqrt(-2.0 * D * W);
         *normal = stop + (*u_end - u) / D;
-        *tangent = -rod->mu * stop + friction * (*normal - stop);
+        *tangent = -end->mu * stop + friction * (*normal - stop);
         return stays ? STICKS_EARLY : REVERSES_EARLY;
     }
     { /* in the expansion: u at the stop has got (u^2)/2B back of e^2 u_0^2/2B */
-        const double u = rod->u + B * stop;
+        const double u = end->u + B * stop;
 
-        *u_end = sqrt(u * u + D / B * (e * e * rod->u * rod->u - u * u));
+        *u_end = sqrt(u * u + D / B * (e * e * end->u * end->u - u * u));
         *normal = stop + (*u_end - u) / D;
-        *tangent = -rod->mu * stop + friction * (*normal - stop);
+        *tangent = -end->mu * stop + friction * (*normal - stop);
         return stays ? STICKS_LATE : REVERSES_LATE;
     }
 }
@@ -107,10 +107,10 @@ static void test_rod(void **state)
         double normal, tangent, u_end;
         int32_t regime;
         tabled r;
-        rod rod;
+        rod end;
 
-        make_rod(&r, &rod, angle, mu, e, slip, u);
-        regime = find_impulses(&rod, &normal, &tangent, &u_end);
+        make_rod(&r, &end, angle, mu, e, slip, u);
+        regime = find_impulses(&end, &normal, &tangent, &u_end);
         seen[regime]++;
         assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
         assert_int_equal(r.step.impacts, 1);
@@ -130,10 +130,311 @@ static void test_rod(void **state)
     }
 }
 
+/* Where slip does not stop Newton's, Poisson's and Stronge's coefficients are one. */
+static void test_laws_agree_without_a_stop(void **state)
+{
+    static const int32_t laws[] = {PERP_MECHANISM_NEWTON, PERP_MECHANISM_POISSON,
+                                   PERP_MECHANISM_STRONGE};
+    gen_random random;
+    int32_t k, law, count = 0;
+
+    (void)state;
+    gen_seed(&random, 5);
+    for (k = 0; k < 500; k++) {
+        const double angle = gen_uniform(&random, -1.5, 1.5), mu = gen_uniform(&random, 0.0, 0.6);
+        const double e = gen_uniform(&random, 0.1, 1.0), slip = gen_uniform(&random, 1.0, 3.0);
+        double normal, tangent, u_end;
+        tabled r;
+        rod end;
+
+        make_rod(&r, &end, angle, mu, e, slip, -1.0);
+        if (find_impulses(&end, &normal, &tangent, &u_end) != SLIDES)
+            continue;
+        count++;
+        for (law = 0; law < 3; law++) {
+            make_rod(&r, &end, angle, mu, e, slip, -1.0);
+            assert_int_equal(hit(&r, laws[law]), PERP_OUTCOME_SOLVED);
+            tabled_near(r.impulse[0], normal, 1e-9, "normal");
+            tabled_near(r.velocity[0], e, 1e-9, "u_n");
+        }
+    }
+    assert_true(count > 300);
+}
+
+/* A jam: no approach, but sliding pulls the end into the floor until it stops. */
+static void test_jam(void **state)
+{
+    static const double es[] = {0.25, 0.5, 1.0};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 3; k++) {
+        double normal, tangent, u_end;
+        tabled r;
+        rod end;
+
+        make_rod(&r, &end, -0.5, 2.0, es[k], 1.0, 0.0);
+        assert_true(end.nn - end.mu * end.nt < 0.0);
+        assert_int_equal(find_impulses(&end, &normal, &tangent, &u_end), STICKS_EARLY);
+        assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        assert_int_equal(r.step.impacts, 1);
+        tabled_near(r.impulse[0], normal, 1e-9, "normal");
+        tabled_near(r.velocity[0], u_end, 1e-9, "u_n");
+        tabled_zero(r.velocity[1], "slip");
+    }
+}
+
+/* ---- space ---------------------------------------------------------------------------------- */
+
+/* A free body of mass 1 with random inertia, hit at a random point. */
+static void make_body(tabled *r, gen_random *random, double mu, double e)
+{
+    double p[3], n[3], t[3], b[3], length = 0.0, u = 0.0;
+    int32_t i, k;
+
+    tabled_make(r, 6, 1, 3);
+    for (i = 0; i < 3; i++) {
+        r->M[7 * (3 + i)] = exp(gen_uniform(random, -2.0, 0.5));
+        p[i] = gen_uniform(random, -1.0, 1.0);
+        n[i] = gen_uniform(random, -1.0, 1.0);
+        length += n[i] * n[i];
+    }
+    for (i = 0; i < 3; i++)
+        n[i] /= sqrt(length);
+    k = fabs(n[0]) < 0.6 ? 0 : 1;
+    for (i = 0; i < 3; i++)
+        t[i] = (i == k ? 1.0 : 0.0) - n[k] * n[i];
+    length = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+    for (i = 0; i < 3; i++)
+        t[i] /= length;
+    for (i = 0; i < 3; i++)
+        b[i] = n[(i + 1) % 3] * t[(i + 2) % 3] - n[(i + 2) % 3] * t[(i + 1) % 3];
+    for (i = 0; i < 3; i++) {
+        const double *rows[3] = {n, t, b};
+
+        for (k = 0; k < 3; k++) {
+            const double *d = rows[k];
+
+            r->H[6 * k + i] = d[i];
+            r->H[6 * k + 3 + i] =
+                p[(i + 1) % 3] * d[(i + 2) % 3] - p[(i + 2) % 3] * d[(i + 1) % 3];
+        }
+    }
+    for (i = 0; i < 6; i++) {
+        r->v[i] = gen_uniform(random, -1.0, 1.0);
+        u += r->H[i] * r->v[i];
+    }
+    for (i = 0; i < 6 && u > 0.0; i++)
+        r->v[i] = -r->v[i];
+    r->mu[0] = mu;
+    r->restitution[0] = e;
+}
+
+/* Darboux' and Keller's equations in steps of p so short that order 2 is enough: friction of the
+ * middle of the step; a slip that the step's friction could turn round is over, or starts anew if
+ * none stops it, sought among `ways` directions. Returns the smallest slip. */
+static double integrate(const tabled *r, double step, double v[6], double *normal)
+{
+    double work = 0.0, least = 0.0, slowest = INFINITY, u[3], f[3], half[6];
+    const double *H = r->H;
+    int32_t i, k, part, expands = 0;
+
+    memcpy(v, r->v, 6 * sizeof *v);
+    *normal = 0.0;
+    for (;;) {
+        double before = 0.0, now = 0.0;
+
+        for (part = 0; part < 2; part++) {
+            const double *at = part == 0 ? v : half;
+            double speed;
+
+            for (k = 0; k < 3; k++) {
+                u[k] = 0.0;
+                for (i = 0; i < 6; i++)
+                    u[k] += H[6 * k + i] * at[i];
+            }
+            if (part == 0)
+                before = u[0];
+            speed = hypot(u[1], u[2]);
+            slowest = fmin(slowest, speed);
+            f[0] = 1.0;
+            f[1] = -r->mu[0] * u[1] / speed;
+            f[2] = -r->mu[0] * u[2] / speed;
+            for (i = 0; i < 6; i++) {
+                half[i] = v[i];
+                for (k = 0; k < 3; k++)
+                    half[i] += (part == 0 ? 0.5 : 1.0) * step * H[6 * k + i] * f[k] / r->M[7 * i];
+            }
+        }
+        memcpy(v, half, sizeof half);
+        *normal += step;
+        for (i = 0; i < 6; i++)
+            now += H[i] * v[i];
+        work += 0.5 * step * (before + now);
+        if (!expands && now >= 0.0 && before < 0.0) {
+            expands = 1;
+            least = work - 0.5 * now * now * step / (now - before); /* back to u = 0 */
+        }
+        if (expands && work >= (1.0 - r->restitution[0] * r->restitution[0]) * least) {
+            const double beyond =
+                (work - (1.0 - r->restitution[0] * r->restitution[0]) * least) / now;
+
+            *normal -= beyond; /* to first order of a step */
+            for (i = 0; i < 6; i++)
+                for (k = 0; k < 3; k++)
+                    v[i] -= beyond * H[6 * k + i] * f[k] / r->M[7 * i];
+            return slowest;
+        }
+    }
+}
+
+/* Slips that turn, and do not stop. */
+static void test_turning_slip(void **state)
+{
+    gen_random random;
+    int32_t k, i, count = 0;
+    double worst = 0.0, turned = 0.0;
+
+    (void)state;
+    gen_seed(&random, 3);
+    for (k = 0; k < 80; k++) {
+        const double mu = gen_uniform(&random, 0.0, 0.8), e = gen_uniform(&random, 0.1, 1.0);
+        double v[6], normal, slowest, u[2] = {0.0, 0.0};
+        tabled r;
+
+        make_body(&r, &random, mu, e);
+        slowest = integrate(&r, 2e-6, v, &normal);
+        if (slowest < 0.05)
+            continue;
+        count++;
+        for (i = 0; i < 12; i++)
+            u[i / 6] += r.H[6 + i] * r.v[i % 6];
+        assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        turned = fmax(turned, fabs(u[0] * r.velocity[2] - u[1] * r.velocity[1]) /
+                                  (hypot(u[0], u[1]) * hypot(r.velocity[1], r.velocity[2])));
+        worst = fmax(worst, fabs(r.impulse[0] - normal));
+        for (i = 0; i < 6; i++)
+            worst = fmax(worst, fabs(r.v[i] - v[i]));
+    }
+    print_message("turning slips: %d, worst %.2g, turned by up to %.2g\n", (int)count, worst, turned);
+    assert_true(count > 50);
+    assert_true(turned > 0.9);
+    /* the test's: order 2, (1e-5/0.05)^2 times rates */
+    assert_true(worst < 1e-7);
+}
+
+/* ---- energy --------------------------------------------------------------------------------- */
+
+/* Random impacts in space of one contact: the largest change of energy, relative; how many grew. */
+static int32_t count_growth(int32_t law, double *most)
+{
+    gen_random random;
+    int32_t k, grew = 0;
+
+    *most = -INFINITY;
+    gen_seed(&random, 11);
+    for (k = 0; k < 3000; k++) {
+        double before, change;
+        tabled r;
+
+        make_body(&r, &random, gen_uniform(&random, 0.0, 2.0),
+                  k % 2 ? 1.0 : gen_uniform(&random, 0.1, 1.0));
+        before = tabled_energy(&r, r.v);
+        assert_int_equal(hit(&r, law), PERP_OUTCOME_SOLVED);
+        change = (tabled_energy(&r, r.v) - before) / before;
+        grew += change > 1e-9;
+        *most = fmax(*most, change);
+    }
+    return grew;
+}
+
+static void test_energy_of_one(void **state)
+{
+    double most;
+    int32_t newton = count_growth(PERP_MECHANISM_NEWTON, &most);
+
+    (void)state;
+    print_message("newton: %d grew, by up to %.2g\n", (int)newton, most);
+    assert_true(newton > 100);
+    assert_int_equal(count_growth(PERP_MECHANISM_STRONGE, &most), 0);
+    print_message("stronge: %.2g\n", most);
+}
+
+/* A free body in the plane with contacts that all approach; each has its e. */
+static void make_several(tabled *r, gen_random *random, int32_t contacts, double mu)
+{
+    int32_t i, j;
+
+    tabled_make(r, 3, contacts, 2);
+    r->M[8] = exp(gen_uniform(random, -2.0, 1.0));
+    for (i = 0; i < 3; i++)
+        r->v[i] = gen_uniform(random, -1.0, 1.0);
+    for (j = 0; j < contacts; j++) {
+        const double angle = gen_uniform(random, -3.14, 3.14), x = gen_uniform(random, -1.0, 1.0);
+        const double y = gen_uniform(random, -1.0, 1.0), c = cos(angle), s = sin(angle);
+        const double rows[] = {c, s, x * s - y * c, -s, c, x * c + y * s};
+        double u = 0.0;
+
+        memcpy(r->H + 6 * j, rows, sizeof rows);
+        for (i = 0; i < 3; i++)
+            u += rows[i] * r->v[i];
+        for (i = 0; i < 3 && u > 0.0; i++)
+            r->H[6 * j + i] = -rows[i];
+        r->mu[j] = mu * gen_uniform(random, 0.0, 2.0);
+        r->restitution[j] = gen_uniform(random, 0.0, 1.0);
+    }
+}
+
+static void count_several(int32_t law, int32_t contacts, double mu, int32_t *solved,
+                          int32_t *grew, double *most)
+{
+    gen_random random;
+    int32_t k;
+
+    *solved = *grew = 0;
+    *most = -INFINITY;
+    gen_seed(&random, 12);
+    for (k = 0; k < 3000; k++) {
+        double before, change;
+        tabled r;
+
+        make_several(&r, &random, contacts, mu);
+        before = tabled_energy(&r, r.v);
+        *solved += hit(&r, law) == PERP_OUTCOME_SOLVED;
+        change = (tabled_energy(&r, r.v) - before) / before;
+        *grew += change > 1e-9;
+        *most = fmax(*most, change);
+    }
+}
+
+static void test_energy_of_several(void **state)
+{
+    int32_t contacts, solved, grew, friction;
+    double most;
+
+    (void)state;
+    for (friction = 0; friction < 2; friction++)
+        for (contacts = 2; contacts <= 3; contacts++) {
+            count_several(PERP_MECHANISM_POISSON, contacts, friction, &solved, &grew, &most);
+            print_message("poisson, %d contacts: %d solved, %d grew, by up to %.2g\n", (int)contacts,
+                          (int)solved, (int)grew, most);
+            count_several(PERP_MECHANISM_STRONGE, contacts, friction, &solved, &grew, &most);
+            print_message("stronge, %d contacts: %d solved, %d grew, most %.2g\n", (int)contacts,
+                          (int)solved, (int)grew, most);
+            assert_int_equal(solved, 3000);
+            assert_int_equal(grew, 0);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rod),
+        cmocka_unit_test(test_laws_agree_without_a_stop),
+        cmocka_unit_test(test_jam),
+        cmocka_unit_test(test_turning_slip),
+        cmocka_unit_test(test_energy_of_one),
+        cmocka_unit_test(test_energy_of_several),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
