@@ -311,9 +311,11 @@ static perp_status expand_together(perp_mechanism *m, const perp__velocity_probl
         for (int32_t i = 0; i < m->rows; i++)
             r[i] = m->answer.r[i] - m->compressed.r[i];
         back = work_of(m, r, m->answer.u);
-        if (back > share * due * (1.0 + SETTLED))
+        change = correct(m, share);
+        if (change <= SETTLED && back > share * due * (1.0 + 2.0 * SETTLED)) {
             share *= share * due / back;
-        change = fmax(correct(m, share), back > share * due * (1.0 + 2.0 * SETTLED));
+            change = 1.0 + correct(m, share);
+        }
     }
     if (change > SETTLED) { /* not found: nothing comes back */
         for (int32_t j = 0; j < m->contacts; j++)

@@ -3,7 +3,7 @@
 #include "tabled.h"
 
 static const int32_t laws[] = {PERP_MECHANISM_MOREAU, PERP_MECHANISM_NEWTON,
-                               PERP_MECHANISM_POISSON};
+                               PERP_MECHANISM_POISSON, PERP_MECHANISM_STRONGE};
 
 /* One impulsive step: no forces, positions are left alone. */
 static int32_t hit(tabled *r, int32_t law)

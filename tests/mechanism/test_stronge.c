@@ -48,9 +48,9 @@ static void make_rod(tabled *r, rod *end, double angle, double mu, double e, dou
 }
 
 enum regime {
-    SLIDES,           /* in both parts */
-    STICKS_EARLY,     /* in the compression */
-    STICKS_LATE,      /* in the expansion */
+    SLIDES,       /* in both parts */
+    STICKS_EARLY, /* in the compression */
+    STICKS_LATE,  /* in the expansion */
     REVERSES_EARLY,
     REVERSES_LATE,
     REGIMES
@@ -174,13 +174,46 @@ static void test_jam(void **state)
         rod end;
 
         make_rod(&r, &end, -0.5, 2.0, es[k], 1.0, 0.0);
+        r.k[1] = -1e-3; /* in a step of 1e-3: presses the end down */
+        end.u = -1e-6;
         assert_true(end.nn - end.mu * end.nt < 0.0);
         assert_int_equal(find_impulses(&end, &normal, &tangent, &u_end), STICKS_EARLY);
         assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
         assert_int_equal(r.step.impacts, 1);
-        tabled_near(r.impulse[0], normal, 1e-9, "normal");
-        tabled_near(r.velocity[0], u_end, 1e-9, "u_n");
+        tabled_near(r.impulse[0], normal, 1e-8, "normal");
+        tabled_near(r.velocity[0], u_end, 1e-8, "u_n");
         tabled_zero(r.velocity[1], "slip");
+    }
+}
+
+/* The centre on a rail, y = 0: the mobility is that with the constraint held. */
+static void test_on_a_rail(void **state)
+{
+    gen_random random;
+    int32_t k;
+
+    (void)state;
+    gen_seed(&random, 6);
+    for (k = 0; k < 300; k++) {
+        const double angle = gen_uniform(&random, 0.2, 1.3), mu = gen_uniform(&random, 0.0, 1.0);
+        const double e = gen_uniform(&random, 0.1, 1.0), spin = gen_uniform(&random, 0.1, 2.0);
+        double normal, tangent, u_end;
+        tabled r;
+        rod end;
+
+        make_rod(&r, &end, angle, mu, e, 0.0, 0.0);
+        r.model.bilateral = 1;
+        r.G[1] = 1.0;
+        r.v[2] = spin;
+        r.v[0] = gen_uniform(&random, 0.0, 2.0);
+        end.nn -= 1.0;
+        end.slip = r.v[0] + cos(angle) * spin;
+        end.u = -sin(angle) * spin;
+        find_impulses(&end, &normal, &tangent, &u_end);
+        assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        tabled_zero(r.v[1], "y'");
+        tabled_near(r.impulse[0], normal, 1e-8 * fmax(1.0, normal), "normal");
+        tabled_near(r.velocity[0], u_end, 1e-8, "u_n");
     }
 }
 
@@ -216,8 +249,7 @@ static void make_body(tabled *r, gen_random *random, double mu, double e)
             const double *d = rows[k];
 
             r->H[6 * k + i] = d[i];
-            r->H[6 * k + 3 + i] =
-                p[(i + 1) % 3] * d[(i + 2) % 3] - p[(i + 2) % 3] * d[(i + 1) % 3];
+            r->H[6 * k + 3 + i] = p[(i + 1) % 3] * d[(i + 2) % 3] - p[(i + 2) % 3] * d[(i + 1) % 3];
         }
     }
     for (i = 0; i < 6; i++) {
@@ -232,8 +264,43 @@ static void make_body(tabled *r, gen_random *random, double mu, double e)
 
 /* Darboux' and Keller's equations in steps of p so short that order 2 is enough: friction of the
  * middle of the step; a slip that the step's friction could turn round is over, or starts anew if
- * none stops it, sought among `ways` directions. Returns the smallest slip. */
-static double integrate(const tabled *r, double step, double v[6], double *normal)
+ * none stops it. Returns the smallest slip; *stops: 1: it ended and stays, 2: it started anew. */
+/* Where the slip ends: f of what sticks, by Cramer's rule; else that along the direction d, with f
+ * = -mu d, in which the slip grows, sought by the angle. */
+static int32_t start_anew(const tabled *r, double f[3])
+{
+    double W[3][3], ahead = 0.0, sum = 0.0;
+    int32_t i, k, l;
+
+    for (k = 0; k < 3; k++)
+        for (l = 0; l < 3; l++) {
+            W[k][l] = 0.0;
+            for (i = 0; i < 6; i++)
+                W[k][l] += r->H[6 * k + i] * r->H[6 * l + i] / r->M[7 * i];
+        }
+    sum = W[1][1] * W[2][2] - W[1][2] * W[1][2];
+    f[1] = (W[1][2] * W[2][0] - W[2][2] * W[1][0]) / sum;
+    f[2] = (W[1][2] * W[1][0] - W[1][1] * W[2][0]) / sum;
+    if (hypot(f[1], f[2]) <= r->mu[0])
+        return 1;
+    for (k = 0; k <= 100000; k++) {
+        const double c = cos(2e-5 * 3.14159265358979323846 * k),
+                     s = sin(2e-5 * 3.14159265358979323846 * k), mu = r->mu[0];
+        const double x = W[1][0] - mu * (W[1][1] * c + W[1][2] * s);
+        const double y = W[2][0] - mu * (W[1][2] * c + W[2][2] * s), across = c * y - s * x;
+
+        if (k > 0 && across * ahead <= 0.0 && c * x + s * y > 0.0) {
+            f[1] = -mu * c;
+            f[2] = -mu * s;
+            return 2;
+        }
+        ahead = across;
+    }
+    fail_msg("no direction");
+    return 0;
+}
+
+static double integrate(const tabled *r, double step, double v[6], double *normal, int32_t *stops)
 {
     double work = 0.0, least = 0.0, slowest = INFINITY, u[3], f[3], half[6];
     const double *H = r->H;
@@ -241,6 +308,8 @@ static double integrate(const tabled *r, double step, double v[6], double *norma
 
     memcpy(v, r->v, 6 * sizeof *v);
     *normal = 0.0;
+    *stops = 0;
+    f[0] = 1.0;
     for (;;) {
         double before = 0.0, now = 0.0;
 
@@ -256,10 +325,13 @@ static double integrate(const tabled *r, double step, double v[6], double *norma
             if (part == 0)
                 before = u[0];
             speed = hypot(u[1], u[2]);
-            slowest = fmin(slowest, speed);
-            f[0] = 1.0;
-            f[1] = -r->mu[0] * u[1] / speed;
-            f[2] = -r->mu[0] * u[2] / speed;
+            if (*stops == 0 && speed < 40.0 * step) /* rates are up to 30 */
+                *stops = start_anew(r, f);
+            if (*stops == 0) {
+                slowest = fmin(slowest, speed);
+                f[1] = -r->mu[0] * u[1] / speed;
+                f[2] = -r->mu[0] * u[2] / speed;
+            }
             for (i = 0; i < 6; i++) {
                 half[i] = v[i];
                 for (k = 0; k < 3; k++)
@@ -288,39 +360,51 @@ static double integrate(const tabled *r, double step, double v[6], double *norma
     }
 }
 
-/* Slips that turn, and do not stop. */
+/* Slips that turn; those that stop and stay, and those that stop and go on another way. */
 static void test_turning_slip(void **state)
 {
+    int32_t k, i, stops, count[3] = {0};
+    double worst[3] = {0.0}, turned = 0.0;
     gen_random random;
-    int32_t k, i, count = 0;
-    double worst = 0.0, turned = 0.0;
 
     (void)state;
     gen_seed(&random, 3);
-    for (k = 0; k < 80; k++) {
-        const double mu = gen_uniform(&random, 0.0, 0.8), e = gen_uniform(&random, 0.1, 1.0);
-        double v[6], normal, slowest, u[2] = {0.0, 0.0};
+    for (k = 0; k < 200; k++) {
+        const double mu = gen_uniform(&random, 0.0, k % 3 == 2 ? 0.5 : 1.2);
+        const double e = gen_uniform(&random, 0.1, 1.0);
+        double v[6], normal, slowest, u[2] = {0.0, 0.0}, off;
         tabled r;
 
         make_body(&r, &random, mu, e);
-        slowest = integrate(&r, 2e-6, v, &normal);
-        if (slowest < 0.05)
+        for (i = 0; i < 3 && k % 3 > 0; i++) { /* without spin, and a slip that may end */
+            r.v[i] = -r.H[i] + 0.4 * r.H[6 + i];
+            r.v[3 + i] = 0.0;
+        }
+        slowest = integrate(&r, 4e-6, v, &normal, &stops);
+        if (stops == 0 && slowest < 0.05)
             continue;
-        count++;
+        count[stops]++;
         for (i = 0; i < 12; i++)
             u[i / 6] += r.H[6 + i] * r.v[i % 6];
         assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
-        turned = fmax(turned, fabs(u[0] * r.velocity[2] - u[1] * r.velocity[1]) /
-                                  (hypot(u[0], u[1]) * hypot(r.velocity[1], r.velocity[2])));
-        worst = fmax(worst, fabs(r.impulse[0] - normal));
+        if (stops == 0)
+            turned = fmax(turned, fabs(u[0] * r.velocity[2] - u[1] * r.velocity[1]) /
+                                      (hypot(u[0], u[1]) * hypot(r.velocity[1], r.velocity[2])));
+        off = fabs(r.impulse[0] - normal);
         for (i = 0; i < 6; i++)
-            worst = fmax(worst, fabs(r.v[i] - v[i]));
+            off = fmax(off, fabs(r.v[i] - v[i]));
+        worst[stops] = fmax(worst[stops], off);
     }
-    print_message("turning slips: %d, worst %.2g, turned by up to %.2g\n", (int)count, worst, turned);
-    assert_true(count > 50);
+    print_message("%d %d %d: %.2g %.2g %.2g\n", (int)count[0], (int)count[1], (int)count[2],
+                  worst[0], worst[1], worst[2]);
+    assert_true(count[0] > 50 && count[1] > 5 && count[2] > 5);
     assert_true(turned > 0.9);
-    /* the test's: order 2, (1e-5/0.05)^2 times rates */
-    assert_true(worst < 1e-7);
+    print_message("%d %d %d: %.2g %.2g %.2g\n", (int)count[0], (int)count[1], (int)count[2],
+                  worst[0], worst[1], worst[2]);
+    /* the integration's: (4e-6/0.05)^2 times rates; behind a stop that is taken for one 1.6e-4
+     * early, so much */
+    assert_true(worst[0] < 1e-7);
+    assert_true(worst[1] < 1e-3 && worst[2] < 1e-3);
 }
 
 /* ---- energy --------------------------------------------------------------------------------- */
@@ -385,8 +469,8 @@ static void make_several(tabled *r, gen_random *random, int32_t contacts, double
     }
 }
 
-static void count_several(int32_t law, int32_t contacts, double mu, int32_t *solved,
-                          int32_t *grew, double *most)
+static void count_several(int32_t law, int32_t contacts, double mu, int32_t *solved, int32_t *grew,
+                          double *most)
 {
     gen_random random;
     int32_t k;
@@ -416,8 +500,8 @@ static void test_energy_of_several(void **state)
     for (friction = 0; friction < 2; friction++)
         for (contacts = 2; contacts <= 3; contacts++) {
             count_several(PERP_MECHANISM_POISSON, contacts, friction, &solved, &grew, &most);
-            print_message("poisson, %d contacts: %d solved, %d grew, by up to %.2g\n", (int)contacts,
-                          (int)solved, (int)grew, most);
+            print_message("poisson, %d contacts: %d solved, %d grew, by up to %.2g\n",
+                          (int)contacts, (int)solved, (int)grew, most);
             count_several(PERP_MECHANISM_STRONGE, contacts, friction, &solved, &grew, &most);
             print_message("stronge, %d contacts: %d solved, %d grew, most %.2g\n", (int)contacts,
                           (int)solved, (int)grew, most);
@@ -426,15 +510,99 @@ static void test_energy_of_several(void **state)
         }
 }
 
+/* ---- several at once ------------------------------------------------------------------------ */
+
+/* Two contacts without friction that both approach, each with its e. The compression by the four
+ * patterns of its linear problem; then every contact that opens got e^2 of what its compression
+ * took, along straight lines. */
+static void test_two_without_friction(void **state)
+{
+    int32_t k, j, opened = 0, stayed = 0;
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 8);
+    for (k = 0; k < 500; k++) {
+        double u[2] = {0.0, 0.0}, W[2][2] = {{0.0, 0.0}, {0.0, 0.0}}, c[2], u_c[2], determinant;
+        tabled r;
+        int32_t i, l;
+
+        make_several(&r, &random, 2, 0.0);
+        for (j = 0; j < 2; j++)
+            for (i = 0; i < 3; i++) {
+                u[j] += r.H[6 * j + i] * r.v[i];
+                for (l = 0; l < 2; l++)
+                    W[j][l] += r.H[6 * j + i] * r.H[6 * l + i] / r.M[4 * i];
+            }
+        determinant = W[0][0] * W[1][1] - W[0][1] * W[0][1];
+        c[0] = (W[0][1] * u[1] - W[1][1] * u[0]) / determinant;
+        c[1] = (W[0][1] * u[0] - W[0][0] * u[1]) / determinant;
+        for (j = 0; j < 2; j++)
+            if (c[j] < 0.0) {
+                c[j] = 0.0;
+                c[1 - j] = -u[1 - j] / W[1 - j][1 - j];
+            }
+        for (j = 0; j < 2; j++)
+            u_c[j] = u[j] + W[j][0] * c[0] + W[j][1] * c[1];
+        assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        for (j = 0; j < 2; j++) {
+            const double e = r.restitution[j], x = r.impulse[2 * j] - c[j];
+
+            assert_true(x >= -1e-9);
+            if (c[0] * c[1] > 0.0 && r.velocity[2 * j] > 1e-6 && x > 1e-6) {
+                opened++;
+                tabled_near(0.5 * x * (u_c[j] + r.velocity[2 * j]), -0.5 * e * e * c[j] * u[j],
+                            1e-8, "work");
+            }
+            stayed += r.velocity[2 * j] <= 1e-6;
+        }
+    }
+    assert_true(opened > 400);
+    print_message("opened %d stayed %d\n", (int)opened, (int)stayed);
+}
+
+/* Two bodies that are hit in the same step answer as each alone does. */
+static void test_two_apart(void **state)
+{
+    gen_random random;
+    int32_t k, i, j;
+
+    (void)state;
+    gen_seed(&random, 9);
+    for (k = 0; k < 200; k++) {
+        tabled one[2], both;
+
+        tabled_make(&both, 6, 2, 2);
+        for (j = 0; j < 2; j++) {
+            make_several(one + j, &random, 1, 1.0);
+            for (i = 0; i < 3; i++) {
+                both.M[7 * (3 * j + i)] = one[j].M[4 * i];
+                both.v[3 * j + i] = one[j].v[i];
+                both.H[12 * j + 3 * j + i] = one[j].H[i];
+                both.H[12 * j + 6 + 3 * j + i] = one[j].H[3 + i];
+            }
+            both.mu[j] = one[j].mu[0];
+            both.restitution[j] = one[j].restitution[0];
+            assert_int_equal(hit(one + j, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        }
+        assert_int_equal(hit(&both, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        for (i = 0; i < 6; i++) /* tol = 1e-10 of each problem, by levers */
+            tabled_near(both.v[i], one[i / 3].v[i % 3], 1e-8, "v");
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rod),
         cmocka_unit_test(test_laws_agree_without_a_stop),
         cmocka_unit_test(test_jam),
+        cmocka_unit_test(test_on_a_rail),
         cmocka_unit_test(test_turning_slip),
         cmocka_unit_test(test_energy_of_one),
         cmocka_unit_test(test_energy_of_several),
+        cmocka_unit_test(test_two_without_friction),
+        cmocka_unit_test(test_two_apart),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
