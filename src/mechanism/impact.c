@@ -38,21 +38,39 @@
  * any h. With p > 0 the impulse is the integral of a force, of order h, and no impact. The test is
  * of one contact at a time: contacts that only together cannot go on sliding are not recognised. */
 
-double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed)
+/* W := the mobility of contact j's rows with the constraints held; m->work: M^-1 J' of them. */
+static void find_mobility(perp_mechanism *m, const perp__terms *terms, int32_t j, double W[3][3])
 {
     const size_t n = (size_t)m->n;
-    double *force = m->work, *pressed = force + n, p = 0.0;
+    const int32_t first = m->starts[j], rows = m->dims[j];
 
-    perp__hold_constraints(m, &m->begin);
-    memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
-    memcpy(force, pressed, n * sizeof *force);
-    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
-        perp__add_row(m, &m->begin, i, -m->friction[j] * m->start_velocity[i] / speed, force);
-    perp__solve_lower(m, &m->begin, pressed);
-    perp__solve_lower(m, &m->begin, force);
-    perp__project_out(m->held.basis, m->held.rank, m->n, force);
-    for (size_t k = 0; k < n; k++)
-        p += pressed[k] * force[k];
+    perp__hold_constraints(m, terms);
+    for (int32_t i = 0; i < rows; i++) {
+        double *x = m->work + (size_t)i * n;
+
+        memcpy(x, terms->J + (size_t)(first + i) * n, n * sizeof *x);
+        perp__solve_lower(m, terms, x);
+        perp__project_out(m->held.basis, m->held.rank, m->n, x);
+        perp__solve_upper(m, terms, x);
+        for (int32_t k = 0; k < rows; k++)
+            W[k][i] = perp__row_times(m, terms, first + k, 0.0, x);
+    }
+}
+
+double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed)
+{
+    const double *u = m->start_velocity + m->tangent[j];
+    double W[3][3], p;
+
+    find_mobility(m, &m->begin, j, W);
+    p = W[0][0];
+    for (int32_t i = 0; i < m->tangents[j]; i++) {
+        const double share = m->friction[j] * u[i] / speed;
+
+        p -= share * W[0][1 + i];
+        for (int32_t k = 0; k < m->n; k++)
+            m->work[k] -= share * m->work[(1 + i) * m->n + k];
+    }
     return p;
 }
 
@@ -172,57 +190,43 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
 #define SETTLED 1e-11   /* of the largest impulse: factors that change by no more are found */
 enum { MOST_PASSES = 60 };
 
-/* What contact j has of the impact as a row of numbers; 0 where others answer to its impulses. */
+/* J_row x, where that is more than rounding of its terms. */
+static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                     const double *x)
+{
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
+    double size = 0.0;
+
+    for (int32_t k = 0; k < m->n; k++)
+        size += fabs(J[k] * x[k]);
+    return fabs(perp__row_times(m, terms, row, 0.0, x)) > UNCOUPLED * size;
+}
+
+/* The impact of contact j; 0 where others that press answer to its impulses. */
 static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem, int32_t j,
                        perp__hit_contact *c)
 {
-    const perp__terms *terms = problem->terms;
-    const int32_t first = m->starts[j], rows = m->dims[j], n = m->n;
-    double *response = m->work; /* rows: M^-1 J' with the constraints held */
+    const double *u = m->compressed.u, *r = m->compressed.r;
+    const int32_t first = m->starts[j];
 
-    /* 1. what its impulses do */
-    perp__hold_constraints(m, terms);
-    for (int32_t i = 0; i < rows; i++) {
-        double *x = response + (size_t)i * (size_t)n;
-
-        memcpy(x, terms->J + (size_t)(first + i) * (size_t)n, (size_t)n * sizeof *x);
-        perp__solve_lower(m, terms, x);
-        perp__project_out(m->held.basis, m->held.rank, n, x);
-        perp__solve_upper(m, terms, x);
-    }
-    /* 2. to others */
+    memset(c, 0, sizeof *c);
+    find_mobility(m, problem->terms, j, c->W);
     for (int32_t k = 0; k < m->contacts; k++) {
         if (m->two_sided[k] > 0 && problem->friction[k] > 0.0)
             return 0;
-        for (int32_t row = m->starts[k];
-             k != j && m->compressed.r[m->starts[k]] > 0.0 && row < m->starts[k + 1]; row++)
-            for (int32_t i = 0; i < rows; i++) {
-                double sum = 0.0, size = 0.0;
-
-                for (int32_t l = 0; l < n; l++) {
-                    const double term = terms->J[(size_t)row * (size_t)n + (size_t)l] *
-                                        response[(size_t)i * (size_t)n + (size_t)l];
-
-                    sum += term;
-                    size += fabs(term);
-                }
-                if (fabs(sum) > UNCOUPLED * size)
+        for (int32_t row = m->starts[k]; row < m->starts[k + 1]; row++)
+            for (int32_t i = 0; i < m->dims[j] && k != j && r[m->starts[k]] > 0.0; i++)
+                if (moves(m, problem->terms, row, m->work + i * m->n))
                     return 0;
-            }
     }
-    /* 3. to itself */
-    memset(c, 0, sizeof *c);
-    for (int32_t i = 0; i < rows; i++) {
-        c->u[i] = m->compressed.u[first + i];
-        for (int32_t k = 0; k < rows; k++) {
-            c->W[i][k] =
-                perp__row_times(m, terms, first + i, 0.0, response + (size_t)k * (size_t)n);
-            c->u[i] -= c->W[i][k] * m->compressed.r[first + k];
-        }
+    for (int32_t i = 0; i < m->dims[j]; i++) {
+        c->u[i] = u[first + i];
+        for (int32_t k = 0; k < m->dims[j]; k++)
+            c->u[i] -= c->W[i][k] * r[first + k];
     }
-    if (rows == 2)
+    if (m->dims[j] == 2)
         c->W[2][2] = c->W[1][1];
-    c->mu = rows > 1 ? problem->friction[j] : 0.0;
+    c->mu = m->dims[j] > 1 ? problem->friction[j] : 0.0;
     c->e = m->restitution[j];
     return 1;
 }
@@ -247,18 +251,15 @@ static void collide_alone(perp_mechanism *m, const perp__velocity_problem *probl
         m->together[j] = 0;
     }
 }
-/* What the impulses r, and dry friction, do from velocities u to those behind; not those of a
- * contact that was hit alone. */
-static double work_of(const perp_mechanism *m, const double *r, const double *behind)
+/* What the contacts hit together do, from u to the velocities of `to` with its impulses less r. */
+static double work_between(const perp_mechanism *m, const double *u, const double *r,
+                           const perp__motion *to)
 {
-    const double *u = behind == m->compressed.u ? m->start_velocity : m->compressed.u;
     double sum = 0.0;
 
     for (int32_t j = 0; j < m->contacts; j++)
         for (int32_t i = m->starts[j]; i < m->starts[j + 1] && m->together[j]; i++)
-            sum += 0.5 * r[i] * (u[i] + behind[i]);
-    for (int32_t i = m->rows - m->dry_rows; i < m->rows; i++)
-        sum += 0.5 * r[i] * (u[i] + behind[i]);
+            sum += 0.5 * (to->r[i] - (r ? r[i] : 0.0)) * (u[i] + to->u[i]);
     return sum;
 }
 
@@ -293,8 +294,8 @@ static double correct(perp_mechanism *m, double share)
 /* The expansion of the contacts that are hit together. */
 static perp_status expand_together(perp_mechanism *m, const perp__velocity_problem *problem)
 {
-    const double taken = fmax(-work_of(m, m->compressed.r, m->compressed.u), 0.0);
-    double losses = 0.0, due = 0.0, share, change = 1.0, back = 0.0, *r = m->impact_work;
+    const double taken = fmax(-work_between(m, m->start_velocity, NULL, &m->compressed), 0.0);
+    double losses = 0.0, due = 0.0, share, change = 1.0, back;
     perp_status status = PERP_OK;
 
     for (int32_t j = 0; j < m->contacts; j++) {
@@ -308,9 +309,7 @@ static perp_status expand_together(perp_mechanism *m, const perp__velocity_probl
         status = expand(m, problem);
         if (status != PERP_OK || !perp__is_good(m->answer.outcome) || due == 0.0)
             return status;
-        for (int32_t i = 0; i < m->rows; i++)
-            r[i] = m->answer.r[i] - m->compressed.r[i];
-        back = work_of(m, r, m->answer.u);
+        back = work_between(m, m->compressed.u, m->compressed.r, &m->answer);
         change = correct(m, share);
         if (change <= SETTLED && back > share * due * (1.0 + 2.0 * SETTLED)) {
             share *= share * due / back;

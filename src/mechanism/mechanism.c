@@ -191,7 +191,7 @@ static void layout(perp__arena *arena, void *object)
     perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
     PERP__DOUBLES(arena, n, &m->momentum, &m->free, &m->kept_v, &m->acceleration);
     PERP__DOUBLES(arena, (size_t)m->dry, &m->dry_bound);
-    PERP__DOUBLES(arena, rows, &m->start_velocity, &m->free_velocity, &m->impact_work);
+    PERP__DOUBLES(arena, rows, &m->start_velocity, &m->free_velocity);
     PERP__DOUBLES(arena, (size_t)m->coordinates, &m->moved, &m->kept_q);
     PERP__DOUBLES(arena, 4 * n, &m->work);
     PERP__DOUBLES(arena, (3 + 2 * PERP__BIAS_COLUMNS) * rows, &m->differences);

@@ -134,7 +134,6 @@ struct perp_mechanism {
     double *momentum, *free; /* n: M v + h k, and the velocities without impulses */
     double *shift, *friction, *pressure, *dry_bound;
     double *impact_shift;   /* contacts: of the second stage */
-    double *impact_work;    /* rows: impulses of the expansion */
     double *start_velocity; /* rows: u at the step's start */
     double *free_velocity;  /* rows: u of `free` */
     double *start_speed; /* contacts: |u_t| at the step's start, under Poisson's law, and of those
@@ -310,7 +309,7 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
 
 /* ---- impact.c ---- */
 /* p of contact j, which slides with `speed` at the step's start; M^-1 of the force n - mu d is left
- * in m->work as L^-1 of it. */
+ * in m->work. */
 double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed);
 /* Whether sliding in contact j ended though it was not hit, in an impulse at any h. In m->work. */
 int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);

@@ -17,11 +17,11 @@
 #include "mechanism/mechanism.h"
 
 #define STEP (1.0 / 64.0) /* of p: changes the slip by no more than this share */
-#define REST 1e-13        /* of what a slip is summed up of: none */
+#define REST 1e-13        /* of what a slip is summed up of: none, which is where one starts */
 #define STRAIGHT 1e-12    /* of the largest rate: a slip that turns so slowly does not */
 #define ARRIVED 1e-14     /* of p */
 #define DEPENDENT 1e-12   /* a determinant beside its terms: 0 */
-enum { MOST_PIECES = 100000, MOST_HALVINGS = 100 };
+enum { MOST_PIECES = 100000 };
 
 /* u at these impulses. */
 static void velocities(const perp__hit_contact *c, const double *r, double *u)
@@ -33,40 +33,32 @@ static void velocities(const perp__hit_contact *c, const double *r, double *u)
 /* f := the impulse of sliding along u_t, by p. */
 static void slide(const perp__hit_contact *c, const double *u, double *f)
 {
-    const double speed = hypot(u[1], u[2]);
+    const double speed = hypot(u[1], u[2]), share = speed > 0.0 ? c->mu / speed : 0.0;
 
     f[0] = 1.0;
-    f[1] = speed > 0.0 ? -c->mu * (u[1] / speed) : 0.0;
-    f[2] = speed > 0.0 ? -c->mu * (u[2] / speed) : 0.0;
+    f[1] = -share * u[1];
+    f[2] = -share * u[2];
 }
 
-/* f := the impulse at rest; whether it stays. (W_tt + lambda) f = -w, of length mu if it slips. */
+/* f := the impulse at rest; whether it stays. Else f is of sliding in the direction in which the
+ * tangents are driven: in space the slip turns from there to the one that grows, at once. */
 static int32_t rest(const perp__hit_contact *c, double *f)
 {
-    const double trace = c->W[1][1] + c->W[2][2];
-    double low = 0.0, high = 0.0, lambda = 0.0;
+    const double a = c->W[1][1], b = c->W[1][2], d = c->W[2][2], trace = a + d;
+    const double determinant = a * d - b * b;
+    double size;
 
-    for (int32_t k = 0; k < MOST_HALVINGS; k++) {
-        const double a = c->W[1][1] + lambda, b = c->W[1][2], d = c->W[2][2] + lambda;
-        const double determinant = a * d - b * b;
-
-        f[0] = 1.0;
-        f[1] = trace > 0.0 ? -c->W[1][0] / trace : 0.0; /* if one direction alone can slip */
-        f[2] = trace > 0.0 ? -c->W[2][0] / trace : 0.0;
-        if (determinant > DEPENDENT * trace * trace) {
-            f[1] = (b * c->W[2][0] - d * c->W[1][0]) / determinant;
-            f[2] = (b * c->W[1][0] - a * c->W[2][0]) / determinant;
-        }
-        if (k == 0 && hypot(f[1], f[2]) <= c->mu)
-            return 1;
-        if (k == 0)
-            high = hypot(c->W[1][0], c->W[2][0]) / c->mu; /* f is shorter there */
-        else if (hypot(f[1], f[2]) > c->mu)
-            low = lambda;
-        else
-            high = lambda;
-        lambda = 0.5 * (low + high);
+    f[1] = trace > 0.0 ? -c->W[1][0] / trace : 0.0; /* if one direction alone can slip */
+    f[2] = trace > 0.0 ? -c->W[2][0] / trace : 0.0;
+    if (determinant > DEPENDENT * trace * trace) {
+        f[1] = (b * c->W[2][0] - d * c->W[1][0]) / determinant;
+        f[2] = (b * c->W[1][0] - a * c->W[2][0]) / determinant;
     }
+    size = hypot(f[1], f[2]);
+    if (size <= c->mu)
+        return 1;
+    f[1] *= c->mu / size;
+    f[2] *= c->mu / size;
     return 0;
 }
 
@@ -100,57 +92,58 @@ static double until(double work, double target, double u, double rate)
 
 void perp__stronge_impact(perp__hit_contact *c)
 {
-    const double slip = hypot(c->u[1], c->u[2]), own = hypot(c->W[1][0], c->W[2][0]);
-    const double fastest =
-        own + c->mu * (fabs(c->W[1][1]) + 2.0 * fabs(c->W[1][2]) + fabs(c->W[2][2]));
-    double r[3] = {0.0, 0.0, 0.0}, stuck[3] = {0.0, 0.0, 0.0}, work = 0.0, least = 0.0;
+    const double own = hypot(c->W[1][0], c->W[2][0]), e = c->e;
+    const double fastest = own + c->mu * (c->W[1][1] + 2.0 * fabs(c->W[1][2]) + c->W[2][2]);
+    double r[3] = {0.0, 0.0, 0.0}, work = 0.0, least = 0.0;
     int32_t expands = 0, sticks = 0;
 
+    memset(c->r, 0, sizeof c->r); /* until it sticks */
     for (int32_t piece = 0; piece < MOST_PIECES; piece++) {
-        double f[3], u[3], rate[3], speed, left, stop = INFINITY, length;
+        const double none =
+            REST * (hypot(c->u[1], c->u[2]) + fastest * (r[0] + fabs(c->u[0]) / c->W[0][0]));
+        double f[3], u[3], rate[3], speed, grows, left, length = INFINITY;
         int32_t turns;
 
-        /* 1. the direction, and what it makes of u */
+        /* 1. the direction, what it makes of u, and how far it lasts */
         velocities(c, r, u);
-        speed = hypot(u[1], u[2]);
-        if (speed <= REST * (slip + fastest * r[0]))
-            speed = 0.0;
         slide(c, u, f);
-        if (speed == 0.0 && c->mu > 0.0) {
-            if (rest(c, f) && !sticks) {
-                sticks = 1;
-                memcpy(stuck, r, sizeof stuck);
-            }
-        }
+        speed = hypot(u[1], u[2]);
+        if (speed <= none && c->mu > 0.0)
+            sticks = rest(c, f);
         for (int32_t i = 0; i < 3; i++)
             rate[i] = c->W[i][0] * f[0] + c->W[i][1] * f[1] + c->W[i][2] * f[2];
-        turns = speed > 0.0 && c->mu > 0.0 && piece < MOST_PIECES / 2 &&
+        grows = u[1] * rate[1] + u[2] * rate[2];
+        turns = speed > none && c->mu > 0.0 && piece < MOST_PIECES / 2 &&
                 fabs(u[1] * rate[2] - u[2] * rate[1]) > STRAIGHT * fastest * speed;
-        if (speed > 0.0 && c->mu > 0.0 && u[1] * rate[1] + u[2] * rate[2] < 0.0)
-            stop = -speed * speed / (u[1] * rate[1] + u[2] * rate[2]);
-        /* 2. what comes first */
+        if (speed <= none && c->mu > 0.0 && !sticks)
+            length = 8.0 * none / hypot(rate[1], rate[2]);
+        else if (turns)
+            length = STEP * speed / fastest;
+        else if (speed > none && grows < 0.0 && c->mu > 0.0)
+            length = -speed * speed / grows;
+        /* 2. the end of the compression, or of the expansion, if that is nearer */
         expands = expands && !(u[0] <= 0.0 && rate[0] <= 0.0);
-        left = expands         ? until(work, (1.0 - c->e * c->e) * least, u[0], rate[0])
+        left = expands         ? until(work, (1.0 - e * e) * least, u[0], rate[0])
                : rate[0] > 0.0 ? -u[0] / rate[0]
                                : INFINITY;
-        length = fmin(left, turns ? STEP * speed / fastest : stop);
+        length = fmin(left, length);
         if (!isfinite(length) || (!expands && left <= 0.0 && !(work < 0.0)))
             break; /* it leaves */
         /* 3. up to there */
-        if (turns) {
+        if (turns)
             turn(c, r, &work, length);
-        } else {
+        else
             work += length * (u[0] + 0.5 * length * rate[0]);
-            for (int32_t i = 0; i < 3; i++)
-                r[i] += length * f[i];
-        }
+        for (int32_t i = 0; i < 3 && !turns; i++)
+            r[i] += length * f[i];
+        if (!sticks)
+            memcpy(c->r, r, sizeof r);
         if (length != left || (turns && fabs(left) > ARRIVED * r[0]))
             continue;
-        if (expands || c->e == 0.0 || !(work < 0.0))
+        if (expands || e == 0.0 || !(work < 0.0))
             break;
         expands = 1;
         least = work;
     }
-    c->stuck = sticks ? r[0] - stuck[0] : 0.0;
-    memcpy(c->r, sticks ? stuck : r, sizeof r);
+    c->stuck = r[0] - c->r[0];
 }
