@@ -251,77 +251,60 @@ static void collide_alone(perp_mechanism *m, const perp__velocity_problem *probl
         m->together[j] = 0;
     }
 }
-/* What the contacts hit together do, from u to the velocities of `to` with its impulses less r. */
-static double work_between(const perp_mechanism *m, const double *u, const double *r,
-                           const perp__motion *to)
+
+/* Corrects x_j c_j of the contacts that are hit together after the expansion in m->answer, and s
+ * where they do not change any more and all of it gives too much; returns the largest change beside
+ * the largest impulse. */
+static double correct(perp_mechanism *m, double *share)
 {
-    double sum = 0.0;
-
-    for (int32_t j = 0; j < m->contacts; j++)
-        for (int32_t i = m->starts[j]; i < m->starts[j + 1] && m->together[j]; i++)
-            sum += 0.5 * (to->r[i] - (r ? r[i] : 0.0)) * (u[i] + to->u[i]);
-    return sum;
-}
-
-/* L_j. */
-static double loss_of(const perp_mechanism *m, int32_t j)
-{
-    const int32_t row = m->starts[j];
-    const double mean = 0.5 * (m->start_velocity[row] + m->compressed.u[row]);
-
-    return m->together[j] ? fmax(-m->compressed.r[row] * mean, 0.0) : 0.0;
-}
-
-/* The next x_j c_j, with this share; how much they change beside the largest. */
-static double correct(perp_mechanism *m, double share)
-{
-    double change = 0.0, largest = 0.0;
+    const perp__motion *end = &m->answer, *middle = &m->compressed;
+    double taken = 0.0, back = 0.0, losses = 0.0, due = 0.0, change = 0.0, largest = 0.0;
 
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double e = m->restitution[j], given = m->pressure[j];
-        const double mean = 0.5 * (m->compressed.u[row] + m->answer.u[row]);
+        const double given = m->pressure[j], e = m->restitution[j], c = middle->r[row];
+        const double mean = 0.5 * (middle->u[row] + end->u[row]);
+        const double loss = fmax(-0.5 * c * (m->start_velocity[row] + middle->u[row]), 0.0);
 
-        if (!m->together[j] || !(given > 0.0) || !(mean > 0.0))
+        if (!m->together[j])
             continue;
-        m->pressure[j] = sqrt(given * (share * e * e * loss_of(m, j) / mean));
+        for (int32_t i = row; i < m->starts[j + 1]; i++) {
+            taken -= 0.5 * middle->r[i] * (m->start_velocity[i] + middle->u[i]);
+            back += 0.5 * (end->r[i] - middle->r[i]) * (middle->u[i] + end->u[i]);
+        }
+        losses += loss;
+        due += e * e * loss;
+        largest = fmax(largest, c);
+        if (mean > 0.0 || loss == 0.0)
+            m->pressure[j] = loss > 0.0 ? sqrt(given * (*share * e * e * loss / mean)) : 0.0;
         change = fmax(change, fabs(m->pressure[j] - given));
-        largest = fmax(largest, m->compressed.r[row]);
     }
-    return largest > 0.0 ? change / largest : 0.0;
+    if (losses > 0.0)
+        *share = fmin(*share, fmax(taken, 0.0) / losses);
+    if (change > SETTLED * largest || back <= *share * due * (1.0 + 2.0 * SETTLED))
+        return largest > 0.0 ? change / largest : 0.0;
+    *share *= *share * due / back;
+    return 1.0;
 }
 
-/* The expansion of the contacts that are hit together. */
+/* The expansion of the contacts that are hit together, from m->answer, the compression. */
 static perp_status expand_together(perp_mechanism *m, const perp__velocity_problem *problem)
 {
-    const double taken = fmax(-work_between(m, m->start_velocity, NULL, &m->compressed), 0.0);
-    double losses = 0.0, due = 0.0, share, change = 1.0, back;
+    double share = 1.0, change = 1.0;
     perp_status status = PERP_OK;
 
-    for (int32_t j = 0; j < m->contacts; j++) {
-        losses += loss_of(m, j);
-        due += m->restitution[j] * m->restitution[j] * loss_of(m, j);
-        if (m->together[j] && loss_of(m, j) == 0.0)
-            m->pressure[j] = 0.0;
-    }
-    share = losses > taken ? taken / losses : 1.0;
-    for (int32_t pass = 0; pass < MOST_PASSES && change > SETTLED; pass++) {
+    correct(m, &share);
+    for (int32_t pass = 0; pass < MOST_PASSES && change > SETTLED && status == PERP_OK &&
+                           perp__is_good(m->answer.outcome);
+         pass++) {
         status = expand(m, problem);
-        if (status != PERP_OK || !perp__is_good(m->answer.outcome) || due == 0.0)
-            return status;
-        back = work_between(m, m->compressed.u, m->compressed.r, &m->answer);
-        change = correct(m, share);
-        if (change <= SETTLED && back > share * due * (1.0 + 2.0 * SETTLED)) {
-            share *= share * due / back;
-            change = 1.0 + correct(m, share);
-        }
+        change = correct(m, &share);
     }
-    if (change > SETTLED) { /* not found: nothing comes back */
-        for (int32_t j = 0; j < m->contacts; j++)
-            m->pressure[j] *= !m->together[j];
-        status = expand(m, problem);
-    }
-    return status;
+    if (change <= SETTLED || status != PERP_OK || !perp__is_good(m->answer.outcome))
+        return status;
+    for (int32_t j = 0; j < m->contacts; j++) /* not found: nothing comes back */
+        m->pressure[j] *= !m->together[j];
+    return expand(m, problem);
 }
 
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem)
