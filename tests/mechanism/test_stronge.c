@@ -219,6 +219,45 @@ static void test_on_a_rail(void **state)
 
 /* ---- space ---------------------------------------------------------------------------------- */
 
+/* The rod of the plane with a second tangent, both turned: the closed forms hold. */
+static void test_rod_in_space(void **state)
+{
+    int32_t seen[REGIMES] = {0}, k, i;
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 1992);
+    for (k = 0; k < 1000; k++) {
+        const double angle = gen_uniform(&random, -1.5, 1.5), mu = gen_uniform(&random, 0.05, 0.7);
+        const double turn = gen_uniform(&random, -3.0, 3.0), e = gen_uniform(&random, 0.1, 1.0);
+        double normal, tangent, u_end;
+        tabled plane, r;
+        rod end;
+
+        make_rod(&plane, &end, angle, mu, e, gen_uniform(&random, 0.0, 1.0), -1.0);
+        tabled_make(&r, 4, 1, 3); /* x, y, angle, and z */
+        for (i = 0; i < 3; i++) {
+            r.M[5 * i] = plane.M[4 * i];
+            r.v[i] = plane.v[i];
+            r.H[i] = plane.H[i];
+            r.H[4 + i] = cos(turn) * plane.H[3 + i];
+            r.H[8 + i] = sin(turn) * plane.H[3 + i];
+        }
+        r.H[7] = -sin(turn);
+        r.H[11] = cos(turn);
+        r.mu[0] = mu;
+        r.restitution[0] = e;
+        seen[find_impulses(&end, &normal, &tangent, &u_end)]++;
+        assert_int_equal(hit(&r, PERP_MECHANISM_STRONGE), PERP_OUTCOME_SOLVED);
+        tabled_near(r.impulse[0], normal, 1e-8, "normal");
+        tabled_near(cos(turn) * r.impulse[1] + sin(turn) * r.impulse[2], tangent, 1e-8, "tangent");
+        tabled_near(r.velocity[0], u_end, 1e-8, "u_n");
+        tabled_near(r.v[3], 0.0, 1e-8, "z'");
+    }
+    for (k = 0; k < REGIMES; k++)
+        assert_true(seen[k] > 5);
+}
+
 /* A free body of mass 1 with random inertia, hit at a random point. */
 static void make_body(tabled *r, gen_random *random, double mu, double e)
 {
@@ -360,7 +399,8 @@ static double integrate(const tabled *r, double step, double v[6], double *norma
     }
 }
 
-/* Slips that turn; those that stop and stay, and those that stop and go on another way. */
+/* Slips that turn, and those that stop and stay. One that cannot stay goes round 0 in space, but
+ * for those of a plane. */
 static void test_turning_slip(void **state)
 {
     int32_t k, i, stops, count[3] = {0};
@@ -370,13 +410,13 @@ static void test_turning_slip(void **state)
     (void)state;
     gen_seed(&random, 3);
     for (k = 0; k < 200; k++) {
-        const double mu = gen_uniform(&random, 0.0, k % 3 == 2 ? 0.5 : 1.2);
+        const double mu = gen_uniform(&random, 0.0, 1.2);
         const double e = gen_uniform(&random, 0.1, 1.0);
         double v[6], normal, slowest, u[2] = {0.0, 0.0}, off;
         tabled r;
 
         make_body(&r, &random, mu, e);
-        for (i = 0; i < 3 && k % 3 > 0; i++) { /* without spin, and a slip that may end */
+        for (i = 0; i < 3 && k % 2 > 0; i++) { /* without spin, and a slip that may end */
             r.v[i] = -r.H[i] + 0.4 * r.H[6 + i];
             r.v[3 + i] = 0.0;
         }
@@ -397,14 +437,14 @@ static void test_turning_slip(void **state)
     }
     print_message("%d %d %d: %.2g %.2g %.2g\n", (int)count[0], (int)count[1], (int)count[2],
                   worst[0], worst[1], worst[2]);
-    assert_true(count[0] > 50 && count[1] > 5 && count[2] > 5);
+    assert_true(count[0] > 50 && count[1] > 20);
     assert_true(turned > 0.9);
     print_message("%d %d %d: %.2g %.2g %.2g\n", (int)count[0], (int)count[1], (int)count[2],
                   worst[0], worst[1], worst[2]);
     /* the integration's: (4e-6/0.05)^2 times rates; behind a stop that is taken for one 1.6e-4
      * early, so much */
     assert_true(worst[0] < 1e-7);
-    assert_true(worst[1] < 1e-3 && worst[2] < 1e-3);
+    assert_true(worst[1] < 1e-3);
 }
 
 /* ---- energy --------------------------------------------------------------------------------- */
@@ -598,6 +638,7 @@ int main(void)
         cmocka_unit_test(test_laws_agree_without_a_stop),
         cmocka_unit_test(test_jam),
         cmocka_unit_test(test_on_a_rail),
+        cmocka_unit_test(test_rod_in_space),
         cmocka_unit_test(test_turning_slip),
         cmocka_unit_test(test_energy_of_one),
         cmocka_unit_test(test_energy_of_several),
