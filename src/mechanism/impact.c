@@ -10,6 +10,8 @@
  *   Newton   0 <= r_n perp u_n+ - e max(-u_n-, 0) >= 0,
  *   Poisson  compression: 0 <= c perp u_n >= 0; then expansion from its velocities with e c given:
  *            0 <= x perp u_n+ >= 0, |r_t| <= mu (e c + x)   (Anitescu & Potra 1997),
+ *   Stronge  the same compression; then, by contact, an expansion that gives back e^2 of the work
+ *            that it took,
  *
  * and contacts that did not touch must not be passed, u_n+ + gap'/h >= 0 with the gap' that the
  * first stage leaves. Where a stage has no solution that was found, the velocities of the stage
@@ -19,7 +21,7 @@
  * leave (1 - e^2) of what a plastic impact takes, all of it where e = 1. With friction Moreau's and
  * Newton's laws can add energy (T. R. Kane's double pendulum), also with a single contact.
  * Poisson's with the same e everywhere was never seen to; with e that differ between contacts it
- * can. tests/mechanism/test_impact.c looks at random impacts. */
+ * can. Stronge's does not. tests/mechanism/test_impact.c looks at random impacts. */
 #include "mechanism/mechanism.h"
 
 #include <math.h>

@@ -114,7 +114,7 @@ static void test_settings(void **state)
         const char *text;
     } wrong[] = {CHANGE(scheme, 3),
                  CHANGE(scheme, -1),
-                 CHANGE(law, 3),
+                 CHANGE(law, 4),
                  CHANGE(law, -1),
                  CHANGE(cone, 2),
                  CHANGE(cone, -1),

@@ -124,10 +124,8 @@ static void test_rod(void **state)
                                          ? PERP_MECHANISM_STICK
                                          : PERP_MECHANISM_SLIP);
     }
-    for (k = 0; k < REGIMES; k++) {
-        print_message("regime %d: %d\n", (int)k, (int)seen[k]);
+    for (k = 0; k < REGIMES; k++)
         assert_true(seen[k] > 50);
-    }
 }
 
 /* Where slip does not stop Newton's, Poisson's and Stronge's coefficients are one. */
@@ -435,12 +433,8 @@ static void test_turning_slip(void **state)
             off = fmax(off, fabs(r.v[i] - v[i]));
         worst[stops] = fmax(worst[stops], off);
     }
-    print_message("%d %d %d: %.2g %.2g %.2g\n", (int)count[0], (int)count[1], (int)count[2],
-                  worst[0], worst[1], worst[2]);
     assert_true(count[0] > 50 && count[1] > 20);
     assert_true(turned > 0.9);
-    print_message("%d %d %d: %.2g %.2g %.2g\n", (int)count[0], (int)count[1], (int)count[2],
-                  worst[0], worst[1], worst[2]);
     /* the integration's: (4e-6/0.05)^2 times rates; behind a stop that is taken for one 1.6e-4
      * early, so much */
     assert_true(worst[0] < 1e-7);
@@ -478,10 +472,8 @@ static void test_energy_of_one(void **state)
     int32_t newton = count_growth(PERP_MECHANISM_NEWTON, &most);
 
     (void)state;
-    print_message("newton: %d grew, by up to %.2g\n", (int)newton, most);
     assert_true(newton > 100);
     assert_int_equal(count_growth(PERP_MECHANISM_STRONGE, &most), 0);
-    print_message("stronge: %.2g\n", most);
 }
 
 /* A free body in the plane with contacts that all approach; each has its e. */
@@ -533,21 +525,21 @@ static void count_several(int32_t law, int32_t contacts, double mu, int32_t *sol
 
 static void test_energy_of_several(void **state)
 {
-    int32_t contacts, solved, grew, friction;
-    double most;
+    int32_t contacts, solved, grew, friction, poisson = 0;
+    double most, worst = 0.0;
 
     (void)state;
     for (friction = 0; friction < 2; friction++)
         for (contacts = 2; contacts <= 3; contacts++) {
             count_several(PERP_MECHANISM_POISSON, contacts, friction, &solved, &grew, &most);
-            print_message("poisson, %d contacts: %d solved, %d grew, by up to %.2g\n",
-                          (int)contacts, (int)solved, (int)grew, most);
+            poisson += grew;
+            worst = fmax(worst, most);
             count_several(PERP_MECHANISM_STRONGE, contacts, friction, &solved, &grew, &most);
-            print_message("stronge, %d contacts: %d solved, %d grew, most %.2g\n", (int)contacts,
-                          (int)solved, (int)grew, most);
             assert_int_equal(solved, 3000);
             assert_int_equal(grew, 0);
         }
+    assert_int_equal(poisson, 13);
+    tabled_near(worst, 1.8, 0.05, "worst of Poisson's law");
 }
 
 /* ---- several at once ------------------------------------------------------------------------ */
@@ -557,7 +549,7 @@ static void test_energy_of_several(void **state)
  * took, along straight lines. */
 static void test_two_without_friction(void **state)
 {
-    int32_t k, j, opened = 0, stayed = 0;
+    int32_t k, j, opened = 0;
     gen_random random;
 
     (void)state;
@@ -594,11 +586,9 @@ static void test_two_without_friction(void **state)
                 tabled_near(0.5 * x * (u_c[j] + r.velocity[2 * j]), -0.5 * e * e * c[j] * u[j],
                             1e-8, "work");
             }
-            stayed += r.velocity[2 * j] <= 1e-6;
         }
     }
     assert_true(opened > 400);
-    print_message("opened %d stayed %d\n", (int)opened, (int)stayed);
 }
 
 /* Two bodies that are hit in the same step answer as each alone does. */
