@@ -90,57 +90,70 @@ static double until(double work, double target, double u, double rate)
                                                : INFINITY;
 }
 
+/* What is ahead at the impulses r. */
+typedef struct piece {
+    double u[3], f[3], rate[3]; /* by p: impulses, and u */
+    double length;              /* of p, that this lasts */
+    int32_t sticks, turns;
+} piece;
+
+static void look_ahead(const perp__hit_contact *c, const double *r, piece *next)
+{
+    const double fastest =
+        hypot(c->W[1][0], c->W[2][0]) + c->mu * (c->W[1][1] + 2.0 * fabs(c->W[1][2]) + c->W[2][2]);
+    const double none =
+        REST * (hypot(c->u[1], c->u[2]) + fastest * (r[0] + fabs(c->u[0]) / c->W[0][0]));
+    const double *u = next->u, *rate = next->rate;
+    double speed, grows;
+
+    velocities(c, r, next->u);
+    slide(c, u, next->f);
+    speed = hypot(u[1], u[2]);
+    next->sticks = speed <= none && c->mu > 0.0 && rest(c, next->f);
+    for (int32_t i = 0; i < 3; i++)
+        next->rate[i] = c->W[i][0] * next->f[0] + c->W[i][1] * next->f[1] + c->W[i][2] * next->f[2];
+    grows = u[1] * rate[1] + u[2] * rate[2];
+    next->turns = speed > none && c->mu > 0.0 &&
+                  fabs(u[1] * rate[2] - u[2] * rate[1]) > STRAIGHT * fastest * speed;
+    next->length = INFINITY;
+    if (next->turns)
+        next->length = STEP * speed / fastest;
+    else if (speed > none && c->mu > 0.0 && grows < 0.0)
+        next->length = -speed * speed / grows;
+    else if (speed <= none && c->mu > 0.0 && !next->sticks)
+        next->length = 8.0 * none / hypot(rate[1], rate[2]);
+}
+
 void perp__stronge_impact(perp__hit_contact *c)
 {
-    const double own = hypot(c->W[1][0], c->W[2][0]), e = c->e;
-    const double fastest = own + c->mu * (c->W[1][1] + 2.0 * fabs(c->W[1][2]) + c->W[2][2]);
-    double r[3] = {0.0, 0.0, 0.0}, work = 0.0, least = 0.0;
-    int32_t expands = 0, sticks = 0;
+    const double kept = 1.0 - c->e * c->e; /* of the work */
+    double r[3] = {0.0, 0.0, 0.0}, work = 0.0, least = 0.0, left, length;
+    int32_t expands = 0;
+    piece next;
 
     memset(c->r, 0, sizeof c->r); /* until it sticks */
-    for (int32_t piece = 0; piece < MOST_PIECES; piece++) {
-        const double none =
-            REST * (hypot(c->u[1], c->u[2]) + fastest * (r[0] + fabs(c->u[0]) / c->W[0][0]));
-        double f[3], u[3], rate[3], speed, grows, left, length = INFINITY;
-        int32_t turns;
-
-        /* 1. the direction, what it makes of u, and how far it lasts */
-        velocities(c, r, u);
-        slide(c, u, f);
-        speed = hypot(u[1], u[2]);
-        if (speed <= none && c->mu > 0.0)
-            sticks = rest(c, f);
-        for (int32_t i = 0; i < 3; i++)
-            rate[i] = c->W[i][0] * f[0] + c->W[i][1] * f[1] + c->W[i][2] * f[2];
-        grows = u[1] * rate[1] + u[2] * rate[2];
-        turns = speed > none && c->mu > 0.0 && piece < MOST_PIECES / 2 &&
-                fabs(u[1] * rate[2] - u[2] * rate[1]) > STRAIGHT * fastest * speed;
-        if (speed <= none && c->mu > 0.0 && !sticks)
-            length = 8.0 * none / hypot(rate[1], rate[2]);
-        else if (turns)
-            length = STEP * speed / fastest;
-        else if (speed > none && grows < 0.0 && c->mu > 0.0)
-            length = -speed * speed / grows;
-        /* 2. the end of the compression, or of the expansion, if that is nearer */
-        expands = expands && !(u[0] <= 0.0 && rate[0] <= 0.0);
-        left = expands         ? until(work, (1.0 - e * e) * least, u[0], rate[0])
-               : rate[0] > 0.0 ? -u[0] / rate[0]
-                               : INFINITY;
-        length = fmin(left, length);
+    for (int32_t count = 0; count < MOST_PIECES; count++) {
+        /* 1. up to where this ends, or the compression, or the expansion */
+        look_ahead(c, r, &next);
+        expands = expands && !(next.u[0] <= 0.0 && next.rate[0] <= 0.0);
+        left = expands              ? until(work, kept * least, next.u[0], next.rate[0])
+               : next.rate[0] > 0.0 ? -next.u[0] / next.rate[0]
+                                    : INFINITY;
+        length = fmin(left, next.length);
         if (!isfinite(length) || (!expands && left <= 0.0 && !(work < 0.0)))
             break; /* it leaves */
-        /* 3. up to there */
-        if (turns)
+        if (next.turns)
             turn(c, r, &work, length);
         else
-            work += length * (u[0] + 0.5 * length * rate[0]);
-        for (int32_t i = 0; i < 3 && !turns; i++)
-            r[i] += length * f[i];
-        if (!sticks)
+            work += length * (next.u[0] + 0.5 * length * next.rate[0]);
+        for (int32_t i = 0; i < 3 && !next.turns; i++)
+            r[i] += length * next.f[i];
+        if (!next.sticks)
             memcpy(c->r, r, sizeof r);
-        if (length != left || (turns && fabs(left) > ARRIVED * r[0]))
+        /* 2. what comes then */
+        if (length != left || (next.turns && fabs(left) > ARRIVED * r[0]))
             continue;
-        if (expands || e == 0.0 || !(work < 0.0))
+        if (expands || c->e == 0.0 || !(work < 0.0))
             break;
         expands = 1;
         least = work;

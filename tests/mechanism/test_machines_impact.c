@@ -60,7 +60,7 @@ static void hit_chains(int32_t scheme)
     int32_t i;
 
     for (a = 0; a < 3; a++)
-        for (b = 0; b < 3; b++)
+        for (b = 0; b < 4; b++)
             for (k = 0; k < 3; k++) {
                 const double e = restitutions[k];
                 double total = 0, moment = 0, first;
