@@ -178,7 +178,7 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
 
 /* ---- Stronge's law -----------------------------------------------------------------------------
  *
- * A contact that nothing else which presses is coupled with goes through its impact alone
+ * A contact that nothing else which touches is coupled with goes through its impact alone
  * (stronge.c): its impulses take the place of those of the compression. The others are hit at once,
  * and both parts are straight lines: contact j expands with x_j c_j, and the x_j are those with
  *
@@ -204,7 +204,7 @@ static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t 
     return fabs(perp__row_times(m, terms, row, 0.0, x)) > UNCOUPLED * size;
 }
 
-/* The impact of contact j; 0 where others that press answer to its impulses. */
+/* The impact of contact j; 0 where others that touch answer to its impulses. */
 static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem, int32_t j,
                        perp__hit_contact *c)
 {
@@ -217,7 +217,7 @@ static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem,
         if (m->two_sided[k] > 0 && problem->friction[k] > 0.0)
             return 0;
         for (int32_t row = m->starts[k]; row < m->starts[k + 1]; row++)
-            for (int32_t i = 0; i < m->dims[j] && k != j && r[m->starts[k]] > 0.0; i++)
+            for (int32_t i = 0; i < m->dims[j] && k != j && problem->included[k]; i++)
                 if (moves(m, problem->terms, row, m->work + i * m->n))
                     return 0;
     }

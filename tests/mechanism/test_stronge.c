@@ -476,8 +476,9 @@ static void test_energy_of_one(void **state)
     assert_int_equal(count_growth(PERP_MECHANISM_STRONGE, &most), 0);
 }
 
-/* A free body in the plane with contacts that all approach; each has its e. */
-static void make_several(tabled *r, gen_random *random, int32_t contacts, double mu)
+/* A free body in the plane; the first contacts approach, and each has its e. */
+static void make_several(tabled *r, gen_random *random, int32_t contacts, int32_t approach,
+                         double mu)
 {
     int32_t i, j;
 
@@ -494,7 +495,7 @@ static void make_several(tabled *r, gen_random *random, int32_t contacts, double
         memcpy(r->H + 6 * j, rows, sizeof rows);
         for (i = 0; i < 3; i++)
             u += rows[i] * r->v[i];
-        for (i = 0; i < 3 && u > 0.0; i++)
+        for (i = 0; i < 3 && u > 0.0 && j < approach; i++)
             r->H[6 * j + i] = -rows[i];
         r->mu[j] = mu * gen_uniform(random, 0.0, 2.0);
         r->restitution[j] = fmin(gen_uniform(random, 0.0, 2.0), 1.0); /* every second one is 1 */
@@ -514,7 +515,7 @@ static void count_several(int32_t law, int32_t contacts, double mu, int32_t *sol
         double before, change;
         tabled r;
 
-        make_several(&r, &random, contacts, mu);
+        make_several(&r, &random, contacts, 1, mu);
         before = tabled_energy(&r, r.v);
         *solved += hit(&r, law) == PERP_OUTCOME_SOLVED;
         change = (tabled_energy(&r, r.v) - before) / before;
@@ -538,8 +539,8 @@ static void test_energy_of_several(void **state)
             assert_int_equal(solved, 3000);
             assert_int_equal(grew, 0);
         }
-    assert_int_equal(poisson, 24);
-    tabled_near(worst, 5.86, 0.01, "worst of Poisson's law");
+    assert_int_equal(poisson, 18);
+    tabled_near(worst, 53.97, 0.01, "worst of Poisson's law");
 }
 
 /* ---- several at once ------------------------------------------------------------------------ */
@@ -559,7 +560,7 @@ static void test_two_without_friction(void **state)
         tabled r;
         int32_t i, l;
 
-        make_several(&r, &random, 2, 0.0);
+        make_several(&r, &random, 2, 2, 0.0);
         for (j = 0; j < 2; j++)
             for (i = 0; i < 3; i++) {
                 u[j] += r.H[6 * j + i] * r.v[i];
@@ -604,7 +605,7 @@ static void test_two_apart(void **state)
 
         tabled_make(&both, 6, 2, 2);
         for (j = 0; j < 2; j++) {
-            make_several(one + j, &random, 1, 1.0);
+            make_several(one + j, &random, 1, 1, 1.0);
             for (i = 0; i < 3; i++) {
                 both.M[7 * (3 * j + i)] = one[j].M[4 * i];
                 both.v[3 * j + i] = one[j].v[i];
