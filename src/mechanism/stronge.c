@@ -2,11 +2,11 @@
  *
  *   du/dp = W (1, f),   f = -mu u_t / |u_t|,  or what holds u_t = 0 if that is no more than mu,
  *
- * with W the mobility of its rows. Where slip ends and cannot stay it starts anew, in the one
- * direction in which it grows: f = -mu d with w + W_tt f = lambda d, lambda > 0 (in the plane the
- * reverse one, E. J. Routh). Directions that do not turn are exact pieces: always in the plane, and
- * behind the end of a slip. One that turns is integrated in steps of p that are a share of the
- * slip, by Runge and Kutta's scheme of order 4.
+ * with W the mobility of its rows. A slip that ends and cannot stay starts anew: in the plane the
+ * other way (E. J. Routh), in space where it is driven to, from where it turns at once to the one
+ * direction in which it grows. Directions that do not turn, and so all in the plane, are exact
+ * pieces. One that turns is integrated in steps of p that are a share of the slip, by Runge and
+ * Kutta's scheme of order 4.
  *
  * The work of p, integral of u_n dp, falls in the compression and comes back in the expansion, up
  * to its 1 - e^2 (W. J. Stronge 1990). Sliding that pulls the bodies together (a jam) compresses as
