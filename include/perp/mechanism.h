@@ -54,7 +54,10 @@ enum perp_mechanism_law_value {
     PERP_MECHANISM_MOREAU = 0, /* 0 <= r_n perp u_n+ + e u_n- >= 0 */
     PERP_MECHANISM_NEWTON = 1, /* the same with max(-u_n-, 0): u_n+ >= e max(-u_n-, 0) */
     PERP_MECHANISM_POISSON =
-        2 /* the impulse of expansion is at least e times that of compression */
+        2, /* the impulse of expansion is at least e times that of compression */
+    PERP_MECHANISM_STRONGE =
+        3 /* the normal work of expansion is e^2 of what compression takes, with
+             friction against the slip of each instant; no impact adds energy */
 };
 
 /* What a contact or a dry group does. Values never change; those of enum perp_contact_mode_value.

@@ -9,7 +9,7 @@
 
 PERP__WORDS(perp_mechanism_scheme_text, "unknown scheme", "frozen", "implicit", "theta")
 
-PERP__WORDS(perp_mechanism_law_text, "unknown law", "moreau", "newton", "poisson")
+PERP__WORDS(perp_mechanism_law_text, "unknown law", "moreau", "newton", "poisson", "stronge")
 
 PERP__WORDS(perp_mechanism_select_text, "unknown selection", "any", "nearest", "freest")
 

@@ -31,11 +31,11 @@ void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, do
     perp__held_rows_take(&m->held, target);
 }
 
-void perp__hold_constraints(perp_mechanism *m)
+void perp__hold_constraints(perp_mechanism *m, const perp__terms *terms)
 {
     perp__held_rows_begin(&m->held, m->n);
     for (int32_t i = 0; i < m->constraints; i++)
-        perp__hold_row(m, &m->begin, m->constraint_row[i], 0.0);
+        perp__hold_row(m, terms, m->constraint_row[i], 0.0);
     perp__held_rows_solve(&m->held);
 }
 

@@ -24,7 +24,7 @@ PERP__INIT(perp_mechanism_run_result)
 
 static const perp__field settings_fields[] = {
     PERP__INTEGER(perp_mechanism_settings, scheme, PERP_MECHANISM_FROZEN, PERP_MECHANISM_THETA),
-    PERP__INTEGER(perp_mechanism_settings, law, PERP_MECHANISM_MOREAU, PERP_MECHANISM_POISSON),
+    PERP__INTEGER(perp_mechanism_settings, law, PERP_MECHANISM_MOREAU, PERP_MECHANISM_STRONGE),
     PERP__INTEGER(perp_mechanism_settings, select, PERP_MECHANISM_ANY, PERP_MECHANISM_FREEST),
     PERP__REAL(perp_mechanism_settings, theta, "[]", 0, 1),
     PERP__REAL(perp_mechanism_settings, tol, "()", 0, 1),
@@ -156,7 +156,7 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_mechanism *m = object;
     const size_t n = (size_t)m->n, rows = (size_t)m->rows, contacts = (size_t)m->contacts;
-    perp__motion *const motions[] = {&m->answer, &m->second, &m->now,
+    perp__motion *const motions[] = {&m->answer, &m->second, &m->compressed, &m->now,
                                      &m->next,   &m->trial,  &m->half};
 
     PERP__INTEGERS(arena, contacts + 1, &m->dims, &m->two_sided, &m->starts);
@@ -196,6 +196,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, 4 * n, &m->work);
     PERP__DOUBLES(arena, (3 + 2 * PERP__BIAS_COLUMNS) * rows, &m->differences);
     m->included = perp__arena_take(arena, contacts, 1);
+    m->together = perp__arena_take(arena, contacts, 1);
     m->let_go = perp__arena_take(arena, contacts, 1);
     m->apart = perp__arena_take(arena, contacts, 1);
 }
@@ -255,7 +256,7 @@ void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
 /* The solvers for these settings. Polyhedra of friction are not for what holds both ways. */
 static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
-    const int32_t poisson = settings->law == PERP_MECHANISM_POISSON;
+    const int32_t expands = settings->law >= PERP_MECHANISM_POISSON;
     perp_status status;
 
     for (int32_t j = 0; j < m->contacts && settings->cone != 0; j++)
@@ -264,7 +265,7 @@ static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settin
                                 "settings.cone is %d, but contact %d holds both ways: 0 alone",
                                 (int)settings->cone, (int)j);
     status = perp__assembly_fit(m, &m->projection, 0, 1e-10, 0);
-    PERP__THEN(status, perp__assembly_fit(m, &m->assembly, poisson, settings->tol, settings->cone));
+    PERP__THEN(status, perp__assembly_fit(m, &m->assembly, expands, settings->tol, settings->cone));
     return status;
 }
 

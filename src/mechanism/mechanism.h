@@ -127,6 +127,7 @@ struct perp_mechanism {
     double *mu, *mu_static, *stribeck, *restitution;
     perp__terms begin, end;              /* at the step's start; where else it is evaluated */
     perp__motion answer, second;         /* of the problem at hand */
+    perp__motion compressed;             /* of an impact: where its expansion begins */
     perp__motion now, next, trial, half; /* of a run */
     perp__assembly assembly, projection;
     perp__held_rows held;
@@ -139,6 +140,7 @@ struct perp_mechanism {
                             that hold both ways */
     double *moved;       /* coordinates */
     int8_t *included;
+    int8_t *together; /* contacts: 0: hit alone, under Stronge's law */
     int8_t *apart; /* contacts: 1: open in a step, whatever its gap does: a run in chosen steps ends
                       one where it closes; else 0 */
     int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
@@ -234,8 +236,8 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem);
 
 /* ---- hold.c ---- */
-/* m->held := the constraints of the step's start. */
-void perp__hold_constraints(perp_mechanism *m);
+/* m->held := the constraints. */
+void perp__hold_constraints(perp_mechanism *m, const perp__terms *terms);
 /* Appends L^-1 J_row' to m->held. */
 void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, double target);
 /* v and u of the answer: velocities in what the rows that hold leave free. */
@@ -307,7 +309,7 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
 
 /* ---- impact.c ---- */
 /* p of contact j, which slides with `speed` at the step's start; M^-1 of the force n - mu d is left
- * in m->work as L^-1 of it. */
+ * in m->work. */
 double perp__sliding_inertia(perp_mechanism *m, int32_t j, double speed);
 /* Whether sliding in contact j ended though it was not hit, in an impulse at any h. In m->work. */
 int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
@@ -318,6 +320,18 @@ int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer);
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);
 /* Poisson's expansion, from the compression in m->answer. */
 perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compression);
+
+/* ---- stronge.c ---- */
+/* The impact of one contact. In the plane the second tangent has the first one's mobility, is not
+ * coupled and at rest. */
+typedef struct perp__hit_contact {
+    double W[3][3], u[3]; /* of its rows: their mobility, and what they do before */
+    double mu, e;
+    double r[3], stuck; /* impulses of all but its end in which it sticks; the normal one of that */
+} perp__hit_contact;
+
+/* r and stuck, after Stronge. */
+void perp__stronge_impact(perp__hit_contact *c);
 
 /* ---- accelerations/accelerations.c: NULL is accepted ---- */
 void perp__acceleration_release(perp__acceleration *a);

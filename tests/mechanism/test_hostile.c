@@ -107,7 +107,7 @@ static int32_t start_in(hostile *m, gen_random *random, int32_t k,
     m->model.contact_rows = rows;
     m->model.user = m;
     m->settings.scheme = k / 3 % 3;
-    m->settings.law = k / 9 % 3;
+    m->settings.law = (k / 9 + k / 54) % 4;
     m->settings.cone = k / 27 % 2 ? 4 : 0;
     m->settings.select = k / 54 % 3;
     m->settings.most_patterns = 1000;

@@ -114,7 +114,7 @@ static void test_settings(void **state)
         const char *text;
     } wrong[] = {CHANGE(scheme, 3),
                  CHANGE(scheme, -1),
-                 CHANGE(law, 3),
+                 CHANGE(law, 4),
                  CHANGE(law, -1),
                  CHANGE(cone, 2),
                  CHANGE(cone, -1),
@@ -265,7 +265,8 @@ static void test_inits(void **state)
     assert_string_equal(perp_mechanism_law_text(PERP_MECHANISM_MOREAU), "moreau");
     assert_string_equal(perp_mechanism_law_text(PERP_MECHANISM_NEWTON), "newton");
     assert_string_equal(perp_mechanism_law_text(PERP_MECHANISM_POISSON), "poisson");
-    assert_string_equal(perp_mechanism_law_text(3), "unknown law");
+    assert_string_equal(perp_mechanism_law_text(PERP_MECHANISM_STRONGE), "stronge");
+    assert_string_equal(perp_mechanism_law_text(4), "unknown law");
     assert_string_equal(perp_mechanism_select_text(PERP_MECHANISM_FREEST), "freest");
     assert_string_equal(perp_mechanism_select_text(3), "unknown selection");
 }

@@ -104,6 +104,8 @@ static double jam(slide *s, double e)
 
 enum { MOST_STEPS = 4000 };
 
+static int32_t law = PERP_MECHANISM_POISSON;
+
 typedef struct history {
     double t[MOST_STEPS], load[MOST_STEPS]; /* of the sliding steps: their ends, mean loads */
     double jam;                             /* when the tip first stuck */
@@ -144,7 +146,7 @@ static void run_rod(const approach *a, double error, double e, double end, doubl
     all->jam = INFINITY;
     rig_open(&r, MACHINE_ROD);
     r.settings.scheme = PERP_MECHANISM_THETA;
-    r.settings.law = PERP_MECHANISM_POISSON;
+    r.settings.law = law;
     r.settings.error = error;
     r.machine.mu[0] = r.machine.mu_static[0] = a->mu;
     r.machine.restitution[0] = e;
@@ -177,7 +179,7 @@ static void check_end(const approach *a, double error, double e)
     if (singular) {
         near(s.y[1], sqrt(MACHINE_GRAVITY / sin(s.y[0])), 1e-9, "spin at the singular point");
         near(inertia_of(a, s.y[0]), 0, 1e-9, "p");
-        lift = jam(&s, e);
+        lift = jam(&s, law == PERP_MECHANISM_STRONGE ? 0.0 : e);
     }
     whole(&s, lift, expected);
     expected[1] -= MACHINE_GRAVITY * flight; /* it leaves the floor, with either spin */
@@ -230,6 +232,16 @@ static void test_poisson(void **state)
     check_end(&slow, 1e-6, 1);
 }
 
+/* The jam at p = 0 changes nothing of u_n: it takes no work, and Stronge's law gives none back. */
+static void test_stronge(void **state)
+{
+    (void)state;
+    law = PERP_MECHANISM_STRONGE;
+    check_end(&slow, 1e-6, 0.5);
+    check_end(&slow, 1e-6, 1);
+    law = PERP_MECHANISM_POISSON;
+}
+
 /* With less friction b passes 0 first, with p > 0: the tip is let go without a jump. */
 static void test_release(void **state)
 {
@@ -280,9 +292,9 @@ static void test_growth(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_jam), cmocka_unit_test(test_poisson),
-                                       cmocka_unit_test(test_release),
-                                       cmocka_unit_test(test_growth)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_jam), cmocka_unit_test(test_poisson), cmocka_unit_test(test_stronge),
+        cmocka_unit_test(test_release), cmocka_unit_test(test_growth)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

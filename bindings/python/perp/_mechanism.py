@@ -68,7 +68,7 @@ class Mechanism(MechanismBase):
     mu: of sliding; mu_static: where the contact did not slide; stribeck: speed s of
         mu + (mu_static - mu) exp(-(speed/s)**2), or 0; restitution: in [0, 1]. Each (k,), or a
         number for all.
-    law: of impacts, "moreau", "newton" or "poisson".
+    law: of impacts, "moreau", "newton", "poisson" or "stronge".
     bilateral: bilateral(q), or (t, q), returns c (m,), its gradient G (m, n) and, if it depends on
         time, drift (m,), the partial derivative of c: c = 0.
     tresca: tresca(t, q, v) returns bound (d,), a force, B (d, n), or (d, 2, n) for discs, and

@@ -13,7 +13,7 @@ AccelerationMethod = Literal["none", "conjugate_gradient"]
 Accuracy = Literal["fast", "standard", "accurate", "exact"]
 Scheme = Literal["frozen", "implicit", "theta"]
 Selection = Literal["any", "nearest", "freest"]
-ImpactLaw = Literal["moreau", "newton", "poisson"]
+ImpactLaw = Literal["moreau", "newton", "poisson", "stronge"]
 BodyKind = Literal["dynamic", "static", "kinematic"]
 JointKind = Literal[
     "ball",

@@ -89,7 +89,7 @@ def test_ramp_by_contact():
     assert run.impulse.shape == (31, 2) and m.rows.contacts == slice(0, 2)
 
 
-@pytest.mark.parametrize("law", ["moreau", "newton", "poisson"])
+@pytest.mark.parametrize("law", ["moreau", "newton", "poisson", "stronge"])
 def test_chains(law):
     """Problem (f), and two balls 1:3 with e = 1/2: (-1/8, 3/8), up to the tolerance of the two
     problems of an impact."""
@@ -100,6 +100,35 @@ def test_chains(law):
         assert r.ok and r.impacts == (1 if e else 0)  # one contact is hit, all have impulses
     r = chain(2, mass=[1, 3], restitution=0.5, law=law).step(0, [0, 0], [1, 0], 1e-3)
     np.testing.assert_allclose(r.v, [-1 / 8, 3 / 8], atol=1e-10)
+
+
+def test_stronge_does_not_add_energy():
+    """A rod at 40 degrees with e = 1, mu = 0.4, whose end slides in at 1/2 and comes down at 1. It
+    stops in the compression and slides back; Stronge's law takes the work of friction along both
+    ways, Newton's adds energy."""
+    lean, mass = np.radians(40), np.diag([1, 1, 1 / 3])
+
+    def contacts(q):
+        s, c = np.sin(lean + q[2]), np.cos(lean + q[2])
+        return [q[1] + c - np.cos(lean)], [[0, 1, -s]], [[1, 0, c]]
+
+    def energy(law):
+        m = perp.Mechanism(3, mass=mass, contacts=contacts, mu=0.4, restitution=1, law=law)
+        v = m.step(0, np.zeros(3), [0.5, -1, 0], 1e-3).v
+        return v @ mass @ v / 2
+
+    s, c = np.sin(lean), np.cos(lean)
+    nn, nt, tt = 1 + 3 * s * s, -3 * s * c, 1 + 3 * c * c  # mobility of the end
+    stop = 0.5 / (0.4 * tt - nt)
+    u = -1 + (nn - 0.4 * nt) * stop  # there
+    back, again = -nt - 0.4 * tt, nn + 0.4 * nt  # rates of slip and of u_n by the impulse
+    taken = -stop * (u - 1) / 2 + u * u / again / 2
+    rest = (np.sqrt(2 * again * taken) - u) / again
+    friction = 0.4 * (0.5 * stop / 2 + back * rest * rest / 2)
+    assert energy("stronge") == pytest.approx(0.625 - friction, abs=1e-9)
+    told = {"newton": 0.73967, "poisson": 0.58616, "stronge": 0.56144}  # docs/mechanism.md
+    for law, value in told.items():
+        assert energy(law) == pytest.approx(value, abs=5e-6)
 
 
 def test_ball_comes_to_rest():

@@ -224,7 +224,7 @@ class Slope(Member):
     def __init__(self, rng):
         n, a = rng.integers(2, 4), rng.uniform(0.05, 0.6)
         self.mu, self.e, self.mass = rng.uniform(0.01, 0.4), rng.uniform(0.3, 0.9), np.eye(n)
-        self.law = rng.choice(["moreau", "newton", "poisson"])
+        self.law = rng.choice(["moreau", "newton", "poisson", "stronge"])
         self.G = np.zeros(n)
         self.G[0], self.G[-1] = 9.81 * np.sin(a), -9.81 * np.cos(a)
         self.q0, self.v0 = np.zeros(n), np.r_[rng.uniform(-2, 4, n - 1), 0]

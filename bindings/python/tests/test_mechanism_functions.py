@@ -333,7 +333,8 @@ def test_defaults_are_the_librarys():
     assert perp.Mechanism.__init__.__kwdefaults__["law"] == law
     assert list(_mechanism_library.MECHANISM_SELECTIONS.values()) == ["any", "nearest", "freest"]
     assert list(_mechanism_library.MECHANISM_SCHEMES.values()) == ["frozen", "implicit", "theta"]
-    assert list(_mechanism_library.MECHANISM_LAWS.values()) == ["moreau", "newton", "poisson"]
+    laws = list(_mechanism_library.MECHANISM_LAWS.values())
+    assert laws == ["moreau", "newton", "poisson", "stronge"]
 
 
 def test_runs_keep_what_they_need():

@@ -8,7 +8,7 @@
 
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
-#include "mechanism/stability.h"
+#include "mechanism/eigenvalues.h"
 
 /* Directions of a slip that starts in 3 dimensions are found to this. */
 #define SAME_FORCE 1e-10

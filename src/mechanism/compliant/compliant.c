@@ -7,7 +7,7 @@
 #include "base/outcome.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
-#include "mechanism/stability.h"
+#include "mechanism/eigenvalues.h"
 
 PERP__INIT(perp_compliant_system)
 

@@ -7,7 +7,7 @@
 #include "base/outcome.h"
 #include "linalg/blas.h"
 #include "mechanism/load_friction/load_friction.h"
-#include "mechanism/stability.h"
+#include "mechanism/eigenvalues.h"
 
 /* What friction may miss beside the terms of its row and of its load. */
 #define HELD 1e-9

@@ -213,7 +213,7 @@ void perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__mot
             continue;
         /* 2. d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways
          * among them */
-        perp__hold_constraints(m);
+        perp__hold_constraints(m, &m->begin);
         memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
         for (int32_t i = 0; i < count; i++)
             perp__add_row(m, &m->begin, row + i, d[i], a->scratch);

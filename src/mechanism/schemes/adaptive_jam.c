@@ -34,7 +34,6 @@ static double find_jump(perp_mechanism *m, perp__adaptive *a, int32_t j)
 
     perp__sliding_inertia(m, j, speed);
     memcpy(a->difference, m->work, (size_t)m->n * sizeof *a->difference);
-    perp__solve_upper(m, &m->begin, a->difference);
     for (int32_t i = 0; i < m->tangents[j]; i++)
         change += perp__row_times(m, &m->begin, m->tangent[j] + i, 0.0, a->difference) * u[i];
     change = change < 0.0 ? -speed * speed / change : 0.0;

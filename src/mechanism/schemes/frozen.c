@@ -16,7 +16,7 @@ void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
     for (int32_t j = 0; j < m->contacts; j++) {
         if (fabs(m->begin.gap[j]) <= perp__gap_rounding(m, &m->begin, m->starts[j], from->q))
             m->begin.gap[j] = 0.0;
-        if (m->settings.law == PERP_MECHANISM_POISSON || m->two_sided[j] > 0) /* nobody else asks */
+        if (m->settings.law >= PERP_MECHANISM_POISSON || m->two_sided[j] > 0) /* nobody else asks */
             m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, from->v,
                                                     PERP__SPEED_ROUNDING);
         m->shift[j] = fmax(m->begin.gap[j], 0.0) / from->h;
