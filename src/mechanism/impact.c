@@ -185,12 +185,13 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
  *   x_j c_j (u_j + u_j+)/2 = s e_j^2 L_j,   L_j = max(-c_j (u_j- + u_j)/2, 0),
  *
  * u_j- before, u_j behind the compression, u_j+ at the end; or what Poisson's law gives if it stays
- * closed. s <= 1 is the most with which the impulses of the expansion give back no more than
- * s sum(e_j^2 L_j), and all L_j together are no more than what the compression takes. So no
- * impact adds energy. */
+ * closed. What comes back is no more than sum(e_j^2 L_j), less by one factor where the L_j are more
+ * than the whole compression takes; s <= 1 is the most with which that is so. So no impact adds
+ * energy. Where the x_j are not found (contacts that open and close by them) nothing comes back. */
 #define UNCOUPLED 1e-12 /* of its terms: a mobility of rounding */
-#define SETTLED 1e-11   /* of the largest impulse: factors that change by no more are found */
-enum { MOST_PASSES = 60 };
+#define SETTLED 1e-9    /* of the largest impulse: factors that change by no more are found */
+#define POWER 0.35      /* of what a factor is off by, in a correction: more of it oscillates */
+enum { MOST_PASSES = 200 };
 
 /* J_row x, where that is more than rounding of its terms. */
 static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t row,
@@ -277,15 +278,19 @@ static double correct(perp_mechanism *m, double *share)
         losses += loss;
         due += e * e * loss;
         largest = fmax(largest, c);
-        if (mean > 0.0 || loss == 0.0)
-            m->pressure[j] = loss > 0.0 ? sqrt(given * (*share * e * e * loss / mean)) : 0.0;
+        if (loss == 0.0 || given == 0.0)
+            m->pressure[j] = 0.0;
+        else if (mean > 0.0)
+            m->pressure[j] *= pow(*share * e * e * loss / (mean * given), POWER);
         change = fmax(change, fabs(m->pressure[j] - given));
     }
-    if (losses > 0.0)
+    if (losses > taken) { /* some compressions gave what others took */
         *share = fmin(*share, fmax(taken, 0.0) / losses);
-    if (change > SETTLED * largest || back <= *share * due * (1.0 + 2.0 * SETTLED))
+        due *= fmax(taken, 0.0) / losses;
+    }
+    if (change > SETTLED * largest || back <= due * (1.0 + 0.1 * SETTLED))
         return largest > 0.0 ? change / largest : 0.0;
-    *share *= *share * due / back;
+    *share *= (1.0 - 10.0 * SETTLED) * due / back; /* so that it is not too much */
     return 1.0;
 }
 
