@@ -428,7 +428,7 @@ static void make_settings(fuzz_bytes *bytes, perp_mechanism_settings *settings)
     if (perp_mechanism_settings_init(settings, sizeof *settings) != PERP_OK)
         fuzz_fail("perp_mechanism_settings_init takes its own size");
     settings->scheme = fuzz_pick(bytes, 4) % 3;
-    settings->law = fuzz_pick(bytes, 3);
+    settings->law = fuzz_pick(bytes, 4);
     settings->tol = fuzz_tol(bytes, settings->tol);
     settings->theta = fuzz_pick(bytes, 5) * 0.25;
     settings->cone = flags & 1 && flags & 2 ? 3 + fuzz_pick(bytes, 6) : 0;
