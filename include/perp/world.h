@@ -26,8 +26,8 @@
  * Planar worlds use x, y and an angle about z. gap > 0 is separated. A contact's normal points from
  * body A to body B; a normal impulse >= 0 pushes B along it; a normal velocity > 0 separates.
  * Contact components come as (normal, tangent 1, tangent 2), right-handed; planar, tangent 1 is the
- * normal turned by +90 degrees. A half-space is solid
- * where normal.x <= offset. A sphere of radius 0 is a point.
+ * normal turned by +90 degrees. A half-space is solid where n.x <= offset, n its normal brought to
+ * length 1. A sphere of radius 0 is a point.
  */
 #ifndef PERP_WORLD_H
 #define PERP_WORLD_H

@@ -299,8 +299,8 @@ class Body:
         friction: Optional[float] = None,
         restitution: float = 0.0,
     ) -> Shape:
-        """Adds a half-space, solid where normal . x <= offset, in the body's frame. Static and
-        kinematic bodies only. The rest as for add_sphere()."""
+        """Adds a half-space, solid where n . x <= offset in the body's frame, n the normal brought
+        to length 1. Static and kinematic bodies only. The rest as for add_sphere()."""
         settings = self._world._shape_settings(friction, restitution, None, None, None)
         direction = self._world._vector(normal, "normal")
         distance = c_double(number(offset, "offset"))
