@@ -49,12 +49,13 @@ typedef struct projected {
     int64_t products, limit;
     double norm;      /* of D M D, from below */
     double curvature; /* of `direction`, with `image`, if the next may be conjugate to it; else 0 */
-    double unit;      /* omega: scaled numbers are z / (D omega), D w / omega */
+    int32_t omega;    /* log2: scaled numbers are z / (D omega), D w / omega; */
+    int32_t *exponents; /* and of D */
     double *scale, *q, *lower, *upper;
     double *x, *gradient, *best;
     double *free_part, *chopped, *direction, *image;
     double *kept, *kept_gradient; /* before an expansion */
-    double *caller_z, *caller_w;
+    double *caller_z;
     perp_status status;
 } projected;
 
@@ -64,7 +65,8 @@ static void layout(perp__arena *arena, void *object)
 
     PERP__DOUBLES(arena, (size_t)p->n, &p->scale, &p->q, &p->lower, &p->upper, &p->x, &p->gradient,
                   &p->best, &p->kept, &p->kept_gradient, &p->free_part, &p->chopped, &p->direction,
-                  &p->image, &p->caller_z, &p->caller_w);
+                  &p->image, &p->caller_z);
+    p->exponents = perp__arena_take(arena, (size_t)p->n, sizeof *p->exponents);
 }
 
 /* y := D M D x; false where there is none. */
@@ -113,15 +115,16 @@ static int32_t find_norm(projected *p)
             u[i] /= size;
         if (!multiply(p, p->image, u))
             return 0;
+        perp__raise_to(&p->norm, sqrt(perp__dot(p->image, p->image, n)));
         if (k == 0)
             memcpy(first, u, bytes);
-        if (k == 1 && !(fabs(size - perp__dot(first, p->image, n)) <= sqrt(DBL_EPSILON) * size)) {
+        if (k == 1 &&
+            !(fabs(size - perp__dot(first, p->image, n)) <= sqrt(DBL_EPSILON) * p->norm)) {
             p->status = perp__refuse(
                 p->context, "the product is not symmetric: v'M u = %g, u'M v = %g for two vectors",
                 size, perp__dot(first, p->image, n));
             return 0;
         }
-        perp__raise_to(&p->norm, sqrt(perp__dot(p->image, p->image, n)));
         memcpy(u, p->image, bytes);
     }
     return 1;
@@ -175,9 +178,12 @@ static double longest_step(const projected *p, const double *d)
     return longest;
 }
 
-/* x := x - step d, onto the bound where that ends there; the gradient with it. */
-static void move(projected *p, double step, const double *d)
+/* x := x - step d, onto the bound where that ends there; the gradient with it. False where that
+ * leaves the range of doubles. */
+static int32_t move(projected *p, double step, const double *d)
 {
+    int32_t finite = 1;
+
     for (int32_t i = 0; i < p->n; i++) {
         if (d[i] > 0.0 && step >= (p->x[i] - p->lower[i]) / d[i])
             p->x[i] = p->lower[i];
@@ -186,7 +192,9 @@ static void move(projected *p, double step, const double *d)
         else
             p->x[i] -= step * d[i];
         p->gradient[i] -= step * p->image[i];
+        finite &= fabs(p->x[i]) <= DBL_MAX;
     }
+    return finite;
 }
 
 /* 2 (z'Mz/2 + q'z); *rounding: what may be wrong with it. */
@@ -217,7 +225,8 @@ static int32_t expand(projected *p, double rest, const double *d)
     memcpy(p->kept, p->x, bytes);
     memcpy(p->kept_gradient, p->gradient, bytes);
     for (int32_t i = 0; i < p->n; i++)
-        p->x[i] = perp__clamp(p->x[i] - rest * d[i], p->lower[i], p->upper[i]);
+        p->x[i] = perp__clamp(perp__clamp(p->x[i] - rest * d[i], -DBL_MAX, DBL_MAX), p->lower[i],
+                              p->upper[i]);
     if (!find_gradient(p))
         return 0;
     if (energy(p, &rounding) <= before + rounding)
@@ -265,7 +274,8 @@ static int32_t advance(projected *p, int32_t is_proportional)
     if (!(fmin(step, longest) < INFINITY))
         return 0; /* it falls for ever: M is not definite there, or no z solves this */
     p->fresh = 0;
-    move(p, fmin(step, longest), d);
+    if (!move(p, fmin(step, longest), d))
+        return 0;
     if (is_proportional && step > longest)
         return expand(p, curvature > 0.0 ? step - longest : 0.0, d);
     if (is_proportional)
@@ -378,56 +388,69 @@ static perp_status check(perp_context *context, const perp_lcp_result *result, c
     return status;
 }
 
-/* A finite bound stays finite, however far the scaling pushes it. */
-static double scale_bound(double bound, double unit)
+/* z in scaled numbers; what is finite stays so. */
+static double scale_place(const projected *p, int32_t i, double z)
 {
-    return isinf(bound) ? bound : perp__clamp(bound / unit, -DBL_MAX, DBL_MAX);
+    return isinf(z) ? z
+                    : perp__clamp(perp__shift(z, -p->exponents[i] - p->omega), -DBL_MAX, DBL_MAX);
 }
 
 /* D of powers of two next to M_ii^-1/2, omega of that next to max |D q|, and the start. */
 static void scale_problem(projected *p, const double *diagonal, const double *q,
                           const double *lower, const double *upper, const double *z0)
 {
-    double largest = 0.0;
+    int32_t any = 0;
 
+    p->omega = 0;
     for (int32_t i = 0; i < p->n; i++) {
         const int32_t power = diagonal ? perp__exponent_of(diagonal[i]) : 0;
 
-        p->scale[i] = perp__power_of_two(-(power - (power & 1)) / 2); /* rounded down */
-        perp__raise_to(&largest, fabs(p->scale[i] * q[i]));
-    }
-    p->unit = largest > 0.0 ? perp__power_of_two(perp__exponent_of(largest)) : 1.0;
-    for (int32_t i = 0; i < p->n; i++) {
-        const double unit = p->scale[i] * p->unit;
+        p->exponents[i] = -(power - (power & 1)) / 2; /* rounded down */
+        p->scale[i] = perp__power_of_two(p->exponents[i]);
+        if (q[i] != 0.0) {
+            const int32_t size = perp__exponent_of(q[i]) + p->exponents[i];
 
-        p->q[i] = p->scale[i] * q[i] / p->unit;
-        p->lower[i] = lower ? scale_bound(lower[i], unit) : 0.0;
-        p->upper[i] = upper ? scale_bound(upper[i], unit) : INFINITY;
-        p->x[i] = perp__clamp(z0 ? z0[i] / unit : 0.0, p->lower[i], p->upper[i]);
+            p->omega = any && p->omega > size ? p->omega : size;
+            any = 1;
+        }
+    }
+    for (int32_t i = 0; i < p->n; i++) {
+        p->q[i] = perp__shift(q[i], p->exponents[i] - p->omega);
+        p->lower[i] = lower ? scale_place(p, i, lower[i]) : 0.0;
+        p->upper[i] = upper ? scale_place(p, i, upper[i]) : INFINITY;
+        p->x[i] = perp__clamp(z0 ? scale_place(p, i, z0[i]) : 0.0, p->lower[i], p->upper[i]);
     }
 }
 
-/* The answer in the caller's units, of which powers of two change no bit. */
+/* The answer in the caller's units, of which powers of two change no bit. What doubles cannot hold
+ * there is no answer. */
 static void write_answer(const projected *p, double *z, double *w, perp_lcp_result *own,
                          const double *lower, const double *upper)
 {
     double residual = 0.0, natural = 0.0;
+    int32_t held = 1;
 
     for (int32_t i = 0; i < p->n; i++) {
+        const int32_t unit = p->exponents[i] + p->omega;
         const double low = lower ? lower[i] : 0.0, up = upper ? upper[i] : INFINITY;
-        const double force = p->gradient[i] * p->unit / p->scale[i];
+        const double force = perp__shift(p->gradient[i], p->omega - p->exponents[i]);
+        const double place = perp__clamp(perp__shift(p->x[i], unit), -DBL_MAX, DBL_MAX);
 
         z[i] = p->x[i] <= p->lower[i]   ? low
                : p->x[i] >= p->upper[i] ? up
-                                        : perp__clamp(p->scale[i] * p->unit * p->x[i], low, up);
+                                        : perp__clamp(place, low, up);
         if (w)
             w[i] = force;
+        held &= fabs(force) <= DBL_MAX &&
+                fabs(perp__shift(place, -unit) - p->x[i]) <= DBL_EPSILON * fabs(p->x[i]);
         perp__raise_to(&residual,
                        fabs(perp__mid(p->x[i], p->lower[i], p->upper[i], p->gradient[i])));
         perp__raise_to(&natural, fabs(perp__mid(z[i], low, up, force)));
     }
-    own->residual = perp__told(residual);
-    own->natural_residual = perp__told(natural);
+    if (!held && perp__is_good(own->outcome))
+        own->outcome = PERP_OUTCOME_STALLED;
+    own->residual = held ? perp__told(residual) : INFINITY;
+    own->natural_residual = held ? perp__told(natural) : INFINITY;
     own->backward_error = perp__told(backward_error(p));
 }
 

@@ -208,6 +208,31 @@ static void test_rounding_is_no_curvature(void **state)
     }
 }
 
+/* Units at the ends of doubles: what they can hold is solved, what they cannot is not said to be.
+ */
+static void test_ends_of_doubles(void **state)
+{
+    static const struct {
+        double M, q;
+        int ok;
+    } cases[] = {{1e-150, -1e140, 1}, {1e150, -1e-140, 1}, {1.0, -1e300, 1},
+                 {1.0, -1e-310, 1},   {1e-150, -1e200, 0}, {1e150, -1e-200, 0}};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        perp_lcp_result result;
+        double M = cases[k].M, q = cases[k].q, z;
+        gen_lcp p = {.n = 1, .M = &M, .q = &q};
+
+        assert_int_equal(solve(&(seen){.problem = &p}, &z, NULL, &result, NULL, NULL, NULL),
+                         PERP_OK);
+        assert_true(isfinite(z));
+        assert_int_equal(result.outcome == PERP_OUTCOME_SOLVED, cases[k].ok);
+        if (cases[k].ok)
+            assert_true(fabs(z / (-q / M) - 1.0) <= 1e-9);
+    }
+}
+
 /* From a start 1e12 away sums of images err by 1e-4: what is told is a product's residual. */
 static void test_drift(void **state)
 {
@@ -369,6 +394,7 @@ int main(void)
         cmocka_unit_test(test_no_solution),
         cmocka_unit_test(test_rounding_is_no_curvature),
         cmocka_unit_test(test_drift),
+        cmocka_unit_test(test_ends_of_doubles),
         cmocka_unit_test(test_ends),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_memory),

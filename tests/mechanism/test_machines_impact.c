@@ -54,7 +54,7 @@ static void hit_chains(int32_t scheme)
 {
     static const int32_t names[] = {MACHINE_CHAIN_3, MACHINE_CHAIN_5, MACHINE_CHAIN_UNLIKE},
                          laws[] = {PERP_MECHANISM_MOREAU, PERP_MECHANISM_NEWTON,
-                                   PERP_MECHANISM_POISSON};
+                                   PERP_MECHANISM_POISSON, PERP_MECHANISM_STRONGE};
     static const double restitutions[] = {0, 0.5, 1};
     int a, b, k;
     int32_t i;
