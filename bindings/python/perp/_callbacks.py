@@ -7,10 +7,12 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import c_double
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
+
+from . import _arrays, _errors
 
 Array = NDArray[np.float64]
 
@@ -35,6 +37,20 @@ class Callbacks:
             memory = (c_double * length).from_address(address or id(self))
             view = self._views[address, length] = np.ctypeslib.as_array(memory)
         return view
+
+    def answer(self, function: Callable[[Array], Any], name: str, out: int, x: int, n: int) -> int:
+        """out := function(x), n numbers each; what the library is to return for it."""
+        try:
+            if self.raised:
+                return -1
+            values = _arrays.real(function(self.view(x, n).copy()), name)
+            if values.shape != (n,):
+                raise _errors.argument_error(f"{name} has shape {values.shape}, expected ({n},)")
+            self.view(out, n)[:] = values
+            return 0
+        except BaseException as error:
+            self.raised.append(error)
+            return -1
 
     @contextmanager
     def catching(self) -> Iterator[None]:

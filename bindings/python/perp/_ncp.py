@@ -133,18 +133,7 @@ class _Callbacks(Callbacks):
         self.problem.row_indices = _arrays.address(rows)
 
     def _call_function(self, out: int, z: int, _: Any) -> int:
-        try:
-            if self.raised:
-                return -1
-            n = self._n
-            values = _arrays.real(self._F(self.view(z, n).copy()), "F(z)")
-            if values.shape != (n,):
-                raise _errors.argument_error(f"F(z) has shape {values.shape}, expected ({n},)")
-            self.view(out, n)[:] = values
-            return 0
-        except BaseException as error:
-            self.raised.append(error)
-            return -1
+        return self.answer(self._F, "F(z)", out, z, self._n)
 
     def _call_jacobian(self, out: int, z: int, _: Any) -> int:
         try:

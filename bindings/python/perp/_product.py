@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from ctypes import byref
-from typing import Any, Callable, Optional
+from typing import Callable, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _arrays, _errors
+from . import _arrays
 from ._callbacks import Array, Callbacks
 from ._generated import LcpProduct, LcpSettings
 from ._generated import LcpResult as CResult
@@ -17,31 +17,6 @@ from ._lcp import LcpResult, count, limit, read_answer
 from ._library import defaults, library
 from ._monitor import Monitor, Watch
 from ._structures import sized
-
-
-class _Product(Callbacks):
-    """The caller's function as the library calls it."""
-
-    def __init__(self, product: Callable[[Array], ArrayLike], n: int) -> None:
-        super().__init__()
-        self._product, self._n = product, n
-        self.function = LcpProduct(self._multiply)
-
-    def _multiply(self, y: int, x: int, _: Any) -> int:
-        try:
-            if self.raised:
-                return -1
-            n = self._n
-            values = _arrays.real(self._product(self.view(x, n).copy()), "product(x)")
-            if values.shape != (n,):
-                raise _errors.argument_error(
-                    f"product(x) has shape {values.shape}, expected ({n},)"
-                )
-            self.view(y, n)[:] = values
-            return 0
-        except BaseException as error:
-            self.raised.append(error)
-            return -1
 
 
 def lcp_product(
@@ -79,7 +54,8 @@ def lcp_product(
     low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
     scale = None if diagonal is None else _arrays.vector(diagonal, "diagonal", n)
     start = None if z0 is None else _arrays.vector(z0, "z0", n)
-    callbacks, watch = _Product(product, n), Watch(monitor)
+    callbacks, watch = Callbacks(), Watch(monitor)
+    multiply = LcpProduct(lambda y, x, _: callbacks.answer(product, "product(x)", y, x, n))
     if monitor is not None:
         settings.monitor = watch.function
     z, w = np.empty(n), np.empty(n)
@@ -91,7 +67,7 @@ def lcp_product(
             byref(result),
             byref(settings),
             n,
-            callbacks.function,
+            multiply,
             None,
             None if scale is None else _arrays.address(scale),
             _arrays.address(offset),
