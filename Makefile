@@ -370,7 +370,7 @@ AGAIN = $(MAKE) --no-print-directory DEPENDENCIES='$(DEPENDENCIES)'
 
 ## Running
 
-#: make binding           write bindings/python/perp/_generated.py anew from the headers
+#: make binding           write Python's _generated.py and tests/abi/layout.def from the headers
 .PHONY: binding
 binding:
 	@CC='$(CC)' scripts/generate-binding

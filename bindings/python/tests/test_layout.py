@@ -98,9 +98,39 @@ def handles():
 
 
 @needs_compiler
-def test_the_headers_give_the_committed_file():
+def test_the_headers_give_the_committed_files():
     """The generator is also what would notice a struct or a function that is missing here."""
     subprocess.run([sys.executable, ROOT / "scripts/generate-binding", "--check"], check=True)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "old, new, refused",
+    [
+        ("    double penalty;", "    int32_t more;\n    double penalty;", "perp_lcp_settings"),
+        ("    double penalty;", "    int64_t penalty;", None),  # the same place
+        ("} perp_lcp_settings;", "int32_t more;\n} perp_lcp_settings;", None),
+        ("PERP_LCP_PGS = 2", "PERP_LCP_PGS = 9", "PERP_LCP_PGS"),
+        ("PERP_LCP_PGS = 2", "PERP_LCP_OTHER = 2", "PERP_LCP_PGS"),
+    ],
+)
+def test_the_generator_refuses_a_break_of_the_binary_interface(tmp_path, old, new, refused):
+    for name in ("scripts/generate-binding", "tests/abi/layout.def", "bindings/python/perp"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if (ROOT / name).is_dir() else shutil.copy)(ROOT / name, tmp_path / name)
+    shutil.copytree(ROOT / "include", tmp_path / "include")
+    header = tmp_path / "include/perp/lcp.h"
+    assert old in header.read_text()
+    header.write_text(header.read_text().replace(old, new))
+    run = subprocess.run(
+        [sys.executable, tmp_path / "scripts/generate-binding"], stderr=subprocess.PIPE, text=True
+    )
+    if refused:
+        assert run.returncode and f"{refused} is not what" in run.stderr
+    else:
+        assert run.returncode == 0, run.stderr
+        added = (tmp_path / "tests/abi/layout.def").read_text()
+        assert ("FIELD(more, 88, 4)" in added) == ("more" in new)
 
 
 @pytest.mark.parametrize(
