@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from ctypes import byref, string_at
+from collections.abc import Generator
+from ctypes import byref
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
-from ._answer import Shown
+from ._answer import Found, Shown, maker
 from ._generated import LcpEnumeration, LcpFound, LcpSettings, LcpVisit, Matrix
 from ._handle import Context
-from ._lcp import count, limit
-from ._library import OUTCOMES, PLACES, defaults, library
+from ._library import PLACES, defaults, library
 from ._monitor import Monitor, Watch
+from ._settings import fill
 from ._structures import sized
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Solution(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Solutions:
+class Solutions(Found[Solution]):
     """What lcp_all() found: a sequence of Solution."""
 
     solutions: list[Solution]
@@ -64,31 +64,19 @@ class Solutions:
         """Whether there are no other solutions."""
         return self.outcome == "solved"
 
-    def __len__(self) -> int:
-        return len(self.solutions)
-
-    def __iter__(self) -> Iterator[Solution]:
-        return iter(self.solutions)
-
-    def __getitem__(self, index: int) -> Solution:
-        return self.solutions[index]
-
 
 _PLACES = np.array(PLACES)
-
-
-def _table(address: int, rows: int, n: int) -> Array:
-    return np.frombuffer(bytearray(string_at(address, 8 * rows * n))).reshape(rows, n)
+_make = maker(Solutions, LcpEnumeration)
 
 
 def _read(s: LcpFound, n: int) -> Solution:
     return Solution(
-        _table(s.z, 1, n)[0],
-        _table(s.w, 1, n)[0],
+        _arrays.read(s.z, n),
+        _arrays.read(s.w, n),
         s.dimension,
-        _table(s.vertices, s.vertex_count, n),
-        _table(s.rays, s.ray_count, n),
-        _PLACES[np.frombuffer(string_at(s.places, 4 * n), dtype=np.int32)],
+        _arrays.read(s.vertices, s.vertex_count, n),
+        _arrays.read(s.rays, s.ray_count, n),
+        _PLACES[_arrays.read_codes(s.places, n)],
         s.residual,
     )
 
@@ -133,9 +121,9 @@ def lcp_all(
     """
     context, matrix, result = Context(), sized(Matrix), sized(LcpEnumeration)
     settings = defaults(LcpSettings)
-    settings.tol, settings.scaling = tol, 1 if scaling else 0
-    settings.time_limit = limit(time_limit, "time_limit")
-    settings.max_iterations = count(max_iterations, "max_iterations")
+    fill(
+        settings, {}, tol=tol, scaling=scaling, time_limit=time_limit, max_iterations=max_iterations
+    )
     n, _, owner = _arrays.view(matrix, M)
     offset = _arrays.vector(q, "q", n)
     low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
@@ -152,8 +140,8 @@ def lcp_all(
         byref(settings),
         byref(matrix),
         _arrays.address(offset),
-        None if low is None else _arrays.address(low),
-        None if high is None else _arrays.address(high),
+        _arrays.optional(low),
+        _arrays.optional(high),
         visit,
         None,
     )
@@ -162,11 +150,4 @@ def lcp_all(
         raise raised[0]
     context.check(status)
     del owner  # the view of M was used up to here
-    return Solutions(
-        found,
-        OUTCOMES[result.outcome],
-        result.nodes,
-        result.bases,
-        result.singular,
-        result.seconds,
-    )
+    return _make(result, solutions=found)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
+from ctypes import Structure, c_void_p
 from html import escape
-from typing import TYPE_CHECKING, Any, Optional, TypeVar
+from typing import TYPE_CHECKING, Any, Callable, Generic, Optional, TypeVar
 
 import numpy as np
 
 from . import _plot
+from ._library import CERTIFICATES, GOOD_OUTCOMES, OUTCOMES
 
 if TYPE_CHECKING:
     from ._monitor import Progress
 
 A = TypeVar("A", bound="Answer")
+R = TypeVar("R")
+T = TypeVar("T")
 
 _MESSAGES = {
     "solved": "the residual is within tol, and every row holds beside its own terms",
@@ -59,6 +64,49 @@ class Shown:
             for name, text in self._lines()
         )
         return f"<table><caption>{escape(repr(self))}</caption>{rows}</table>"
+
+
+class Found(Generic[T]):
+    """A sequence of `solutions`."""
+
+    solutions: list[T]
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __iter__(self) -> Iterator[T]:
+        return iter(self.solutions)
+
+    def __getitem__(self, index: int) -> T:
+        return self.solutions[index]
+
+
+def maker(result: type[R], struct: type[Structure], **words: Any) -> Callable[..., R]:
+    """A function that makes a result of a struct of the library's and, as keywords, of the fields
+    that the struct has not got. Of what it has by the same name flags become bools, an index below 0
+    None, codes the words given for them (a table, or a function); with an `outcome` comes `ok`."""
+    words = {"outcome": OUTCOMES, "certificate": CERTIFICATES, **words}
+    there = {name for name, kind in struct._fields_ if kind is not c_void_p}  # type: ignore[misc]
+    turns: dict[str, Any] = {"bool": bool, "Optional[int]": _index}
+    seen: dict[str, Any] = {"result": result, "good_outcomes": GOOD_OUTCOMES}
+    parameters, values = ["found"], []
+    for field in dataclasses.fields(result):  # type: ignore[arg-type]
+        name, turn = field.name, words.get(field.name, turns.get(str(field.type)))
+        if name in there:
+            seen[f"turn_{name}"] = turn if callable(turn) else getattr(turn, "__getitem__", None)
+            call = "found.{0}" if turn is None else "turn_{0}(found.{0})"
+            values.append(call.format(name))
+        elif name == "ok" and "outcome" in there:
+            values.append("found.outcome in good_outcomes")
+        else:
+            parameters.append(name)
+            values.append(name)
+    # one expression, as if written by hand: a loop would take as long as a small solve
+    return eval(f"lambda {', '.join(parameters)}: result({', '.join(values)})", seen)  # type: ignore[no-any-return]
+
+
+def _index(number: int) -> Optional[int]:
+    return None if number < 0 else number
 
 
 class Answer(Shown):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ctypes import addressof, c_char
+from ctypes import addressof, c_char, string_at
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,26 @@ def address(array: NDArray[Any]) -> int:
         return addressof(c_char.from_buffer(memory))
     except (TypeError, ValueError, BufferError):  # read-only, empty, or not C-contiguous
         return array.ctypes.data
+
+
+def optional(array: NDArray[Any] | None) -> int | None:
+    """Where the data are of an array that may be left out."""
+    return None if array is None else address(array)
+
+
+def copied(address: int | None, size: int) -> bytes:
+    """So many bytes of the library's; zeros where it has none."""
+    return string_at(address, size) if address else bytes(size)
+
+
+def read(address: int | None, *shape: int) -> NDArray[np.float64]:
+    """A copy of an array of the library's."""
+    return np.frombuffer(bytearray(copied(address, 8 * prod(shape)))).reshape(shape)
+
+
+def read_codes(address: int | None, count: int) -> NDArray[np.int32]:
+    """The same of codes."""
+    return np.frombuffer(copied(address, 4 * count), dtype=np.int32)
 
 
 def real(value: Any, name: str) -> NDArray[np.float64]:

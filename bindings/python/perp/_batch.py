@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays, _errors
 from ._generated import LcpSettings
 from ._handle import Context
-from ._lcp import limit
 from ._library import GOOD_OUTCOMES, OUTCOMES, library
+from ._settings import limit
 from ._structures import sized
 
 Array = NDArray[np.float64]
@@ -109,8 +109,8 @@ def lcp_batch(
             n,
             _arrays.address(matrices),
             _arrays.address(offsets),
-            None if low is None else _arrays.address(low),
-            None if high is None else _arrays.address(high),
+            _arrays.optional(low),
+            _arrays.optional(high),
         )
     )
     return Batch(z, w, residuals, np.isin(codes, GOOD_OUTCOMES), codes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, pointer, string_at
+from ctypes import byref, pointer
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -21,12 +21,12 @@ from ._generated import (
     Matrix,
 )
 from ._handle import Context, _release_with
+from ._library import MODES, codes
 from ._mechanism_library import defaults, library
 from ._structures import sized
 
 Array = NDArray[np.float64]
-_ENDS = ("time", "stopped", "steps", "failed", "released", "touched")
-_MODES = ("separate", "stick", "slip")
+_ENDS = tuple(codes("PERP_COMPLIANT_"))
 _COUNTS = ("steps", "rejected", "stops", "reversals", "starts", "releases")
 
 
@@ -110,7 +110,7 @@ class Compliant:
         for name, value, size in ("force", force, n), ("mu", mu, p), ("mu_static", mu_static, p):
             array = _arrays.bound(value, name, size)
             kept.append(array)
-            setattr(system, name, None if array is None else _arrays.address(array))
+            setattr(system, name, _arrays.optional(array))
         sides = np.ascontiguousarray(np.broadcast_to(one_sided, (p,)), dtype=np.int32)
         system.one_sided = _arrays.address(sides)
         system.stiffness, system.damping = stiffness, damping
@@ -197,8 +197,8 @@ class Compliant:
             x=x,
             v=v,
             normal_force=N,
-            friction=np.frombuffer(string_at(result.friction, 8 * self.p)).copy(),
-            modes=[_MODES[k] for k in np.frombuffer(string_at(result.modes, 4 * self.p), dtype=np.int32)],
+            friction=_arrays.read(result.friction, self.p),
+            modes=[MODES[k] for k in _arrays.read_codes(result.modes, self.p)],
             end=_ENDS[result.end],
             contact=None if result.contact < 0 else result.contact,
             least_normal=least,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors, _plot
-from ._answer import SolverAnswer
+from ._answer import SolverAnswer, maker
 from ._callbacks import Array, Callbacks
 from ._generated import (
     ContactDynamics,
@@ -24,13 +24,13 @@ from ._generated import (
 )
 from ._generated import ContactResult as CResult
 from ._handle import Context, Handle
-from ._lcp import code, count, limit
-from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES, library
+from ._library import CONTACT_METHODS, MODES, library
 from ._monitor import Monitor, Watch, needs_watch
+from ._settings import fill, numbers
 from ._structures import sized
 from ._words import ContactMethod, Outcome
 
-_METHOD_CODES = {word: k for k, word in CONTACT_METHODS.items()}
+CODES = {"method": numbers(CONTACT_METHODS)}
 _NO_MONITOR, _NO_SOLVE = ContactMonitor(), ContactMassSolve()
 _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])
 
@@ -88,10 +88,6 @@ class ContactResult(SolverAnswer):
         modes = self.modes[: len(self.dims)]
         cone = normal, friction, self.mu * normal, modes
         return [(_plot.impulses, (normal, modes)), (_plot.cones, cone)]
-
-
-def _optional(array: Optional[Array]) -> Optional[int]:
-    return None if array is None else _arrays.address(array)
 
 
 def _bounds(
@@ -154,7 +150,7 @@ class _Laws:
             self.struct.two_sided = _arrays.address(self.two_sided)
         self.struct.bounded = self.bounded
         self.bounds = low, high
-        self.struct.lower, self.struct.upper = _optional(low), _optional(high)
+        self.struct.lower, self.struct.upper = _arrays.optional(low), _arrays.optional(high)
         for name, array in self.coefficients.items():
             setattr(self.struct, name, _arrays.address(array))
         alike = dims.ndim == 0 and len(arrays) == 1  # without rolling and spinning
@@ -200,29 +196,6 @@ class _Laws:
             self.struct.compliance = _arrays.address(self.compliance)
 
 
-def _cone(cone: Union[str, int]) -> int:
-    if cone == "exact":
-        return 0
-    if isinstance(cone, (int, np.integer)) and not isinstance(cone, bool) and cone >= 3:
-        return int(cone)
-    raise _errors.argument_error(f"cone is {cone!r}, expected 'exact' or 3, 4, 5, ... edges")
-
-
-def _fill(
-    settings: ContactSettings,
-    method: str,
-    cone: Union[str, int],
-    tol: float,
-    max_iterations: Optional[int],
-    time_limit: Optional[float],
-) -> None:
-    settings.method = code(method, _METHOD_CODES, "method")
-    settings.cone = _cone(cone)
-    settings.tol = tol
-    settings.max_iterations = count(max_iterations, "max_iterations")
-    settings.time_limit = limit(time_limit, "time_limit")
-
-
 class _MassSolve(Callbacks):
     """The caller's solve as a callback for the library, which keeps what was raised inside."""
 
@@ -247,6 +220,9 @@ class _MassSolve(Callbacks):
             return 1
 
 
+_make = maker(ContactResult, CResult, method=CONTACT_METHODS)
+
+
 def _answer(
     laws: _Laws,
     rows: int,
@@ -256,32 +232,21 @@ def _answer(
     result: CResult,
 ) -> ContactResult:
     r, u, ray = buffers
-    return ContactResult(
-        v,
-        r[:rows],
-        u[:rows],
-        r[rows:],
-        _MODE_WORDS[modes],
-        OUTCOMES[result.outcome],
-        result.outcome in GOOD_OUTCOMES,
-        result.residual,
-        result.natural_residual,
-        result.backward_error,
-        result.signorini_velocity,
-        result.signorini_impulse,
-        result.cone,
-        result.dissipation_velocity,
-        result.dissipation_impulse,
-        result.bilateral,
-        result.iterations,
-        result.seconds,
-        CONTACT_METHODS[result.method],
-        ray if result.has_ray else None,
-        CERTIFICATES[result.certificate],
-        laws.dims,
-        laws.starts,
-        laws.coefficients["mu"],
-        laws.two_sided,
+    return _make(
+        result,
+        v=v,
+        impulse=r[:rows],
+        velocity=u[:rows],
+        bilateral_impulse=r[rows:],
+        modes=_MODE_WORDS[modes],
+        signorini=result.signorini_velocity,
+        dissipation=result.dissipation_velocity,
+        bilateral_residual=result.bilateral,
+        ray=ray if result.has_ray else None,
+        dims=laws.dims,
+        starts=laws.starts,
+        mu=laws.coefficients["mu"],
+        two_sided=laws.two_sided,
     )
 
 
@@ -390,7 +355,10 @@ class ContactSolver(Handle):
         monitor: Optional[Monitor] = None,
     ) -> None:
         self._settings = sized(ContactSettings)
-        _fill(self._settings, method, cone, tol, max_iterations, time_limit)
+        fill(
+            self._settings, CODES, method=method, cone=cone, tol=tol, max_iterations=max_iterations,
+            time_limit=time_limit,
+        )  # fmt: skip
         self._monitor = monitor
         self._watch = Watch(monitor, ContactMonitor, CONTACT_METHODS)
         self._watched = False
@@ -473,8 +441,8 @@ class ContactSolver(Handle):
                 byref(result),
                 address(load),
                 address(offset),
-                _optional(joints),
-                _optional(start),
+                _arrays.optional(joints),
+                _arrays.optional(start),
             )
             self._check(status)
             answer = _answer(self._laws, rows, v, (r, u, ray), modes, result)
@@ -585,7 +553,10 @@ def contact_delassus(
         before these.
     """
     settings, view, result = sized(ContactSettings), sized(Matrix), sized(CResult)
-    _fill(settings, method, cone, tol, max_iterations, time_limit)
+    fill(
+        settings, CODES, method=method, cone=cone, tol=tol, max_iterations=max_iterations,
+        time_limit=time_limit,
+    )  # fmt: skip
     entries, owner = _arrays.view_rectangle(view, W, "W")
     size = view.rows
     if not 0 <= bilateral <= size:
@@ -611,7 +582,7 @@ def contact_delassus(
         byref(laws.struct),
         byref(view),
         address(offset),
-        _optional(start),
+        _arrays.optional(start),
     )
     if watch is not None:
         watch.raise_caught()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
-from ._contact import _MODE_WORDS, _optional, _Problem
+from ._contact import _MODE_WORDS, _Problem
 from ._generated import (
     ContactSensitivityInfo,
     ContactSensitivityPointer,
@@ -59,7 +59,7 @@ class ContactSensitivity(Handle):
             byref(problem.dynamics),
             _arrays.address(load),
             _arrays.address(offset),
-            _optional(joints),
+            _arrays.optional(joints),
             _arrays.address(point),
         )
         self._contacts = problem.laws.contacts
@@ -108,7 +108,7 @@ class ContactSensitivity(Handle):
             library.perp_contact_sensitivity_forward,
             _arrays.address(dv),
             _arrays.address(dr),
-            *(_optional(change) for change in changes),
+            *(_arrays.optional(change) for change in changes),
             *views,
         )
         del owners  # the views were used up to here
@@ -129,8 +129,8 @@ class ContactSensitivity(Handle):
         self._call(
             library.perp_contact_sensitivity_adjoint,
             *(_arrays.address(x) for x in results),
-            _optional(left),
-            _optional(right),
+            _arrays.optional(left),
+            _arrays.optional(right),
         )
         return results
 

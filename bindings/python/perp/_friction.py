@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, pointer, string_at
+from ctypes import byref, pointer
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
-from ._answer import Shown
+from ._answer import Found, Shown, maker
 from ._errors import argument_error
 from ._generated import (
     LoadFound,
@@ -54,7 +54,7 @@ class LoadSolution(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class LoadSolutions:
+class LoadSolutions(Found[LoadSolution]):
     """What load_friction() found: a sequence of LoadSolution, and whether there can be several."""
 
     solutions: list[LoadSolution]
@@ -66,15 +66,6 @@ class LoadSolutions:
     norm: float  # ||G||_2 < 1 is sufficient for uniqueness,
     radius: float  # and so is rho(|G|) < 1
     patterns: int  # combinations of signs and modes looked at
-
-    def __len__(self) -> int:
-        return len(self.solutions)
-
-    def __iter__(self) -> Any:
-        return iter(self.solutions)
-
-    def __getitem__(self, index: int) -> LoadSolution:
-        return self.solutions[index]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +112,12 @@ class LoadStepped(Shown):
     stopped: int  # coordinates that came to rest
     jam: bool  # one of them by an impulse, not by an acceleration
     accelerations: int  # of the rigid system before the step
+
+
+_make_solution = maker(LoadSolution, LoadFound, kind=LOAD_KINDS)
+_make_solutions = maker(LoadSolutions, LoadSummary)
+_make_inverse = maker(InverseLoad, LoadInverse, reason=lambda code: LOAD_REASONS[code] or None)
+_make_stepped = maker(LoadStepped, LoadStep)
 
 
 class LoadFriction(Handle):
@@ -216,16 +213,15 @@ class LoadFriction(Handle):
             )
             solutions = self._solutions(summary.count)
             unique = self._uniqueness(v)
-        return LoadSolutions(
-            solutions,
-            bool(summary.exhaustive),
-            {0: True, 1: False}.get(unique.verdict),
-            unique.margin,
-            bool(unique.exact),
-            unique.determinant,
-            unique.norm,
-            unique.radius,
-            summary.patterns,
+        return _make_solutions(
+            summary,
+            solutions=solutions,
+            unique_for_all_tau={0: True, 1: False}.get(unique.verdict),
+            margin=unique.margin,
+            margin_exact=bool(unique.exact),
+            determinant=unique.determinant,
+            norm=unique.norm,
+            radius=unique.radius,
         )
 
     def inverse(self, velocity: ArrayLike, acceleration: ArrayLike) -> InverseLoad:
@@ -241,14 +237,7 @@ class LoadFriction(Handle):
                 _arrays.address(x),
             )
             solutions = self._solutions(result.accelerations)
-        return InverseLoad(
-            tau,
-            bool(result.well_posed),
-            LOAD_REASONS[result.reason] or None,
-            bool(result.stable),
-            solutions,
-            bool(result.exhaustive),
-        )
+        return _make_inverse(result, tau=tau, solutions=solutions)
 
     def step(
         self,
@@ -273,19 +262,12 @@ class LoadFriction(Handle):
                 byref(result),
                 _arrays.address(torque),
                 _arrays.address(v),
-                None if before is None else _arrays.address(before),
+                _arrays.optional(before),
                 h,
             )
-            return LoadStepped(
-                after,
-                normal,
-                None if result.chosen < 0 else result.chosen,
-                self._solutions(result.answers) if solutions else [],
-                bool(result.exhaustive),
-                bool(result.stable),
-                result.stopped,
-                bool(result.jam),
-                result.accelerations,
+            answers = self._solutions(result.answers) if solutions else []
+            return _make_stepped(
+                result, velocity=after, normal_force=normal, solutions=answers
             )
 
     def _given(self, value: Any, name: str) -> Array:
@@ -297,26 +279,20 @@ class LoadFriction(Handle):
         answers, found = [], sized(LoadFound)
         for index in range(count):
             self._call(library.perp_load_friction_get, byref(found), index)
-            answers.append(self._read(found))
+            answers.append(self._solution(found))
         return answers
 
-    def _read(self, s: LoadFound) -> LoadSolution:
+    def _solution(self, s: LoadFound) -> LoadSolution:
         n = self.n
-        modes = np.frombuffer(string_at(s.modes, 4 * n), dtype=np.int32)
-        return LoadSolution(
-            _table(s.acceleration, 1, n)[0],
-            _table(s.normal_force, 1, n)[0],
-            _table(s.friction, 1, n)[0],
-            LOAD_KINDS[s.kind],
-            [LOAD_MODES[mode] for mode in modes],
-            bool(s.stable),
-            bool(s.flutter),
-            _table(s.eigenvalues, 1, 4 * n)[0].view(np.complex128),
-            bool(s.at_vertex),
-            s.dimension,
-            _table(s.vertices, s.vertex_count, n),
-            _table(s.rays, s.ray_count, n),
-            s.residual,
+        return _make_solution(
+            s,
+            acceleration=_arrays.read(s.acceleration, n),
+            normal_force=_arrays.read(s.normal_force, n),
+            friction=_arrays.read(s.friction, n),
+            modes=[LOAD_MODES[mode] for mode in _arrays.read_codes(s.modes, n)],
+            eigenvalues=_arrays.read(s.eigenvalues, 4 * n).view(np.complex128),
+            vertices=_arrays.read(s.vertices, s.vertex_count, n),
+            directions=_arrays.read(s.rays, s.ray_count, n),
         )
 
     def _uniqueness(self, velocity: Array) -> LoadUniqueness:
@@ -328,10 +304,6 @@ class LoadFriction(Handle):
             self._call(library.perp_load_friction_uniqueness, byref(result), where)
             self._unique[rests] = result
         return self._unique[rests]
-
-
-def _table(address: int, rows: int, n: int) -> Array:
-    return np.frombuffer(bytearray(string_at(address, 8 * rows * n))).reshape(rows, n)
 
 
 def load_friction(

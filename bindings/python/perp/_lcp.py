@@ -12,20 +12,27 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors, _plot
-from ._answer import SolverAnswer
+from . import _arrays, _plot
+from ._answer import SolverAnswer, maker
 from ._generated import LcpMonitor, LcpSettings, LcpSolverPointer, Matrix
 from ._generated import LcpResult as CResult
 from ._handle import Context, Handle
-from ._library import CERTIFICATES, GOOD_OUTCOMES, METHODS, OUTCOMES, codes, library
+from ._library import METHODS, codes, library
 from ._monitor import Monitor, Watch, needs_watch
+from ._settings import fill, numbers
 from ._structures import sized
 from ._words import AccelerationMethod, LcpMethod, Outcome, PivotRule, Sweep
 
-_METHOD_CODES = {word: code for code, word in METHODS.items()}
-_PIVOT_RULE_CODES = codes("PERP_PIVOT_")
-_SWEEP_CODES = codes("PERP_SWEEP_")
-_ACCELERATION_CODES = codes("PERP_ACCELERATION_")
+_CODES = {
+    "method": numbers(METHODS),
+    "pivot_rule": codes("PERP_PIVOT_"),
+    "sweep": codes("PERP_SWEEP_"),
+    "acceleration": codes("PERP_ACCELERATION_"),
+}
+_SETTINGS = (
+    *("method", "tol", "max_iterations", "time_limit", "relaxation", "pivot_rule", "scaling"),
+    *("polish", "crash", "sweep", "acceleration", "penalty"),
+)
 _NO_MONITOR = LcpMonitor()
 _UNCHANGING = (str, float, int, bool, type(None))
 
@@ -57,80 +64,13 @@ class LcpResult(SolverAnswer):
         return [(_plot.complements, (self.z, self.w))]
 
 
-def code(word: Any, codes: dict[str, int], name: str) -> int:
-    """Returns the number of a word, or tells which words there are."""
-    try:
-        return codes[word]
-    except (KeyError, TypeError):
-        known = ", ".join(map(repr, codes))
-        raise _errors.argument_error(f"{name} is {word!r}, expected one of {known}") from None
-
-
-def count(value: Optional[int], name: str) -> int:
-    """Returns a limit as the library takes it: 0 for None, which is no limit of the caller's."""
-    if value is None:
-        return 0
-    if not 1 <= value <= _arrays.INT32_MAX:
-        raise _errors.argument_error(f"{name} is {value}, expected None or 1 .. 2147483647")
-    return int(value)
-
-
-def limit(value: Optional[float], name: str) -> float:
-    """As count(), for a number that need not be whole."""
-    if value is None:
-        return 0.0
-    if not value > 0:
-        raise _errors.argument_error(f"{name} is {value}, expected None or a number > 0")
-    return value
-
-
-def _fill(
-    settings: LcpSettings,
-    method: str,
-    tol: float,
-    max_iterations: Optional[int],
-    time_limit: Optional[float],
-    relaxation: float,
-    pivot_rule: str,
-    scaling: bool,
-    polish: bool,
-    crash: bool,
-    sweep: str,
-    acceleration: str,
-    penalty: float,
-) -> None:
-    settings.method = code(method, _METHOD_CODES, "method")
-    settings.max_iterations = count(max_iterations, "max_iterations")
-    settings.tol = tol
-    settings.time_limit = limit(time_limit, "time_limit")
-    settings.relaxation = relaxation
-    settings.pivot_rule = code(pivot_rule, _PIVOT_RULE_CODES, "pivot_rule")
-    settings.scaling = 1 if scaling else 0
-    settings.polish = 1 if polish else 0
-    settings.crash = 1 if crash else 0
-    settings.sweep = code(sweep, _SWEEP_CODES, "sweep")
-    settings.acceleration = code(acceleration, _ACCELERATION_CODES, "acceleration")
-    settings.penalty = penalty
+_make = maker(LcpResult, CResult, method=METHODS)
 
 
 def read_answer(
-    n: int, result: CResult, z: NDArray[Any], w: NDArray[Any], ray: NDArray[Any]
+    result: CResult, z: NDArray[Any], w: NDArray[Any], ray: NDArray[Any]
 ) -> LcpResult:
-    outcome = result.outcome
-    return LcpResult(
-        z,
-        w,
-        OUTCOMES[outcome],
-        outcome in GOOD_OUTCOMES,
-        result.residual,
-        result.natural_residual,
-        result.backward_error,
-        result.iterations,
-        result.seconds,
-        METHODS[result.method],
-        ray if result.has_ray else None,
-        CERTIFICATES[result.certificate],
-    )
+    return _make(result, z=z, w=w, ray=ray if result.has_ray else None)
 
 
 class _Call:
@@ -212,7 +152,7 @@ def lcp(
         )
         if call.filled is None or any(map(is_not, given, call.filled)):
             call.filled = None
-            _fill(call.settings, *given)
+            fill(call.settings, _CODES, **dict(zip(_SETTINGS, given)))
             if all(type(value) in _UNCHANGING for value in given):
                 call.filled = given
         n, entries, owner = _arrays.view(call.matrix, M)
@@ -225,7 +165,7 @@ def lcp(
             watch = Watch(monitor)
             call.settings.monitor = watch.function
         result, settings, matrix = call.references
-        address = _arrays.address
+        address, optional = _arrays.address, _arrays.optional
         status = library.perp_lcp_solve(
             call.context.pointer,
             address(z),
@@ -235,16 +175,16 @@ def lcp(
             settings,
             matrix,
             address(offset),
-            None if low is None else address(low),
-            None if high is None else address(high),
-            None if start is None else address(start),
+            optional(low),
+            optional(high),
+            optional(start),
         )
         if watch is not None:
             watch.raise_caught()
         if status:
             call.context.check(status)
         del owner  # the view of M was used up to here
-        return read_answer(n, call.result, z, w, ray).watched(monitor)
+        return read_answer(call.result, z, w, ray).watched(monitor)
     finally:
         if watch is not None:
             call.settings.monitor = _NO_MONITOR
@@ -289,21 +229,11 @@ class LCP(Handle):
         self._settings = sized(LcpSettings)
         self._result = sized(CResult)
         self._reference = byref(self._result)
-        _fill(
-            self._settings,
-            method,
-            tol,
-            max_iterations,
-            time_limit,
-            relaxation,
-            pivot_rule,
-            scaling,
-            polish,
-            crash,
-            sweep,
-            acceleration,
-            penalty,
-        )
+        fill(
+            self._settings, _CODES, method=method, tol=tol, max_iterations=max_iterations,
+            time_limit=time_limit, relaxation=relaxation, pivot_rule=pivot_rule, scaling=scaling,
+            polish=polish, crash=crash, sweep=sweep, acceleration=acceleration, penalty=penalty,
+        )  # fmt: skip
         self._monitor = monitor
         self._watch = Watch(monitor)
         self._watched = False
@@ -326,8 +256,8 @@ class LCP(Handle):
             self._call(
                 library.perp_lcp_solver_setup,
                 byref(matrix),
-                None if low is None else _arrays.address(low),
-                None if high is None else _arrays.address(high),
+                _arrays.optional(low),
+                _arrays.optional(high),
             )
             self._n, self._entries, self._owner = n, entries, owner
 
@@ -346,12 +276,12 @@ class LCP(Handle):
                 _arrays.address(ray),
                 self._reference,
                 _arrays.address(offset),
-                None if start is None else _arrays.address(start),
+                _arrays.optional(start),
             )
             self._watch.raise_caught()
             if status:
                 self._context.check(status)
-            return read_answer(n, self._result, z, w, ray).watched(self._monitor)
+            return read_answer(self._result, z, w, ray).watched(self._monitor)
 
     def _set_watch(self) -> None:
         """Has the library call the watch if this solve, on this thread, needs it."""

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from . import _arrays
 from ._callbacks import Array
-from ._contact import _cone
 from ._generated import (
     MechanismFound,
     MechanismObserver,
@@ -18,11 +17,10 @@ from ._generated import (
     MechanismSummary,
 )
 from ._generated import MechanismStep as CStep
-from ._lcp import code, limit
 from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
 from ._mechanism_base import MechanismBase, whole
 from ._mechanism_check import MechanismCheck
-from ._mechanism_library import MECHANISM_SCHEMES, MECHANISM_SELECTIONS, defaults, library
+from ._mechanism_library import defaults, library
 from ._mechanism_results import (
     MechanismRun,
     MechanismStep,
@@ -32,9 +30,6 @@ from ._mechanism_results import (
     words,
 )
 from ._words import ImpactLaw, Scheme, Selection
-
-_SCHEME_CODES = {word: k for k, word in MECHANISM_SCHEMES.items()}
-_SELECT_CODES = {word: k for k, word in MECHANISM_SELECTIONS.items()}
 
 
 class Mechanism(MechanismBase):
@@ -173,7 +168,10 @@ class Mechanism(MechanismBase):
         with self._lock:
             time, place, speed = self._state(t, q, v, ("t", "q", "v"))
             length = _arrays.number(h, "h")
-            self._set(**_stepping(scheme, cone, tol, theta, project, select, time_limit))
+            self._set(
+                scheme=scheme, cone=cone, tol=tol, theta=theta, project=project, select=select,
+                time_limit=time_limit,
+            )  # fmt: skip
             sizes = self.coordinates, self.n, self._row_count, self._row_count
             arrays = [np.empty(size) for size in sizes]
             modes, ray = np.empty(self._mode_count, dtype=np.int32), np.empty(self._row_count)
@@ -243,12 +241,10 @@ class Mechanism(MechanismBase):
             time, place, speed = self._state(t0, q0, v0, ("t0", "q0", "v0"))
             end, length = _arrays.number(t_end, "t_end"), _arrays.number(dt, "dt")
             self._set(
-                error=error,
-                shortest=shortest,
-                longest=longest,
-                overlap=overlap,
-                **_stepping(scheme, cone, tol, theta, project, select, time_limit),
-            )
+                error=error, shortest=shortest, longest=longest, overlap=overlap, scheme=scheme,
+                cone=cone, tol=tol, theta=theta, project=project, select=select,
+                time_limit=time_limit,
+            )  # fmt: skip
             sizes = self.coordinates, self.n, self._row_count, self._mode_count
             recorder = Recorder(*sizes)
             observer = MechanismObserver(self._observer(recorder, callback))
@@ -317,7 +313,7 @@ class Mechanism(MechanismBase):
                 stiffness=stiffness,
                 damping=damping,
                 tol=tol,
-                time_limit=limit(time_limit, "time_limit"),
+                time_limit=time_limit,
             )
             return self._found(library.perp_mechanism_accelerations, (time,), place, speed)
 
@@ -344,7 +340,7 @@ class Mechanism(MechanismBase):
                 most_patterns=whole(most_patterns, "most_patterns", 2**62),
                 directions=whole(directions, "directions"),
                 tol=tol,
-                time_limit=limit(time_limit, "time_limit"),
+                time_limit=time_limit,
             )
             return self._found(library.perp_mechanism_answers, (time, length), place, speed)
 
@@ -358,24 +354,3 @@ class Mechanism(MechanismBase):
             self._call(library.perp_mechanism_get_acceleration, byref(found), index)
             solutions.append(read_acceleration(found, self.n, self._row_count, self._mode_count))
         return make_accelerations(summary, solutions)
-
-
-def _stepping(
-    scheme: str,
-    cone: Union[str, int],
-    tol: float,
-    theta: float,
-    project: bool,
-    select: str,
-    time_limit: Optional[float],
-) -> dict[str, Any]:
-    """The settings of a step as the library's fields."""
-    return dict(
-        scheme=code(scheme, _SCHEME_CODES, "scheme"),
-        cone=_cone(cone),
-        tol=tol,
-        theta=theta,
-        project=1 if project else 0,
-        select=code(select, _SELECT_CODES, "select"),
-        time_limit=limit(time_limit, "time_limit"),
-    )

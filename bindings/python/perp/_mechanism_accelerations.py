@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._answer import Shown
+from ._answer import Found, Shown, maker
+from ._arrays import read
 from ._callbacks import Array
 from ._generated import MechanismFound, MechanismSummary
 from ._mechanism_library import MECHANISM_REASONS
-from ._mechanism_results import Words, read, words
+from ._mechanism_results import Words, words
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Acceleration(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Accelerations:
+class Accelerations(Found[Acceleration]):
     """All accelerations of a state: a sequence of Acceleration, and why there are as many."""
 
     solutions: list[Acceleration]
@@ -55,54 +55,29 @@ class Accelerations:
     inertia: float  # the smallest n' M^-1 (n - mu d) of a contact that slides, over n' M^-1 n
     patterns: int  # combinations of modes looked at
 
-    def __len__(self) -> int:
-        return len(self.solutions)
-
-    def __iter__(self) -> Iterator[Acceleration]:
-        return iter(self.solutions)
-
-    def __getitem__(self, index: int) -> Acceleration:
-        return self.solutions[index]
-
     def __repr__(self) -> str:
         all_of = "all" if self.exhaustive else "at least"
         return f"<perp.Accelerations {all_of} {self.count}: {self.reason}>"
 
 
-def read_acceleration(found: MechanismFound, n: int, rows: int, modes: int) -> Acceleration:
-    def table(address: Optional[int], count: int) -> Array:
-        return read(address, count * rows).reshape(count, rows)
+_make_acceleration = maker(Acceleration, MechanismFound)
+_make_accelerations = maker(Accelerations, MechanismSummary, reason=MECHANISM_REASONS)
 
-    return Acceleration(
-        read(found.acceleration, n),
-        read(found.force, rows),
-        read(found.row_acceleration, rows),
-        words(found.modes, modes),
-        bool(found.stable),
-        bool(found.flutter),
-        read(found.eigenvalues, 2 * found.eigenvalue_count).view(np.complex128),
-        bool(found.at_vertex),
-        found.dimension,
-        found.free,
-        table(found.vertices, found.vertex_count),
-        table(found.rays, found.ray_count),
-        found.residual,
+
+def read_acceleration(found: MechanismFound, n: int, rows: int, modes: int) -> Acceleration:
+    return _make_acceleration(
+        found,
+        acceleration=read(found.acceleration, n),
+        force=read(found.force, rows),
+        row_acceleration=read(found.row_acceleration, rows),
+        modes=words(found.modes, modes),
+        eigenvalues=read(found.eigenvalues, 2 * found.eigenvalue_count).view(np.complex128),
+        vertices=read(found.vertices, found.vertex_count, rows),
+        directions=read(found.rays, found.ray_count, rows),
     )
 
 
 def make_accelerations(
     summary: MechanismSummary, solutions: list[Acceleration]
 ) -> Accelerations:
-    return Accelerations(
-        solutions,
-        summary.count,
-        summary.families,
-        summary.stable,
-        bool(summary.exhaustive),
-        summary.closed,
-        bool(summary.impact),
-        MECHANISM_REASONS[summary.reason],
-        None if summary.contact < 0 else summary.contact,
-        summary.inertia,
-        summary.patterns,
-    )
+    return _make_accelerations(summary, solutions=solutions)

@@ -14,12 +14,19 @@ from . import _arrays
 from ._errors import argument_error
 from ._generated import MechanismCheckResult, MechanismPointer, MechanismSettings
 from ._handle import Handle
-from ._lcp import code
 from ._mechanism_callbacks import MechanismCallbacks, Sizes
 from ._mechanism_check import MechanismCheck, friction, make_check
-from ._mechanism_library import MECHANISM_LAWS, defaults, library
+from ._mechanism_library import (
+    MECHANISM_LAWS,
+    MECHANISM_SCHEMES,
+    MECHANISM_SELECTIONS,
+    defaults,
+    library,
+)
+from ._settings import code, fill, numbers
 
-_LAW_CODES = {word: k for k, word in MECHANISM_LAWS.items()}
+_LAW_CODES = numbers(MECHANISM_LAWS)
+_CODES = {"scheme": numbers(MECHANISM_SCHEMES), "select": numbers(MECHANISM_SELECTIONS)}
 
 B = TypeVar("B", bound="MechanismBase")
 
@@ -201,8 +208,7 @@ class MechanismBase:
         """Puts these settings in force, and the defaults of all others."""
         settings = defaults(MechanismSettings)
         settings.law = self._law
-        for name, value in values.items():
-            setattr(settings, name, value)
+        fill(settings, _CODES, **values)
         if bytes(settings) != bytes(self._settings):
             self._handle._call(library.perp_mechanism_set, byref(settings))
             self._settings = settings

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from . import _arrays
+from ._answer import maker
 from ._errors import argument_error
 from ._generated import CONSTANTS, MechanismCheckResult
 
@@ -27,20 +27,18 @@ class MechanismCheck:
     uncertainty: float  # and the estimated error of that
 
 
+_make = maker(MechanismCheck, MechanismCheckResult)
+
+
 def make_check(
     check: MechanismCheckResult, contacts: str, bilateral: str, index: int
 ) -> MechanismCheck:
     """contacts, bilateral: what messages call the functions; index: of the row among the normals or
     tangents, -1 for those of G."""
-    return MechanismCheck(
-        check.wrong == check.constant == check.unchecked == 0,
-        check.wrong,
-        check.constant,
-        check.unchecked,
-        _complaint(check, contacts, bilateral, index) if check.wrong else "",
-        check.given,
-        check.difference,
-        check.uncertainty,
+    return _make(
+        check,
+        ok=check.wrong == check.constant == check.unchecked == 0,
+        complaint=_complaint(check, contacts, bilateral, index) if check.wrong else "",
     )
 
 

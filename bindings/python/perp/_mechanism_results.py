@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import c_double, string_at
+from ctypes import c_double
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _plot
-from ._answer import Answer, Shown
+from ._answer import Answer, Shown, maker
+from ._arrays import copied, read, read_codes
 from ._callbacks import Array
 from ._generated import MechanismRunResult, MechanismView
 from ._generated import MechanismStep as CStep
-from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES
+from ._library import CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES
 from ._mechanism_library import MECHANISM_SCHEMES
 
 Words = NDArray[np.str_]
@@ -103,50 +104,27 @@ class MechanismRun(Answer):
         )
 
 
-def _bytes(address: Optional[int], count: int) -> bytes:
-    return string_at(address, count) if count and address else bytes(count)
-
-
-def read(address: Optional[int], count: int) -> Array:
-    """A copy of so many doubles of the library's."""
-    return np.frombuffer(bytearray(_bytes(address, 8 * count)))
+_make_step = maker(
+    MechanismStep,
+    CStep,
+    scheme=MECHANISM_SCHEMES,
+    method=CONTACT_METHODS,
+    answers=lambda count: count or None,
+)
+_make_stats = maker(MechanismStats, MechanismRunResult)
 
 
 def words(address: Optional[int], count: int) -> Words:
     """The modes that the library wrote."""
-    return _MODE_WORDS[np.frombuffer(_bytes(address, 4 * count), dtype=np.int32)]
+    return _MODE_WORDS[read_codes(address, count)]
 
 
 def make_step(
     step: CStep, t: float, h: float, arrays: list[Array], modes: Words, ray: Optional[Array]
 ) -> MechanismStep:
     q, v, impulse, velocity = arrays
-    return MechanismStep(
-        t,
-        h,
-        q,
-        v,
-        impulse,
-        velocity,
-        modes,
-        OUTCOMES[step.outcome],
-        step.outcome in GOOD_OUTCOMES,
-        ray,
-        CERTIFICATES[step.certificate],
-        MECHANISM_SCHEMES[step.scheme],
-        step.closed,
-        step.sticking,
-        step.impacts,
-        CONTACT_METHODS[step.method],
-        step.residual,
-        step.penetration,
-        step.drift,
-        step.error,
-        step.seconds,
-        step.iterations,
-        step.evaluations,
-        step.answers or None,
-        bool(step.exhaustive),
+    return _make_step(
+        step, t=t, h=h, q=q, v=v, impulse=impulse, velocity=velocity, modes=modes, ray=ray
     )
 
 
@@ -162,8 +140,8 @@ class Recorder:
         kept = self._kept
         kept["t"] += c_double(view.t)
         for name, width in self._widths.items():
-            kept[name] += _bytes(getattr(view, name), 8 * width)
-        kept["modes"] += _bytes(view.modes, 4 * self._modes)
+            kept[name] += copied(getattr(view, name), 8 * width)
+        kept["modes"] += copied(view.modes, 4 * self._modes)
 
     def step(self, view: MechanismView) -> MechanismStep:
         """The same for a callback."""
@@ -187,16 +165,5 @@ def make_run(result: MechanismRunResult, recorder: Recorder) -> MechanismRun:
         **recorder.tables(),
         outcome=OUTCOMES[result.outcome],
         ok=result.outcome in GOOD_OUTCOMES,
-        stats=MechanismStats(
-            result.steps,
-            result.rejected,
-            result.fallbacks,
-            result.iterations,
-            result.evaluations,
-            result.residual,
-            result.penetration,
-            result.drift,
-            result.error,
-            result.seconds,
-        ),
+        stats=_make_stats(result),
     )

@@ -10,21 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors, _plot
-from ._answer import Shown, SolverAnswer
+from ._answer import Shown, SolverAnswer, maker
 from ._callbacks import Callbacks
 from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
 from ._generated import NcpSolverPointer
 from ._generated import NcpResult as CResult
 from ._handle import Context, Handle
-from ._lcp import code, count, limit
-from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
+from ._library import NCP_METHODS, library
 from ._monitor import Monitor, Watch
+from ._settings import fill, numbers
 from ._structures import sized
 from ._words import NcpMethod, Outcome
 
 Array = NDArray[np.float64]
 
-_METHOD_CODES = {word: k for k, word in NCP_METHODS.items()}
+_CODES = {"method": numbers(NCP_METHODS)}
 _NO_JACOBIAN = NcpJacobian()
 
 
@@ -205,33 +205,12 @@ def _pattern(pattern: Any, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]
     return csc.indptr.astype(np.int32), csc.indices.astype(np.int32)
 
 
-def _fill(
-    settings: NcpSettings,
-    method: str,
-    tol: float,
-    max_iterations: Optional[int],
-    time_limit: Optional[float],
-    penalty: float,
-    restarts: int,
-    scaling: bool,
-    polish: bool,
-) -> None:
-    settings.method = code(method, _METHOD_CODES, "method")
-    settings.max_iterations = count(max_iterations, "max_iterations")
-    settings.tol = tol
-    settings.time_limit = limit(time_limit, "time_limit")
-    settings.penalty = penalty
-    settings.restarts = restarts
-    settings.scaling = 1 if scaling else 0
-    settings.polish = 1 if polish else 0
-
-
 def _bounds(
     problem: NcpProblem, lower: Optional[ArrayLike], upper: Optional[ArrayLike], n: int
 ) -> tuple[Optional[Array], Optional[Array]]:
     low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
-    problem.lower = None if low is None else _arrays.address(low)
-    problem.upper = None if high is None else _arrays.address(high)
+    problem.lower = _arrays.optional(low)
+    problem.upper = _arrays.optional(high)
     return low, high
 
 
@@ -253,6 +232,10 @@ def _in_order(J: Any, z0: Any, jac: Any) -> tuple[Any, Any]:
     if z0 is None:
         raise _errors.argument_error("z0 is missing: the start")
     return J, z0
+
+
+_make = maker(NcpResult, CResult, method=NCP_METHODS)
+_make_check = maker(JacobianCheck, NcpCheck)
 
 
 class NCP(Handle):
@@ -293,7 +276,10 @@ class NCP(Handle):
     ) -> None:
         J, z0 = _in_order(J, z0, jac)
         settings = sized(NcpSettings)
-        _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
+        fill(
+            settings, _CODES, method=method, tol=tol, max_iterations=max_iterations,
+            time_limit=time_limit, penalty=penalty, restarts=restarts, scaling=scaling, polish=polish,
+        )  # fmt: skip
         self._start = _vector(z0, "z0")
         self._n = n = len(self._start)
         low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
@@ -332,29 +318,10 @@ class NCP(Handle):
                     _arrays.address(start),
                 )
             self._check(status)
-            answer = _answer(z, w, result)
+            answer = _make(result, z=z, w=w)
             if answer.ok:
                 self._start = z.copy()
             return answer.watched(self._monitor)
-
-
-def _answer(z: Array, w: Array, result: CResult) -> NcpResult:
-    return NcpResult(
-        z,
-        w,
-        OUTCOMES[result.outcome],
-        result.outcome in GOOD_OUTCOMES,
-        result.residual,
-        result.natural_residual,
-        result.backward_error,
-        result.iterations,
-        result.seconds,
-        NCP_METHODS[result.method],
-        result.function_evaluations,
-        result.jacobian_evaluations,
-        result.restarts,
-        bool(result.trapped),
-    )
 
 
 def ncp(
@@ -434,15 +401,9 @@ def ncp_check_jacobian(
     callbacks.raise_caught()
     context.check(status)
     del low, high
-    return JacobianCheck(
-        check.wrong == check.missing == check.unchecked == 0,
-        check.wrong,
-        check.missing,
-        None if check.row < 0 else (check.row, check.column),
-        check.given,
-        check.difference,
-        check.uncertainty,
-        None if check.missing_row < 0 else (check.missing_row, check.missing_column),
-        check.missing_difference,
-        check.unchecked,
+    return _make_check(
+        check,
+        ok=check.wrong == check.missing == check.unchecked == 0,
+        entry=None if check.row < 0 else (check.row, check.column),
+        missing_entry=None if check.missing_row < 0 else (check.missing_row, check.missing_column),
     )

@@ -13,9 +13,10 @@ from ._callbacks import Array, Callbacks
 from ._generated import LcpProduct, LcpSettings
 from ._generated import LcpResult as CResult
 from ._handle import Context
-from ._lcp import LcpResult, count, limit, read_answer
+from ._lcp import LcpResult, read_answer
 from ._library import defaults, library
 from ._monitor import Monitor, Watch
+from ._settings import fill
 from ._structures import sized
 
 
@@ -46,9 +47,7 @@ def lcp_product(
     `outcome`. An exception of product ends the call.
     """
     context, result, settings = Context(), sized(CResult), defaults(LcpSettings)
-    settings.tol = tol
-    settings.max_iterations = count(max_iterations, "max_iterations")
-    settings.time_limit = limit(time_limit, "time_limit")
+    fill(settings, {}, tol=tol, max_iterations=max_iterations, time_limit=time_limit)
     n = np.size(q)
     offset = _arrays.vector(q, "q", n)
     low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
@@ -69,13 +68,13 @@ def lcp_product(
             n,
             multiply,
             None,
-            None if scale is None else _arrays.address(scale),
+            _arrays.optional(scale),
             _arrays.address(offset),
-            None if low is None else _arrays.address(low),
-            None if high is None else _arrays.address(high),
-            None if start is None else _arrays.address(start),
+            _arrays.optional(low),
+            _arrays.optional(high),
+            _arrays.optional(start),
         )
     callbacks.raise_caught()
     watch.raise_caught()
     context.check(status)
-    return read_answer(n, result, z, w, z).watched(monitor)
+    return read_answer(result, z, w, z).watched(monitor)

@@ -18,10 +18,6 @@ from ._structures import sized
 Array = NDArray[np.float64]
 
 
-def _optional(array: Optional[Array]) -> Optional[int]:
-    return None if array is None else _arrays.address(array)
-
-
 class Sensitivity(Handle):
     """What lcp_sensitivity() returns: one factorisation, for many products.
 
@@ -60,8 +56,8 @@ class Sensitivity(Handle):
             byref(settings),
             byref(matrix),
             _arrays.address(offset),
-            _optional(low),
-            _optional(high),
+            _arrays.optional(low),
+            _arrays.optional(high),
             _arrays.address(point),
         )
         self._n = n
@@ -98,10 +94,10 @@ class Sensitivity(Handle):
         self._call(
             library.perp_lcp_sensitivity_forward,
             _arrays.address(dz),
-            _optional(changes[0]),
+            _arrays.optional(changes[0]),
             None if matrix is None else byref(matrix),
-            _optional(changes[1]),
-            _optional(changes[2]),
+            _arrays.optional(changes[1]),
+            _arrays.optional(changes[2]),
         )
         del owner  # the view of dM was used up to here
         return dz

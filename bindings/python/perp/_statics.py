@@ -12,21 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
 from . import _generated as s
-from ._answer import Shown
+from ._answer import Shown, maker
 from ._body import Body
-from ._contact import _Laws, _optional
+from ._contact import _Laws
 from ._handle import Context
-from ._lcp import code, count
 from ._library import STATICS_VERDICTS, library
 from ._results import Array, Contact
+from ._settings import fill
 from ._structures import sized
 from ._words import StaticsObjective, StaticsVerdict
 
 if TYPE_CHECKING:
     from ._world import World
 
-_OBJECTIVE_CODES = {
-    word: s.CONSTANTS[f"PERP_STATICS_{word.upper()}"] for word in ("least", "interior")
+_CODES = {
+    "objective": {word: s.CONSTANTS[f"PERP_STATICS_{word.upper()}"] for word in ("least", "interior")}
 }
 
 
@@ -80,16 +80,12 @@ class WorldStatics(Statics):
 
 def _settings(objective: str, max_iterations: Optional[int]) -> s.StaticsSettings:
     settings = sized(s.StaticsSettings)
-    settings.objective = code(objective, _OBJECTIVE_CODES, "objective")
-    settings.max_iterations = count(max_iterations, "max_iterations")
+    fill(settings, _CODES, objective=objective, max_iterations=max_iterations)
     return settings
 
 
-def _decided(result: s.StaticsResult) -> dict[str, Any]:
-    """The fields of Statics."""
-    names = list(Statics.__dataclass_fields__)[1:]
-    verdict = STATICS_VERDICTS[result.verdict]
-    return {"verdict": verdict, **{name: getattr(result, name) for name in names}}
+_make = maker(StaticsResult, s.StaticsResult, verdict=STATICS_VERDICTS)
+_make_of_world = maker(WorldStatics, s.StaticsResult, verdict=STATICS_VERDICTS)
 
 
 def statics(
@@ -154,18 +150,18 @@ def statics(
     context.check(
         library.perp_contact_statics(
             context.pointer,
-            _optional(r),
-            _optional(v),
+            _arrays.optional(r),
+            _arrays.optional(v),
             byref(result),
             byref(problem),
             byref(settings),
         )
     )
     del owners, forces, added, pressing  # the views of these were used up to here
-    fields = _decided(result)
-    stands, falls = fields["verdict"] == "stands", fields["verdict"] == "falls"
-    return StaticsResult(
-        **fields,
+    verdict = STATICS_VERDICTS[result.verdict]
+    stands, falls = verdict == "stands", verdict == "falls"
+    return _make(
+        result,
         impulse=r[:rows] if stands else None,
         bilateral_impulse=r[rows:] if stands else None,
         velocity=v if falls else None,
@@ -194,15 +190,15 @@ def world_statics(
                 _arrays.address(twists), byref(result), byref(settings), loads, len(loads),
             )  # fmt: skip
         bodies = {body: twists[body.index + 1] for body in world.bodies}
-    fields, d = _decided(result), world._dimension
+    d, falls = world._dimension, STATICS_VERDICTS[result.verdict] == "falls"
     velocities = {
         body: (row[:d].copy(), float(row[5]) if world.planar else row[3:].copy())
         for body, row in bodies.items()
     }
-    return WorldStatics(
-        **fields,
+    return _make_of_world(
+        result,
         contacts=[world._contact(contact) for contact in contacts[: found.value]],
-        velocities=velocities if fields["verdict"] == "falls" else None,
+        velocities=velocities if falls else None,
     )
 
 

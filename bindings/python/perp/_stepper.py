@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays
-from ._contact import _METHOD_CODES, _fill
+from ._contact import CODES
 from ._generated import (
     CONSTANTS,
     ContactDynamics,
@@ -29,6 +29,7 @@ from ._generated import (
 from ._generated import ContactResult as CResult
 from ._handle import Handle
 from ._library import CONTACT_METHODS, GOOD_OUTCOMES, OUTCOMES, library
+from ._settings import fill
 from ._structures import sized
 
 Array = NDArray[np.float64]
@@ -112,7 +113,10 @@ class RowSolver(Handle):
 
     def __init__(self, n: int, method: str, tol: float, max_iterations: Any, limit: Any) -> None:
         self._settings = sized(ContactSettings)
-        _fill(self._settings, method, "exact", tol, max_iterations, limit)
+        fill(
+            self._settings, CODES, method=method, tol=tol, max_iterations=max_iterations,
+            time_limit=limit,
+        )  # fmt: skip
         super().__init__(byref(self._settings))
         self.n, self.tol = n, tol
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
@@ -302,8 +306,8 @@ class RowSolver(Handle):
         matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
         matrix.storage = _arrays.ROW_MAJOR if starts is None else _arrays.CSC
         matrix.values = values
-        matrix.column_starts = None if starts is None else _arrays.address(starts)
-        matrix.row_indices = None if indices is None else _arrays.address(indices)
+        matrix.column_starts = _arrays.optional(starts)
+        matrix.row_indices = _arrays.optional(indices)
 
     def step(self, warm: bool) -> Solved:
         """From `start` where it is warm; that becomes r. Not where is_other says so; known: as the
@@ -385,7 +389,7 @@ class RowSolver(Handle):
         """Once, from no start."""
         mine = self._settings
         other = ContactSettings.from_buffer_copy(mine)
-        other.method, other.tol = _METHOD_CODES[method], tol
+        other.method, other.tol = CODES["method"][method], tol
         self._call(library.perp_contact_solver_set, byref(other))
         try:
             return self.step(False)

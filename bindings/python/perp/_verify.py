@@ -57,8 +57,8 @@ def lcp_verify(
             byref(proof),
             byref(matrix),
             _arrays.address(offset),
-            None if low is None else _arrays.address(low),
-            None if high is None else _arrays.address(high),
+            _arrays.optional(low),
+            _arrays.optional(high),
             _arrays.address(point),
         )
     )

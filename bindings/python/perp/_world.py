@@ -13,24 +13,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _generated as s
+from ._answer import maker
 from ._arrays import floats, number, real
 from ._body import Body, Record, Shape
-from ._contact import _METHOD_CODES, _cone
+from ._contact import CODES
 from ._errors import argument_error
 from ._handle import Handle
 from ._joint import Joint
-from ._lcp import code, count, limit
-from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
+from ._library import MODES, codes, defaults, library
 from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._settings import code, fill, limit
 from ._states import States
 from ._statics import WorldStatics, world_statics
 from ._structures import Matrix3, Vector3, Vector4, sized
 from ._words import Accuracy, BodyKind, ContactMethod, JointKind, Outcome, StaticsObjective
 
 _KIND_CODES = codes("PERP_BODY_")
-_ACCURACY_CODES = codes("PERP_ACCURACY_")
+_CODES = {"accuracy": codes("PERP_ACCURACY_"), **CODES}
 _JOINT_CODES = codes("PERP_JOINT_")
 _CLOCK = Struct("=dd")  # what a snapshot adds to the library's: the time, and what it has lost
+_make_result = maker(StepResult, s.StepResult)
+_make_stats = maker(Stats, s.WorldStats)
 
 
 class World(Handle):
@@ -82,17 +85,11 @@ class World(Handle):
         if gravity is not None:
             settings.gravity = self._vector(gravity, "gravity")
         settings.friction = number(friction, "friction")
-        settings.accuracy = code(accuracy, _ACCURACY_CODES, "accuracy")
-        settings.cone = _cone(cone)
-        settings.method = code(method, _METHOD_CODES, "method")
-        settings.substeps = count(substeps, "substeps")
-        settings.tol = limit(tol, "tol")
-        settings.max_iterations = count(max_iterations, "max_iterations")
-        settings.time_limit = limit(time_limit, "time_limit")
-        settings.strict = 1 if strict else 0
-        settings.error = number(error, "error")
-        settings.wakeful = 1 if wakeful else 0
-        settings.threads = count(threads, "threads")
+        fill(
+            settings, _CODES, accuracy=accuracy, cone=cone, method=method, substeps=substeps,
+            tol=limit(tol, "tol"), max_iterations=max_iterations, time_limit=time_limit,
+            strict=strict, error=number(error, "error"), wakeful=wakeful, threads=threads,
+        )  # fmt: skip
         super().__init__(byref(settings))
         self._gravity = settings.gravity[: self._dimension]
         self._accuracy = accuracy
@@ -382,17 +379,7 @@ class World(Handle):
             self._call(library.perp_world_step, byref(result), dt)
             if result.advanced:
                 self._advance(dt)
-        return StepResult(
-            OUTCOMES[result.outcome],
-            result.outcome in GOOD_OUTCOMES,
-            bool(result.advanced),
-            result.residual,
-            result.iterations,
-            result.contacts,
-            result.islands,
-            result.steps,
-            result.error,
-        )
+        return _make_result(result)
 
     def _advance(self, dt: float) -> None:
         """Adds dt to the time, with what rounding takes from the sum kept beside it."""
@@ -500,7 +487,7 @@ class World(Handle):
         """Returns what the last step counted, and the time spent since creation."""
         stats = sized(s.WorldStats)
         self._call(library.perp_world_get_stats, byref(stats))
-        return Stats(*(getattr(stats, name) for name in Stats.__dataclass_fields__))
+        return _make_stats(stats)
 
     def snapshot(self) -> bytes:
         """Returns the state of all bodies and the time, for restore()."""

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 import perp
-from perp import _generated, _library, _structures
+from perp import _generated, _library, _settings, _structures
 
 EPS = np.finfo(float).eps
 NAN = float("nan")
@@ -354,7 +354,8 @@ def test_defaults_are_the_librarys():
         defaults = call.__kwdefaults__
         mine = _structures.sized(_generated.ContactSettings)
         names = ("method", "cone", "tol", "max_iterations", "time_limit")
-        perp._contact._fill(mine, *(defaults[name] for name in names))
+        given = {name: defaults[name] for name in names}
+        _settings.fill(mine, perp._contact.CODES, **given)
         for field, kind in _generated.ContactSettings._fields_:
             if kind is not _generated.ContactMonitor:
                 assert getattr(mine, field) == getattr(theirs, field), field

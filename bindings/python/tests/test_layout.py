@@ -13,7 +13,7 @@ import pytest
 from conftest import ROOT
 
 import perp
-from perp import _generated, _library, _structures
+from perp import _generated, _library, _settings, _structures
 from perp._generated import (
     CONSTANTS,
     FUNCTIONS,
@@ -159,8 +159,8 @@ def test_lcp_defaults_are_the_librarys():
     theirs = _library.defaults(LcpSettings)
     mine = _structures.sized(LcpSettings)
     signature = perp._lcp.lcp.__kwdefaults__
-    names = [name for name in perp._lcp._fill.__code__.co_varnames[1:] if name in signature]
-    perp._lcp._fill(mine, *(signature[name] for name in names))
+    names = perp._lcp._SETTINGS
+    _settings.fill(mine, perp._lcp._CODES, **{name: signature[name] for name in names})
     for field, kind in LcpSettings._fields_:
         if kind is not LcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field

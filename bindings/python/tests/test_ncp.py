@@ -11,7 +11,7 @@ import pytest
 import scipy.sparse
 
 import perp
-from perp import _generated, _library, _structures
+from perp import _generated, _library, _settings, _structures
 
 
 def kojima_shindo(z):
@@ -243,8 +243,8 @@ def test_defaults_are_the_librarys():
     theirs = _library.defaults(_generated.NcpSettings)
     mine = _structures.sized(_generated.NcpSettings)
     signature = perp.ncp.__kwdefaults__
-    names = [name for name in perp._ncp._fill.__code__.co_varnames[1:] if name in signature]
-    perp._ncp._fill(mine, *(signature[name] for name in names))
+    names = {name for name, _ in mine._fields_} & {*signature} - {"monitor"}
+    _settings.fill(mine, perp._ncp._CODES, **{name: signature[name] for name in names})
     for field, kind in _generated.NcpSettings._fields_:
         if kind is not _generated.NcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field
