@@ -7,17 +7,11 @@
 
 #include <cmocka.h>
 
+#include "refused.h"
 #include "world/joint_scene.h"
 
 /* The call fails with `status` and a message that contains `words`. */
-#define REFUSED(s, call, status, words)                                                           \
-    do {                                                                                          \
-        perp_status refused = (call);                                                             \
-        const char *message = perp_context_message((s)->context);                                 \
-        if (refused != (status) || !strstr(message, (words)))                                     \
-            fail_msg("%s gave %s: '%s', expected %s with '%s'", #call, perp_status_text(refused), \
-                     message, perp_status_text(status), words);                                   \
-    } while (0)
+#define REFUSED(s, call, status, words) refused((s)->context, call, status, words, #call)
 
 /* A world of two bodies. */
 static void open_two(scene *s, int32_t planar, perp_body bodies[2])
@@ -41,77 +35,47 @@ static void test_settings(void **state)
 
     (void)state;
     open_two(&s, 0, b);
-#define FRESH(of) settings = joint_at(PERP_JOINT_##of, 0.0, 0.0, 0.0)
-#define JOINT_REFUSED(status, words) \
-    REFUSED(&s, perp_world_add_joint(s.world, &joint, b[0], b[1], &settings), status, words)
-    FRESH(BALL);
-    settings.kind = 8;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "settings.kind");
-    settings.kind = -1;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "settings.kind");
-    FRESH(BALL);
-    settings.collides = 2;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "settings.collides");
-    FRESH(BALL);
-    settings.anchor[1] = NAN;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "settings.anchor[1]");
-    FRESH(REVOLUTE);
-    settings.axis[2] = 0.0;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "settings.axis is 0");
-    settings.axis[0] = INFINITY;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "settings.axis[0]");
-    FRESH(REVOLUTE);
-    settings.lower = 1.0;
-    settings.upper = 0.5;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "lower is 1 and upper is 0.5");
-    settings.lower = NAN;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "lower");
-    settings.lower = INFINITY;
-    settings.upper = INFINITY;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "lower");
-    FRESH(BALL);
-    settings.upper = 1.0;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "coordinate");
-    FRESH(FIXED);
-    settings.motor_force = 1.0;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "motor_force");
-    FRESH(REVOLUTE);
-    settings.motor_force = -1.0;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "motor_force");
-    settings.motor_force = NAN;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "motor_force");
-    FRESH(REVOLUTE);
-    settings.motor_speed = INFINITY;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "motor_speed");
-    FRESH(REVOLUTE);
-    settings.friction = -1.0;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "friction");
-    FRESH(SCREW);
-    settings.pitch = NAN;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "settings.pitch");
-    FRESH(DISTANCE); /* both anchors at 0 */
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "distance is 0");
-    settings.lower = 0.25, settings.upper = 1.0; /* no direction to push them apart in */
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "distance is 0");
+#define JOINT(of, status, words, ...)                                                             \
+    do {                                                                                          \
+        settings = joint_at(PERP_JOINT_##of, 0.0, 0.0, 0.0);                                      \
+        __VA_ARGS__;                                                                              \
+        REFUSED(&s, perp_world_add_joint(s.world, &joint, b[0], b[1], &settings), status, words); \
+    } while (0)
+    JOINT(BALL, ARGUMENT, "settings.kind", settings.kind = 8);
+    JOINT(BALL, ARGUMENT, "settings.kind", settings.kind = -1);
+    JOINT(BALL, ARGUMENT, "settings.collides", settings.collides = 2);
+    JOINT(BALL, NOT_FINITE, "settings.anchor[1]", settings.anchor[1] = NAN);
+    JOINT(REVOLUTE, ARGUMENT, "settings.axis is 0", settings.axis[2] = 0.0);
+    JOINT(REVOLUTE, NOT_FINITE, "settings.axis[0]", settings.axis[2] = 0.0;
+          settings.axis[0] = INFINITY);
+    JOINT(REVOLUTE, ARGUMENT, "lower is 1 and upper is 0.5", settings.lower = 1.0;
+          settings.upper = 0.5);
+    JOINT(REVOLUTE, NOT_FINITE, "lower", settings.lower = NAN; settings.upper = 0.5);
+    JOINT(REVOLUTE, ARGUMENT, "lower", settings.lower = settings.upper = INFINITY);
+    JOINT(BALL, ARGUMENT, "coordinate", settings.upper = 1.0);
+    JOINT(FIXED, ARGUMENT, "motor_force", settings.motor_force = 1.0);
+    JOINT(REVOLUTE, ARGUMENT, "motor_force", settings.motor_force = -1.0);
+    JOINT(REVOLUTE, NOT_FINITE, "motor_force", settings.motor_force = NAN);
+    JOINT(REVOLUTE, NOT_FINITE, "motor_speed", settings.motor_speed = INFINITY);
+    JOINT(REVOLUTE, ARGUMENT, "friction", settings.friction = -1.0);
+    JOINT(SCREW, NOT_FINITE, "settings.pitch", settings.pitch = NAN);
+    JOINT(BALL, ABI, "settings.struct_size", settings.struct_size = 8);
+    JOINT(DISTANCE, ARGUMENT, "distance is 0", ); /* both anchors at 0 */
+    JOINT(DISTANCE, ARGUMENT, "distance is 0", settings.lower = 0.25;
+          settings.upper = 1.0); /* no direction to push them apart in */
     settings.lower = 0.0;
     SCENE_OK(&s, perp_world_add_joint(s.world, &joint, b[0], b[1], &settings));
-    REFUSED(&s, perp_world_set_joint_limits(s.world, joint, 0.25, 1.0), PERP_ERROR_ARGUMENT,
-            "distance is 0");
+    REFUSED(&s, perp_world_set_joint_limits(s.world, joint, 0.25, 1.0), ARGUMENT, "distance is 0");
     SCENE_OK(&s, perp_world_remove_joint(s.world, joint));
     joint = 7;
-    settings.anchor_b[0] = NAN;
-    JOINT_REFUSED(PERP_ERROR_NOT_FINITE, "settings.anchor_b[0]");
-    FRESH(BALL);
-    settings.struct_size = 8;
-    JOINT_REFUSED(PERP_ERROR_ABI, "settings.struct_size");
-    FRESH(BALL);
-    REFUSED(&s, perp_world_add_joint(s.world, NULL, b[0], b[1], &settings), PERP_ERROR_ARGUMENT,
-            "joint");
+    JOINT(DISTANCE, NOT_FINITE, "settings.anchor_b[0]", settings.anchor_b[0] = NAN);
+    settings = joint_at(PERP_JOINT_BALL, 0.0, 0.0, 0.0);
+    REFUSED(&s, perp_world_add_joint(s.world, NULL, b[0], b[1], &settings), ARGUMENT, "joint");
     assert_int_equal(joint, 7);
     /* NULL: a ball in the origin */
     SCENE_OK(&s, perp_world_add_joint(s.world, &joint, b[0], b[1], NULL));
-    assert_int_equal(perp_joint_settings_init(NULL, sizeof settings), PERP_ERROR_ABI);
-    assert_int_equal(perp_joint_settings_init(&settings, 4), PERP_ERROR_ABI);
+    assert_int_equal(perp_joint_settings_init(NULL, sizeof settings), ABI);
+    assert_int_equal(perp_joint_settings_init(&settings, 4), ABI);
     scene_close(&s);
 }
 
@@ -128,13 +92,11 @@ static void test_planar_settings(void **state)
     open_two(&s, 1, b);
     for (k = 0; k < sizeof none / sizeof *none; k++) {
         settings = joint_at(none[k], 0.0, 0.0, 0.0);
-        JOINT_REFUSED(PERP_ERROR_ARGUMENT, "planar world");
+        REFUSED(&s, perp_world_add_joint(s.world, &joint, b[0], b[1], &settings), ARGUMENT,
+                "planar world");
     }
-    FRESH(PRISMATIC);
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "settings.axis[2]");
-    FRESH(REVOLUTE);
-    settings.anchor[2] = 1.0;
-    JOINT_REFUSED(PERP_ERROR_ARGUMENT, "settings.anchor[2]");
+    JOINT(PRISMATIC, ARGUMENT, "settings.axis[2]", );
+    JOINT(REVOLUTE, ARGUMENT, "settings.anchor[2]", settings.anchor[2] = 1.0);
     scene_close(&s);
 }
 
@@ -152,12 +114,12 @@ static void test_bodies(void **state)
     wall = scene_add(&s, &fixed);
 #define PAIR_REFUSED(x, y, status, words) \
     REFUSED(&s, perp_world_add_joint(s.world, &joint, x, y, &settings), status, words)
-    PAIR_REFUSED(b[0], b[0], PERP_ERROR_ARGUMENT, "same body");
-    PAIR_REFUSED(s.ground, wall, PERP_ERROR_ARGUMENT, "dynamic");
-    PAIR_REFUSED(b[0], 0, PERP_ERROR_HANDLE, "null");
-    PAIR_REFUSED(12345, b[0], PERP_ERROR_HANDLE, "not a body");
+    PAIR_REFUSED(b[0], b[0], ARGUMENT, "same body");
+    PAIR_REFUSED(s.ground, wall, ARGUMENT, "dynamic");
+    PAIR_REFUSED(b[0], 0, HANDLE, "null");
+    PAIR_REFUSED(12345, b[0], HANDLE, "not a body");
     SCENE_OK(&s, perp_world_remove_body(s.world, b[1]));
-    PAIR_REFUSED(b[0], b[1], PERP_ERROR_HANDLE, "removed");
+    PAIR_REFUSED(b[0], b[1], HANDLE, "removed");
     assert_int_equal(joint, 0);
     scene_close(&s);
 }
@@ -175,16 +137,11 @@ static void test_changes(void **state)
     open_two(&s, 0, b);
     joint = joint_add(&s, s.ground, b[0], &hinge);
     other = joint_add(&s, b[0], b[1], &ball);
-    REFUSED(&s, perp_world_set_joint_limits(s.world, joint, 1.0, 0.0), PERP_ERROR_ARGUMENT,
-            "lower");
-    REFUSED(&s, perp_world_set_joint_limits(s.world, other, 0.0, 1.0), PERP_ERROR_ARGUMENT,
-            "coordinate");
-    REFUSED(&s, perp_world_set_joint_motor(s.world, joint, NAN, 1.0), PERP_ERROR_NOT_FINITE,
-            "motor_speed");
-    REFUSED(&s, perp_world_set_joint_motor(s.world, joint, 0.0, -1.0), PERP_ERROR_ARGUMENT,
-            "motor_force");
-    REFUSED(&s, perp_world_set_joint_friction(s.world, joint, -1.0), PERP_ERROR_ARGUMENT,
-            "friction");
+    REFUSED(&s, perp_world_set_joint_limits(s.world, joint, 1.0, 0.0), ARGUMENT, "lower");
+    REFUSED(&s, perp_world_set_joint_limits(s.world, other, 0.0, 1.0), ARGUMENT, "coordinate");
+    REFUSED(&s, perp_world_set_joint_motor(s.world, joint, NAN, 1.0), NOT_FINITE, "motor_speed");
+    REFUSED(&s, perp_world_set_joint_motor(s.world, joint, 0.0, -1.0), ARGUMENT, "motor_force");
+    REFUSED(&s, perp_world_set_joint_friction(s.world, joint, -1.0), ARGUMENT, "friction");
     found = joint_state(&s, joint);
     assert_true(found.lower == -INFINITY && found.upper == INFINITY && found.motor_force == 0.0);
     SCENE_OK(&s, perp_world_set_joint_limits(s.world, joint, -1.0, 2.0));
@@ -194,16 +151,16 @@ static void test_changes(void **state)
     assert_true(found.lower == -1.0 && found.upper == 2.0 && found.motor_speed == 3.0 &&
                 found.motor_force == 4.0 && found.friction == 5.0);
     memset(&found, 0, sizeof found);
-    REFUSED(&s, perp_world_get_joint(s.world, &found, joint), PERP_ERROR_ABI, "state.struct_size");
-    REFUSED(&s, perp_world_get_joint(s.world, NULL, joint), PERP_ERROR_ARGUMENT, "state");
-    REFUSED(&s, perp_world_remove_joint(s.world, 0), PERP_ERROR_HANDLE, "null");
-    REFUSED(&s, perp_world_remove_joint(s.world, 99), PERP_ERROR_HANDLE, "not a joint");
+    REFUSED(&s, perp_world_get_joint(s.world, &found, joint), ABI, "state.struct_size");
+    REFUSED(&s, perp_world_get_joint(s.world, NULL, joint), ARGUMENT, "state");
+    REFUSED(&s, perp_world_remove_joint(s.world, 0), HANDLE, "null");
+    REFUSED(&s, perp_world_remove_joint(s.world, 99), HANDLE, "not a joint");
     SCENE_OK(&s, perp_world_remove_joint(s.world, joint));
-    REFUSED(&s, perp_world_remove_joint(s.world, joint), PERP_ERROR_HANDLE, "removed");
+    REFUSED(&s, perp_world_remove_joint(s.world, joint), HANDLE, "removed");
     joint = joint_add(&s, s.ground, b[0], &hinge);       /* the same slot, another id */
     SCENE_OK(&s, perp_world_remove_body(s.world, b[0])); /* and both joints with it */
-    REFUSED(&s, perp_world_set_joint_friction(s.world, joint, 1.0), PERP_ERROR_HANDLE, "removed");
-    REFUSED(&s, perp_world_set_joint_friction(s.world, other, 1.0), PERP_ERROR_HANDLE, "removed");
+    REFUSED(&s, perp_world_set_joint_friction(s.world, joint, 1.0), HANDLE, "removed");
+    REFUSED(&s, perp_world_set_joint_friction(s.world, other, 1.0), HANDLE, "removed");
     scene_step(&s, 0.1);
     scene_near(scene_state(&s, b[1]).velocity[2], -0.1 * GRAVITY, 1e-15, "free fall");
     scene_close(&s);
@@ -355,7 +312,7 @@ static void test_snapshot(void **state)
         SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
     assert_true(hash_of(&s, bodies, 4) == expected);
     SCENE_OK(&s, perp_world_remove_joint(s.world, joints[2]));
-    REFUSED(&s, perp_world_snapshot_restore(s.world, blob, size), PERP_ERROR_ARGUMENT, "blob");
+    REFUSED(&s, perp_world_snapshot_restore(s.world, blob, size), ARGUMENT, "blob");
     free(blob);
     scene_close(&s);
 }
