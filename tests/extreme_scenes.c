@@ -1,12 +1,8 @@
 #include "extreme_scenes.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "check.h"
 #include "world/scene.h"

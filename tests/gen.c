@@ -1,14 +1,10 @@
 #include "gen.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 static double *at(gen_lcp *problem, int32_t i, int32_t j)
 {

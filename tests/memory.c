@@ -1,13 +1,9 @@
 #include "memory.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 static void *limited_allocate(size_t size, void *user)
 {

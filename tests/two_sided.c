@@ -2,13 +2,10 @@
 #include "two_sided.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 perp_context *both_context;
 uint64_t both_seed;

@@ -3,11 +3,7 @@
  * files with the shared library's bytes stand for them here. */
 #define _POSIX_C_SOURCE 200809L
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,10 +1,6 @@
 /* libperp-mechanism beside libperp, as shared libraries: it works in contexts of that libperp and
  * of no other copy, and its handles are children of their context like any others. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 #include <perp/perp.h>

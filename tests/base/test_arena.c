@@ -1,12 +1,8 @@
 /* The arena: alignment, growth, overflow, failure. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/arena.h"
 

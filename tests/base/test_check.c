@@ -1,13 +1,9 @@
 /* Checks of arrays: what is refused, and that the message names the entry. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/check.h"
 #include "base/clock.h"

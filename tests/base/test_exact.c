@@ -1,12 +1,8 @@
 /* The tests' own accumulator: what it sums is known without rounding. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "exact.h"
 #include "gen.h"

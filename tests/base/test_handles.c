@@ -2,14 +2,10 @@
  * refused as busy, nothing is made from a destroyed context, a dead handle and one of another kind
  * are the same error, and a create that runs out of memory leaves nothing. One table; a new kind
  * gets a row. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 #include <perp/perp.h>

@@ -1,12 +1,8 @@
 /* The gate: what it lets through, by its definition (docs/lcp.md, Outcomes), number by number. */
 #include <float.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/outcome.h"
 

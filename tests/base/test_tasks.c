@@ -1,13 +1,9 @@
 /* Tasks, and rounds of pieces: each once, and none before the round before it is over, on threads
  * of our own and however a caller runs them. A thread sanitizer sees what these tests can't (make
  * SANITIZE=thread test-threads). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/tasks.h"
 

@@ -1,14 +1,10 @@
 /* Threads: contexts that share nothing, side by side; a context handed from one thread to the next;
  * the threads of a batch. A thread sanitizer sees what these tests can't (make SANITIZE=thread). */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 #include <pthread.h>
 
 #include <perp/perp.h>

@@ -4,12 +4,8 @@
 #define PERP_TESTS_RIGID_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

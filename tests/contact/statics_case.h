@@ -1,12 +1,14 @@
-/* Bodies that touch, as rows of H and G in general coordinates, one call of perp_contact_statics,
- * and what its answer has to obey, from the caller's own numbers in extended precision. Includer:
- * cmocka.h. */
+/* Bodies that touch, as rows of H and G in general coordinates, one call of
+ * perp_contact_statics, and what its answer has to obey, from the caller's own numbers in
+ * extended precision. */
 #ifndef PERP_TESTS_STATICS_CASE_H
 #define PERP_TESTS_STATICS_CASE_H
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+#include "suite.h"
 
 #include <perp/perp.h>
 

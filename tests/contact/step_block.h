@@ -1,11 +1,12 @@
-/* A block on a table, handed over to perp_contact_solver_step as by a simulator that keeps its rows
- * in another order: its steps, and what has to hold where one is refused. For test_step*.c; include
- * after cmocka.h. */
+/* A block on a table, handed over to perp_contact_solver_step as by a simulator that keeps its
+ * rows in another order: its steps, and what has to hold where one is refused. For test_step*.c. */
 #ifndef PERP_TESTS_CONTACT_STEP_BLOCK_H
 #define PERP_TESTS_CONTACT_STEP_BLOCK_H
 
 #include <math.h>
 #include <string.h>
+
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -4,14 +4,10 @@
 #define PERP_TESTS_CONTACT_SWEEP_FIXTURE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "bodies_load.h"
 #include "contact/law.h"

@@ -1,11 +1,7 @@
 /* Memory: every allocation may fail, nothing is lost, and a second solve asks for none. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 #include "memory.h"

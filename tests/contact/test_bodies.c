@@ -1,14 +1,10 @@
 /* The space of bodies against dense algebra: W, q, traces, velocities, for rigid and other blocks,
  * CSC and dense matrices, bilateral rows and compliance; what is refused; failing memory. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "bodies_load.h"
 #include "memory.h"

@@ -1,14 +1,10 @@
 /* Rows with bounds of their own beside contacts: every method against all the answers that an
  * enumeration of modes finds, closed forms, laws recomputed, zeros, and what is refused. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,12 +1,8 @@
 /* Coloured sweeps: the same bits from every set of instructions, pairs that share no body, and what
  * they converge to: the law of each contact, and the velocities that the exact methods find. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <float.h>
 #include <perp/base.h>

@@ -1,13 +1,9 @@
 /* Closed forms: one contact in every mode, a block on a slope, joints, compliance, rolling. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

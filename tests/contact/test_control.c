@@ -1,11 +1,7 @@
 /* Limits, the monitor, starts, other loads on one set-up, determinism. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 

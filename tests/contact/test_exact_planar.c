@@ -1,10 +1,7 @@
 /* Planar contacts in integers: every solution by trying all modes in exact arithmetic, and what the
  * methods say beside it. W is positive definite, so there always is a solution, and with these mu
  * there often are several. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <cmocka.h>
+#include "suite.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,13 +1,9 @@
 /* The edge of sticking at every scale, towers of very different masses, and numbers at the ends of
  * what there is. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,13 +1,9 @@
 /* What a good outcome promises: every contact right beside its own terms, finite numbers; and what
  * limits promise: that they hold, and that what was met by then is returned. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

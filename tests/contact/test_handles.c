@@ -1,12 +1,8 @@
 /* The life of a contact solver: handles, calls in the wrong order, callbacks that call back. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 

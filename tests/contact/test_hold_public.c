@@ -1,13 +1,9 @@
 /* Exact zeros through the public entrance, perp_contact_solve, which has to find the bodies itself:
  * piles at rest, small bodies beside a large one, and a row that yields and so pins nothing. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,13 +1,9 @@
 /* Factors of the joints' equations: over random graphs of nodes their solution leaves nothing of
  * the right side, patterns may follow each other, and of rows that say the same one is left out. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/base.h>
 

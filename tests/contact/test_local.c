@@ -1,13 +1,9 @@
 /* One contact by itself: closed forms, the law of every answer on random data at all scales, the
  * solutions of several that are documented, exhaustive search where the answer is unique. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "contact/sweep/local.h"
 #include "gen.h"

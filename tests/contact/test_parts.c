@@ -1,12 +1,8 @@
 /* Locality: what a problem is worth is what the worst of its parts is worth, whatever their units,
  * and a contact is judged beside its own terms. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 

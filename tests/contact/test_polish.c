@@ -1,9 +1,6 @@
 /* What the front door adds to every method: Newton's method on the equations of one active set; the
  * polyhedra that fit ever closer; and that threads share nothing. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <cmocka.h>
+#include "suite.h"
 
 #include <math.h>
 #include <pthread.h>

@@ -1,14 +1,10 @@
 /* Methods `admm` and `proximal` on piles: Signorini's and Coulomb's laws in other words than the
  * library's, from r alone. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 #include "piles.h"

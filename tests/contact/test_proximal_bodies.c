@@ -1,14 +1,10 @@
 /* Method `proximal` in the space of the bodies' velocities against itself with the Delassus matrix:
  * piles with many more contacts than velocities, and joints. The residuals are the front door's. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

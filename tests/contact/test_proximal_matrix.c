@@ -1,14 +1,10 @@
 /* Method `proximal` by its inner interface: closed forms, random scenes checked from the law
  * itself, and everything a Delassus matrix may be: dense, sparse, unsymmetric, rank-deficient. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "proximal_scene.h"

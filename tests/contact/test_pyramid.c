@@ -1,12 +1,8 @@
 /* Polyhedral cones by pivoting: the law of their error, joints, rolling and spinning, wedges and
  * walls. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "contact/law.h"
 #include "hand_over.h"

@@ -2,12 +2,8 @@
  * and weights, so that the balance holds to rounding only. A proof where it exists, none where not.
  */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 

@@ -1,13 +1,9 @@
 /* Every refusal of contact.h: the status, a message that names argument and index, outputs
  * untouched, and a solver that works as before. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "hand_over.h"
 #include "refused.h"

@@ -1,12 +1,8 @@
 /* The inner entrance: what it answers obeys the laws in the caller's own rows and masses. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

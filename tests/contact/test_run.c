@@ -1,11 +1,6 @@
 /* perp_contact_solver_run and _arrange: masses that fall on a table and slide there, as a simulator
  * has them that keeps contacts in records of its own; against closed forms. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include <math.h>
 #include <string.h>

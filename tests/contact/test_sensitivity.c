@@ -1,13 +1,9 @@
 /* Derivatives of contact: closed forms, central differences of solves, the adjoint against the
  * forward products, and what has none. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

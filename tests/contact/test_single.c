@@ -1,13 +1,9 @@
 /* One body whose impulses are looked at without a solver: what passes there passes the solver's own
  * look, which is in doubled precision, with the same modes, the same zeros and the same motion. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,14 +1,10 @@
 /* Piles beside each other, in units of 2^-60 .. 2^60: hard ones, that take one method or another.
  * What each of them has by itself, it has in the stack. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,13 +1,9 @@
 /* Equilibrium against closed forms, on both sides of each limit. Whatever the verdict, the answer
  * is checked from the caller's own data (statics_case.h). */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "statics_case.h"
 

@@ -1,12 +1,9 @@
 /* Calls of perp_contact_statics and perp_world_statics that go wrong: refusals name the argument
  * and write nothing, and every allocation may fail. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-#include <cmocka.h>
+
+#include "suite.h"
 
 #include <perp/perp.h>
 

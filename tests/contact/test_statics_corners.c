@@ -2,13 +2,9 @@
  * nothing, loads and forces no row answers, and numbers of very different size. Each answer is
  * checked from the caller's own data (statics_case.h); none may be NaN or infinite. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "statics_case.h"
 

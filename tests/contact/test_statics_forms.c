@@ -1,13 +1,9 @@
 /* One question in many forms: storages, orders, units, repetition. Problems are random, of all laws
  * at once; each answer is checked for what it claims (statics_case.h). */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "statics_case.h"
 

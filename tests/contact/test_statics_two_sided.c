@@ -1,12 +1,9 @@
 /* Guides and pins whose direction of pressing is told by impulses: beads in slots, drawers and
  * axles in bushes, at 1 - 1e-9 and 1 + 1e-9 of what their friction holds, in closed form. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-#include <cmocka.h>
+
+#include "suite.h"
 
 #include <perp/perp.h>
 

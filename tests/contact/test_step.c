@@ -1,11 +1,6 @@
 /* perp_contact_solver_step: a block on a table, as a simulator has it that keeps its rows in
  * another order; against closed forms. What is refused: test_step_refusals.c. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "step_block.h"
 

@@ -1,11 +1,6 @@
 /* perp_contact_solver_step: what it refuses, arguments, places, sizes, numbers and memory. A
  * refused step touches no part of an answer, and the next one is as good as before. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "step_block.h"

@@ -2,13 +2,9 @@
  * exact, and it ends in n + 1 steps; what it carries along (y) stays linear in x; it forgets on
  * growth. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "contact/sweep/mixing.h"
 #include "gen.h"

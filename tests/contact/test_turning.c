@@ -1,13 +1,9 @@
 /* Contacts that roll and spin, by every method: problems made from a solution with all modes, and
  * the law of every part of the answer beside the problem's numbers, which are of size 1. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,14 +1,10 @@
 /* Contacts that hold both ways: laws recomputed, closed forms (Dupont's drawer), zeros, starts, and
  * what is refused. test_two_sided_random.c has answers enumerated. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

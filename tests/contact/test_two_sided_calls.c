@@ -1,13 +1,9 @@
 /* Contacts that hold both ways: proofs that there is no answer, compliance, refusals of what does
  * not go with them, and memory. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

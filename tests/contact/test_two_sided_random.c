@@ -1,14 +1,10 @@
 /* Contacts that hold both ways, at random: every method against all the answers that an enumeration
  * of modes finds, and auto where an answer is planted in a problem of dependent rows. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,13 +1,9 @@
 /* Derivatives of contacts that hold both ways: the drawer's in closed form, central differences of
  * solves, the adjoint against the forward products, kinks and what is not determined. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -3,10 +3,6 @@
  * return a NaN, an infinity or a claim that the recomputed numbers do not bear out. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +10,7 @@
 #include <xmmintrin.h>
 #endif
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

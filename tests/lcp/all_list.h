@@ -1,10 +1,13 @@
-/* What perp_lcp_all tells of a problem, checked visit by visit and kept in a list. Include after
- * cmocka.h and run.h. */
+/* What perp_lcp_all tells of a problem, checked visit by visit and kept in a list. */
 #ifndef PERP_TESTS_LCP_ALL_LIST_H
 #define PERP_TESTS_LCP_ALL_LIST_H
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "suite.h"
+
+#include "run.h"
 
 enum { LARGEST = 20, MOST_POINTS = 4000 };
 

@@ -1,10 +1,12 @@
 /* Many problems of one size for perp_lcp_batch, and groups of its kernels that read them. For
- * test_batch*.c; include after cmocka.h. */
+ * test_batch*.c. */
 #ifndef PERP_TESTS_LCP_BATCH_MANY_H
 #define PERP_TESTS_LCP_BATCH_MANY_H
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "suite.h"
 
 #include "lcp/batch/group.h"
 #include "run.h"

@@ -1,14 +1,10 @@
 /* Systems with the active block, for sets that change from one to the next: the residual in exact
  * sums, whichever factors and borders the solution came from. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/context.h"
 #include "check.h"

@@ -1,15 +1,11 @@
 /* Primal-dual active sets for dense problems: against known solutions, on problems made to cycle,
  * and honest where they fail. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -1,15 +1,11 @@
 /* Active sets on large sparse problems, nested iteration included: against closed forms, Newton's
  * method and each other's order of the unknowns. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "grids.h"
 #include "run.h"

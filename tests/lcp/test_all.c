@@ -1,15 +1,11 @@
 /* perp_lcp_all: all solutions of problems whose solutions are known, and of random ones against
  * rational arithmetic. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "rational.h"
 #include "run.h"

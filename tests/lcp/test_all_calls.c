@@ -1,15 +1,11 @@
 /* perp_lcp_all: bounds, limits, callbacks, refusals, memory. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "run.h"

@@ -1,14 +1,10 @@
 /* perp_lcp_all on contact problems, where most blocks are singular. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 #include "all_list.h"

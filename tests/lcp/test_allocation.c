@@ -1,14 +1,10 @@
 /* Memory: every allocation may fail, nothing is lost, and a second solve asks for none. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "grids.h"
 #include "memory.h"

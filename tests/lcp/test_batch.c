@@ -2,15 +2,11 @@
  * every instruction set and any number of threads give the same bits. Numbers of every size:
  * test_batch_hostile.c. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "batch_many.h"
 #include "memory.h"

@@ -1,12 +1,8 @@
 /* perp_lcp_batch on numbers of every size: what its kernel accepts is a solution, verdicts are
  * those of the front door, and what overflows is not called solved. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "batch_many.h"
 

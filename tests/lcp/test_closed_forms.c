@@ -4,14 +4,10 @@
  * Families: Murty, "Linear Complementarity, Linear and Nonlinear Programming" (1988), chapter 6;
  * Fathi, Math. Programming 17 (1979). */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

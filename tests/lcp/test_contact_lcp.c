@@ -2,15 +2,11 @@
  * solvable, whatever friction and mass ratio (Anitescu & Potra 1997). A ray on one is an error of
  * rounding; a plain float64 pivoting code reports one on 19 of 300. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 #include "scene.h"

@@ -1,14 +1,10 @@
 /* Equations that contradict each other are no answer, however large the multipliers; and large
  * multipliers that are right are one. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "contradictions.h"
 #include "run.h"

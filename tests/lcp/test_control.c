@@ -1,13 +1,9 @@
 /* Monitors, limits, and calls from inside a call. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/clock.h"
 #include "run.h"

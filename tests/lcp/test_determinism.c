@@ -1,15 +1,11 @@
 /* The same bits: twice, in another context, after other problems; and the same bits but for an
  * exact factor when the problem is scaled by powers of two. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -3,15 +3,11 @@
  * sections 3.3, 3.8, 4.4) is demanded: P: one solution; strictly copositive: solved; positive
  * semidefinite: solved, or infeasible. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "rational.h"
 #include "run.h"

@@ -1,14 +1,10 @@
 /* The semismooth Newton method on small problems, inside and through the front door: every kind of
  * bound, zero diagonals, degenerate and singular problems, the classes of the zoo. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "lcp/method.h"
 #include "run.h"

@@ -2,13 +2,9 @@
  * and what Newton's method needs at its kinks. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "gen.h"
 #include "lcp/fischer/function.h"

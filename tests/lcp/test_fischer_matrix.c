@@ -1,14 +1,10 @@
 /* The active blocks of Newton matrices over values, patterns and storages: S_AA + W_A and
  * S_AA + rho I, symmetric or not, definite or not. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "gen.h"
 #include "lcp/fischer/matrix.h"

@@ -1,14 +1,10 @@
 /* The semismooth Newton method on families of problems with known solutions, over changes of values
  * and patterns, from warm starts, in bad units, and where there is nothing to find. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -1,15 +1,11 @@
 /* The front door: small cases by hand, bounds of every kind, every method against known solutions,
  * starts, and a solver's life. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

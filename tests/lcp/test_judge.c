@@ -2,13 +2,9 @@
  * points are made by hand, and what they violate follows from exact sums. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "gen.h"
 #include "lcp/solver.h"

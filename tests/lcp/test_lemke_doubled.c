@@ -1,13 +1,9 @@
 /* Lemke's tableau in doubled precision: exchanges that lose every digit in double keep them all. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "lcp/lemke/lemke.h"
 #include "run.h"

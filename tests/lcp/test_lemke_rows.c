@@ -1,13 +1,9 @@
 /* The loops of the ratio test against the definition, row by row, for every set of vectors that the
  * processor has. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "gen.h"
 #include "lcp/lemke/lemke.h"

@@ -1,14 +1,10 @@
 /* Lemke's method with a factored basis, on CSC problems too large for the tableau to be chosen. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 #include "scene.h"

@@ -1,15 +1,11 @@
 /* w_i may be measured in any unit: rows of M and q multiplied by positive numbers change neither
  * the solutions nor, where M would be symmetric in size without, how Lemke's method gets there. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 #include "scene.h"

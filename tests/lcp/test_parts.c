@@ -2,15 +2,11 @@
  * each in units of its own, rows in any order, are good only where each alone is; up to the size
  * that the tree of index sets searches, where all are. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -1,14 +1,10 @@
 /* Projected Gauss-Seidel: closed forms for every kind of bound, the convergence rates that theory
  * gives, what is refused, and what happens where the method does not converge. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

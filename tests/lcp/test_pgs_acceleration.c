@@ -1,14 +1,10 @@
 /* Projected Gauss-Seidel with help: conjugate gradients, and the polish that takes over once the
  * active set has settled. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -1,14 +1,10 @@
 /* Projected Gauss-Seidel beyond plain sweeps: sweeps to and fro, rows without entries, and one
  * solver for many right-hand sides and settings. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

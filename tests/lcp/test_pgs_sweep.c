@@ -2,14 +2,10 @@
  * of small integers and powers of two, so that every sum is exact in any order and the two have to
  * agree to the last bit, z and residual. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "gen.h"
 #include "lcp/pgs/sweep.h"

@@ -1,14 +1,10 @@
 /* What `auto` tries first, and what is left of a solve that a limit ended. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "grids.h"
 #include "run.h"

@@ -1,13 +1,9 @@
 /* What methods lend to the polish: M_AA step = residual_A for the index set of their last basis. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "check.h"
 #include "gen.h"

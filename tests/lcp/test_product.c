@@ -1,15 +1,11 @@
 /* perp_lcp_solve_product: problems with exact solutions whose M the solver sees by products alone;
  * what it says of itself, recomputed; and every refusal. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "run.h"

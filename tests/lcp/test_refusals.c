@@ -1,15 +1,11 @@
 /* Every refusal of lcp.h and matrix.h: the status, a message that names argument and index, outputs
  * untouched, and a solver that works as before. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "refused.h"
 #include "run.h"

@@ -1,13 +1,9 @@
 /* The generator of contact problems makes what its theory is about: z'M z = |m^-1/2 B x|^2 + sum mu
  * lambda c, copositive; gaps >= 0; the same bits for the same options. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "scene.h"
 

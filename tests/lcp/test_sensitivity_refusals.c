@@ -1,14 +1,10 @@
 /* perp_lcp_sensitivity_...: refusals, memory, the life of a handle. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "refused.h"

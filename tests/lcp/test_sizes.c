@@ -1,15 +1,11 @@
 /* Sizes at which the code changes course (blocked updates, dense and sparse polish, what `auto`
  * tries first), with bounds of every kind, against known solutions. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -1,14 +1,10 @@
 /* The shortest way for small dense problems (small.c): where it is taken, that its answers are
  * those of Lemke's method, and that it leaves the rest alone. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "lcp/solver.h"
 #include "memory.h"

@@ -1,15 +1,11 @@
 /* One unsymmetric M in every storage: row-major, column-major, with a leading dimension, CSC with
  * and without explicit zeros. A matrix read transposed, or a gap that is read, shows here. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

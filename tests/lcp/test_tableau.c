@@ -1,13 +1,9 @@
 /* The tableau with delayed exchanges against plain exchanges in extended precision. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/context.h"
 #include "check.h"

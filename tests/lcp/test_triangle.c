@@ -1,13 +1,9 @@
 /* Triangles, on which Lemke's path may take 2^n pivots: `auto` solves them nevertheless. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

@@ -1,15 +1,11 @@
 /* Tridiagonal problems: the exact method for M-matrices, and what happens where it does not apply.
  * Every result is checked from the caller's data by run_lcp. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

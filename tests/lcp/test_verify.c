@@ -1,15 +1,11 @@
 /* perp_lcp_verify: its claims against exact solutions, and how often it can make one. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "exact.h"
 #include "linalg/blas.h"

@@ -1,10 +1,6 @@
 /* perp_lcp_verify: what it says where there is no proof, what it refuses, scaling, memory. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +8,7 @@
 #include <xmmintrin.h>
 #endif
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "run.h"

@@ -5,14 +5,10 @@
  * Murty, "Linear Complementarity, Linear and Nonlinear Programming" (1988), chapters 2 and 6; Hock
  * & Schittkowski (1981), problem 35. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "run.h"
 

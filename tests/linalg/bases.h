@@ -1,7 +1,8 @@
-/* Bases whose columns come from a pool, and solves checked against these columns. Include after
- * cmocka.h. */
+/* Bases whose columns come from a pool, and solves checked against these columns. */
 #ifndef PERP_TESTS_LINALG_BASES_H
 #define PERP_TESTS_LINALG_BASES_H
+
+#include "suite.h"
 
 #include "linalg/basis.h"
 #include "linalg/squares.h"

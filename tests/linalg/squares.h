@@ -1,11 +1,12 @@
-/* Square matrices, dense and compressed, and what the tests of factorisations share. Include after
- * cmocka.h. */
+/* Square matrices, dense and compressed, and what the tests of factorisations share. */
 #ifndef PERP_TESTS_LINALG_SQUARES_H
 #define PERP_TESTS_LINALG_SQUARES_H
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "suite.h"
 
 #include "check.h"
 #include "exact.h"

@@ -1,13 +1,9 @@
 /* Whichever of blas.c and blas_internal.c was built, against the definitions. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "check.h"
 #include "exact.h"

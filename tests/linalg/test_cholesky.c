@@ -1,13 +1,9 @@
 /* Cholesky's factorisation and solves with several columns, whichever BLAS was built. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "check.h"
 #include "exact.h"

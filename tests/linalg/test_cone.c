@@ -1,13 +1,9 @@
 /* Rays and lines of cones whose faces are known. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/context.h"
 #include "check.h"

@@ -1,13 +1,9 @@
 /* The doubled product against exact sums (exact.h), and exactly where double-double has room. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "exact.h"
 #include "linalg/views.h"

@@ -1,13 +1,9 @@
 /* Sparse factorisations by KLU; dense ones are in test_blas.c. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/squares.h"
 

@@ -1,13 +1,9 @@
 /* Factorisations of what can't be factored, and without memory. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/squares.h"
 #include "memory.h"

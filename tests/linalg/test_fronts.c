@@ -1,14 +1,10 @@
 /* Multifrontal factors of block matrices on random graphs: the residual of A x = b, with A as it
  * was handed over, and parts of the graph one by one. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,11 +1,7 @@
 /* Rows that hold: rows that are no numbers take no part, and leave the others as they are. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/held_rows.h"
 

@@ -1,13 +1,9 @@
 /* Matrix views: what is refused, the message that names the place, and that a refusal writes
  * nothing. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/matrix.h"
 

@@ -1,10 +1,5 @@
 /* Multigrid by aggregation: the hierarchy's properties, and solves with blocks of grid matrices. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "grids.h"
 #include "linalg/multigrid/multigrid.h"

@@ -1,12 +1,8 @@
 /* Products and row norms in working precision. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "exact.h"
 #include "linalg/views.h"

@@ -1,13 +1,9 @@
 /* Equilibration: what scale.h promises, entry by entry, and bit for bit under powers of two. */
 #include <limits.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/scale.h"
 #include "linalg/views.h"

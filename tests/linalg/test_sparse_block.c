@@ -1,10 +1,5 @@
 /* Principal blocks of sparse matrices of every kind: tridiagonal, symmetric, general. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/sparse_block.h"
 #include "linalg/squares.h"

@@ -1,14 +1,10 @@
 /* Bounds of |A^-1 r| against exact solutions. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/context.h"
 #include "check.h"

@@ -1,12 +1,8 @@
 /* Which units the second witness looks at a point in: the same whatever the storage is. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "linalg/scale.h"
 #include "linalg/views.h"

@@ -1,10 +1,11 @@
-/* One matrix in the three storages, the dense ones with gaps that hold NaN. Include after cmocka.h.
- */
+/* One matrix in the three storages, the dense ones with gaps that hold NaN. */
 #ifndef PERP_TESTS_LINALG_VIEWS_H
 #define PERP_TESTS_LINALG_VIEWS_H
 
 #include <math.h>
 #include <stdlib.h>
+
+#include "suite.h"
 
 #include "check.h"
 #include "gen.h"

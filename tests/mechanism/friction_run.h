@@ -3,14 +3,10 @@
 #define PERP_TESTS_FRICTION_RUN_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 #include <perp/perp.h>

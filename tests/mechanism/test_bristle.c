@@ -2,13 +2,9 @@
  * The belt of these laws is in test_bristle_belt.c. */
 #include <float.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 #include <perp/perp.h>

@@ -3,12 +3,8 @@
  * (2/w)(pi - atan((5 - 3) w / (k V))) = 0.47123889803846899, w = sqrt(k/m). Stribeck's and LuGre's
  * laws have that period in the limit of a small speed and stiff bristles. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 

@@ -1,13 +1,9 @@
 /* Eigenvalues of general matrices: companion matrices of known roots, similar and nearly defective
  * matrices, invariants of random ones. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "mechanism/eigenvalues.h"
 

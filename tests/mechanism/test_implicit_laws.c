@@ -2,14 +2,10 @@
  * with masses and forces that depend on everything; what the step returns is put into the equations
  * of the header, evaluated here at the end of the step. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 #include <perp/perp.h>

@@ -5,14 +5,10 @@
  *
  * q: centre, unit quaternion; v: velocity in space, spin in the body. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <perp/mechanism.h>
 #include <perp/perp.h>

@@ -2,14 +2,10 @@
  * problems. Counted in calls, for no test may fail for time: a callback waits until the time is
  * over, and nothing but the look at the best point may follow. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 #include <time.h>
 
-#include <cmocka.h>
+#include "suite.h"
 #include <perp/perp.h>
 
 #include "context.h"

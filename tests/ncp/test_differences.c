@@ -1,15 +1,11 @@
 /* Finite differences: how many calls they take, how good they are, and the check of a Jacobian
  * callback that is built on them. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 #include <perp/perp.h>
 
 #include "context.h"

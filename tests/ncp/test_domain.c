@@ -1,13 +1,9 @@
 /* Functions that are not defined everywhere, and callbacks that stop or abort a solve. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 #include <perp/perp.h>
 
 #include "context.h"

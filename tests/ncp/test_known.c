@@ -1,14 +1,10 @@
 /* Problems of the literature whose solutions are known in closed form, from many starts; solutions
  * and data as in the papers named. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 #include <perp/perp.h>
 
 #include "context.h"

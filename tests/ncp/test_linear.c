@@ -1,15 +1,11 @@
 /* Linear problems with every kind of bounds: the exact solution that they were made from, and the
  * linear complementarity solver, against every method, storage and sort of Jacobian. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "check.h"
 #include "gen.h"

@@ -2,11 +2,9 @@
  * answers and the same verdicts as alone, and powers of two in the units change no bit. */
 #include "problems.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <stdlib.h>
 #include <string.h>

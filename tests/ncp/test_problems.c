@@ -1,10 +1,7 @@
 /* The zoo itself, without any solver: its patterns, its Jacobians, its stated solutions. */
 #include "problems.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include <float.h>
 #include <stdlib.h>

@@ -1,14 +1,10 @@
 /* Every refusal of ncp.h: the status, a message that names argument and index, outputs untouched;
  * and memory: every allocation may fail, nothing is lost, and a second solve asks for none. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "refused.h"

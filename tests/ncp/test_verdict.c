@@ -1,15 +1,11 @@
 /* Verdicts against an independent look at the rows: programs whose Jacobians have noise where zeros
  * should be, systems that fall into parts in any units, numbers at the edge of the doubles. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "problems.h"
 

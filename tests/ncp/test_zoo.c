@@ -1,11 +1,9 @@
 /* `auto` on every problem of the zoo from every start; what it says is judged by problems.c. */
 #include "problems.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include <stdlib.h>
 #include <string.h>

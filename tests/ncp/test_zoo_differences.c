@@ -2,10 +2,7 @@
  * same 1e-12 of F's size as with it, and one of the solutions where all are known. */
 #include "problems.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,13 +1,9 @@
 /* The tree, the store, polyhedra and linear patterns against what is known by hand. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "base/context.h"
 #include "memory.h"

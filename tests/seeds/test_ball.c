@@ -1,13 +1,9 @@
 /* A ball dropped from height 1 that bounces with restitution e: infinitely many impacts until
  * sqrt(2/g) (1+e)/(1-e), over a path of (1+e^2)/(1-e^2). A step of fixed size must bring it to
  * rest, not let it bounce at g h for ever. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,13 +1,9 @@
 /* Simultaneous impacts: chains of touching balls, and a block that rocks from one corner to the
  * other. With Moreau's law a chain of n equal balls (1, 0, .., 0) leaves with
  * v_1 = (1 + e)/n - e and (1 + e)/n for the others. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,13 +1,9 @@
 /* Torque-free rotation of a body with principal moments (1, 2, 3). Reference: Jacobi's elliptic
  * functions for the angular velocity in the body frame, a Runge-Kutta solution of order 8 for the
  * orientation. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,13 +1,9 @@
 /* The rod of Painleve and Klein: half-length l, centre = tip + l (cos theta, sin theta), slipping
  * on its tip. With m = l = 1, I = 1/3, mu = 2, tan theta = 2 no acceleration exists; the step's
  * problem has exactly one velocity at every h. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

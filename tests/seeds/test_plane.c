@@ -1,12 +1,8 @@
 /* A brick sliding on a plane: with the exact cone it would stop in a straight line; with a polygon
  * inscribed in the circle of friction, time, length and heading are off by known amounts. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

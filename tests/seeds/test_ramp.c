@@ -4,13 +4,9 @@
  *   m v' in m g sin theta + F - mu m g cos theta Sgn v.
  *
  * Reference values are closed forms: arcs of parabolas that end when v = 0. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

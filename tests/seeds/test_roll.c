@@ -1,12 +1,8 @@
 /* From sliding to rolling: a body of revolution thrown with v0 and kappa = I / (m r^2) rolls at
  * v0 / (1 + kappa) after t = kappa v0 / ((1 + kappa) mu g). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

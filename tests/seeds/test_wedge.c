@@ -1,13 +1,9 @@
 /* Contacts that share a load in more than one way: a wedge held by its own friction, and a table
  * with four legs. Velocities, resultants and complementarity are determined, single impulses are
  * not. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,11 +1,13 @@
 /* Short ways to build and look at worlds in tests. Everything goes through the public interface;
- * a call that fails fails the test with the context's message. Include after cmocka.h. */
+ * a call that fails fails the test with the context's message. */
 #ifndef PERP_TESTS_WORLD_SCENE_H
 #define PERP_TESTS_WORLD_SCENE_H
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "suite.h"
 
 #include <perp/perp.h>
 

@@ -1,12 +1,8 @@
 /* Levels of accuracy: what rests, rests at every one of them; what is hit gains no energy; and what
  * is said of a step that a budget ended. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

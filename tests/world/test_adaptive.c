@@ -1,11 +1,6 @@
 /* Steps chosen by their estimated error, beside closed forms: what stops, lands, rolls, bounces and
  * lets go within a step is where it should be, to what the estimates say. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,12 +1,8 @@
 /* Memory: every allocation may fail, and leaves the world as it was and usable; a step of a size
  * that was seen before allocates nothing. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "memory.h"
 #include "world/scene.h"

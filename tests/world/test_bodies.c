@@ -1,11 +1,7 @@
 /* Bodies: what goes in comes out, slots, kinds, and single-body motion. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,12 +1,8 @@
 /* time_limit and max_iterations hold for a whole step, and what they leave is usable: nothing falls
  * through what carries it. No test looks at a clock: limits that are over before they begin do. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

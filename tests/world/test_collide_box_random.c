@@ -1,10 +1,6 @@
 /* Contact points of boxes and rectangles in random poses, against a view of boxes that knows no
  * separating axes (collide_scene.h). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "suite.h"
 
 #include "collide_scene.h"
 

@@ -1,12 +1,8 @@
 /* When shapes meet on their way, against distances at sampled times that need no separating axis.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "collide_scene.h"
 #include "world/collide/collision.h"

@@ -2,13 +2,9 @@
  * faces: the distance of two hulls is that of some two segments or of a corner and a triangle of
  * any of their corners; what two overlapping hulls overlap by is least along the normal of some
  * three corners or across some two segments. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/collide_scene.h"
 #include "world/collide/collision.h"

@@ -1,9 +1,5 @@
 /* Contact points of spheres with half-spaces, boxes and each other: closed forms. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <cmocka.h>
+#include "suite.h"
 
 #include "collide_scene.h"
 

@@ -1,11 +1,7 @@
 /* The tree of boxes against the double loop over all of them, and the boxes that go into it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "collide_scene.h"
 #include "world/collide/tree.h"

@@ -1,11 +1,7 @@
 /* Energy and momentum: what the sums are, and what a step does to them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,12 +1,8 @@
 /* What the rows that hold leave of a velocity is exact: beside motion, on two carriers, and where
  * something leaves. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,12 +1,8 @@
 /* Capsules and convex hulls as shapes of bodies: what they weigh, what is refused, how they roll,
  * slide, tip, rest, and that neither seams nor speed trick them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

@@ -1,11 +1,6 @@
 /* Bounds of motors, dry friction and stops against loads, contacts and each other: what holds does
  * so at 0.0, and what slips is at its bound. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/joint_scene.h"
 

@@ -1,11 +1,7 @@
 /* Joints: what calls refuse, ids, what goes with what, who collides, snapshots and rest. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "refused.h"
 #include "world/joint_scene.h"

@@ -1,11 +1,6 @@
 /* Bodies on joints that are hit, and that move fast: bounces as closed forms have them, nothing
  * passes a thin plate, joints stay closed, and energy never grows. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/joint_scene.h"
 

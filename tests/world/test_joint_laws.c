@@ -1,10 +1,5 @@
 /* Limits, motors, friction and rest of joints, and joints beside contacts. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/joint_scene.h"
 

@@ -1,11 +1,6 @@
 /* Joints in smooth motion, against closed forms and integrations of their own: order two, momentum
  * to rounding, positions on the joint. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/joint_scene.h"
 

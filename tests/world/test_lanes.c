@@ -1,13 +1,9 @@
 /* Threads of a step: the same bits at any number of them, of the world's own or of a caller's; what
  * fails on one of them fails in order; memory that may run out, and is warm after a few steps. A
  * thread sanitizer sees what these tests can't (make SANITIZE=thread test-threads). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 #include <pthread.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,12 +1,8 @@
 /* Mass and inertia from the shapes, in closed form: a torque turns a body at rest at I^-1 torque, a
  * force moves it at F / m. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

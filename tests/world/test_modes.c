@@ -1,11 +1,7 @@
 /* Sticking, slipping and separating: zeros that are true, bodies that are carried, stacks. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 #include "world/step.h"

@@ -1,12 +1,8 @@
 /* Bodies that tumble over one another stay out of each other, as separating axes of the test's own
  * see it, and what is pushed out of overlap gives no energy. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

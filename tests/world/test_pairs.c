@@ -1,11 +1,7 @@
 /* The pairs of a world against the double loop over its shapes, while bodies come, go and move. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 #include "world/step.h"

@@ -1,11 +1,7 @@
 /* What a world refuses: the status, a message that names the argument, and nothing changed. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "refused.h"
 #include "world/scene.h"

@@ -1,12 +1,8 @@
 /* Rest is a fixed point: a world that skips the steps of what rests, and keeps the points of what
  * did not move, gives bit for bit what one gives that takes them all, and makes all points anew. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 #include "world/step.h"

@@ -1,12 +1,8 @@
 /* Truth of contacts: what slides over flush tiles meets no wall, what flies past meets nothing, and
  * nothing passes through a thin plate. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

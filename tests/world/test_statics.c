@@ -1,13 +1,9 @@
 /* What statics holds stands at 0.0, and what it does not hold moves: heavy on light whatever the
  * ratio of the masses, two unit boxes on the ground, the lower one of 1 kg; and piles at every
  * level, whose impulses balance. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

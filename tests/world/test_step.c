@@ -1,11 +1,7 @@
 /* The step as a whole: outcomes, existence, overlap, snapshots, the same bits again, any units. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "world/scene.h"
 

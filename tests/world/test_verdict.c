@@ -1,13 +1,9 @@
 /* What a step's outcome promises of each contact, recomputed from the public records and states
  * beside the contact's own terms: masses from 1e-9 to 1e9 in one island must not hide each other.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 
-#include <cmocka.h>
+#include "suite.h"
 
 #include "gen.h"
 #include "world/scene.h"

@@ -1,10 +1,5 @@
 /* What decides about a contact, each with a motion that goes wrong without it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "suite.h"
 
 #include "scene.h"
 
