@@ -1,4 +1,5 @@
-/* cmocka, with what it wants to have been included before it. Every suite begins with it. */
+/* What every suite begins with: cmocka, with what it wants to have been included before it, and
+ * fresh structs of the interface. */
 #ifndef PERP_TESTS_SUITE_H
 #define PERP_TESTS_SUITE_H
 
@@ -8,5 +9,7 @@
 #include <stdint.h>
 
 #include <cmocka.h>
+
+#include "fresh.h"
 
 #endif

@@ -472,17 +472,13 @@ static void refuse(double lower, double upper, double h, perp_status expected, i
                    const char *text)
 {
     const double one = 1.0, f = -1.0;
-    perp_contact_laws laws;
-    perp_contact_dynamics dynamics;
-    perp_contact_settings settings;
-    perp_contact_result result;
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_result result = fresh_contact_result();
     perp_matrix M, H;
     double r = 7.0;
-    perp_contact_settings_init(&settings, sizeof settings);
     settings.method = method;
-    perp_contact_laws_init(&laws, sizeof laws);
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
-    perp_contact_result_init(&result, sizeof result);
     perp_matrix_init(&M, sizeof M);
     perp_matrix_init(&H, sizeof H);
     assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);

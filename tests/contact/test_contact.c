@@ -19,9 +19,8 @@ typedef struct answer {
 
 static perp_contact_laws laws_of(int32_t contacts, int32_t dim, const double *mu)
 {
-    perp_contact_laws laws;
+    perp_contact_laws laws = fresh_contact_laws();
 
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
     laws.contacts = contacts;
     laws.dim = dim;
     laws.mu = mu;
@@ -30,9 +29,8 @@ static perp_contact_laws laws_of(int32_t contacts, int32_t dim, const double *mu
 
 static perp_contact_settings settings_of(int32_t cone)
 {
-    perp_contact_settings settings;
+    perp_contact_settings settings = fresh_contact_settings();
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
     settings.cone = cone;
     settings.tol = 1e-12;
     return settings;
@@ -42,10 +40,9 @@ static void solve_delassus(answer *a, const perp_contact_laws *laws, int32_t con
                            const double *W, const double *q)
 {
     const perp_contact_settings settings = settings_of(cone);
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
     memset(a, 0, sizeof *a);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, size, size, W, size),
                      PERP_OK);
     assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
@@ -189,8 +186,8 @@ static void test_refinement(void **state)
     const perp_contact_settings settings = settings_of(0);
     perp_contact_laws laws = laws_of(0, 3, NULL);
     double M[N * N], f[N] = {0.0}, v[N];
-    perp_contact_dynamics dynamics;
-    perp_contact_result result;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_result result = fresh_contact_result();
     perp_matrix mass, none;
     int32_t i, j;
 
@@ -204,11 +201,9 @@ static void test_refinement(void **state)
     assert_int_equal(perp_matrix_init(&none, sizeof none), PERP_OK);
     assert_int_equal(perp_matrix_dense(&mass, PERP_STORAGE_ROW_MAJOR, N, N, M, N), PERP_OK);
     assert_int_equal(perp_matrix_dense(&none, PERP_STORAGE_ROW_MAJOR, 0, N, NULL, N), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
     dynamics.n = N;
     dynamics.M = &mass;
     dynamics.H = &none;
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_contact_solve(context, v, NULL, NULL, NULL, NULL, &result, &settings,
                                         &laws, &dynamics, f, NULL, NULL, NULL),
                      PERP_OK);

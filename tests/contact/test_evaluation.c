@@ -110,14 +110,11 @@ static void judge(perp_contact_result *result, int32_t dim, double mu, const dou
                   const double *r0, double *r, double *u)
 {
     const double W[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, W2[4] = {1, 0, 0, 1}, W1[1] = {1};
-    perp_contact_settings settings;
-    perp_contact_laws laws;
-    perp_matrix view;
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_matrix view = fresh_matrix();
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
     assert_int_equal(perp_contact_result_init(result, sizeof *result), PERP_OK);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, dim, dim,
                                        dim == 3   ? W
                                        : dim == 2 ? W2

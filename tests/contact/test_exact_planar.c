@@ -163,10 +163,10 @@ static void check(perp_context *context, const planar *p, int32_t method, uint64
 {
     const int n = 2 * p->contacts;
     double W[ROWS * ROWS], q[ROWS], mu[MOST], r[ROWS], u[ROWS];
-    perp_contact_settings settings;
-    perp_contact_result result;
-    perp_contact_laws laws;
-    perp_matrix view;
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_matrix view = fresh_matrix();
     int i;
 
     for (i = 0; i < n * n; i++)
@@ -175,10 +175,6 @@ static void check(perp_context *context, const planar *p, int32_t method, uint64
         q[i] = p->q[i];
     for (i = 0; i < p->contacts; i++)
         mu[i] = p->mu[i];
-    perp_contact_settings_init(&settings, sizeof settings);
-    perp_contact_result_init(&result, sizeof result);
-    perp_contact_laws_init(&laws, sizeof laws);
-    perp_matrix_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, W, n);
     settings.method = method;
     settings.tol = 1e-12;

@@ -32,17 +32,13 @@ static void test_edge_of_sticking(void **state)
                         const double s = gravities[g] * h, w = 1 / masses[m];
                         const double q[3] = {-s * cos(angle), s * sin(angle), 0.0};
                         const double W[9] = {w, 0, 0, 0, w, 0, 0, 0, w}, W2[4] = {w, 0, 0, w};
-                        perp_contact_settings settings;
-                        perp_contact_result result;
-                        perp_contact_laws laws;
-                        perp_matrix view;
+                        perp_contact_settings settings = fresh_contact_settings();
+                        perp_contact_result result = fresh_contact_result();
+                        perp_contact_laws laws = fresh_contact_laws();
+                        perp_matrix view = fresh_matrix();
                         double r[3], u[3];
                         int32_t mode;
 
-                        assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-                        assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-                        assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-                        assert_int_equal(perp_matrix_init(&view, sizeof view), 0);
                         assert_int_equal(
                             perp_matrix_dense(&view, 0, dim, dim, dim == 3 ? W : W2, dim), 0);
                         settings.method = methods[k];
@@ -81,19 +77,15 @@ static void test_two_blocks(void **state)
                                             -0.1 * m[1] * s};
                 double M[16] = {0.0}, r[4], v[4];
                 const double H[16] = {0, 1, 0, -1, 1, 0, -1, 0, 0, 0, 0, 1, 0, 0, 1, 0};
-                perp_contact_dynamics dynamics;
-                perp_contact_settings settings;
-                perp_contact_result result;
-                perp_contact_laws laws;
+                perp_contact_dynamics dynamics = fresh_contact_dynamics();
+                perp_contact_settings settings = fresh_contact_settings();
+                perp_contact_result result = fresh_contact_result();
+                perp_contact_laws laws = fresh_contact_laws();
                 perp_matrix mass, rows;
 
                 for (i = 0; i < 2; i++)
                     for (j = 0; j < 2; j++)
                         M[5 * (2 * i + j)] = m[i];
-                assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-                assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-                assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-                assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
                 assert_int_equal(perp_matrix_init(&mass, sizeof mass), 0);
                 assert_int_equal(perp_matrix_init(&rows, sizeof rows), 0);
                 assert_int_equal(perp_matrix_dense(&mass, 0, 4, 4, M, 4), 0);
@@ -131,18 +123,14 @@ static void test_inner_problems_that_overflow(void **state)
         for (cone = 0; cone <= 4; cone += 4) {
             const int32_t pivots =
                 methods[k] == PERP_CONTACT_METHOD_AUTO || methods[k] == PERP_CONTACT_METHOD_LEMKE;
-            perp_contact_settings settings;
-            perp_contact_result result;
-            perp_contact_laws laws;
-            perp_matrix view;
+            perp_contact_settings settings = fresh_contact_settings();
+            perp_contact_result result = fresh_contact_result();
+            perp_contact_laws laws = fresh_contact_laws();
+            perp_matrix view = fresh_matrix();
             double r[2], u[2];
 
             if (cone > 0 && !pivots)
                 continue;
-            assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-            assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-            assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-            assert_int_equal(perp_matrix_init(&view, sizeof view), 0);
             assert_int_equal(perp_matrix_dense(&view, 0, 2, 2, W, 2), 0);
             settings.method = methods[k];
             settings.cone = cone;

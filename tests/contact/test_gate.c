@@ -55,9 +55,8 @@ static void build(tower *t)
 static void solve(tower *t, const double *r0)
 {
     const perp_matrix W = run_dense(t->W, t->n);
-    perp_contact_laws laws;
+    perp_contact_laws laws = fresh_contact_laws();
 
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
     laws.contacts = t->n;
     laws.dim = 1;
     assert_int_equal(perp_contact_solve_delassus(context, t->r, t->u, t->modes, NULL, &t->result,
@@ -85,14 +84,11 @@ static void test_what_pressing_answers_to(void **state)
 
     (void)state;
     for (size_t m = 0; m < METHODS; m++) {
-        perp_contact_settings settings;
-        perp_contact_result result;
-        perp_contact_laws laws;
+        perp_contact_settings settings = fresh_contact_settings();
+        perp_contact_result result = fresh_contact_result();
+        perp_contact_laws laws = fresh_contact_laws();
         double r[4], u[4];
 
-        assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-        assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-        assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
         settings.method = methods[m];
         laws.contacts = laws.bilateral = 1;
         assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
@@ -117,14 +113,11 @@ static void solve_pair(pair *p, int32_t method, const double *r0)
     static const double w[2] = {0};
     const int32_t by_W = p->W[0] > 0.0;
     const perp_matrix W = run_dense(p->W, 2);
-    perp_contact_dynamics dynamics;
-    perp_contact_settings settings;
-    perp_contact_laws laws;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H;
 
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
     assert_int_equal(perp_contact_result_init(&p->result, sizeof p->result), 0);
     perp_matrix_init(&M, sizeof M);
     perp_matrix_init(&H, sizeof H);
@@ -466,12 +459,10 @@ static void test_omega_out_of_range(void **state)
     const double W[] = {1e-300}, q[] = {-1e300};
     const perp_matrix view = run_dense(W, 1);
     double r[1] = {77.0}, u[1];
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
 
     (void)state;
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
     laws.contacts = 1;
     laws.dim = 1;
     assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, NULL, &laws,
@@ -494,11 +485,11 @@ static void test_joints_of_rounding(void **state)
     static const double v0[] = {0.1, -0.7, 1.3, 0.9}, w[1] = {0};
     static const int32_t starts[] = {0, 1, 2, 3, 4}, rows[] = {0, 1, 2, 3};
     double G[20] = {0.1, 0.2, -0.7, 0.3, 1.1, -0.6, 0.4, 0.9}, f[4], b[5], v[4], s[5];
-    perp_contact_dynamics dynamics;
-    perp_contact_settings settings;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_settings settings = fresh_contact_settings();
     perp_contact_solver *solver;
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H, view;
 
     (void)state;
@@ -517,10 +508,6 @@ static void test_joints_of_rounding(void **state)
     perp_matrix_csc(&M, 4, 4, starts, rows, mass);
     perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 0, 4, w, 4);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 5, 4, G, 4);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
     laws.bilateral = 5;
     dynamics.n = 4;
     dynamics.M = &M;

@@ -14,12 +14,11 @@ static void test_public(void **state)
 {
     static const int32_t classes[] = {PILES_COLUMN, PILES_TOWER, PILES_WALL};
     perp_context *context = NULL;
-    perp_contact_settings settings;
+    perp_contact_settings settings = fresh_contact_settings();
     int c, i, others = 0;
 
     (void)state;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
     for (c = 0; c < 3; c++) {
         piles_options o = piles_defaults();
         perp_contact_result result;
@@ -64,9 +63,9 @@ static void test_small_beside_large(void **state)
     static double M[SIZE * SIZE], H[2 * CONTACTS * SIZE], f[SIZE], w[2 * CONTACTS], mu[CONTACTS];
     double v[SIZE], r[2 * CONTACTS];
     perp_matrix views[2];
-    perp_contact_dynamics dynamics;
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_context *context = NULL;
 
     (void)state;
@@ -95,9 +94,6 @@ static void test_small_beside_large(void **state)
         }
         mu[k] = 0.5;
     }
-    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
-    perp_contact_result_init(&result, sizeof result);
-    perp_contact_laws_init(&laws, sizeof laws);
     for (int k = 0; k < 2; k++) {
         perp_matrix_init(&views[k], sizeof views[k]);
         views[k].rows = k ? 2 * CONTACTS : SIZE;
@@ -129,18 +125,15 @@ static void test_yielding_row(void **state)
 {
     static const double G = 1e-9, f = 0.0, b = -1.0, c = 0.02;
     perp_context *context = NULL;
-    perp_contact_dynamics dynamics;
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H, row;
     const double mass = 1.0;
     double v, r, u;
 
     (void)state;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
     assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
     assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
     assert_int_equal(perp_matrix_init(&row, sizeof row), 0);

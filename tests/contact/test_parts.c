@@ -171,14 +171,11 @@ static void run(stack *s, enum entrance entrance, int32_t method, int32_t cone, 
     static sparse columns[3];
     const int32_t size = s->rows + s->joints, by_W = entrance >= DENSE_W;
     const int32_t is_sparse = entrance == SPARSE_M || entrance == SPARSE_W;
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_contact_laws laws;
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H, G, W;
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
     assert_int_equal(perp_contact_result_init(&s->result, sizeof s->result), 0);
     settings.method = method;
     settings.cone = cone;

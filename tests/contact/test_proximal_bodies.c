@@ -15,9 +15,8 @@
 
 static perp_contact_settings proximal(void)
 {
-    perp_contact_settings settings;
+    perp_contact_settings settings = fresh_contact_settings();
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
     settings.method = PERP_CONTACT_METHOD_PROXIMAL;
     return settings;
 }
@@ -41,8 +40,8 @@ static perp_contact_result by_matrix(const piles *p, double *u, double *r)
     perp__matrix M, H;
     perp__bodies bodies;
     perp__bodies_input input;
-    perp_contact_result result;
-    perp_matrix W;
+    perp_contact_result result = fresh_contact_result();
+    perp_matrix W = fresh_matrix();
     int32_t *columns, *rows;
     double *values;
 
@@ -67,9 +66,7 @@ static perp_contact_result by_matrix(const piles *p, double *u, double *r)
     values = gen_allocate((size_t)perp__bodies_delassus_entries(&bodies), sizeof *values);
     perp__bodies_delassus(&bodies, columns, rows, values);
     bodies_load(&bodies, p->f, p->w, NULL, q);
-    assert_int_equal(perp_matrix_init(&W, sizeof W), PERP_OK);
     assert_int_equal(perp_matrix_csc(&W, p->rows, p->rows, columns, rows, values), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
                                                  &laws, &W, q, NULL),
                      PERP_OK);
@@ -189,9 +186,9 @@ static void test_joints_are_equations(void **state)
     const double f[4] = {3, -4, 3, 0}, w[2] = {0, 0}, b[1] = {0}, mu[1] = {0.5};
     perp_matrix M, H, G;
     perp_contact_settings settings = proximal();
-    perp_contact_dynamics dynamics;
-    perp_contact_laws laws;
-    perp_contact_result result;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_contact_result result = fresh_contact_result();
     double v[4], r[3];
     int32_t modes[1];
 
@@ -202,9 +199,6 @@ static void test_joints_are_equations(void **state)
     assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 4, 4, M_dense, 4), PERP_OK);
     assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 2, 4, H_dense, 4), PERP_OK);
     assert_int_equal(perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, 1, 4, G_dense, 4), PERP_OK);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
     laws.contacts = 1;
     laws.dim = 2;
     laws.mu = mu;

@@ -20,15 +20,13 @@ typedef struct answer {
 static void solve(answer *a, const perp_contact_laws *laws, int32_t cone, int32_t n,
                   const double *W, const double *q)
 {
-    perp_contact_settings settings;
-    perp_matrix view;
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_matrix view = fresh_matrix();
 
     memset(a, 0, sizeof *a);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
     assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
     settings.cone = cone;
     settings.tol = 1e-13;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, n, n, W, n), PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
                                                  &settings, laws, &view, q, NULL),
@@ -37,9 +35,8 @@ static void solve(answer *a, const perp_contact_laws *laws, int32_t cone, int32_
 
 static perp_contact_laws laws_of(int32_t contacts, int32_t dim, const double *mu)
 {
-    perp_contact_laws laws;
+    perp_contact_laws laws = fresh_contact_laws();
 
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
     laws.contacts = contacts;
     laws.dim = dim;
     laws.mu = mu;

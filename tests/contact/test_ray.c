@@ -105,10 +105,10 @@ static void test_delassus(void **state)
     for (seed = 0; seed < 12; seed++) {
         double W[4 * 4] = {0.0}, q[4] = {-1, -1, -1, 0.5}, H[4][3];
         const double weights[3] = {1.0 / 3, 0.7, 1.1};
-        perp_contact_result result;
-        perp_contact_laws laws;
+        perp_contact_result result = fresh_contact_result();
+        perp_contact_laws laws = fresh_contact_laws();
         gen_random random;
-        perp_matrix view;
+        perp_matrix view = fresh_matrix();
         double r[4], ray[4];
         int32_t i, j, k;
 
@@ -122,11 +122,8 @@ static void test_delassus(void **state)
             for (j = 0; j < 4; j++)
                 for (k = 0; k < 3; k++)
                     W[i + 4 * j] += H[i][k] * H[j][k];
-        assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
         laws.contacts = 4;
         laws.dim = 1;
-        assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
         assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 4, 4, W, 4), PERP_OK);
         assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, ray, &result, NULL,
                                                      &laws, &view, q, NULL),
@@ -143,18 +140,15 @@ static void test_delassus(void **state)
 static void test_compliance(void **state)
 {
     const double W[4] = {1, -1, -1, 1}, q[2] = {-1, -1}, compliance[2] = {0.5, 0.5};
-    perp_contact_result result;
-    perp_contact_laws laws;
-    perp_matrix view;
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_matrix view = fresh_matrix();
     double r[2];
 
     (void)state;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
     laws.contacts = 2;
     laws.dim = 1;
     laws.compliance = compliance;
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, W, 2), PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, NULL, &laws,
                                                  &view, q, NULL),

@@ -186,11 +186,9 @@ static void test_vectors_and_settings(void **state)
 static perp_status delassus(const perp_contact_laws *laws, int32_t storage, int32_t n,
                             const double *W, const double *q, double *r)
 {
-    perp_contact_result result;
-    perp_matrix view;
+    perp_contact_result result = fresh_contact_result();
+    perp_matrix view = fresh_matrix();
 
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, storage, n, n, W, n), PERP_OK);
     return perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, NULL, laws,
                                        W ? &view : NULL, q, NULL);
@@ -201,10 +199,9 @@ static void test_delassus(void **state)
     const double W[4] = {1, 0, 0, 1}, negative[4] = {1, 0, 0, -1}, nothing[4] = {0, 0, 0, 1};
     const double nan[4] = {1, 0, NAN, 1}, q[2] = {-1, 0.25}, mu = 0.5;
     double r[2] = {5.0, 5.0};
-    perp_contact_laws laws;
+    perp_contact_laws laws = fresh_contact_laws();
 
     (void)state;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
     laws.contacts = 1;
     laws.dim = 2;
     laws.mu = &mu;

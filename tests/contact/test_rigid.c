@@ -112,16 +112,12 @@ static void free_public(public_problem *q)
 
 static void solve_public(perp_context *context, public_problem *q, int32_t contacts)
 {
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H;
 
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
     assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
     assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
     assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, q->n, q->n, q->M, q->n), 0);

@@ -90,10 +90,9 @@ static void draw_data(data *p)
 
 static int solve(const data *p, answer *a)
 {
-    perp_contact_result result;
+    perp_contact_result result = fresh_contact_result();
     rig g;
     rig_of(p, &g);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_contact_solve(context, a->v, a->r, a->u, a->modes, NULL, &result,
                                         &g.settings, &g.laws, &g.dynamics, p->f, p->w, p->b, NULL),
                      PERP_OK);
@@ -236,11 +235,9 @@ typedef struct block {
 
 static perp_status open_block(block *b, const double *r)
 {
-    perp_contact_laws laws;
-    perp_contact_dynamics dynamics;
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_matrix M, H;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
     assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_init(&H, sizeof H), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 3, 3, b->M, 3), PERP_OK);
@@ -363,16 +360,13 @@ static void test_far_impulses(void **state)
     const double W[3] = {c + 2.0 / m, 3.0 / m, c + 5.0 / m}, det = W[0] * W[2] - W[1] * W[1];
     const double r[2] = {(W[1] * b[1] - W[2] * b[0]) / det, (W[1] * b[0] - W[0] * b[1]) / det};
     const double db[2] = {0.0, 1.0};
-    perp_contact_laws laws;
-    perp_contact_dynamics dynamics;
-    perp_contact_sensitivity_info info;
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_sensitivity_info info = fresh_contact_sensitivity_info();
     perp_contact_sensitivity *s;
     perp_matrix matrices[3];
     double dr[2];
     (void)state;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_sensitivity_info_init(&info, sizeof info), PERP_OK);
     for (int k = 0; k < 3; k++) { /* M, G, and H without rows */
         assert_int_equal(perp_matrix_init(&matrices[k], sizeof matrices[k]), PERP_OK);
         assert_int_equal(perp_matrix_dense(&matrices[k], PERP_STORAGE_ROW_MAJOR, k == 2 ? 0 : 2, 2,
@@ -398,16 +392,13 @@ static void test_far_impulses(void **state)
 static void test_redundant(void **state)
 {
     const double M = 1.0, H[2] = {1.0, 1.0}, f = -1.0, w[2] = {0.0, 0.0}, r[2] = {0.5, 0.5};
-    perp_contact_laws laws;
-    perp_contact_dynamics dynamics;
-    perp_contact_sensitivity_info info;
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_sensitivity_info info = fresh_contact_sensitivity_info();
     perp_contact_sensitivity *s = NULL;
     perp_matrix M_view, H_view;
     double x;
     (void)state;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_sensitivity_info_init(&info, sizeof info), PERP_OK);
     assert_int_equal(perp_matrix_init(&M_view, sizeof M_view), PERP_OK);
     assert_int_equal(perp_matrix_init(&H_view, sizeof H_view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M_view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1), PERP_OK);

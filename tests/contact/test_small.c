@@ -141,11 +141,9 @@ typedef struct answer {
 
 static void set_up(perp_contact_solver *solver, machine *m, int sparse)
 {
-    perp_contact_laws laws;
-    perp_contact_dynamics dynamics;
+    perp_contact_laws laws = fresh_contact_laws();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_matrix M, H, G;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
     assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_init(&H, sizeof H), PERP_OK);
     assert_int_equal(perp_matrix_init(&G, sizeof G), PERP_OK);
@@ -327,14 +325,13 @@ static void test_stopped(void **state)
 {
     perp_context *context;
     perp_contact_solver *solver;
-    perp_contact_settings settings;
+    perp_contact_settings settings = fresh_contact_settings();
     machine m;
     answer a;
     (void)state;
     seed = 3;
     draw_machine(&m);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
     settings.monitor = stop;
     assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
     set_up(solver, &m, 0);

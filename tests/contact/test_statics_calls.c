@@ -160,12 +160,11 @@ static void test_matrices(void **state)
     static const int32_t starts[] = {0, 2, 2, 2, 2, 2, 2}, sorted[] = {1, 0}, outside[] = {0, 12};
     static const double values[12] = {1.0, 1.0};
     perp_context *context;
-    perp_matrix other;
+    perp_matrix other = fresh_matrix();
     question q;
 
     (void)state;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_init(&other, sizeof other), PERP_OK);
     assert_int_equal(perp_matrix_dense(&other, PERP_STORAGE_ROW_MAJOR, 1, 5, values, 5), PERP_OK);
     REFUSED(ARGUMENT, "G is 1 by 5, expected 1 by 6", q.problem.G = &other);
     REFUSED(ARGUMENT, "H is 1 by 5, expected 12 by 6", q.problem.H = &other);

@@ -168,18 +168,14 @@ static void check_law(const scene *s, const double *r, double tol)
 
 static void solve(const scene *s, int32_t method, int32_t by_rows, double tol, double *r)
 {
-    perp_contact_settings settings;
-    perp_contact_result result;
-    perp_contact_dynamics dynamics;
-    perp_contact_laws laws;
+    perp_contact_settings settings = fresh_contact_settings();
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H, W;
     double v[N];
     perp_status status;
 
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
     perp_matrix_init(&M, sizeof M);
     perp_matrix_init(&H, sizeof H);
     perp_matrix_init(&W, sizeof W);

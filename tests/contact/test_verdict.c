@@ -23,16 +23,13 @@ static perp_contact_solver *solved(const rig *p, int32_t by_W)
     const int32_t rows = p->contacts * p->dim, size = rows + p->joints;
     static const double one = 1.0, none = 0.0;
     double r[4], u[4];
-    perp_contact_dynamics dynamics;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_contact_solver *solver;
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix W, H, M, G;
 
     assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
     perp_matrix_init(&W, sizeof W);
     perp_matrix_init(&H, sizeof H);
     perp_matrix_init(&M, sizeof M);
@@ -312,10 +309,10 @@ static void test_momentum_beside_noise(void **state)
     static const int32_t starts[] = {0, 1, 2}, rows[] = {0, 1};
     static const double H[] = {-0.58, -1.86, -1.73, 0.33, -3.69, 2.71, 0, -0.58};
     double v[2], r[4];
-    perp_contact_dynamics dynamics;
+    perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_contact_solver *solver;
-    perp_contact_result result;
-    perp_contact_laws laws;
+    perp_contact_result result = fresh_contact_result();
+    perp_contact_laws laws = fresh_contact_laws();
     perp_matrix mass, jacobian;
 
     (void)state;
@@ -323,9 +320,6 @@ static void test_momentum_beside_noise(void **state)
     perp_matrix_init(&jacobian, sizeof jacobian);
     perp_matrix_csc(&mass, 2, 2, starts, rows, M);
     perp_matrix_dense(&jacobian, PERP_STORAGE_ROW_MAJOR, 4, 2, H, 2);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
     laws.contacts = laws.dim = 2;
     laws.mu = mu;
     dynamics.n = 2;

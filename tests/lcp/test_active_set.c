@@ -41,7 +41,7 @@ static void solve_in_every_storage(const gen_lcp *problem, const perp_lcp_settin
 {
     const size_t n = (size_t)problem->n;
     double *turned = check_allocate(n * n + 1, sizeof *turned);
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
     gen_lcp sparse;
     size_t i, j;
     run r;
@@ -52,7 +52,6 @@ static void solve_in_every_storage(const gen_lcp *problem, const perp_lcp_settin
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             turned[i + j * n] = problem->M[i * n + j];
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, problem->n, problem->n,
                                        turned, problem->n),
                      PERP_OK);

@@ -14,9 +14,8 @@
 
 static perp_lcp_enumeration fresh(void)
 {
-    perp_lcp_enumeration result;
+    perp_lcp_enumeration result = fresh_lcp_enumeration();
 
-    assert_int_equal(perp_lcp_enumeration_init(&result, sizeof result), PERP_OK);
     result.nodes = 77;
     return result;
 }
@@ -151,10 +150,9 @@ static void test_scaling(void **state)
 {
     double M[] = {1, 2, 2, 1}, q[] = {-1, -1}, plain[2] = {0, 0}, scaled[2] = {0, 0};
     perp_lcp_enumeration result = fresh();
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
     assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, plain),
                      PERP_OK);
@@ -174,10 +172,9 @@ static void test_overflow(void **state)
     const double M[] = {1e-300, 1e300, 1e300, 1e-300}, q[] = {-1, -1};
     perp_lcp_enumeration result = fresh();
     double sum[2] = {0.0, 0.0};
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
     /* (1e-300, 1e-300) solves it; so do (1e300, 0) and (0, 1e300), but w = 1e600 is no double: the
      * list is not all there is, and says so */
@@ -290,10 +287,9 @@ static void test_refusals(void **state)
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
     perp_lcp_enumeration result = fresh();
     double M[61 * 61] = {0}, q[61] = {0}, bad[2] = {0, NAN}, low[2] = {0, 2}, high[2] = {1, 1};
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
     assert_int_equal(perp_lcp_all(NULL, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
                      PERP_ERROR_HANDLE);
@@ -370,10 +366,9 @@ static void test_a_solution_out_of_range(void **state)
     const double M = 1e-300, q = -1e10;
     perp_lcp_enumeration result = fresh();
     visits v = {0, 0, 0, 0, 0, 0};
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
     assert_int_equal(perp_lcp_all(context, &result, NULL, &view, &q, NULL, NULL, visit, &v),
                      PERP_OK);
@@ -410,7 +405,7 @@ static void test_reports_are_finite(void **state)
         int32_t n = 1 + gen_integer(&random, 4), i;
         double M[16], q[4], l[4], u[4];
         perp_lcp_enumeration result = fresh();
-        perp_matrix view;
+        perp_matrix view = fresh_matrix();
 
         for (i = 0; i < n * n; i++)
             M[i] = sizes[gen_integer(&random, 14)] * (gen_integer(&random, 2) ? 1.0 : -1.0);
@@ -419,7 +414,6 @@ static void test_reports_are_finite(void **state)
             l[i] = gen_integer(&random, 4) ? 0.0 : -sizes[gen_integer(&random, 14)];
             u[i] = gen_integer(&random, 4) ? INFINITY : sizes[gen_integer(&random, 14)];
         }
-        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
         perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n);
         assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, l, u, visit_finite, &n),
                          PERP_OK);
@@ -441,11 +435,10 @@ static void test_bounds_out_of_range(void **state)
 {
     static const double M = 4, q = 1e-308, lower = 1e200, upper = DBL_MAX;
     perp_lcp_enumeration result = fresh();
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
     int32_t count = 0;
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
     assert_int_equal(
         perp_lcp_all(context, &result, NULL, &view, &q, &lower, &upper, require_vertex, &count),

@@ -134,11 +134,10 @@ static int fail_once(perp_context *context, memory *m, const gen_lcp *problem,
 {
     size_t n = (size_t)problem->n, bytes = n * sizeof(double), i;
     double *z = check_allocate(2 * n, sizeof *z), *w = z + n;
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     perp_status status;
     int live = m->live;
 
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     result.outcome = 77;
     for (i = 0; i < 2 * n; i++)
         z[i] = 123.25;
@@ -256,10 +255,9 @@ static void fail_step_by_step(bench *b)
 {
     static const double one = 1.0;
     perp_status status = PERP_ERROR_MEMORY;
-    perp_matrix small;
+    perp_matrix small = fresh_matrix();
     int k;
 
-    assert_int_equal(perp_matrix_init(&small, sizeof small), PERP_OK);
     assert_int_equal(perp_matrix_dense(&small, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
     assert_int_equal(perp_lcp_solver_setup(b->solver, &small, NULL, NULL), PERP_OK);
     for (k = 1; status != PERP_OK; k++) {

@@ -174,11 +174,10 @@ static void test_verdicts_are_the_front_doors(void **state)
             const int good = p.outcomes[k] == PERP_OUTCOME_SOLVED ||
                              p.outcomes[k] == PERP_OUTCOME_ROUNDING_LIMIT;
             const perp_matrix M = run_dense(p.M + k * n * n, p.n);
-            perp_lcp_result result;
+            perp_lcp_result result = fresh_lcp_result();
             double z[N];
             size_t i;
 
-            perp_lcp_result_init(&result, sizeof result);
             assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, NULL, &M, p.q + k * n,
                                             p.lower + k * n, p.upper + k * n, NULL),
                              PERP_OK);

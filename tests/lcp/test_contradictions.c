@@ -33,12 +33,11 @@ static void test_without_solution(void **state)
     gen_seed(&random, 91);
     for (long k = 0; k < count; k++) {
         perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
-        perp_lcp_result result;
+        perp_lcp_result result = fresh_lcp_result();
         gen_lcp problem;
 
         settings.tol = tols[k % 2];
         gen_contradiction(&problem, &random, 0);
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_lcp_solve(context, problem.w, NULL, NULL, &result, &settings,
                                         &problem.view, problem.q, problem.lower, NULL, NULL),
                          PERP_OK);

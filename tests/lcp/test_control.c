@@ -196,12 +196,11 @@ static int32_t intrude(const perp_lcp_progress *progress, void *user)
     intruder *in = user;
     perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
     perp_lcp_solver *another = NULL;
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[7];
 
     (void)progress;
     in->calls++;
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solver_create(context, &another, NULL), PERP_ERROR_BUSY);
     assert_null(another);
     assert_int_equal(perp_lcp_solver_set(in->solver, &settings), PERP_ERROR_BUSY);
@@ -224,7 +223,7 @@ static void test_the_context_is_busy_inside_a_call(void **state)
     for (m = 0; m < 3; m++) {
         intruder in = {NULL, NULL, 0};
         perp_lcp_settings settings;
-        perp_lcp_result result;
+        perp_lcp_result result = fresh_lcp_result();
         gen_lcp problem;
         double z[7], w[7];
         run alone;
@@ -236,7 +235,6 @@ static void test_the_context_is_busy_inside_a_call(void **state)
         assert_int_equal(perp_lcp_solver_create(context, &in.solver, &settings), PERP_OK);
         assert_int_equal(perp_lcp_solver_setup(in.solver, &problem.view, NULL, NULL), PERP_OK);
         in.problem = &problem;
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_lcp_solver_solve(in.solver, z, w, NULL, &result, problem.q, NULL),
                          PERP_OK);
         assert_true(in.calls > 0);

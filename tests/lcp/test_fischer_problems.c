@@ -227,10 +227,9 @@ static void test_empty(void **state)
     perp_lcp_settings settings = run_alone(PERP_LCP_FISCHER, 1e-10);
     const double none = 0.0;
     perp_matrix M = run_dense(&none, 0);
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
 
     (void)state;
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_lcp_solve(context, NULL, NULL, NULL, &result, &settings, &M, NULL, NULL, NULL, NULL),
         PERP_OK);

@@ -293,9 +293,8 @@ static void test_bad_starts_do_no_harm(void **state)
 static void solve_with(perp_lcp_solver *solver, const gen_lcp *problem, const char *where)
 {
     double z[32], w[32];
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
 
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solver_solve(solver, z, w, NULL, &result, problem->q, NULL), PERP_OK);
     check_require(check_lcp_result(&problem->view, problem->q, problem->lower, problem->upper, z, w,
                                    NULL, &result, NULL),

@@ -30,10 +30,9 @@ static perp_context *context;
 
 static int make(void **state)
 {
-    perp_context_settings settings;
+    perp_context_settings settings = fresh_context_settings();
 
     (void)state;
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = keep_allocate;
     settings.release = keep_release;
     return perp_context_create(&context, &settings);
@@ -52,9 +51,8 @@ static const double values[4] = {2, 1, 1, 2}, q[2] = {-3, -3}; /* z = (1, 1) */
 
 static perp_matrix matrix(void)
 {
-    perp_matrix M;
+    perp_matrix M = fresh_matrix();
 
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 2, 2, values, 2), PERP_OK);
     return M;
 }
@@ -63,10 +61,9 @@ static void refuse_all(perp_lcp_solver *solver)
 {
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
     perp_matrix M = matrix();
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[2] = {5, 5};
 
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solver_set(solver, &settings), PERP_ERROR_HANDLE);
     assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_ERROR_HANDLE);
     assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, q, NULL),
@@ -90,17 +87,15 @@ static void test_null_and_destroyed_solvers(void **state)
 
 static void test_null_and_destroyed_contexts(void **state)
 {
-    perp_context_settings settings;
+    perp_context_settings settings = fresh_context_settings();
     perp_context *short_lived;
     perp_matrix M = matrix();
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[2];
 
     (void)state;
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solve(NULL, z, NULL, NULL, &result, NULL, &M, q, NULL, NULL, NULL),
                      PERP_ERROR_HANDLE);
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = keep_allocate;
     settings.release = keep_release;
     assert_int_equal(perp_context_create(&short_lived, &settings), PERP_OK);
@@ -115,22 +110,20 @@ static void test_null_and_destroyed_contexts(void **state)
 /* base.h: solvers stay usable after their context is destroyed. */
 static void test_a_solver_outlives_its_context(void **state)
 {
-    perp_context_settings settings;
+    perp_context_settings settings = fresh_context_settings();
     perp_context *short_lived;
     perp_lcp_solver *solver;
     perp_matrix M = matrix();
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[2];
 
     (void)state;
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = keep_allocate;
     settings.release = keep_release;
     assert_int_equal(perp_context_create(&short_lived, &settings), PERP_OK);
     assert_int_equal(perp_lcp_solver_create(short_lived, &solver, NULL), PERP_OK);
     perp_context_destroy(short_lived);
     assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, q, NULL), PERP_OK);
     assert_true(z[0] == 1 && z[1] == 1);
     perp_lcp_solver_destroy(solver);
@@ -139,12 +132,11 @@ static void test_a_solver_outlives_its_context(void **state)
 static void test_solving_before_a_problem(void **state)
 {
     perp_lcp_solver *solver;
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[2] = {5, 5};
 
     (void)state;
     assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, q, NULL),
                      PERP_ERROR_ARGUMENT);
     assert_non_null(strstr(perp_context_message(context), "setup"));
@@ -190,11 +182,10 @@ static void test_outputs_not_asked_for(void **state)
 {
     static const double walls[4] = {1, -1, -1, 1}, pushed[2] = {-1, -1};
     perp_matrix M = matrix();
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[2], w[2], ray[2] = {7, 7};
 
     (void)state;
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_lcp_solve(context, z, w, ray, &result, NULL, &M, q, NULL, NULL, NULL),
                      PERP_OK);
     assert_true(w[0] == 0 && w[1] == 0);

@@ -128,7 +128,7 @@ static void test_determinism(void **state)
 {
     perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
     perp_lcp_solver *solver;
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     gen_lcp problem, other;
     double *z = check_allocate(400, sizeof *z);
     int32_t i;
@@ -136,7 +136,6 @@ static void test_determinism(void **state)
 
     (void)state;
     settings.polish = 0;
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     gen_obstacle_2d(&problem, 17);
     gen_obstacle_2d(&other, 20);
     run_lcp(&r, context, &problem, &settings, NULL, "new");
@@ -183,14 +182,13 @@ static void test_memory_is_linear(void **state)
 
     (void)state;
     for (k = 0; k < 2; k++) {
-        perp_context_settings settings;
+        perp_context_settings settings = fresh_context_settings();
         ledger l = {0};
         perp_context *counted;
         gen_lcp problem;
         perp_lcp_settings lcp = run_settings(PERP_LCP_LEMKE);
         run r;
 
-        assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
         settings.allocate = count_bytes;
         settings.release = give_back;
         settings.allocator_user = &l;

@@ -81,10 +81,9 @@ static perp_status solve_3(double diagonal, int csc, double *z)
     double sparse[4] = {1.0, 0.25, 1.0, 0.0};
     perp_matrix M = run_dense(values, 3);
     perp_lcp_settings settings = alone(1e-10, 0);
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
 
     values[8] = sparse[3] = diagonal;
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     if (csc) {
         assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
         assert_int_equal(
@@ -249,9 +248,8 @@ static void test_overflow_is_survived(void **state)
     settings.scaling = 0;
     for (int k = 0; k < 2; k++) {
         double z[3] = {NAN, NAN, NAN};
-        perp_lcp_result result;
+        perp_lcp_result result = fresh_lcp_result();
 
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &M, q, lower,
                                         upper, starts[k]),
                          PERP_OK);

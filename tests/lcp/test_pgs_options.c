@@ -107,9 +107,8 @@ static void test_rows_of_zeros_without_a_place(void **state)
     for (int k = 0; k < 3; k++) {
         double q[] = {-2.0, k - 1.0}, z[] = {17.0, 17.0};
         perp_status status;
-        perp_lcp_result result;
+        perp_lcp_result result = fresh_lcp_result();
 
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
         status = perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &M, q,
                                 k == 2 ? lower : NULL, NULL, NULL);
         if (k == 1) { /* q_1 = 0: any z_1 will do */

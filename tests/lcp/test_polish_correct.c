@@ -55,14 +55,12 @@ static int is_free(const gen_lcp *problem)
 /* Solves and tries what the method lent; true if it lent anything. */
 static int try_method(const gen_lcp *problem, gen_random *random, int32_t method, int32_t crash)
 {
-    perp_lcp_settings settings;
-    perp_lcp_result result;
+    perp_lcp_settings settings = fresh_lcp_settings();
+    perp_lcp_result result = fresh_lcp_result();
     perp_lcp_solver *solver = NULL;
     double *z = check_allocate((size_t)problem->n, sizeof *z);
     int lent;
 
-    assert_int_equal(perp_lcp_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     settings.method = method;
     settings.crash = crash;
     assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);

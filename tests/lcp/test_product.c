@@ -180,7 +180,7 @@ static void test_rounding_is_no_curvature(void **state)
     for (int round = 0; round < 20; round++) {
         double low[N], high[N], A[N][RANK], z[N];
         gen_lcp p;
-        perp_lcp_result result;
+        perp_lcp_result result = fresh_lcp_result();
 
         gen_begin_dense(&p, N);
         for (int i = 0; i < N; i++) {
@@ -193,7 +193,6 @@ static void test_rounding_is_no_curvature(void **state)
         for (int i = 0; i < N * N; i++)
             for (int k = 0; k < RANK; k++)
                 p.M[i] += A[i / N][k] * A[i % N][k];
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_lcp_solve_product(context, z, NULL, &result, NULL, N, multiply,
                                                 &(seen){.problem = &p}, NULL, p.q, low, high, NULL),
                          PERP_OK);
@@ -318,14 +317,13 @@ static void test_refusals(void **state)
 {
     static const int values[] = {2, 1, 1, 2}, offsets[] = {-1, -1};
     gen_lcp p;
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     double z[2] = {123.25, 123.25}, low[] = {0, 2}, high[] = {1, 1}, bad[] = {1, NAN};
     const double flat[] = {1, 0};
     seen s = {.problem = &p};
 
     (void)state;
     gen_from_integers(&p, 2, values, offsets);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
 #define CALL(z, result, n, product, diagonal, q, low, high, z0)                                    \
     perp_lcp_solve_product(context, z, NULL, result, NULL, n, product, &s, diagonal, q, low, high, \
                            z0)
@@ -358,7 +356,7 @@ static perp_status one_solve(const perp_context_settings *settings)
 {
     static const int values[] = {2, 1, 1, 2}, offsets[] = {-1, -1};
     perp_context *own = NULL;
-    perp_lcp_result result;
+    perp_lcp_result result = fresh_lcp_result();
     gen_lcp p;
     double z[2];
     seen s = {.problem = &p};
@@ -367,7 +365,6 @@ static perp_status one_solve(const perp_context_settings *settings)
     if (status != PERP_OK)
         return status;
     gen_from_integers(&p, 2, values, offsets);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     status = perp_lcp_solve_product(own, z, NULL, &result, NULL, 2, multiply, &s, NULL, p.q, NULL,
                                     NULL, NULL);
     gen_destroy(&p);

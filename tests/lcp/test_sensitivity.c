@@ -15,20 +15,12 @@
 
 enum { LARGEST = 16 };
 
-static perp_lcp_sensitivity_info fresh(void)
-{
-    perp_lcp_sensitivity_info info;
-
-    assert_int_equal(perp_lcp_sensitivity_info_init(&info, sizeof info), PERP_OK);
-    return info;
-}
-
 static perp_lcp_sensitivity *open_at(perp_lcp_sensitivity_info *info, const gen_lcp *problem,
                                      const double *z)
 {
     perp_lcp_sensitivity *s = NULL;
 
-    *info = fresh();
+    *info = fresh_lcp_sensitivity_info();
     assert_int_equal(perp_lcp_sensitivity_create(context, &s, info, NULL, &problem->view,
                                                  problem->q, problem->lower, problem->upper, z),
                      PERP_OK);
@@ -90,7 +82,7 @@ static void solve_moved(const gen_lcp *problem, const direction *d, double t, do
 {
     const int32_t n = problem->n;
     double M[LARGEST * LARGEST], q[LARGEST], lower[LARGEST], upper[LARGEST];
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
     int32_t i;
     run r;
 
@@ -104,7 +96,6 @@ static void solve_moved(const gen_lcp *problem, const direction *d, double t, do
         lower[i] = l + t * d->dlower[i];
         upper[i] = l == u ? lower[i] : u + t * d->dupper[i]; /* fixed: both move */
     }
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n), PERP_OK);
     run_view(&r, context, &view, q, lower, upper, NULL, z, "moved");
     assert_true(run_ok(&r));
@@ -196,7 +187,7 @@ static void test_adjoint(void **state)
     for (round = 0; round < 60; round++)
         for (sparse = 0; sparse < 2; sparse++) {
             const int32_t n = 1 + gen_integer(&random, LARGEST);
-            perp_lcp_sensitivity_info info = fresh();
+            perp_lcp_sensitivity_info info = fresh_lcp_sensitivity_info();
             perp_lcp_sensitivity *s = NULL;
             gen_lcp problem, csc;
             double g[LARGEST], p[LARGEST];
@@ -309,7 +300,7 @@ static void test_margin(void **state)
 {
     static const int M[] = {1}, q[] = {-1};
     double lower = 0.0, upper = 1.25, z = 1.0;
-    perp_lcp_sensitivity_info info = fresh();
+    perp_lcp_sensitivity_info info = fresh_lcp_sensitivity_info();
     perp_lcp_sensitivity *s = NULL;
     gen_lcp problem;
 

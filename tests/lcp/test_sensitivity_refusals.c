@@ -101,13 +101,12 @@ static void test_products(void **state)
     double out[2] = {7, 7};
     int32_t places[2];
     perp_lcp_sensitivity *s = NULL;
-    perp_matrix dM;
+    perp_matrix dM = fresh_matrix();
     call c;
 
     (void)state;
     prepare(&c);
     assert_int_equal(create(&c, &s), PERP_OK);
-    assert_int_equal(perp_matrix_init(&dM, sizeof dM), PERP_OK);
     assert_int_equal(perp_matrix_dense(&dM, PERP_STORAGE_ROW_MAJOR, 1, 1, good, 1), PERP_OK);
     assert_int_equal(perp_lcp_sensitivity_forward(NULL, out, good, NULL, NULL, NULL),
                      PERP_ERROR_HANDLE);

@@ -152,14 +152,12 @@ static void test_monitor_is_obeyed(void **state)
 {
     static const double M[] = {2.0, 1.0, 1.0, 2.0}, q[] = {-1.0, -1.0};
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
-    perp_lcp_result result;
-    perp_matrix view;
+    perp_lcp_result result = fresh_lcp_result();
+    perp_matrix view = fresh_matrix();
     double z[2] = {7.0, 7.0};
 
     (void)state;
-    perp_matrix_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     settings.monitor = answer;
     for (int32_t say = -1; say <= 1; say++) {
         const perp_status expected = say < 0 ? PERP_ERROR_CALLBACK : PERP_OK;
@@ -190,11 +188,10 @@ static void test_one_call_takes_no_memory(void **state)
     gen_seed(&random, 34);
     for (int32_t n = 1; n <= PERP__SMALL_LENGTH + 1; n++) {
         double z[PERP__SMALL_LENGTH + 1];
-        perp_lcp_result result;
+        perp_lcp_result result = fresh_lcp_result();
         gen_lcp problem;
 
         gen_problem(&problem, &random, n, GEN_PD_SYMMETRIC, GEN_PLAIN);
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
         m.calls = 0;
         assert_int_equal(perp_lcp_solve(counting, z, NULL, NULL, &result, &settings, &problem.view,
                                         problem.q, NULL, NULL, NULL),
@@ -211,14 +208,12 @@ static void test_start_decides(void **state)
     static const double M[] = {1.0, 2.0, 2.0, 1.0}, q[] = {-1.0, -1.0};
     static const double starts[][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0 / 3, 1.0 / 3}};
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
-    perp_lcp_result result;
-    perp_matrix view;
+    perp_lcp_result result = fresh_lcp_result();
+    perp_matrix view = fresh_matrix();
     double z[2];
 
     (void)state;
-    perp_matrix_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     for (int k = 0; k < 3; k++) {
         assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &view, q, NULL,
                                         NULL, starts[k]),
@@ -266,14 +261,12 @@ static void test_rays_are_left_to_lemke(void **state)
 {
     static const double M[] = {-1.0, -1.0, -1.0, -2.0}, q[] = {-1.0, -1.0};
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
-    perp_lcp_result result;
-    perp_matrix view;
+    perp_lcp_result result = fresh_lcp_result();
+    perp_matrix view = fresh_matrix();
     double z[2], ray[2];
 
     (void)state;
-    perp_matrix_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
-    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_lcp_solve(context, z, NULL, ray, &result, &settings, &view, q, NULL, NULL, NULL),
         PERP_OK);

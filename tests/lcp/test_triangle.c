@@ -69,10 +69,9 @@ static void test_exponential_example(void **state)
     }
     for (int k = 0; k < 2; k++) {
         const gen_lcp problem = {.n = N, .q = q};
-        perp_matrix view;
+        perp_matrix view = fresh_matrix();
         run r;
 
-        perp_matrix_init(&view, sizeof view);
         perp_matrix_dense(&view, k ? PERP_STORAGE_COLUMN_MAJOR : PERP_STORAGE_ROW_MAJOR, N, N, M,
                           N);
         solve(&r, &problem, &view);

@@ -18,9 +18,8 @@
 
 static perp_matrix dense(const double *M, int32_t n)
 {
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n), PERP_OK);
     return view;
 }

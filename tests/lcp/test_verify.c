@@ -16,9 +16,8 @@
 
 static perp_lcp_proof verify(const gen_lcp *problem, double *radii, const double *z)
 {
-    perp_lcp_proof proof;
+    perp_lcp_proof proof = fresh_lcp_proof();
 
-    assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
     assert_int_equal(perp_lcp_verify(context, radii, &proof, &problem->view, problem->q,
                                      problem->lower, problem->upper, z),
                      PERP_OK);
@@ -338,8 +337,8 @@ static void test_lost_in_doubled_precision(void **state)
     for (order = 0; order < 120; order++)
         for (storage = 0; storage < 2; storage++) {
             double M[36] = {0}, q[6] = {1.0}, l[6] = {0}, u[6] = {INFINITY}, z[6] = {0}, left[5];
-            perp_lcp_proof proof;
-            perp_matrix view;
+            perp_lcp_proof proof = fresh_lcp_proof();
+            perp_matrix view = fresh_matrix();
             check_sum sum;
             int rest = order, n = 6;
 
@@ -358,11 +357,9 @@ static void test_lost_in_doubled_precision(void **state)
             for (i = 0; i < n; i++)
                 M[7 * i] = 1.0;
             assert_true(check_sum_value(&sum, 0) < 0.0);
-            assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
             perp_matrix_dense(&view,
                               storage == 0 ? PERP_STORAGE_ROW_MAJOR : PERP_STORAGE_COLUMN_MAJOR, n,
                               n, M, n);
-            assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
             assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
             assert_int_not_equal(proof.verdict, PERP_VERDICT_REGULAR);
         }
@@ -386,8 +383,8 @@ static void test_signs_of_tiny_sums(void **state)
         double M[LARGEST * LARGEST] = {0}, q[LARGEST] = {0}, z[LARGEST] = {0};
         double l[LARGEST], u[LARGEST];
         int64_t A[LARGEST * LARGEST], b[LARGEST], x[LARGEST], det;
-        perp_lcp_proof proof;
-        perp_matrix view;
+        perp_lcp_proof proof = fresh_lcp_proof();
+        perp_matrix view = fresh_matrix();
         int32_t i, j;
 
         for (i = 1; i <= m; i++) {
@@ -414,9 +411,7 @@ static void test_signs_of_tiny_sums(void **state)
         M[n - 1] = tiny;
         l[0] = 0.0;
         u[0] = INFINITY;
-        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
         perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n);
-        assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
         assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
         if (proof.verdict == PERP_VERDICT_REGULAR)
             assert_true(tiny > 0.0);
@@ -444,8 +439,8 @@ static void test_doubt_about_the_block(void **state)
         const double limit = ldexp(1.0, 24 + round % 4), exact[2] = {3, -5};
         const double d = ldexp(gen_integer(&random, 2) ? 1.0 : -1.0, -gen_integer(&random, 20) - 3);
         double A[4] = {1, 0, 0, 1}, M[9] = {0}, q[3], z[3] = {0, 0, -1};
-        perp_lcp_proof proof;
-        perp_matrix view;
+        perp_lcp_proof proof = fresh_lcp_proof();
+        perp_matrix view = fresh_matrix();
         int32_t i;
 
         while (fmax(fmax(fabs(A[0]), fabs(A[1])), fmax(fabs(A[2]), fabs(A[3]))) < limit) {
@@ -463,9 +458,7 @@ static void test_doubt_about_the_block(void **state)
         }
         M[6] = 1.0;
         q[2] = d - exact[0];
-        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
         perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 3, 3, M, 3);
-        assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
         assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
         if (proof.verdict == PERP_VERDICT_REGULAR)
             assert_true(d > 0.0);
@@ -485,7 +478,7 @@ static void test_no_infinite_radius(void **state)
     const double M = 1e-300, q = -1e8, l = -INFINITY, u = INFINITY, z = -1.7e308;
     const double minus = -1.0, small = -1e-300, large = 1e300;
     double radius = 0.0;
-    perp_lcp_proof proof;
+    perp_lcp_proof proof = fresh_lcp_proof();
     perp_matrix view, view_1;
 
     (void)state;
@@ -493,7 +486,6 @@ static void test_no_infinite_radius(void **state)
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
     assert_int_equal(perp_matrix_init(&view_1, sizeof view_1), PERP_OK);
     perp_matrix_dense(&view_1, PERP_STORAGE_ROW_MAJOR, 1, 1, &minus, 1);
-    assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
     assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view, &q, &l, &u, &z), PERP_OK);
     assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
     assert_true(radius == INFINITY && proof.radius == INFINITY);

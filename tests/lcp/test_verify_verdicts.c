@@ -17,27 +17,18 @@
 
 static perp_matrix view_of(int32_t n, const double *M)
 {
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
 
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n > 0 ? n : 1),
                      PERP_OK);
     return view;
-}
-
-static perp_lcp_proof fresh(void)
-{
-    perp_lcp_proof proof;
-
-    assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
-    return proof;
 }
 
 static perp_lcp_proof verify_bounded(int32_t n, const double *M, const double *q, const double *l,
                                      const double *u, const double *z)
 {
     perp_matrix view = view_of(n, M);
-    perp_lcp_proof proof = fresh();
+    perp_lcp_proof proof = fresh_lcp_proof();
 
     assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
     return proof;
@@ -103,8 +94,8 @@ static perp_lcp_proof verify_tridiagonal(int32_t n)
     int32_t *rows = check_allocate(3 * size, sizeof *rows);
     double *values = check_allocate(3 * size, sizeof *values);
     double *q = check_allocate(2 * size, sizeof *q), *z = q + size;
-    perp_lcp_proof proof = fresh();
-    perp_matrix view;
+    perp_lcp_proof proof = fresh_lcp_proof();
+    perp_matrix view = fresh_matrix();
 
     for (j = 0; j < n; j++) {
         starts[j] = count;
@@ -118,7 +109,6 @@ static perp_lcp_proof verify_tridiagonal(int32_t n)
     for (j = 0; j < n; j++)
         for (i = starts[j]; i < starts[j + 1]; i++)
             q[rows[i]] -= values[i] * z[j];
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_csc(&view, n, n, starts, rows, values), PERP_OK);
     assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, NULL, NULL, z), PERP_OK);
     free(starts);
@@ -161,7 +151,7 @@ static void test_scaling(void **state)
     for (round = 0; round < 50; round++) {
         gen_lcp problem;
         double z[8], radii[8], scaled[8];
-        perp_lcp_proof proof = fresh(), other = fresh();
+        perp_lcp_proof proof = fresh_lcp_proof(), other = fresh_lcp_proof();
         int exponents[8], power = gen_integer(&random, 600) - 300;
 
         gen_problem(&problem, &random, n, GEN_PD_UNSYMMETRIC, GEN_PLAIN);
@@ -240,7 +230,7 @@ static void prepare(call *c)
 
     *c = good;
     c->view = view_of(2, c->M);
-    c->proof = fresh();
+    c->proof = fresh_lcp_proof();
     c->proof.radius = 5.0;
 }
 
@@ -258,7 +248,7 @@ static void refuse(call *c, perp_status expected, const char *words)
 
 static void test_refusals(void **state)
 {
-    perp_lcp_proof proof = fresh();
+    perp_lcp_proof proof = fresh_lcp_proof();
     call c;
 
     (void)state;
@@ -317,7 +307,7 @@ static void test_memory(void **state)
             gen_problem(&problem, &random, 20, GEN_PD_SYMMETRIC, GEN_MIXED);
         assert_int_equal(perp_context_create(&limited, &settings), PERP_OK);
         for (m.fails_at = 1; status != PERP_OK; m.fails_at++) {
-            perp_lcp_proof proof = fresh();
+            perp_lcp_proof proof = fresh_lcp_proof();
 
             m.calls = 0;
             proof.radius = 5.0;

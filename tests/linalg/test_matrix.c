@@ -12,9 +12,8 @@
 static perp_matrix dense(int32_t storage, int32_t rows, int32_t columns, const double *values,
                          int64_t leading_dimension)
 {
-    perp_matrix M;
+    perp_matrix M = fresh_matrix();
 
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_dense(&M, storage, rows, columns, values, leading_dimension),
                      PERP_OK);
     return M;
@@ -23,9 +22,8 @@ static perp_matrix dense(int32_t storage, int32_t rows, int32_t columns, const d
 static perp_matrix csc(int32_t rows, int32_t columns, const int32_t *starts, const int32_t *indices,
                        const double *values)
 {
-    perp_matrix M;
+    perp_matrix M = fresh_matrix();
 
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
     assert_int_equal(perp_matrix_csc(&M, rows, columns, starts, indices, values), PERP_OK);
     return M;
 }

@@ -387,7 +387,7 @@ static void check_motion(int32_t scheme, double omega)
 
     for (T = 1e-1; T > 1e-3; T /= 8) {
         double v[3], q[3], difference = 0.0;
-        perp_mechanism_run_result result;
+        perp_mechanism_run_result result = fresh_mechanism_run_result();
         rod r;
         int i;
 
@@ -396,7 +396,6 @@ static void check_motion(int32_t scheme, double omega)
         assert_int_equal(perp_mechanism_set(r.table.mechanism, &r.table.settings), PERP_OK);
         assert_int_equal(rod_ask(&r, 1.0, omega, 0.5), 1);
         assert_int_equal(table_get(&r.table, 0)->modes[0], PERP_MECHANISM_SLIP);
-        assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_mechanism_run(r.table.mechanism, q, v, &result, 0.0, T, T * T,
                                             r.table.q, r.table.v, NULL, NULL),
                          PERP_OK);

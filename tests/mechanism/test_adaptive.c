@@ -5,9 +5,8 @@
 
 static perp_mechanism_settings chosen(int32_t scheme, double error)
 {
-    perp_mechanism_settings settings;
+    perp_mechanism_settings settings = fresh_mechanism_settings();
 
-    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
     settings.scheme = scheme;
     settings.error = error;
     return settings;
@@ -382,15 +381,13 @@ static void test_fence(void **state)
 
     (void)state;
     for (answer = -1; answer <= 1; answer += 2) {
-        perp_mechanism_model model;
+        perp_mechanism_model model = fresh_mechanism_model();
         perp_mechanism *mechanism;
-        perp_mechanism_run_result result;
+        perp_mechanism_run_result result = fresh_mechanism_run_result();
         perp_context *context;
         perp_status status;
         double q = 5, v = 6;
 
-        assert_int_equal(perp_mechanism_model_init(&model, sizeof model), PERP_OK);
-        assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
         model.velocities = 1;
         model.force = fenced;
         model.user = &answer;
@@ -481,14 +478,12 @@ static void test_growing_force(void **state)
     for (k = 0; k < 3; k++)
         for (i = 0; i < 3; i++) {
             const perp_mechanism_settings settings = chosen(schemes[k], 1e-5);
-            perp_mechanism_model model;
-            perp_mechanism_run_result result;
+            perp_mechanism_model model = fresh_mechanism_model();
+            perp_mechanism_run_result result = fresh_mechanism_run_result();
             perp_mechanism *mechanism;
             perp_context *context;
             double q = 0, v = 0;
 
-            assert_int_equal(perp_mechanism_model_init(&model, sizeof model), PERP_OK);
-            assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
             model.velocities = 1;
             model.mass = heavy;
             model.force = growing;

@@ -198,15 +198,13 @@ static void test_ramp(void **state)
 
 static void test_refusals(void **state)
 {
-    perp_mechanism_summary summary;
-    perp_mechanism_found found;
+    perp_mechanism_summary summary = fresh_mechanism_summary();
+    perp_mechanism_found found = fresh_mechanism_found();
     rig r;
 
     (void)state;
     rig_open(&r, MACHINE_WEDGE);
     rig_start(&r);
-    perp_mechanism_summary_init(&summary, sizeof summary);
-    perp_mechanism_found_init(&found, sizeof found);
     assert_int_equal(perp_mechanism_answers(NULL, &summary, 0, 1, r.q, r.v), PERP_ERROR_HANDLE);
     assert_int_equal(perp_mechanism_answers(r.mechanism, NULL, 0, 1, r.q, r.v),
                      PERP_ERROR_ARGUMENT);

@@ -12,11 +12,10 @@ typedef struct tally {
 static int compare(table *s, perp_load_friction *friction, const load_case *c, int32_t count,
                    int forces)
 {
-    perp_load_found one;
+    perp_load_found one = fresh_load_found();
     int32_t i, j;
     int vertex = 0;
 
-    assert_int_equal(perp_load_found_init(&one, sizeof one), PERP_OK);
     assert_int_equal(s->summary.exhaustive, 1);
     if (count != s->summary.count)
         fail_msg("%d answers, and %d of the mechanism", (int)count, (int)s->summary.count);
@@ -43,12 +42,11 @@ static int compare(table *s, perp_load_friction *friction, const load_case *c, i
 static void accelerate(table *s, const load_case *c, int forces, tally *seen)
 {
     perp_load_friction *friction;
-    perp_load_summary summary;
+    perp_load_summary summary = fresh_load_summary();
 
     table_open(s);
     table_ask(s);
     friction = open_load(s->context, c);
-    assert_int_equal(perp_load_summary_init(&summary, sizeof summary), PERP_OK);
     assert_int_equal(perp_load_friction_solve(friction, &summary, c->tau, c->sign), PERP_OK);
     compare(s, friction, c, summary.count, forces);
     seen->of[summary.count]++;
@@ -62,15 +60,13 @@ static void accelerate(table *s, const load_case *c, int forces, tally *seen)
 static void step(table *s, const load_case *c, double h, int forces, tally *seen)
 {
     perp_load_friction *friction;
-    perp_mechanism_step taken;
-    perp_load_step step;
+    perp_mechanism_step taken = fresh_mechanism_step();
+    perp_load_step step = fresh_load_step();
     double next[3], v[TABLE_N], impulse[TABLE_ROWS];
     int vertex;
 
     table_open(s);
     friction = open_load(s->context, c);
-    assert_int_equal(perp_load_step_init(&step, sizeof step), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&taken, sizeof taken), PERP_OK);
     assert_int_equal(perp_load_friction_step(friction, next, NULL, &step, c->tau, c->sign, NULL, h),
                      PERP_OK);
     assert_int_equal(step.exhaustive, 1);
@@ -157,7 +153,7 @@ static void test_leaves_rest(void **state)
 
     (void)state;
     for (scheme = PERP_MECHANISM_FROZEN; scheme <= PERP_MECHANISM_THETA; scheme++) {
-        perp_mechanism_step taken;
+        perp_mechanism_step taken = fresh_mechanism_step();
         perp_load_friction *friction;
         double next, v[TABLE_N];
         table s;
@@ -168,7 +164,6 @@ static void test_leaves_rest(void **state)
         friction = open_load(s.context, &c);
         assert_int_equal(
             perp_load_friction_step(friction, &next, NULL, NULL, c.tau, c.sign, NULL, h), PERP_OK);
-        assert_int_equal(perp_mechanism_step_init(&taken, sizeof taken), PERP_OK);
         assert_int_equal(perp_mechanism_advance(s.mechanism, s.q, v, NULL, NULL, NULL, NULL, &taken,
                                                 0, h, s.q, s.v),
                          PERP_OK);

@@ -12,9 +12,8 @@
 /* numbers without a common scale */
 static perp_bristle sample(void)
 {
-    perp_bristle law;
+    perp_bristle law = fresh_bristle();
 
-    assert_int_equal(perp_bristle_init(&law, sizeof law), PERP_OK);
     law.kinetic = 3;
     law.breakaway = 5;
     law.speed = 0.25;

@@ -14,9 +14,8 @@
 
 static perp_bristle law_of(double speed, double stiffness, double damping)
 {
-    perp_bristle law;
+    perp_bristle law = fresh_bristle();
 
-    assert_int_equal(perp_bristle_init(&law, sizeof law), PERP_OK);
     law.kinetic = 3;
     law.breakaway = 5;
     law.speed = speed;

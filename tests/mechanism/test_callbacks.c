@@ -36,7 +36,7 @@ static void same(const outputs *o, const tabled *r)
 /* The step is refused with this text, leaves all outputs alone, and the next one works. */
 static void refused(tabled *r, perp_status status, const char *text)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     double q[TABLED_N], v[TABLED_N];
     outputs before;
 
@@ -48,7 +48,6 @@ static void refused(tabled *r, perp_status status, const char *text)
     same(&before, r);
     memcpy(q, r->q, sizeof q);
     memcpy(v, r->v, sizeof v);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     result.outcome = -7;
     assert_int_equal(
         perp_mechanism_run(r->mechanism, q, v, &result, 0, 1, 0.125, r->q, r->v, NULL, NULL),
@@ -206,12 +205,11 @@ static void test_answers(void **state)
 static void call_everything(void *user, int32_t callback)
 {
     tabled *r = user;
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     perp_mechanism *other = NULL;
     double q[TABLED_N] = {0}, v[TABLED_N] = {0};
 
     (void)callback;
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(tabled_try(r, 0.125), PERP_ERROR_BUSY);
     assert_int_equal(perp_mechanism_run(r->mechanism, q, v, &result, 0, 1, 1, q, v, NULL, NULL),
                      PERP_ERROR_BUSY);
@@ -230,7 +228,7 @@ static int32_t observe(const perp_mechanism_view *view, void *user)
 
 static void test_reentry(void **state)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     tabled r, twin;
 
     (void)state;
@@ -242,7 +240,6 @@ static void test_reentry(void **state)
     assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
     assert_int_equal(tabled_advance(&twin, 0.125), PERP_OUTCOME_SOLVED);
     assert_memory_equal(r.v, twin.v, sizeof r.v);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 1, 0.125, r.q, r.v, observe, &r),
         PERP_OK);
@@ -256,7 +253,7 @@ static void test_reentry(void **state)
 /* A life with each law and each cone, with projection, impacts and a run. */
 static perp_status live(const perp_context_settings *from, int32_t law, int32_t cone)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     perp_status status;
     tabled r;
 
@@ -267,7 +264,6 @@ static perp_status live(const perp_context_settings *from, int32_t law, int32_t 
     status = perp_context_create(&r.context, from);
     if (status != PERP_OK)
         return status;
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     status = perp_mechanism_create(r.context, &r.mechanism, &r.settings, &r.model);
     r.q[2] = -0.01;
     r.q[3] = 0.01;
@@ -347,7 +343,7 @@ static void test_no_memory_later(void **state)
 {
     memory m = {0, 0, 0};
     perp_context_settings settings = memory_settings(&m);
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     int32_t before, k;
     tabled r;
 
@@ -358,7 +354,6 @@ static void test_no_memory_later(void **state)
     assert_int_equal(perp_context_create(&r.context, &settings), PERP_OK);
     assert_int_equal(perp_mechanism_create(r.context, &r.mechanism, &r.settings, &r.model),
                      PERP_OK);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     r.v[2] = -3.0;
     r.q[2] = -0.01; /* with an impact and a projection, the largest problems */
     assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);

@@ -347,16 +347,13 @@ static int32_t weight(double *k, double t, const double *q, const double *v, voi
 static int32_t fall(double sign, int32_t project, double overlap, double error, double y)
 {
     const double zero = 0;
-    perp_mechanism_model model;
-    perp_mechanism_settings settings;
-    perp_mechanism_run_result result;
+    perp_mechanism_model model = fresh_mechanism_model();
+    perp_mechanism_settings settings = fresh_mechanism_settings();
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     perp_mechanism *mechanism;
     perp_context *context;
     double v;
 
-    assert_int_equal(perp_mechanism_model_init(&model, sizeof model), PERP_OK);
-    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     model.velocities = model.contacts = model.dim = 1;
     model.contact_rows = floor_rows;
@@ -399,14 +396,13 @@ static void test_machines(void **state)
     (void)state;
     for (int32_t name = 0; name < MACHINES; name++)
         for (int32_t away = 0; away < 2; away++) {
-            perp_mechanism_check_result check;
+            perp_mechanism_check_result check = fresh_mechanism_check_result();
             rig r;
 
             rig_open(&r, name);
             rig_start(&r);
             for (int32_t i = 0; i < MACHINE_ROOM && away; i++)
                 r.q[i] += 0.013 * (i + 1);
-            assert_int_equal(perp_mechanism_check_result_init(&check, sizeof check), PERP_OK);
             assert_int_equal(perp_mechanism_check(r.mechanism, &check, 0.1, r.q, r.v), PERP_OK);
             if (check.wrong || check.constant || check.unchecked)
                 fail_msg("%s: %d wrong, %d constant, %d unchecked: part %d, row %d, column %d: "

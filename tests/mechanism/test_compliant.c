@@ -8,12 +8,11 @@
 static void test_screw_eigenvalues(void **state)
 {
     const int32_t plus = 1, minus = -1;
-    perp_compliant_stability stability;
+    perp_compliant_stability stability = fresh_compliant_stability();
     double gamma[2], roots[4];
     screw s;
 
     (void)state;
-    assert_int_equal(perp_compliant_stability_init(&stability, sizeof stability), PERP_OK);
     start_screw(&s, 0, 1e9, 1e4);
     assert_int_equal(perp_compliant_linearise(s.compliant, &stability, gamma, roots, &plus, &plus),
                      PERP_OK);
@@ -40,7 +39,7 @@ static void test_rigid_screw(void **state)
     const double C = m * r * tangent, d = W, friction = r * (up - down) / 2;
     const double raise = 0.29260865149704385, lower = -0.11057649846053822;
     const double torques[] = {raise * 1.0001, raise * 0.9999, lower * 0.9999, lower * 1.0001};
-    perp_load_uniqueness unique;
+    perp_load_uniqueness unique = fresh_load_uniqueness();
     asked a;
     int k;
 
@@ -66,7 +65,6 @@ static void test_rigid_screw(void **state)
             sticks |= answer(&a, i).kind == PERP_LOAD_STATIC;
         assert_int_equal(sticks, held);
     }
-    assert_int_equal(perp_load_uniqueness_init(&unique, sizeof unique), PERP_OK);
     assert_int_equal(perp_load_friction_uniqueness(a.friction, &unique, NULL), PERP_OK);
     assert_int_equal(unique.verdict, PERP_LOAD_NOT_UNIQUE);
     finish(&a);
@@ -77,16 +75,15 @@ static void test_rigid_screw(void **state)
 static void test_criterion(void **state)
 {
     const int32_t slip[] = {1, 1, 1}, load[] = {1, 1, 1};
-    perp_compliant_stability stability;
+    perp_compliant_stability stability = fresh_compliant_stability();
     double numbers[27], first[36], re[6], im[6], gamma[6], roots[12], coefficients[3] = {1, 1, 1};
     uint64_t seed = 3;
     int round, i, j, stable = 0, flutter = 0;
 
     (void)state;
-    assert_int_equal(perp_compliant_stability_init(&stability, sizeof stability), PERP_OK);
     for (round = 0; round < 1000; round++) {
         perp_matrix mass, normal, tangent;
-        perp_compliant_system system;
+        perp_compliant_system system = fresh_compliant_system();
         perp_compliant *compliant;
         perp_context *context;
         double growth = -INFINITY;
@@ -105,7 +102,6 @@ static void test_criterion(void **state)
         perp_matrix_dense(&mass, PERP_STORAGE_ROW_MAJOR, 3, 3, numbers, 3);
         perp_matrix_dense(&normal, PERP_STORAGE_ROW_MAJOR, 3, 3, numbers + 9, 3);
         perp_matrix_dense(&tangent, PERP_STORAGE_ROW_MAJOR, 3, 3, numbers + 18, 3);
-        perp_compliant_system_init(&system, sizeof system);
         system.n = system.contacts = 3;
         system.mass = &mass;
         system.normal = &normal;
@@ -152,7 +148,7 @@ static void test_reduced_model(void **state)
         2 + 14.0 / 3};
     const double normal[] = {0, 0, -1, 0, 0, 0, 0, -1}, tangent[] = {1, 0, 0, 0, 0, 1, 0, 0};
     perp_matrix view[4];
-    perp_compliant_stability stability;
+    perp_compliant_stability stability = fresh_compliant_stability();
     perp_compliant_system system;
     perp_compliant *compliant;
     double roots[8];
@@ -171,7 +167,6 @@ static void test_reduced_model(void **state)
     a.system.damping = 3;
     start(&a, NULL);
     perp_compliant_system_init(&system, sizeof system);
-    perp_compliant_stability_init(&stability, sizeof stability);
     system.n = 4;
     system.contacts = 2;
     system.mass = &view[1];

@@ -9,12 +9,10 @@ static perp_compliant_result run_screw(screw *s, double N0, double stiffness, do
 {
     const double lead = pi / 36;
     const double x0[] = {0, -N0 / stiffness / cos(lead)}, v0[] = {10, r * tan(lead) * 10};
-    perp_compliant_settings settings;
-    perp_compliant_result result;
+    perp_compliant_settings settings = fresh_compliant_settings();
+    perp_compliant_result result = fresh_compliant_result();
     double x[2], v[2];
 
-    assert_int_equal(perp_compliant_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_compliant_result_init(&result, sizeof result), PERP_OK);
     settings.tol = tol;
     assert_int_equal(perp_compliant_run(s->compliant, x, v, N, &result, &settings, x0, v0, 0.05),
                      PERP_OK);
@@ -79,8 +77,8 @@ static void test_constant_load(void **state)
     const double mass[] = {2, 0, 0, 2}, normal[] = {0, -1}, tangent[] = {1, 0}, force[] = {0, -20};
     const double coefficient = 0.25, stiffness = 1e6, x0[] = {0, -20 / 1e6}, v0[] = {-3, 0};
     perp_matrix view[3];
-    perp_compliant_system system;
-    perp_compliant_result result;
+    perp_compliant_system system = fresh_compliant_system();
+    perp_compliant_result result = fresh_compliant_result();
     perp_compliant *compliant;
     perp_context *context;
     double x[2], v[2], N;
@@ -92,8 +90,6 @@ static void test_constant_load(void **state)
     perp_matrix_dense(&view[0], PERP_STORAGE_ROW_MAJOR, 2, 2, mass, 2);
     perp_matrix_dense(&view[1], PERP_STORAGE_ROW_MAJOR, 1, 2, normal, 2);
     perp_matrix_dense(&view[2], PERP_STORAGE_ROW_MAJOR, 1, 2, tangent, 2);
-    perp_compliant_system_init(&system, sizeof system);
-    perp_compliant_result_init(&result, sizeof result);
     system.n = 2;
     system.contacts = 1;
     system.mass = &view[0];
@@ -124,17 +120,14 @@ static void test_refusals(void **state)
 {
     const double x0[] = {0, 0}, v0[] = {1, 0}, still[] = {0, 0};
     const int32_t plus = 1, two = 2, none = 0;
-    perp_compliant_stability stability;
-    perp_compliant_settings settings;
-    perp_compliant_result result;
+    perp_compliant_stability stability = fresh_compliant_stability();
+    perp_compliant_settings settings = fresh_compliant_settings();
+    perp_compliant_result result = fresh_compliant_result();
     perp_compliant *other = NULL;
     double x[2] = {7, 7}, v[2];
     screw s;
 
     (void)state;
-    perp_compliant_stability_init(&stability, sizeof stability);
-    perp_compliant_settings_init(&settings, sizeof settings);
-    perp_compliant_result_init(&result, sizeof result);
     start_screw(&s, 0, 1e9, 1e4);
     s.mu = -1;
     assert_int_equal(perp_compliant_create(s.context, &other, &s.system), PERP_ERROR_ARGUMENT);

@@ -134,11 +134,10 @@ typedef struct ran {
 static ran run_through(perp_compliant *compliant, int32_t p, const double *x0, const double *v0,
                        double t_end)
 {
-    perp_compliant_settings settings;
+    perp_compliant_settings settings = fresh_compliant_settings();
     ran out;
     int32_t k;
 
-    perp_compliant_settings_init(&settings, sizeof settings);
     perp_compliant_result_init(&out.result, sizeof out.result);
     settings.through = 1;
     settings.tol = 1e-10;
@@ -275,9 +274,8 @@ static perp_compliant *posed(const perp_compliant_system *described, const doubl
 static perp_compliant_system describe_system(int32_t n, int32_t p, const double *force,
                                              const double *coefficients, double stiffness)
 {
-    perp_compliant_system system;
+    perp_compliant_system system = fresh_compliant_system();
 
-    perp_compliant_system_init(&system, sizeof system);
     system.n = n;
     system.contacts = p;
     system.force = force;
@@ -450,8 +448,8 @@ static void test_pieces(void **state)
     const double x0[] = {0, 0}, v0[] = {0, 0};
     double x[2] = {0, 0}, v[2] = {0, 0};
     perp_compliant_system system = describe_system(2, 1, force, &coefficient, 1e4);
-    perp_compliant_settings settings;
-    perp_compliant_result result;
+    perp_compliant_settings settings = fresh_compliant_settings();
+    perp_compliant_result result = fresh_compliant_result();
     perp_compliant *block;
     int64_t steps = 0;
     ran whole;
@@ -459,8 +457,6 @@ static void test_pieces(void **state)
     (void)state;
     system.damping = 20;
     block = posed(&system, mass, normal, tangent);
-    perp_compliant_settings_init(&settings, sizeof settings);
-    perp_compliant_result_init(&result, sizeof result);
     settings.through = settings.resume = 1; /* the first run has none to go on from */
     settings.tol = 1e-10;
     for (int k = 0; k < PIECES; k++) {
@@ -482,15 +478,13 @@ static void test_refused(void **state)
 {
     const double x0[] = {0, 0}, v0[] = {0, 0}, lower = 0.1;
     const int32_t neither = 2;
-    perp_compliant_settings through;
-    perp_compliant_result result;
+    perp_compliant_settings through = fresh_compliant_settings();
+    perp_compliant_result result = fresh_compliant_result();
     perp_compliant *other = NULL;
     double x[2], v[2];
     screw s;
 
     (void)state;
-    perp_compliant_settings_init(&through, sizeof through);
-    perp_compliant_result_init(&result, sizeof result);
     start_screw(&s, 0.4, 1e9, 1e5);
     through.through = 2;
     assert_int_equal(perp_compliant_run(s.compliant, x, v, NULL, &result, &through, x0, v0, 1),
@@ -508,14 +502,12 @@ static perp_status everything(const perp_context_settings *settings)
 {
     const double x0[] = {0, 0}, v0[] = {0, 0};
     const memory *used = settings->allocator_user;
-    perp_compliant_settings through;
-    perp_compliant_result result;
+    perp_compliant_settings through = fresh_compliant_settings();
+    perp_compliant_result result = fresh_compliant_result();
     double x[2] = {7, 7}, v[2];
     screw s = {0};
     perp_status status = perp_context_create(&s.context, settings);
 
-    perp_compliant_settings_init(&through, sizeof through);
-    perp_compliant_result_init(&result, sizeof result);
     through.through = 1;
     describe_screw(&s, 0.4, 1e9, 1e5);
     if (status == PERP_OK)

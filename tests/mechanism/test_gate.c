@@ -145,7 +145,7 @@ static int32_t stop_after_a_step(const perp_mechanism_view *view, void *user)
  * are refused before. */
 static void test_halves(void **state)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     int32_t outcome = -1;
     point p;
 
@@ -159,7 +159,6 @@ static void test_halves(void **state)
     p.v[1] = 1.0;
     p.q[2] = 1.0;
     start_point(&p);
-    perp_mechanism_run_result_init(&result, sizeof result);
     assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, 0.0, 0.64, 0.64, p.q, p.v,
                                         stop_after_a_step, &outcome),
                      PERP_OK);
@@ -357,7 +356,7 @@ static void test_totals_of_a_run(void **state)
 
     (void)state;
     for (adaptive = 0; adaptive < 2; adaptive++) {
-        perp_mechanism_run_result result;
+        perp_mechanism_run_result result = fresh_mechanism_run_result();
         totals all = {0, 0.0};
         point p;
 
@@ -370,7 +369,6 @@ static void test_totals_of_a_run(void **state)
         p.v[1] = 0.4;
         p.q[2] = 0.1;
         start_point(&p);
-        perp_mechanism_run_result_init(&result, sizeof result);
         assert_int_equal(perp_mechanism_run(p.mechanism, p.q, p.v, &result, 0.0, 2.0, 0.01, p.q,
                                             p.v, add_step, &all),
                          PERP_OK);

@@ -138,10 +138,9 @@ static void try_step(hostile *m, int32_t k)
     const double untouched = 12345.0;
     const int32_t count = CONTACTS * m->model.dim;
     double q[N], v[N], impulse[ROWS], velocity[ROWS];
-    perp_mechanism_step step;
+    perp_mechanism_step step = fresh_mechanism_step();
     perp_status status;
 
-    assert_int_equal(perp_mechanism_step_init(&step, sizeof step), PERP_OK);
     q[0] = v[0] = impulse[0] = velocity[0] = untouched;
     status = perp_mechanism_advance(m->mechanism, q, v, impulse, velocity, NULL, NULL, &step, 0.0,
                                     m->h, m->q, m->v);
@@ -161,10 +160,9 @@ static void try_step(hostile *m, int32_t k)
 
 static void try_run(hostile *m, int32_t k)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     double q[N], v[N];
 
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     if (perp_mechanism_run(m->mechanism, q, v, &result, 0.0, 3.0 * m->h, m->h, m->q, m->v, NULL,
                            NULL) != PERP_OK)
         return;
@@ -176,13 +174,11 @@ static void try_run(hostile *m, int32_t k)
 
 static void try_accelerations(hostile *m, int32_t answers, int32_t k)
 {
-    perp_mechanism_summary summary;
-    perp_mechanism_found found;
+    perp_mechanism_summary summary = fresh_mechanism_summary();
+    perp_mechanism_found found = fresh_mechanism_found();
     const int32_t count = CONTACTS * m->model.dim;
     int32_t i;
 
-    assert_int_equal(perp_mechanism_summary_init(&summary, sizeof summary), PERP_OK);
-    assert_int_equal(perp_mechanism_found_init(&found, sizeof found), PERP_OK);
     if ((answers
              ? perp_mechanism_answers(m->mechanism, &summary, 0.0, m->h, m->q, m->v)
              : perp_mechanism_accelerations(m->mechanism, &summary, 0.0, m->q, m->v)) != PERP_OK) {
@@ -260,11 +256,10 @@ static void test_memory_has_no_say(void **state)
         memset(v, 0, sizeof v);
         for (int32_t i = 0; i < 3; i++) {
             int byte = bytes[i];
-            perp_context_settings memory;
+            perp_context_settings memory = fresh_context_settings();
             gen_random random;
             hostile m;
 
-            assert_int_equal(perp_context_settings_init(&memory, sizeof memory), PERP_OK);
             memory.allocate = allocate_filled;
             memory.release = release_filled;
             memory.allocator_user = &byte;
@@ -293,7 +288,7 @@ static void test_memory_has_no_say(void **state)
  * it isn't said that there is nothing. */
 static void test_vanishing_inertia(void **state)
 {
-    perp_mechanism_summary summary;
+    perp_mechanism_summary summary = fresh_mechanism_summary();
     gen_random random;
     hostile m;
     int32_t i;
@@ -313,7 +308,6 @@ static void test_vanishing_inertia(void **state)
     m.gap[1] = 1.0;
     m.H[0] = 1e-160;
     m.H[N + 1] = 1.0;
-    perp_mechanism_summary_init(&summary, sizeof summary);
     assert_int_equal(perp_mechanism_accelerations(m.mechanism, &summary, 0.0, m.q, m.v), PERP_OK);
     assert_int_equal(summary.closed, 1);
     assert_int_equal(summary.count, 0);
@@ -329,7 +323,7 @@ static perp_status make_spring(perp_context *context, perp_compliant **made, dou
                                double stiffness)
 {
     static const double one[] = {1.0}, none[] = {0.0};
-    perp_compliant_system system;
+    perp_compliant_system system = fresh_compliant_system();
     perp_matrix mass_view, normal_view, tangent_view;
 
     perp_matrix_init(&mass_view, sizeof mass_view);
@@ -338,7 +332,6 @@ static perp_status make_spring(perp_context *context, perp_compliant **made, dou
     perp_matrix_dense(&mass_view, PERP_STORAGE_ROW_MAJOR, 1, 1, one, 1);
     perp_matrix_dense(&normal_view, PERP_STORAGE_ROW_MAJOR, 1, 1, &normal, 1);
     perp_matrix_dense(&tangent_view, PERP_STORAGE_ROW_MAJOR, 1, 1, none, 1);
-    perp_compliant_system_init(&system, sizeof system);
     system.n = system.contacts = 1;
     system.mass = &mass_view;
     system.normal = &normal_view;
@@ -354,7 +347,7 @@ static void test_compliant(void **state)
                                        {1e300, 0.0, 1.0},     {0.0, 1e308, 1e10},
                                        {1e308, 1e308, 1e300}, {0.0, 1e-300, 1e-300},
                                        {1.0, 0.0, 1e-308},    {0.0, 1e300, 1.0}};
-    perp_compliant_result result;
+    perp_compliant_result result = fresh_compliant_result();
     perp_compliant *spring = NULL;
     perp_context *context;
     size_t k;
@@ -363,7 +356,6 @@ static void test_compliant(void **state)
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(make_spring(context, &spring, 1e200, 1.0), PERP_ERROR_NOT_FINITE);
     assert_int_equal(make_spring(context, &spring, 1.0, 1e10), PERP_OK);
-    perp_compliant_result_init(&result, sizeof result);
     for (k = 0; k < sizeof starts / sizeof *starts; k++) {
         double x = 7.0, v = 7.0, force_there = 7.0;
         const perp_status status = perp_compliant_run(spring, &x, &v, &force_there, &result, NULL,
@@ -385,10 +377,9 @@ static void test_bristles(void **state)
 {
     double next = 7.0, given = 7.0, slope = 7.0;
     int32_t passive;
-    perp_bristle law;
+    perp_bristle law = fresh_bristle();
 
     (void)state;
-    perp_bristle_init(&law, sizeof law);
     law.kinetic = law.breakaway = 1.0;
     law.stiffness = 1.0;
     law.viscosity = 1e300;

@@ -195,16 +195,14 @@ static void make_linear(double *M, double *q, const tabled *r, const double *v0)
 /* Every complementary pattern of the linear problem is looked at. */
 static void has_none(const tabled *r, const double *v0)
 {
-    perp_lcp_enumeration all;
+    perp_lcp_enumeration all = fresh_lcp_enumeration();
     perp_context *context;
-    perp_matrix view;
+    perp_matrix view = fresh_matrix();
     double M[64], q[8];
 
     make_linear(M, q, r, v0);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 8, 8, M, 8);
-    assert_int_equal(perp_lcp_enumeration_init(&all, sizeof all), PERP_OK);
     assert_int_equal(perp_lcp_all(context, &all, NULL, &view, q, NULL, NULL, NULL, NULL), PERP_OK);
     assert_int_equal(all.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(all.isolated + all.families, 0);

@@ -191,10 +191,9 @@ static void test_rod_fall(void **state)
 
     (void)state;
     for (k = 0; k < 4; k++) {
-        perp_mechanism_settings settings;
+        perp_mechanism_settings settings = fresh_mechanism_settings();
         machine_record record;
 
-        assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
         settings.scheme = PERP_MECHANISM_IMPLICIT;
         rig_run(&record, MACHINE_ROD_FALL, &settings, 0.0025 / (1 << (2 * k)));
         assert_int_equal(record.result.fallbacks, 0);

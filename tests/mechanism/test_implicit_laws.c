@@ -285,8 +285,8 @@ typedef struct tally {
 /* One step of a random scene. */
 static void attempt(gen_random *random, int32_t dim, int32_t edges, double h, tally *all)
 {
-    perp_mechanism_settings settings;
-    perp_mechanism_step step;
+    perp_mechanism_settings settings = fresh_mechanism_settings();
+    perp_mechanism_step step = fresh_mechanism_step();
     perp_mechanism *mechanism;
     perp_context *context;
     double q0[N], v0[N], q[N], v[N], r[ROWS], u[ROWS];
@@ -295,8 +295,6 @@ static void attempt(gen_random *random, int32_t dim, int32_t edges, double h, ta
 
     make(&s, q0, v0, random, dim);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_mechanism_step_init(&step, sizeof step), PERP_OK);
     settings.scheme = PERP_MECHANISM_IMPLICIT;
     settings.project = 0;
     settings.cone = edges;

@@ -39,14 +39,12 @@ static int32_t ground(double *gap, double *H, double *drift, double *mu, double 
 static void pose(fall *f, double lever)
 {
     static const double q[PLANE] = {0.0, 0.0}, v[PLANE] = {1.0, 0.0}, mu[1] = {0.5};
-    perp_mechanism_settings settings;
-    perp_mechanism_model model;
+    perp_mechanism_settings settings = fresh_mechanism_settings();
+    perp_mechanism_model model = fresh_mechanism_model();
 
     f->lever = lever;
-    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
     settings.law = PERP_MECHANISM_POISSON;
     assert_int_equal(perp_context_create(&f->context, NULL), PERP_OK);
-    assert_int_equal(perp_mechanism_model_init(&model, sizeof model), PERP_OK);
     model.velocities = PLANE;
     model.contacts = 1;
     model.mu = mu;

@@ -134,11 +134,10 @@ static void test_two_coordinates(void **state)
 static void test_uniqueness(void **state)
 {
     const double A2[] = {2, 1, 1, 2}, C2[] = {3, 1, 1, 3}, one[] = {1, 1}, zero[] = {0, 0};
-    perp_load_uniqueness u;
+    perp_load_uniqueness u = fresh_load_uniqueness();
     asked a;
 
     (void)state;
-    assert_int_equal(perp_load_uniqueness_init(&u, sizeof u), PERP_OK);
     describe(&a, 2, A2, zero, C2, one, one);
     start(&a, NULL);
     assert_int_equal(perp_load_friction_uniqueness(a.friction, &u, NULL), PERP_OK);
@@ -164,11 +163,10 @@ static void test_drawer(void **state)
 {
     const double m = 2, h = 0.5, L = 0.3, friction = 0.4, zero = 0, force = 1;
     const double arm = 2 * m * h / L, forward = 1;
-    perp_load_uniqueness u;
+    perp_load_uniqueness u = fresh_load_uniqueness();
     asked a;
 
     (void)state;
-    assert_int_equal(perp_load_uniqueness_init(&u, sizeof u), PERP_OK);
     describe(&a, 1, &m, &zero, &arm, &zero, &friction);
     start(&a, NULL);
     assert_int_equal(perp_load_friction_uniqueness(a.friction, &u, NULL), PERP_OK);
@@ -185,12 +183,11 @@ static void test_drawer(void **state)
 static void test_inverse(void **state)
 {
     const double wanted[] = {-2, -0.4, 0}, forward = 1, rest = 0, weak = 0.1;
-    perp_load_inverse inverse;
+    perp_load_inverse inverse = fresh_load_inverse();
     double tau;
     asked a;
 
     (void)state;
-    assert_int_equal(perp_load_inverse_init(&inverse, sizeof inverse), PERP_OK);
     describe(&a, 1, &A, &b, &C, &d, &mu);
     start(&a, NULL);
     assert_int_equal(perp_load_friction_inverse(a.friction, &tau, &inverse, &forward, &wanted[0]),

@@ -87,7 +87,7 @@ static void test_settings(void **state)
 static void test_questions(void **state)
 {
     const double bad[] = {0, NAN};
-    perp_load_found found;
+    perp_load_found found = fresh_load_found();
     double tau[2] = {7, 8};
     asked a;
 
@@ -103,7 +103,6 @@ static void test_questions(void **state)
                      PERP_ERROR_ARGUMENT);
     assert_int_equal(a.summary.count, 4);
     assert_int_equal(perp_load_friction_solve(NULL, &a.summary, zero, one), PERP_ERROR_HANDLE);
-    assert_int_equal(perp_load_found_init(&found, sizeof found), PERP_OK);
     assert_int_equal(perp_load_friction_get(a.friction, &found, 4), PERP_ERROR_ARGUMENT);
     assert_int_equal(perp_load_friction_get(a.friction, &found, -1), PERP_ERROR_ARGUMENT);
     assert_int_equal(perp_load_friction_inverse(a.friction, tau, NULL, one, bad),
@@ -191,13 +190,12 @@ static void test_no_memory_later(void **state)
     memory m = {0, 0, 0};
     const perp_context_settings settings = memory_settings(&m);
     const double other[] = {-1, 4};
-    perp_load_step step;
+    perp_load_step step = fresh_load_step();
     double v[2] = {1, 1};
     int32_t before, k;
     asked a;
 
     (void)state;
-    assert_int_equal(perp_load_step_init(&step, sizeof step), PERP_OK);
     describe(&a, 2, A2, zero, C2, one, one);
     assert_int_equal(perp_context_create(&a.context, &settings), PERP_OK);
     assert_int_equal(perp_load_friction_create(a.context, &a.friction, NULL, &a.system), PERP_OK);

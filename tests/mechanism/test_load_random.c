@@ -147,7 +147,7 @@ static void test_against_integers(void **state)
     seed = 11;
     for (round = 0; round < 1500; round++) {
         double A[16], C[16], b[4], d[4], tau[4], mu[4], mu_static[4], v[4];
-        perp_load_uniqueness unique;
+        perp_load_uniqueness unique = fresh_load_uniqueness();
         const int n = 1 + round % LARGEST;
         integers s;
         asked a;
@@ -172,7 +172,6 @@ static void test_against_integers(void **state)
             fail_msg("round %d: %d answers, expected %d", round, a.summary.count, exact.count);
         for (k = 0; k < exact.count; k++)
             assert_true(has(&a, n, exact.x[k]));
-        perp_load_uniqueness_init(&unique, sizeof unique);
         assert_int_equal(perp_load_friction_uniqueness(a.friction, &unique, v), PERP_OK);
         if (unique.verdict == PERP_LOAD_UNIQUE)
             assert_int_equal(exact.count, 1);
@@ -193,7 +192,7 @@ static void test_margin(void **state)
     for (round = 0; round < 60; round++) {
         double A[16], C[16], b[4], d[4], mu[4];
         const int n = 1 + round % LARGEST;
-        perp_load_uniqueness u;
+        perp_load_uniqueness u = fresh_load_uniqueness();
         double margin;
         integers s;
         asked a;
@@ -204,7 +203,6 @@ static void test_margin(void **state)
         to_doubles(n, b, s.b, 1);
         to_doubles(n, d, s.d, 1);
         to_doubles(n, mu, s.mu, 0.25);
-        perp_load_uniqueness_init(&u, sizeof u);
         describe(&a, n, A, b, C, d, mu);
         start(&a, NULL);
         assert_int_equal(perp_load_friction_uniqueness(a.friction, &u, NULL), PERP_OK);
@@ -233,15 +231,13 @@ static void test_large(void **state)
 {
     static double A[LARGE * LARGE], C[LARGE * LARGE], zero[LARGE], d[LARGE], mu[LARGE], v[LARGE];
     static double tau[LARGE];
-    perp_load_uniqueness unique;
-    perp_load_inverse inverse;
+    perp_load_uniqueness unique = fresh_load_uniqueness();
+    perp_load_inverse inverse = fresh_load_inverse();
     int32_t i, j, k;
     double wanted[LARGE], torque[LARGE];
     asked a;
 
     (void)state;
-    perp_load_uniqueness_init(&unique, sizeof unique);
-    perp_load_inverse_init(&inverse, sizeof inverse);
     for (i = 0; i < LARGE; i++) {
         A[i * (LARGE + 1)] = 1;
         C[i * (LARGE + 1)] = 3;

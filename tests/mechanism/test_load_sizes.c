@@ -150,7 +150,7 @@ static void test_accelerations_of_next_to_nothing(void **state)
                              {1.25, 1.0},
                              {-8e-70, -3e-157},
                              {-1.0, -1.0}};
-            perp_load_step step;
+            perp_load_step step = fresh_load_step();
             asked a;
             int32_t count = begin(&a, &s), k;
             double next[2], normal[2];
@@ -160,7 +160,6 @@ static void test_accelerations_of_next_to_nothing(void **state)
 
                 check_answer(&s, &found);
             }
-            assert_int_equal(perp_load_step_init(&step, sizeof step), PERP_OK);
             assert_int_equal(perp_load_friction_step(a.friction, next, normal, &step, s.tau,
                                                      s.velocity, NULL, 0x1p-20),
                              PERP_OK);
@@ -238,7 +237,7 @@ static void test_uniqueness(void **state)
     (void)state;
     seed = 3;
     for (round = 0; round < 5000; round++) {
-        perp_load_uniqueness u;
+        perp_load_uniqueness u = fresh_load_uniqueness();
         sized s;
         asked a;
         long double ratio;
@@ -246,7 +245,6 @@ static void test_uniqueness(void **state)
         draw_system(&s, 1, 0);
         begin(&a, &s);
         ratio = (long double)s.mu[0] * fabs(s.C[0]) / s.A[0];
-        assert_int_equal(perp_load_uniqueness_init(&u, sizeof u), PERP_OK);
         assert_int_equal(perp_load_friction_uniqueness(a.friction, &u, NULL), PERP_OK);
         assert_true(!isnan(u.margin) && !isnan(u.norm) && !isnan(u.radius));
         assert_true(u.margin == INFINITY ? ratio < 1e-308L : u.margin * ratio <= 1.0L + 1e-14L);
@@ -268,8 +266,8 @@ static void test_larger_systems_end(void **state)
     (void)state;
     seed = 4;
     for (round = 0; round < 2000; round++) {
-        perp_load_uniqueness u;
-        perp_load_step step;
+        perp_load_uniqueness u = fresh_load_uniqueness();
+        perp_load_step step = fresh_load_step();
         double next[LARGEST] = {42.0};
         perp_status status;
         sized s;
@@ -278,10 +276,8 @@ static void test_larger_systems_end(void **state)
 
         draw_system(&s, 2 + round % 2, round % 2);
         begin(&a, &s);
-        assert_int_equal(perp_load_uniqueness_init(&u, sizeof u), PERP_OK);
         assert_int_equal(perp_load_friction_uniqueness(a.friction, &u, s.velocity), PERP_OK);
         assert_true(!isnan(u.margin) && !isnan(u.norm) && !isnan(u.radius));
-        assert_int_equal(perp_load_step_init(&step, sizeof step), PERP_OK);
         status = perp_load_friction_step(a.friction, next, NULL, &step, s.tau, s.velocity, NULL,
                                          round % 5 ? 1e-3 : 1e300);
         assert_true(status == PERP_OK || status == PERP_ERROR_NOT_FINITE);
@@ -304,7 +300,7 @@ static void test_the_largest_number(void **state)
                         1e-12};
     const double b[] = {1, -1.25, 1, -0.125}, d[] = {-3, -3, 0.75, 1}, mu[] = {0.25, 0.5, 0.375, 1};
     const double tau[] = {-1, -1, 1, 1}, velocity[] = {0, 1, 0, 0};
-    perp_load_uniqueness u;
+    perp_load_uniqueness u = fresh_load_uniqueness();
     asked a;
 
     (void)state;
@@ -312,7 +308,6 @@ static void test_the_largest_number(void **state)
     start(&a, NULL);
     ask(&a, tau, velocity);
     assert_int_equal(a.summary.exhaustive, 0);
-    assert_int_equal(perp_load_uniqueness_init(&u, sizeof u), PERP_OK);
     assert_int_equal(perp_load_friction_uniqueness(a.friction, &u, NULL), PERP_OK);
     assert_int_not_equal(u.verdict, PERP_LOAD_UNIQUE); /* norms of 1e307 */
     finish(&a);

@@ -4,20 +4,12 @@
 
 static const double A = 1, b = 0, C = 3, d = 2, mu = 0.5; /* inertias 5/2 and -1/2 */
 
-static perp_load_step step_result(void)
-{
-    perp_load_step step;
-
-    assert_int_equal(perp_load_step_init(&step, sizeof step), PERP_OK);
-    return step;
-}
-
 static void test_answers(void **state)
 {
     const double tau[] = {-1, -2.0 / 3, 0, 3}, h = 1e-3, v = 1;
     const double expected[][3] = {{0}, {0, 1499.0 / 1500}, {0, 0.998, 0.9996}, {0, 0.992, 1.0008}};
     const int counts[] = {1, 2, 3, 3};
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     double next, normal;
     asked a;
     int k, i;
@@ -52,7 +44,7 @@ static void test_continuity(void **state)
 {
     const double previous[] = {0.5, -0.1, -3.9, -4.1, -100, NAN}, tau = 0, v = 1;
     const int jams[] = {0, 0, 0, 1, 1, 0};
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     double next, normal;
     asked a;
     int k;
@@ -74,7 +66,7 @@ static void test_continuity(void **state)
 static void test_regular_stop(void **state)
 {
     const double weak = 0.1, tau = 0, v = 1e-4, h = 1e-3;
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     double next;
     int k;
     asked a;
@@ -105,7 +97,7 @@ static void test_static_friction(void **state)
 {
     const double m = 1, none = 0, load = 1, kinetic = 3, static_friction = 5, rest = 0;
     const double below = 4.99, above = 5.01;
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     double next;
     asked a;
 
@@ -131,7 +123,7 @@ static void test_two_coordinates(void **state)
 {
     const double A2[] = {2, 1, 1, 2}, C2[] = {3, 1, 1, 3}, one[] = {1, 1}, zero[] = {0, 0};
     const double tau[] = {-2, -2}, previous[] = {-1, -1};
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     double v[2] = {1, 1}, normal[2] = {1, 1};
     asked a;
 
@@ -170,7 +162,7 @@ static void test_existence(void **state)
         const double h = pow(10, -(round % 4)), zero[3] = {0, 0, 0};
         const int n = 1 + round % 3;
         double numbers[27], A3[9], next[3];
-        perp_load_step step = step_result();
+        perp_load_step step = fresh_load_step();
         asked a;
         int i, j, k;
 
@@ -217,7 +209,7 @@ static void test_belt(void **state)
     const double m = 1, none = 0, load = 1, kinetic = 3, static_friction = 5, h = 2e-4, belt = 0.2;
     const double period = 0.67123889803846899;
     double x = 0, u = 0, first = 0, last = 0, lowest = 1, highest = 0;
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     int k, slips = 0;
     asked a;
 
@@ -248,7 +240,7 @@ static void test_belt(void **state)
 static void test_refusals(void **state)
 {
     const double tau = 0, bad = NAN, infinite = INFINITY, v = 1;
-    perp_load_step step = step_result();
+    perp_load_step step = fresh_load_step();
     double next = 7;
     asked a;
 
@@ -285,7 +277,7 @@ static void test_monotone(void **state)
 
     (void)state;
     for (k = 0; k < 300; k++) {
-        perp_load_step one = step_result(), all = step_result();
+        perp_load_step one = fresh_load_step(), all = fresh_load_step();
         double v[4] = {0}, w[4], tau[4] = {0}, normal[4], other[4];
         asked direct, whole;
 

@@ -5,9 +5,8 @@
 /* The answers of the rig's state. */
 static perp_mechanism_summary ask(rig *r)
 {
-    perp_mechanism_summary summary;
+    perp_mechanism_summary summary = fresh_mechanism_summary();
 
-    assert_int_equal(perp_mechanism_summary_init(&summary, sizeof summary), PERP_OK);
     if (perp_mechanism_accelerations(r->mechanism, &summary, r->t, r->q, r->v) != PERP_OK)
         fail_msg("%s: %s", r->machine.name, perp_context_message(r->context));
     assert_int_equal(summary.exhaustive, 1);
@@ -16,9 +15,8 @@ static perp_mechanism_summary ask(rig *r)
 
 static perp_mechanism_found answer(rig *r, int32_t index)
 {
-    perp_mechanism_found found;
+    perp_mechanism_found found = fresh_mechanism_found();
 
-    assert_int_equal(perp_mechanism_found_init(&found, sizeof found), PERP_OK);
     assert_int_equal(perp_mechanism_get_acceleration(r->mechanism, &found, index), PERP_OK);
     return found;
 }

@@ -129,13 +129,12 @@ static void keep_energy(int32_t name, double end, double constant)
     double h;
 
     for (h = 2e-2; h > 1e-3; h /= 2) {
-        perp_mechanism_settings settings;
+        perp_mechanism_settings settings = fresh_mechanism_settings();
         machine_record record;
         machine m;
         perp_context *context;
 
         machine_make(&m, name);
-        assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
         settings.scheme = PERP_MECHANISM_THETA;
         assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
         assert_int_equal(machine_run(&record, context, &m, &settings, h, end), PERP_OK);

@@ -26,13 +26,12 @@ static double error_of(const machine *m, const machine_record *record)
 
 static void check(const expectation *e)
 {
-    perp_mechanism_settings settings;
+    perp_mechanism_settings settings = fresh_mechanism_settings();
     double errors[4];
     machine m;
     int k;
 
     machine_make(&m, e->name);
-    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
     settings.scheme = e->scheme;
     for (k = 0; k < 4; k++) {
         const double h = m.end / (e->steps << k), bound = e->constant * pow(h, e->order);
@@ -158,12 +157,11 @@ static void test_rest(void **state)
     (void)state;
     for (k = 0; k < sizeof names / sizeof *names; k++)
         for (scheme = 0; scheme <= PERP_MECHANISM_THETA; scheme++) {
-            perp_mechanism_settings settings;
+            perp_mechanism_settings settings = fresh_mechanism_settings();
             machine_record record;
             machine m;
 
             machine_make(&m, names[k]);
-            assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
             settings.scheme = scheme;
             rig_run(&record, names[k], &settings, 1e-3);
             for (i = 0; i < m.model.velocities; i++)

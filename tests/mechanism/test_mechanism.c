@@ -333,7 +333,7 @@ static void test_run_arguments(void **state)
 {
     static const double ends[] = {1.0, 0.5, NAN, INFINITY, -INFINITY};
     static const double lengths[] = {0.0, -1.0, NAN, INFINITY, 1e-16};
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     double q[TABLED_N] = {0}, v[TABLED_N] = {0}, out[TABLED_N] = {7, 7, 7, 7, 7};
     size_t i;
     tabled r;
@@ -341,7 +341,6 @@ static void test_run_arguments(void **state)
     (void)state;
     tabled_make_everything(&r);
     tabled_open(&r);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
 #define RUN(a, b, result, t0, t1, h, c, d) \
     perp_mechanism_run(r.mechanism, a, b, result, t0, t1, h, c, d, NULL, NULL)
     assert_int_equal(perp_mechanism_run(NULL, out, out, &result, 1, 2, 1, q, v, NULL, NULL),

@@ -82,14 +82,13 @@ static void make_mass(mass *m, int32_t n, double mu, double mu_static)
 static int32_t go(mass *m, double *q, double *v, double end, perp_mechanism_observer observer,
                   void *user)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     perp_mechanism *mechanism;
     perp_context *context;
 
     m->model.mu = &m->mu;
     m->model.mu_static = &m->mu_static;
     m->model.user = m;
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &m->settings, &m->model), PERP_OK);
     assert_int_equal(
@@ -411,7 +410,7 @@ static void test_wall_opens(void **state)
     static const int32_t dims[] = {3, 1};
     const double mu[] = {0.5, 0};
     double q[MASS_N] = {0}, v[MASS_N] = {0.3, 0.4, 0}, opened = 0;
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     perp_mechanism *mechanism;
     perp_context *context;
     mass m;
@@ -427,7 +426,6 @@ static void test_wall_opens(void **state)
     m.model.mu = mu;
     m.model.contact_rows = floor_and_wall;
     m.model.user = &m;
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &m.settings, &m.model), PERP_OK);
     assert_int_equal(
@@ -463,7 +461,7 @@ static int32_t count_slips(const perp_mechanism_view *view, void *user)
 /* Ten cycles, with 1e-6 asked for: a mean period to 1e-6. */
 static void test_belt(void **state)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     slips s = {0};
     rig r;
 
@@ -472,7 +470,6 @@ static void test_belt(void **state)
     r.settings.scheme = PERP_MECHANISM_THETA;
     r.settings.error = 1e-6;
     rig_start(&r);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 7.5, 1e-2, r.q, r.v, count_slips, &s),
         PERP_OK);

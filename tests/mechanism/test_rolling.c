@@ -147,15 +147,12 @@ static int32_t watch(const perp_mechanism_view *view, void *user)
 static perp_mechanism_run_result roll(body *b, double seconds, double error)
 {
     const double mu = 10; /* rolls, whatever the load */
-    perp_mechanism_model model;
-    perp_mechanism_settings settings;
-    perp_mechanism_run_result result;
+    perp_mechanism_model model = fresh_mechanism_model();
+    perp_mechanism_settings settings = fresh_mechanism_settings();
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     perp_mechanism *mechanism;
     perp_context *context;
 
-    perp_mechanism_model_init(&model, sizeof model);
-    perp_mechanism_settings_init(&settings, sizeof settings);
-    perp_mechanism_run_result_init(&result, sizeof result);
     model.velocities = 6;
     model.coordinates = 7;
     model.contacts = 1;

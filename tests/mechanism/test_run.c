@@ -46,9 +46,8 @@ static void make_sled(tabled *r)
 static perp_mechanism_run_result run(tabled *r, seen *s, double t0, double t1, double h,
                                      perp_status expected)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
 
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     s->rig = r;
     assert_int_equal(
         perp_mechanism_run(r->mechanism, r->q, r->v, &result, t0, t1, h, r->q, r->v, watch, s),
@@ -255,7 +254,7 @@ static void test_end_without_a_step(void **state)
 /* A tolerance that no arithmetic meets: the run says that its steps were not solved to it. */
 static void test_outcome_of_poor_steps(void **state)
 {
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     tabled r;
 
     (void)state;
@@ -263,7 +262,6 @@ static void test_outcome_of_poor_steps(void **state)
     r.mu[0] = 0.3;
     r.settings.tol = 1e-300;
     tabled_open(&r);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0.0, 1.0, 0.1, r.q, r.v, NULL, NULL),
         PERP_OK);

@@ -138,7 +138,7 @@ static void run_rod(const approach *a, double error, double e, double end, doubl
                     history *all)
 {
     const slide start = {{a->angle, a->spin, 0, a->slip}};
-    perp_mechanism_run_result result;
+    perp_mechanism_run_result result = fresh_mechanism_run_result();
     double q[3];
     rig r;
 
@@ -155,7 +155,6 @@ static void run_rod(const approach *a, double error, double e, double end, doubl
     r.machine.q[2] = a->angle;
     whole(&start, 0, r.machine.v);
     rig_start(&r);
-    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_mechanism_run(r.mechanism, q, v, &result, 0, end, 1e-3, r.q, r.v, watch, all),
         PERP_OK);

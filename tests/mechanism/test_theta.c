@@ -5,9 +5,8 @@
 
 static perp_mechanism_settings theta_settings(double theta)
 {
-    perp_mechanism_settings settings;
+    perp_mechanism_settings settings = fresh_mechanism_settings();
 
-    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
     settings.scheme = PERP_MECHANISM_THETA;
     settings.theta = theta;
     return settings;
@@ -90,11 +89,10 @@ static int32_t spring_step(springs *s, double theta, double h, double *q, double
     const perp_mechanism_settings settings = theta_settings(theta);
     perp_mechanism_model model;
     perp_mechanism *mechanism;
-    perp_mechanism_step step;
+    perp_mechanism_step step = fresh_mechanism_step();
     perp_context *context;
 
     spring_model(&model, s);
-    assert_int_equal(perp_mechanism_step_init(&step, sizeof step), PERP_OK);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model), PERP_OK);
     assert_int_equal(
@@ -389,12 +387,11 @@ static perp_status everything(const perp_context_settings *from)
     double q[] = {1, 0}, v[] = {0, 1};
     perp_mechanism_model model;
     perp_mechanism *mechanism = NULL;
-    perp_mechanism_step step;
+    perp_mechanism_step step = fresh_mechanism_step();
     perp_context *context = NULL;
     perp_status status = perp_context_create(&context, from);
 
     spring_model(&model, &s);
-    assert_int_equal(perp_mechanism_step_init(&step, sizeof step), PERP_OK);
     if (status == PERP_OK)
         status = perp_mechanism_create(context, &mechanism, &settings, &model);
     if (status == PERP_OK) {

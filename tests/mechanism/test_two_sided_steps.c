@@ -90,8 +90,8 @@ static void test_answers(void **state)
     (void)state;
     for (which = 0; which < 2; which++)
         for (way = -1; way <= 1; way += 2) {
-            perp_mechanism_summary summary;
-            perp_mechanism_found found;
+            perp_mechanism_summary summary = fresh_mechanism_summary();
+            perp_mechanism_found found = fresh_mechanism_found();
             int seen[3] = {0};
             moving s;
             const double z = pose(&s, which, PERP_MECHANISM_FROZEN, way, way);
@@ -99,8 +99,6 @@ static void test_answers(void **state)
                                  -way / h};
 
             moving_open(&s, NULL);
-            assert_int_equal(perp_mechanism_summary_init(&summary, sizeof summary), PERP_OK);
-            assert_int_equal(perp_mechanism_found_init(&found, sizeof found), PERP_OK);
             assert_int_equal(perp_mechanism_answers(s.mechanism, &summary, 0, h, s.q, s.v),
                              PERP_OK);
             assert_int_equal(summary.count, 3);
@@ -394,7 +392,7 @@ static void test_allocation(void **state)
             for (done = 0, fails_at = 1; !done; fails_at++) {
                 memory m = {0};
                 perp_context_settings settings = memory_settings(&m);
-                perp_mechanism_summary summary;
+                perp_mechanism_summary summary = fresh_mechanism_summary();
                 double v[3] = {7, 7, 7};
                 perp_status status;
                 moving s;
@@ -404,7 +402,6 @@ static void test_allocation(void **state)
                     s.settings.scheme = schemes[k];
                 } else
                     pose(&s, 0, schemes[k], 1, 1);
-                assert_int_equal(perp_mechanism_summary_init(&summary, sizeof summary), PERP_OK);
                 assert_int_equal(perp_context_create(&s.context, &settings), PERP_OK);
                 m.fails_at = m.calls + fails_at;
                 status = perp_mechanism_create(s.context, &s.mechanism, &s.settings, &s.model);

@@ -56,11 +56,9 @@ static int32_t watch(const perp_ncp_progress *progress, void *user)
 
 static perp_ncp_result solve(watched *u, const perp_ncp_settings *settings, double *z)
 {
-    perp_ncp_problem problem;
-    perp_ncp_result result;
+    perp_ncp_problem problem = fresh_ncp_problem();
+    perp_ncp_result result = fresh_ncp_result();
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     problem.n = N;
     problem.function = chain;
     problem.user = u;
@@ -73,9 +71,8 @@ static perp_ncp_result solve(watched *u, const perp_ncp_settings *settings, doub
 
 static perp_ncp_settings defaults(int32_t method)
 {
-    perp_ncp_settings settings;
+    perp_ncp_settings settings = fresh_ncp_settings();
 
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
     settings.method = method;
     return settings;
 }
@@ -124,16 +121,14 @@ static void test_time_without_units(void **state)
         for (int at = 1; at < 40; at++) {
             perp_ncp_settings settings = defaults(method);
             watched u = {0};
-            perp_ncp_problem problem;
-            perp_ncp_result result;
+            perp_ncp_problem problem = fresh_ncp_problem();
+            perp_ncp_result result = fresh_ncp_result();
             const double start = -2;
             double z;
 
             u.wait_at = at;
             settings.time_limit = LIMIT;
             settings.scaling = settings.polish = 0;
-            assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
-            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
             problem.n = 1;
             problem.function = falls;
             problem.user = &u;

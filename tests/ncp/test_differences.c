@@ -52,10 +52,9 @@ static int32_t bratu_jacobian(double *values, const double *z, void *user)
 
 static perp_ncp_problem bratu_problem(bratu *b, int32_t *starts, int32_t *rows)
 {
-    perp_ncp_problem problem;
+    perp_ncp_problem problem = fresh_ncp_problem();
     int32_t k = 0;
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     for (int32_t j = 0; j < N; j++) {
         starts[j] = k;
         for (int32_t i = j > 0 ? j - 1 : 0; i <= j + 1 && i < N; i++)
@@ -85,11 +84,10 @@ static void test_colours(void **state)
     for (int k = 0; k < 3; k++) {
         bratu b = {k + 1.0, 0, 0, -1};
         perp_ncp_problem problem = bratu_problem(&b, starts, rows);
-        perp_ncp_result result;
+        perp_ncp_result result = fresh_ncp_result();
         double apart = 0;
 
         problem.lower = free_low;
-        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_ncp_solve(context, z, NULL, &result, NULL, &problem, NULL), PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         assert_true(fabs(0.5 * (z[N / 2 - 1] + z[N / 2]) - middle[k]) < 1e-4);
@@ -110,9 +108,8 @@ static void test_colours(void **state)
 
 static perp_ncp_check check_of(const perp_ncp_problem *problem, const double *z)
 {
-    perp_ncp_check check;
+    perp_ncp_check check = fresh_ncp_check();
 
-    assert_int_equal(perp_ncp_check_init(&check, sizeof check), PERP_OK);
     assert_int_equal(perp_ncp_check_jacobian(context, &check, problem, z), PERP_OK);
     return check;
 }
@@ -192,11 +189,10 @@ static void test_check_at_the_edge(void **state)
 {
     const double lower[] = {0, 0, 2}, upper[] = {10, 10, 2}, z[] = {1e-9, 1 + 1e-7, 2};
     const double outside[] = {-1, 2, 2}, undefined[] = {1, 0.5, 2};
-    perp_ncp_problem problem;
+    perp_ncp_problem problem = fresh_ncp_problem();
     perp_ncp_check check, before;
 
     (void)state;
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     problem.n = 3;
     problem.storage = PERP_STORAGE_ROW_MAJOR;
     problem.function = edge_function;

@@ -44,23 +44,14 @@ static int32_t logarithm_jacobian(double *J, const double *z, void *user)
 static perp_ncp_problem problem_of(behaviour *b)
 {
     static const double lower[] = {-INFINITY, 0};
-    perp_ncp_problem problem;
+    perp_ncp_problem problem = fresh_ncp_problem();
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     problem.n = 2;
     problem.function = logarithm;
     problem.jacobian = logarithm_jacobian;
     problem.lower = lower;
     problem.user = b;
     return problem;
-}
-
-static perp_ncp_result new_result(void)
-{
-    perp_ncp_result result;
-
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
-    return result;
 }
 
 /* Newton's full step leads outside from each of these; and two of them are outside. */
@@ -74,14 +65,13 @@ static void test_logarithm(void **state)
         for (size_t s = 0; s < 2 * sizeof starts / sizeof *starts; s++) {
             behaviour b = {0};
             perp_ncp_problem problem = problem_of(&b);
-            perp_ncp_settings settings;
-            perp_ncp_result result = new_result();
+            perp_ncp_settings settings = fresh_ncp_settings();
+            perp_ncp_result result = fresh_ncp_result();
             double z[2];
 
             b.says_nan = s % 2 == 1;
             if (method == PERP_NCP_AUTO)
                 problem.jacobian = NULL;
-            assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
             settings.method = method;
             assert_int_equal(
                 perp_ncp_solve(context, z, NULL, &result, &settings, &problem, starts[s / 2]),
@@ -116,7 +106,7 @@ static void test_nowhere(void **state)
     for (int k = 0; k < 2; k++) {
         behaviour b = {0};
         perp_ncp_problem problem = problem_of(&b);
-        perp_ncp_result result = new_result();
+        perp_ncp_result result = fresh_ncp_result();
         double z[2], w[2];
 
         problem.lower = NULL;
@@ -144,7 +134,7 @@ static void test_jacobian_outside(void **state)
     const double z0[] = {0.5, 0.5};
     behaviour b = {0};
     perp_ncp_problem problem = problem_of(&b);
-    perp_ncp_result result = new_result();
+    perp_ncp_result result = fresh_ncp_result();
     double z[2];
 
     (void)state;
@@ -214,11 +204,10 @@ static void test_monitor(void **state)
     for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
         behaviour b = {0}, m = {0};
         perp_ncp_problem problem = problem_of(&b);
-        perp_ncp_settings settings;
-        perp_ncp_result result = new_result();
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
         double z[2] = {0, 0};
 
-        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
         settings.method = method;
         settings.monitor = watch;
         settings.monitor_user = &m;
@@ -266,14 +255,13 @@ static void check_unsolved(perp_ncp_function function, perp_ncp_jacobian jacobia
     for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
         behaviour b = {0};
         perp_ncp_problem problem = problem_of(&b);
-        perp_ncp_settings settings;
-        perp_ncp_result result = new_result();
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
         double z[2];
 
         problem.lower = NULL;
         problem.function = function;
         problem.jacobian = jacobian;
-        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
         settings.method = method;
         assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
                          PERP_OK);
@@ -321,7 +309,7 @@ static void test_sizes_of_the_start(void **state)
 static int32_t intrude(double *F, const double *z, void *user)
 {
     behaviour *b = user;
-    perp_ncp_result result = new_result();
+    perp_ncp_result result = fresh_ncp_result();
     double other[2];
 
     assert_int_equal(perp_ncp_solver_solve(b->solver, other, NULL, &result, NULL), PERP_ERROR_BUSY);
@@ -334,7 +322,7 @@ static void test_busy(void **state)
     const double z0[] = {1, 0};
     behaviour b = {0};
     perp_ncp_problem problem = problem_of(&b);
-    perp_ncp_result result = new_result();
+    perp_ncp_result result = fresh_ncp_result();
     double z[2];
 
     (void)state;

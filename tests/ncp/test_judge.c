@@ -46,14 +46,12 @@ static int32_t jacobian(double *J, const double *z, void *user)
 static void pose(rig *r, const double *z0)
 {
     const double lower[2] = {r->lower, r->lower};
-    perp_ncp_problem problem;
-    perp_ncp_result result;
+    perp_ncp_problem problem = fresh_ncp_problem();
+    perp_ncp_result result = fresh_ncp_result();
     double z[2];
 
     r->steeper = 1.0;
     assert_int_equal(perp_context_create(&r->context, NULL), PERP_OK);
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     problem.n = 2;
     problem.function = function;
     problem.jacobian = jacobian;

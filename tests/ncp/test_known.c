@@ -198,9 +198,8 @@ static double natural(const known *k, const double *z)
 
 static perp_ncp_problem problem_of(const known *k)
 {
-    perp_ncp_problem problem;
+    perp_ncp_problem problem = fresh_ncp_problem();
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     problem.n = k->n;
     problem.function = k->function;
     problem.jacobian = k->jacobian;
@@ -217,10 +216,9 @@ static void test_known(void **state)
         for (int s = 0; s < problems[p].start_count; s++) {
             const known *k = &problems[p];
             perp_ncp_problem problem = problem_of(k);
-            perp_ncp_result result;
+            perp_ncp_result result = fresh_ncp_result();
             double z[MOST], w[MOST], apart;
 
-            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
             assert_int_equal(perp_ncp_solve(context, z, w, &result, NULL, &problem, k->starts[s]),
                              PERP_OK);
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -241,10 +239,9 @@ static void test_line(void **state)
     (void)state;
     for (size_t s = 0; s < sizeof starts / sizeof *starts; s++) {
         perp_ncp_problem problem = problem_of(&line);
-        perp_ncp_result result;
+        perp_ncp_result result = fresh_ncp_result();
         double z[4];
 
-        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_ncp_solve(context, z, NULL, &result, NULL, &problem, starts[s]),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -264,12 +261,10 @@ static void test_far_start(void **state)
     for (size_t s = 0; s < sizeof starts / sizeof *starts; s++)
         for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
             perp_ncp_problem problem = problem_of(k);
-            perp_ncp_settings settings;
-            perp_ncp_result result;
+            perp_ncp_settings settings = fresh_ncp_settings();
+            perp_ncp_result result = fresh_ncp_result();
             double z[5];
 
-            assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
             settings.method = method;
             assert_int_equal(
                 perp_ncp_solve(context, z, NULL, &result, &settings, &problem, starts[s]), PERP_OK);
@@ -287,12 +282,10 @@ static void test_tolerance(void **state)
     (void)state;
     for (int steps = 1; steps <= 8; steps++)
         for (int digits = 1; digits <= 13; digits++) {
-            perp_ncp_settings settings;
-            perp_ncp_result result;
+            perp_ncp_settings settings = fresh_ncp_settings();
+            perp_ncp_result result = fresh_ncp_result();
             double z[4];
 
-            assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
             settings.method = PERP_NCP_FISCHER;
             settings.max_iterations = steps;
             settings.tol = pow(10, -digits);
@@ -322,13 +315,11 @@ static void test_trap(void **state)
 {
     const known *k = &problems[3];
     perp_ncp_problem problem = problem_of(k);
-    perp_ncp_settings settings;
-    perp_ncp_result result;
+    perp_ncp_settings settings = fresh_ncp_settings();
+    perp_ncp_result result = fresh_ncp_result();
     double z[1];
 
     (void)state;
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     settings.method = PERP_NCP_FISCHER;
     assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, NULL), PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
@@ -364,16 +355,14 @@ static void test_trap_at_the_limit(void **state)
     const double start[] = {1, 1};
     const known hole = {.name = "hopeless", .n = 2, .function = hopeless};
     perp_ncp_problem problem = problem_of(&hole), solvable = problem_of(&problems[3]);
-    perp_ncp_settings settings;
+    perp_ncp_settings settings = fresh_ncp_settings();
     perp_ncp_solver *solver = NULL;
-    perp_ncp_result result;
+    perp_ncp_result result = fresh_ncp_result();
     double z[2];
 
     (void)state;
     problem.jacobian = hopeless_jacobian;
     problem.lower = free_below;
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     settings.restarts = settings.scaling = 0; /* in units in which the columns stay different */
     settings.polish = 0;
     assert_int_equal(perp_ncp_solver_create(context, &solver, &settings), PERP_OK);

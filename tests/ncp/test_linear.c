@@ -68,9 +68,8 @@ static int32_t jacobian(double *J, const double *z, void *user)
 
 static perp_ncp_problem problem_of(linear *l, int with_jacobian)
 {
-    perp_ncp_problem problem;
+    perp_ncp_problem problem = fresh_ncp_problem();
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     problem.n = l->problem->n;
     problem.storage = l->storage;
     if (l->storage == PERP_STORAGE_CSC) {
@@ -98,15 +97,13 @@ static void check(linear *l, int method, int with_jacobian, const char *where)
 {
     const perp_ncp_problem problem = problem_of(l, with_jacobian);
     const int32_t n = l->problem->n;
-    perp_ncp_settings settings;
-    perp_ncp_result result;
+    perp_ncp_settings settings = fresh_ncp_settings();
+    perp_ncp_result result = fresh_ncp_result();
     double z[MOST], w[MOST], again[MOST], z0[MOST];
 
     for (int32_t i = 0; i < n; i++)
         z0[i] = i % 3 - 1.0;
     l->outside = 0;
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     settings.method = method;
     assert_int_equal(perp_ncp_solve(context, z, w, &result, &settings, &problem, z0), PERP_OK);
     if (result.outcome != PERP_OUTCOME_SOLVED)
@@ -183,14 +180,13 @@ static void test_low_rank(void **state)
         linear l = {0};
         gen_lcp dense;
         perp_ncp_problem problem;
-        perp_ncp_result result;
+        perp_ncp_result result = fresh_ncp_result();
         double z[MOST];
 
         gen_problem(&dense, &random, 10, GEN_PSD_LOW_RANK, repeat % GEN_BOUNDS);
         l.problem = &dense;
         l.storage = PERP_STORAGE_ROW_MAJOR;
         problem = problem_of(&l, 1);
-        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
         assert_int_equal(perp_ncp_solve(context, z, NULL, &result, NULL, &problem, NULL), PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
         gen_destroy(&dense);
@@ -228,8 +224,8 @@ static void test_residuals(void **state)
         linear l = {0};
         gen_lcp dense;
         perp_ncp_problem problem;
-        perp_ncp_settings settings;
-        perp_ncp_result result;
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
         check_measures expected;
         double z[MOST], w[MOST];
 
@@ -237,8 +233,6 @@ static void test_residuals(void **state)
         l.problem = &dense;
         l.storage = PERP_STORAGE_ROW_MAJOR;
         problem = problem_of(&l, 1);
-        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
         settings.tol = 1e6; /* any point will do */
         settings.polish = 0;
         settings.scaling = repeat % 2;
@@ -298,16 +292,14 @@ static void test_small_rows(void **state)
         gen_lcp p;
         linear l = {&p, PERP_STORAGE_ROW_MAJOR, 0, 0};
         perp_ncp_problem problem;
-        perp_ncp_settings settings;
-        perp_ncp_result result;
+        perp_ncp_settings settings = fresh_ncp_settings();
+        perp_ncp_result result = fresh_ncp_result();
         double z[N], w[N], z0[N];
 
         draw_small_rows(&p, (uint64_t)draw / 2, N);
         problem = problem_of(&l, 1);
         for (int32_t i = 0; i < N; i++)
             z0[i] = 1;
-        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
         settings.method = PERP_NCP_FISCHER;
         settings.tol = 1e-2;
         settings.polish = polish;

@@ -104,11 +104,9 @@ static void pile(stack *s, zoo_problem *part, double z_unit, double F_unit, int3
 
 static perp_ncp_result solve(stack *s, perp_ncp_settings settings, double *z)
 {
-    perp_ncp_problem problem;
-    perp_ncp_result result;
+    perp_ncp_problem problem = fresh_ncp_problem();
+    perp_ncp_result result = fresh_ncp_result();
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     problem.n = s->first[s->count];
     problem.function = stack_function;
     problem.jacobian = stack_jacobian;
@@ -125,19 +123,11 @@ static perp_ncp_result solve(stack *s, perp_ncp_settings settings, double *z)
     return result;
 }
 
-static perp_ncp_settings defaults(void)
-{
-    perp_ncp_settings settings;
-
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-    return settings;
-}
-
 /* Any point will do, so that the start comes back with its numbers. */
 static perp_ncp_result look(stack *s)
 {
     static double z[MOST];
-    perp_ncp_settings settings = defaults();
+    perp_ncp_settings settings = fresh_ncp_settings();
     perp_ncp_result result;
 
     settings.tol = 1e300;
@@ -324,7 +314,7 @@ static void parts_are_solved_as_alone(void **state)
             if (!is_luck(entries[e]))
                 pile(&whole, zoo[e], unit(&random), unit(&random), pick(&random, ZOO_STARTS));
         }
-        result = solve(&whole, defaults(), z);
+        result = solve(&whole, fresh_ncp_settings(), z);
         if (result.outcome != PERP_OUTCOME_SOLVED && result.outcome != PERP_OUTCOME_ROUNDING_LIMIT)
             fail_msg("%d: %s, %g", (int)repeat, perp_outcome_text(result.outcome), result.residual);
         check_parts(&whole, z);

@@ -304,13 +304,12 @@ static void test_check_in_little_memory(void **state)
     perp_context *limited;
     const double z[N] = {0.3, 0.2, 0.1};
     perp_status status = PERP_ERROR_MEMORY;
-    perp_ncp_check check;
+    perp_ncp_check check = fresh_ncp_check();
     call c;
 
     (void)state;
     prepare(&c);
     assert_int_equal(perp_context_create(&limited, &settings), PERP_OK);
-    assert_int_equal(perp_ncp_check_init(&check, sizeof check), PERP_OK);
     for (int fails_at = 1; status != PERP_OK; fails_at++) {
         m.calls = 0;
         m.fails_at = fails_at;

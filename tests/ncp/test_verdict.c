@@ -225,9 +225,8 @@ static int32_t program_jacobian(double *J, const double *z, void *user)
 
 static perp_ncp_problem problem_of(const program *p)
 {
-    perp_ncp_problem problem;
+    perp_ncp_problem problem = fresh_ncp_problem();
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     problem.n = 8;
     problem.function = program_function;
     problem.jacobian = program_jacobian;
@@ -235,22 +234,6 @@ static perp_ncp_problem problem_of(const program *p)
     problem.upper = p->upper;
     problem.user = (void *)(uintptr_t)p;
     return problem;
-}
-
-static perp_ncp_settings defaults(void)
-{
-    perp_ncp_settings settings;
-
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-    return settings;
-}
-
-static perp_ncp_result new_result(void)
-{
-    perp_ncp_result result;
-
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
-    return result;
 }
 
 static int32_t is_good(const perp_ncp_result *result)
@@ -285,9 +268,8 @@ static void test_jacobians(void **state)
     (void)state;
     for (int p = 0; p < 2; p++) {
         perp_ncp_problem problem = problem_of(&programs[p]);
-        perp_ncp_check check;
+        perp_ncp_check check = fresh_ncp_check();
 
-        assert_int_equal(perp_ncp_check_init(&check, sizeof check), PERP_OK);
         assert_int_equal(perp_ncp_check_jacobian(context, &check, &problem, z), PERP_OK);
         assert_int_equal(check.wrong, 0);
     }
@@ -299,13 +281,13 @@ static void count_false(int p, int32_t method, int starts, int *good)
 {
     const program *q = &programs[p];
     const perp_ncp_problem problem = problem_of(q);
-    perp_ncp_settings settings = defaults();
+    perp_ncp_settings settings = fresh_ncp_settings();
     uint64_t random = 12345;
 
     settings.method = method;
     *good = 0;
     for (int s = 0; s < starts; s++) {
-        perp_ncp_result result = new_result();
+        perp_ncp_result result = fresh_ncp_result();
         double z0[8], z[8];
 
         for (int i = 0; i < 8; i++) {
@@ -403,9 +385,9 @@ static void test_edges(void **state)
 
     (void)state;
     for (int repeat = 0; repeat < 1500; repeat++) {
-        perp_ncp_settings settings = defaults();
+        perp_ncp_settings settings = fresh_ncp_settings();
         perp_ncp_problem problem = problem_of(&programs[0]);
-        perp_ncp_result result = new_result();
+        perp_ncp_result result = fresh_ncp_result();
         double z[5], w[5];
         edge e;
 

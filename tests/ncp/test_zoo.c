@@ -12,11 +12,9 @@
 
 static perp_ncp_solver *make_solver(zoo_problem *problem, int32_t method)
 {
-    perp_ncp_problem view;
-    perp_ncp_settings settings;
+    perp_ncp_problem view = fresh_ncp_problem();
+    perp_ncp_settings settings = fresh_ncp_settings();
     perp_ncp_solver *solver = NULL;
-    assert_int_equal(perp_ncp_problem_init(&view, sizeof view), PERP_OK);
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
     settings.method = method;
     zoo_view(problem, &view);
     assert_int_equal(perp_ncp_solver_create(context, &solver, &settings), PERP_OK);
@@ -99,9 +97,8 @@ static int run_entry(const zoo_entry *entry, int32_t method)
     double *w = zoo_memory((size_t)problem->n, sizeof *w);
     int failures = 0;
     for (int32_t k = 0; k < problem->start_count; k++) {
-        perp_ncp_result result;
+        perp_ncp_result result = fresh_ncp_result();
         const char *wrong;
-        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
         perp_status status = perp_ncp_solver_solve(solver, z, w, &result,
                                                    problem->starts + (ptrdiff_t)problem->n * k);
         wrong = status == PERP_OK ? complaint(problem, entry, z, w, &result)
@@ -135,13 +132,12 @@ static double *solve_from(int32_t method, const char *name, int32_t size, int32_
 {
     int32_t count, e = 0;
     const zoo_entry *table = zoo_table(&count);
-    perp_ncp_result result;
+    perp_ncp_result result = fresh_ncp_result();
     while (strcmp(table[e].name, name) != 0)
         assert_true(++e < count);
     *problem = zoo_create(&table[e], size);
     perp_ncp_solver *solver = make_solver(*problem, method);
     double *z = zoo_memory((size_t)(*problem)->n, sizeof *z);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     const double *z0 = (*problem)->starts + (ptrdiff_t)(*problem)->n * start;
     assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, z0), PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -208,7 +204,7 @@ static void what_gains_nothing_makes_way(void **state)
     int32_t count;
     const zoo_entry *entry = zoo_table(&count);
     perp_ncp_solver *solver;
-    perp_ncp_result result;
+    perp_ncp_result result = fresh_ncp_result();
     zoo_problem *problem;
     double *z;
     (void)state;
@@ -217,7 +213,6 @@ static void what_gains_nothing_makes_way(void **state)
     problem = zoo_create(entry, 2000);
     solver = make_solver(problem, PERP_NCP_AUTO);
     z = zoo_memory((size_t)problem->n, sizeof *z);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     for (int32_t k = 0; k < problem->start_count; k++) {
         const double *z0 = problem->starts + (ptrdiff_t)problem->n * k;
         assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, z0), PERP_OK);

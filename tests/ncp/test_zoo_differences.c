@@ -27,17 +27,14 @@ static double apart(const zoo_problem *p, const double *z)
 
 static void solve(const zoo_entry *entry, zoo_problem *p, int32_t start)
 {
-    perp_ncp_problem problem;
-    perp_ncp_settings settings;
-    perp_ncp_result result;
+    perp_ncp_problem problem = fresh_ncp_problem();
+    perp_ncp_settings settings = fresh_ncp_settings();
+    perp_ncp_result result = fresh_ncp_result();
     double *z = zoo_memory((size_t)p->n, sizeof *z), *w = zoo_memory((size_t)p->n, sizeof *w);
     double residual;
 
-    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
     zoo_view(p, &problem);
     problem.jacobian = NULL;
-    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_ncp_solve(context, z, w, &result, &settings, &problem,
                                     p->starts + (ptrdiff_t)start * p->n),
                      PERP_OK);

@@ -96,12 +96,10 @@ static void test_elastic(void **state)
 {
     double kinetic, potential;
     scene s;
-    int k;
 
     (void)state;
     drop(&s, 1.0, 1.0, 0.0);
-    for (k = 0; k < 3000; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 3000, 0.01);
     SCENE_OK(&s, perp_world_energy(s.world, &kinetic, &potential));
     scene_near(kinetic + potential, GRAVITY * (1.0 + RADIUS), 1e-11, "energy");
     scene_close(&s);

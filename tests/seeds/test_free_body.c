@@ -55,8 +55,7 @@ static void errors_at_ten(int steps, double *w_error, double *q_error)
 
     scene_open(&s, 0, 0.0, 0.0, 0.0);
     top = add_top(&s, 1.0, 1.0, 1.0);
-    for (i = 0; i < steps; i++)
-        scene_step(&s, 10.0 / steps);
+    scene_steps(&s, steps, 10.0 / steps);
     state = scene_state(&s, top);
     to_body(&state, state.angular_velocity, w);
     *w_error = 0.0;
@@ -100,8 +99,7 @@ static void conserved(double wx, double wy, double wz, double h, int steps)
     add_top(&s, wx, wy, wz);
     SCENE_OK(&s, perp_world_energy(s.world, &before, NULL));
     SCENE_OK(&s, perp_world_momentum(s.world, NULL, L0));
-    for (i = 0; i < steps; i++)
-        scene_step(&s, h);
+    scene_steps(&s, steps, h);
     SCENE_OK(&s, perp_world_energy(s.world, &kinetic, &potential));
     SCENE_OK(&s, perp_world_momentum(s.world, NULL, L));
     scene_near(kinetic / before, 1.0, bound, "energy");
@@ -130,13 +128,11 @@ static void test_tumbling_period(void **state)
     perp_body top;
     scene s;
     double w[3];
-    int i;
 
     (void)state;
     scene_open(&s, 0, 0.0, 0.0, 0.0);
     top = add_top(&s, 1e-3, 1.0, 0.0);
-    for (i = 0; i < steps; i++)
-        scene_step(&s, half_period / steps);
+    scene_steps(&s, steps, half_period / steps);
     now = scene_state(&s, top);
     to_body(&now, now.angular_velocity, w);
     /* the phase is off by (h^2/12) times the time, the slope at the turn is 1e-3 */
@@ -152,7 +148,6 @@ static void test_free_fall_is_exact(void **state)
     perp_body_state now;
     perp_body body;
     scene s;
-    int i;
 
     (void)state;
     scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
@@ -160,8 +155,7 @@ static void test_free_fall_is_exact(void **state)
     settings.velocity[2] = 20.0;
     body = scene_add(&s, &settings);
     scene_push(&s, body, 0.0, 2.0, 0.0);
-    for (i = 0; i < 100; i++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     now = scene_state(&s, body);
     scene_near(now.position[0], 3.0, 100.0 * EPSILON * 3.0, "x(1)");
     scene_near(now.position[1], 1.0, 100.0 * EPSILON * 2.0, "y(1)");
@@ -181,7 +175,6 @@ static void test_constant_torque(void **state)
         perp_body_state now;
         perp_body body;
         scene s;
-        int i;
 
         scene_open(&s, variant == 2, 0.0, 0.0, 0.0);
         settings.inertia[8] = variant == 1 ? 1.5 : 1.0;
@@ -189,8 +182,7 @@ static void test_constant_torque(void **state)
         now = scene_state(&s, body);
         now.torque[2] = 0.5;
         SCENE_OK(&s, perp_world_set_body(s.world, &now, body));
-        for (i = 0; i < 100; i++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 100, 0.01);
         now = scene_state(&s, body);
         scene_near(now.angular_velocity[2], 0.5 / settings.inertia[8], 1e-14, "spin");
         scene_near(2.0 * atan2(now.orientation[3], now.orientation[0]), 0.25 / settings.inertia[8],

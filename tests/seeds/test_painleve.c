@@ -130,8 +130,7 @@ static double drop_rod(double h, double *y, double *angle)
         material.offset[0] = 0.25 * i;
         SCENE_OK(&s, perp_world_add_sphere(s.world, NULL, rod, 0.05, &material));
     }
-    for (i = 0; i < (int)lround(1.0 / h); i++)
-        scene_step(&s, h);
+    scene_steps(&s, (int)lround(1.0 / h), h);
     now = scene_state(&s, rod);
     assert_true(scene_rests(&s, rod));
     *y = now.position[1];

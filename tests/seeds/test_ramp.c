@@ -141,19 +141,16 @@ static void test_never_stops_or_reverses(void **state)
 {
     const double h = 1e-3;
     slope s;
-    int k;
 
     (void)state;
     open_slope(&s, 1, THETA, MU, GRAVITY, 2.0);
     push(&s, 3.0);
-    for (k = 0; k < 1000; k++)
-        scene_step(&s.scene, h);
+    scene_steps(&s.scene, 1000, h);
     scene_near(speed_of(&s), 3.8051994057976584, 1000.0 * 4.0 * EPSILON * 4.0, "R3 v(1)");
     scene_close(&s.scene);
 
     open_slope(&s, 1, THETA, 0.1, GRAVITY, -2.0);
-    for (k = 0; k < 1000; k++)
-        scene_step(&s.scene, h);
+    scene_steps(&s.scene, 1000, h);
     scene_near(speed_of(&s), 0.18495263629681481, h * 2.0 * 0.1 * GRAVITY, "R5 v(1)");
     scene_close(&s.scene);
 }

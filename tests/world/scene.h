@@ -162,6 +162,12 @@ static inline perp_step_result scene_step(scene *s, double h)
     return result;
 }
 
+static inline void scene_steps(scene *s, int count, double h)
+{
+    while (count-- > 0)
+        scene_step(s, h);
+}
+
 static inline perp_world_contact scene_contact(scene *s, int32_t index)
 {
     perp_world_contact contact;

@@ -41,13 +41,12 @@ static void test_rests_at_every_level(void **state)
     for (planar = 0; planar < 2; planar++)
         for (accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
             perp_body_state first[MOST];
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
             scene s;
             const int count = pyramid(&s, planar, accuracy, boxes);
 
             for (i = 0; i < count; i++)
                 first[i] = scene_state(&s, boxes[i]);
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             for (step = 0; step < 40; step++) { /* impulses settle later than velocities */
                 SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
                 assert_true(result.outcome == PERP_OUTCOME_SOLVED ||
@@ -90,7 +89,7 @@ static void test_stacks_without_friction(void **state)
     for (int k = 0; k < 4; k++)
         for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
             perp_body cubes[CUBES];
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
             scene s;
 
             open_on_ground(&s, accuracy, 0.0);
@@ -104,7 +103,6 @@ static void test_stacks_without_friction(void **state)
                 cubes[i] = scene_add(&s, &settings);
                 scene_box(&s, cubes[i], 0.5, 0.5, 0.5, cases[k].friction, 0.0);
             }
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             for (int step = 0; step < 40; step++)
                 SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -134,7 +132,7 @@ static void test_a_wall_rests(void **state)
         for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
             perp_body bricks[ROWS_HIGH * (WIDE + 1)];
             double x[ROWS_HIGH * (WIDE + 1)];
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
             scene s;
             int count = 0;
 
@@ -152,7 +150,6 @@ static void test_a_wall_rests(void **state)
                     scene_box(&s, bricks[count++], half ? 0.25 : 0.5, 0.25, 0.25,
                               PERP_FRICTION_OF_WORLD, 0.0);
                 }
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             for (int step = 0; step < 20; step++) {
                 SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
                 assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -168,7 +165,7 @@ static void test_a_wall_rests(void **state)
  * best, but what it gives is solved to 1e-10. */
 static void test_what_exact_gives_is_solved(void **state)
 {
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
     perp_body_settings settings = scene_defaults();
     perp_body striker;
     scene s;
@@ -189,7 +186,6 @@ static void test_what_exact_gives_is_solved(void **state)
     settings.velocity[1] = 5.0;
     striker = scene_add(&s, &settings);
     scene_box(&s, striker, 0.3, 0.3, 0.3, PERP_FRICTION_OF_WORLD, 0.0);
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     for (int step = 0; step < 6; step++) {
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -209,7 +205,7 @@ static void test_columns_stay_apart(void **state)
     (void)state;
     for (int32_t accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
         perp_body bricks[BRICKS];
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
         scene s;
         int count = 0;
 
@@ -223,7 +219,6 @@ static void test_columns_stay_apart(void **state)
                 bricks[count] = scene_add(&s, &settings);
                 scene_box(&s, bricks[count++], 0.5, 0.5, 0.25, 0.5, 0.0);
             }
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         for (int step = 0; step < 20; step++) {
             SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
@@ -246,7 +241,7 @@ static void test_swept_beside_exact(void **state)
     (void)state;
     for (int32_t accuracy = PERP_ACCURACY_EXACT; accuracy >= PERP_ACCURACY_FAST; accuracy--) {
         perp_body boxes[MOST];
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
         double wrong = 0.0, change = 0.0;
         scene s;
         const int count = pyramid(&s, 0, accuracy, boxes);
@@ -258,7 +253,6 @@ static void test_swept_beside_exact(void **state)
             now.velocity[2] = -0.5;
             SCENE_OK(&s, perp_world_set_body(s.world, &now, boxes[i]));
         }
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         for (int i = 0; i < count; i++) {
             const perp_body_state now = scene_state(&s, boxes[i]);
@@ -455,10 +449,9 @@ static void test_a_hit_gives_no_energy(void **state)
         scene_sphere(&s, ball, 0.5, 0.5, 0.0);
         start = before = energy_of(&s);
         for (step = 0; step < 25; step++) {
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
             double now;
 
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
             assert_int_equal(result.advanced, 1);
             assert_true(result.residual >= 0.0 && result.residual < INFINITY);
@@ -523,9 +516,8 @@ static void test_a_heap_does_not_sink_into_itself(void **state)
         scene_sphere(&s, balls[i], 0.5, 0.5, 0.0);
     }
     for (step = 0; step < 150; step++) {
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
 
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         if (step % 5 == 0)
             most = fmax(most, deepest(&s, balls, count));

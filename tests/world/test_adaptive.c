@@ -179,9 +179,8 @@ static void test_bounces(void **state)
 
 static perp_step_result step(scene *s, double h)
 {
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
 
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     SCENE_OK(s, perp_world_step(s->world, &result, h));
     return result;
 }

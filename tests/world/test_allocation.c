@@ -78,11 +78,10 @@ static void crowd(scene *s)
 /* A chain, beside it. */
 static void hang_chain(scene *s)
 {
-    perp_joint_settings ball;
+    perp_joint_settings ball = fresh_joint_settings();
     perp_body last = s->ground;
     int i;
 
-    assert_int_equal(perp_joint_settings_init(&ball, sizeof ball), PERP_OK);
     for (i = 0; i < 2 * CROWD; i++) {
         perp_body_settings settings = scene_settings();
         perp_joint joint;

@@ -72,9 +72,8 @@ static void stands(int32_t planar, double gap)
     settings.time_limit = 1e-9;
     build_wall(&s, &settings, boxes, gap);
     for (step = 0; step < 60; step++) {
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
 
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, h));
         assert_int_equal(result.advanced, 1);
         if (result.islands > 0 && result.outcome != PERP_OUTCOME_TIME_LIMIT)
@@ -110,9 +109,8 @@ static void test_iterations_are_those_of_the_step(void **state)
     settings.max_iterations = 3;
     build_wall(&s, &settings, boxes, 0.0);
     for (step = 0; step < 12; step++) {
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
 
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, h));
         assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
         SCENE_OK(&s, perp_world_get_stats(s.world, &stats));

@@ -234,8 +234,7 @@ static void test_rolling_capsule(void **unused)
         add_capsule(&s, body, r, planar ? 0.0 : 0.5, planar ? 0.0 : 0.5 * PI, 0.9);
         SCENE_OK(&s, perp_world_get_mass(s.world, &m, I, body));
         const double a = g * sin(theta) / (1.0 + I[planar ? 8 : 4] / (m * r * r));
-        for (int i = 0; i < 200; i++)
-            scene_step(&s, h);
+        scene_steps(&s, 200, h);
         perp_body_state state = scene_state(&s, body);
         /* 200 steps, each with some roundings of the solve */
         scene_near(state.velocity[0] / (2.0 * a), 1.0, 1e-12, "velocity");
@@ -262,8 +261,7 @@ static void test_sliding_pyramid(void **unused)
     settings.velocity[1] = 1.6;
     perp_body body = scene_add(&s, &settings);
     add_hull(&s, body, points, 5, NULL, 0.25);
-    for (int i = 0; i < 50; i++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 50, 0.01);
     perp_body_state state = scene_state(&s, body);
     const double speed = 2.0 - 0.25 * GRAVITY * 0.5;
     /* 50 steps, each solved to 1e-12 of what gravity makes in it */
@@ -271,8 +269,7 @@ static void test_sliding_pyramid(void **unused)
     scene_near(state.velocity[0], 0.6 * speed, known, "v_x");
     scene_near(state.velocity[1], 0.8 * speed, known, "v_y");
     scene_near(state.position[2], 0.25, 1e-12, "height");
-    for (int i = 0; i < 60; i++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 60, 0.01);
     assert_true(scene_rests(&s, body));
     scene_close(&s);
 }
@@ -295,8 +292,7 @@ static void test_tipping_prism(void **unused)
             scene_plane(&s, s.ground, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0);
             perp_body body = dynamic_body(&s, 0.0, flat, 0.0);
             add_hull(&s, body, (const double(*)[3])points, planar ? 6 : 12, NULL, 2.0);
-            for (int i = 0; i < 100; i++)
-                scene_step(&s, 0.01);
+            scene_steps(&s, 100, 0.01);
             perp_body_state state = scene_state(&s, body);
             if (tips)
                 assert_true(state.angular_velocity[2] < -1e-6);
@@ -401,8 +397,7 @@ static void test_piles_rest(void **unused)
         bodies[count] = dynamic_body(&s, 5.0 + 0.3 * i, 0.0, 0.25 + 0.5 * i);
         add_hull(&s, bodies[count], brick, 8, NULL, 0.3);
     }
-    for (int i = 0; i < 200; i++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 200, 0.01);
     for (int i = 0; i < count; i++)
         assert_true(scene_rests(&s, bodies[i]));
     scene_close(&s);

@@ -90,7 +90,7 @@ static void test_against(void **state)
     static const double bounds[][2] = {{2.0, 1.0},        {1.0, 2.0}, {1.0, 1.0 + 1e-9},
                                        {1.0 + 1e-9, 1.0}, {1e6, 1.0}, {1.0, 1e6}};
     size_t level, i;
-    int planar, k;
+    int planar;
 
     (void)state;
     for (planar = 0; planar < 2; planar++)
@@ -107,16 +107,14 @@ static void test_against(void **state)
                 SCENE_OK(&s, perp_world_set_joint_motor(s.world, joint, 1.0 + net, motor));
                 SCENE_OK(&s, perp_world_set_joint_friction(s.world, joint, friction));
                 SCENE_OK(&s, perp_world_set_gravity(s.world, (const double[3]){0.0, 0.0, 0.0}));
-                for (k = 0; k < 10; k++)
-                    scene_step(&s, 0.01);
+                scene_steps(&s, 10, 0.01);
                 found = joint_state(&s, joint); /* rounding of ten sums of both */
                 scene_near(found.speed, 0.05 * net, 10.0 * EPSILON * (motor + friction), "speed");
                 assert_true(net > 0.0 || found.speed == 0.0);
                 if (net > 0.0 && motor <= 2.0) {
                     SCENE_OK(&s, perp_world_set_joint_friction(s.world, joint, 0.0));
                     SCENE_OK(&s, perp_world_set_joint_limits(s.world, joint, -1.0, found.position));
-                    for (k = 0; k < 3; k++)
-                        scene_step(&s, 0.01);
+                    scene_steps(&s, 3, 0.01);
                     found = joint_state(&s, joint);
                     assert_true(found.speed == 0.0);
                     assert_true(found.motor_impulse == motor * 0.01);
@@ -132,7 +130,7 @@ static void test_lever(void **state)
 {
     const double moment = GRAVITY * (1.0 * 0.5 + 3.0 * 0.75);
     size_t level;
-    int planar, how, k;
+    int planar, how;
 
     (void)state;
     for (planar = 0; planar < 2; planar++)
@@ -157,8 +155,7 @@ static void test_lever(void **state)
                                       planar ? 0.0 : 0.1 + thin);
                 load = scene_add(&s, &settings);
                 scene_sphere(&s, load, 0.1, 0.5, 0.0);
-                for (k = 0; k < 20; k++)
-                    scene_step(&s, 0.01);
+                scene_steps(&s, 20, 0.01);
                 if (how == 2)
                     assert_true(joint_state(&s, joint).speed < 0.0);
                 else

@@ -166,16 +166,14 @@ static void test_whip(void **state)
  * where they turn far: what is one step of two is two of one. */
 static void test_parts(void **state)
 {
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
     perp_body_state whole, halves;
     perp_body body;
     scene s;
-    int k;
 
     (void)state;
     open_level(&s, 1, PERP_ACCURACY_STANDARD, 0.0);
     body = add_bob(&s, 0.05, 0.0, 1.0, 0, 0.0);
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     SCENE_OK(&s, perp_world_step(s.world, &result, 0.1));
     assert_int_equal(result.steps, 1);
     SCENE_OK(&s, perp_world_step(s.world, &result, 1.5));
@@ -186,8 +184,7 @@ static void test_parts(void **state)
     open_level(&s, 1, PERP_ACCURACY_STANDARD, 0.0);
     body = add_bob(&s, 0.05, 0.0, 1.0, 0, 0.0);
     scene_step(&s, 0.1);
-    for (k = 0; k < result.steps; k++)
-        scene_step(&s, 1.5 / result.steps);
+    scene_steps(&s, result.steps, 1.5 / result.steps);
     halves = scene_state(&s, body);
     assert_memory_equal(&whole, &halves, sizeof whole);
     scene_close(&s);
@@ -229,11 +226,10 @@ static void test_hit_whole(void **state)
     enum { LINKS = 6 };
     const double length = 0.4, thin = 0.02, tilt = 0.8, up[2] = {sin(tilt), cos(tilt)};
     const double inertia = (length * length + thin * thin) / 12.0;
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
     int level, k, hits = 0;
 
     (void)state;
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     for (level = 0; level < 2; level++) {
         perp_body bodies[LINKS];
         double energy;
@@ -292,13 +288,11 @@ static double swing_back(int32_t planar, int32_t accuracy, double e, double rate
     perp_body_state at;
     perp_body body;
     scene s;
-    int k;
 
     open_level(&s, planar, accuracy, 0.0);
     put_box(&s, wall + 0.5, -1.0, 0.5, 3.0, e);
     body = add_bob(&s, radius, 0.0, rate, 0, e);
-    for (k = 0; k < steps; k++)
-        scene_step(&s, dt);
+    scene_steps(&s, steps, dt);
     at = scene_state(&s, body);
     /* a step of a free pendulum loses turn^4 / 12 of its energy or less; the last one before the
      * wall, and the first one after it, turn^3 */

@@ -16,7 +16,7 @@ static void hang(int32_t accuracy, int32_t links, double weight)
     double impulse = 0.0;
     perp_joint top = 0;
     scene s;
-    int i, k;
+    int i;
 
     joint_open(&s, 0, accuracy);
     last = s.ground;
@@ -34,8 +34,7 @@ static void hang(int32_t accuracy, int32_t links, double weight)
         before[i] = scene_state(&s, bodies[i]);
         impulse += mass * GRAVITY * 0.01;
     }
-    for (k = 0; k < 200; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 200, 0.01);
     for (i = 0; i < links; i++) {
         const perp_body_state after = scene_state(&s, bodies[i]);
 
@@ -69,14 +68,12 @@ static void test_almost_at_rest(void **state)
     const double frequency = sqrt(GRAVITY / 1.001), t = 0.25 * 2.0 * PI / frequency;
     perp_body body;
     scene s;
-    int k;
 
     (void)state;
     joint_open(&s, 0, PERP_ACCURACY_STANDARD);
     body = scene_add(&s, &settings);
     joint_add(&s, s.ground, body, &ball);
-    for (k = 0; k < 100; k++)
-        scene_step(&s, t / 100.0);
+    scene_steps(&s, 100, t / 100.0);
     /* a quarter of a period: speed frequency * tilt; second order, and rounding of positions */
     scene_near(scene_state(&s, body).velocity[0], -frequency * tilt, 1e-3 * frequency * tilt,
                "speed");
@@ -100,8 +97,7 @@ static void test_redundant(void **state)
         hinge.anchor[0] = k;
         joints[k] = joint_add(&s, s.ground, body, &hinge);
     }
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     assert_true(scene_rests(&s, body));
     assert_true(scene_state(&s, body).position[0] == 0.5);
     for (k = 0; k < 2; k++) /* half of the weight each, tol */
@@ -151,8 +147,7 @@ static void test_bridge(void **state)
         SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
     for (i = 0; i < PLANKS + 3; i++)
         before[i] = scene_state(&s, bodies[i]);
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     for (i = 0; i < PLANKS + 3; i++) {
         const perp_body_state after = scene_state(&s, bodies[i]);
 
@@ -174,21 +169,18 @@ static void test_stop_on_a_slope(void **state)
     perp_body body;
     perp_joint joint;
     scene s;
-    int k;
 
     (void)state;
     joint_open(&s, 0, PERP_ACCURACY_STANDARD);
     body = scene_add(&s, &settings);
     rail.upper = 1.0;
     joint = joint_add(&s, s.ground, body, &rail);
-    for (k = 0; k < 50; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 50, 0.01);
     found = joint_state(&s, joint); /* a constant acceleration: exact but for rounding */
     scene_near(found.position, 0.5 * pull * 0.25, 1e-13, "way");
     scene_near(found.speed, 0.5 * pull, 1e-13, "speed");
     assert_int_equal(found.at_limit, 0);
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     found = joint_state(&s, joint);
     scene_near(found.position, 1.0, 1e-12, "the stop"); /* what a projection leaves alone */
     assert_true(scene_rests(&s, body));
@@ -208,7 +200,7 @@ static void test_stop_past_a_turn(void **state)
     perp_joint_settings hinge = joint_along(PERP_JOINT_REVOLUTE, 0.0, 0.0, 1.0);
     perp_joint joint;
     scene s;
-    int k, planar;
+    int planar;
 
     (void)state;
     for (planar = 0; planar < 2; planar++) {
@@ -217,11 +209,9 @@ static void test_stop_past_a_turn(void **state)
         hinge.lower = -15.0;
         hinge.upper = 3.0;
         joint = joint_add(&s, s.ground, scene_add(&s, &settings), &hinge);
-        for (k = 0; k < 299; k++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 299, 0.01);
         scene_near(joint_state(&s, joint).position, -14.95, 1e-12, "before");
-        for (k = 0; k < 10; k++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 10, 0.01);
         scene_near(joint_state(&s, joint).position, -15.0, 1e-12, "the stop");
         assert_true(joint_state(&s, joint).speed == 0.0);
         scene_close(&s);
@@ -236,7 +226,6 @@ static void test_rope(void **state)
     perp_joint joint;
     perp_body body;
     scene s;
-    int k;
 
     (void)state;
     joint_open(&s, 0, PERP_ACCURACY_STANDARD);
@@ -245,11 +234,9 @@ static void test_rope(void **state)
     rope.lower = 0.0;
     rope.upper = 2.0;
     joint = joint_add(&s, s.ground, body, &rope);
-    for (k = 0; k < 40; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 40, 0.01);
     scene_near(joint_state(&s, joint).position, 1.0 + 0.5 * GRAVITY * 0.16, 1e-12, "falling");
-    for (k = 0; k < 60; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 60, 0.01);
     scene_near(joint_state(&s, joint).position, 2.0, 1e-12, "hanging");
     assert_true(scene_rests(&s, body));
     scene_near(joint_state(&s, joint).impulse[2], GRAVITY * 0.01, 1e-12, "reaction");
@@ -273,21 +260,18 @@ static void test_motor(void **state)
     perp_joint_state found;
     perp_joint joint;
     scene s;
-    int k;
 
     (void)state;
     scene_open(&s, 0, 0.0, 0.0, 0.0);
     joint = add_wheel(&s, 2.0, 0.0);
     SCENE_OK(&s, perp_world_set_joint_motor(s.world, joint, 3.0, 4.0));
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     found = joint_state(&s, joint);
     scene_near(found.speed, 2.0, 1e-13, "speed");
     scene_near(found.position, 1.0, 1e-13, "angle");
     scene_near(found.motor_impulse, 0.04, 1e-15, "torque");
     scene_near(found.moment[2], 0.04, 1e-15, "moment");
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     found = joint_state(&s, joint);
     scene_near(found.speed, 3.0, 1e-13, "speed");
     scene_near(found.motor_impulse, 0.0, 1e-13, "torque");
@@ -307,15 +291,13 @@ static void test_stall(void **state)
         perp_joint joint;
         perp_body body;
         scene s;
-        int k;
 
         joint_open(&s, 0, PERP_ACCURACY_STANDARD);
         body = scene_add(&s, &settings);
         hinge.motor_speed = 0.0;
         hinge.motor_force = torque * (weak ? 1.0 - 1e-9 : 1.0 + 1e-9);
         joint = joint_add(&s, s.ground, body, &hinge);
-        for (k = 0; k < 100; k++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 100, 0.01);
         if (weak) /* I w' = -1e-9 m g l */
             scene_near(joint_state(&s, joint).speed, -1e-9 * torque / 0.6, 1e-11, "speed");
         else
@@ -331,20 +313,17 @@ static void test_friction(void **state)
     perp_joint_state found;
     perp_joint joint;
     scene s;
-    int k;
 
     (void)state;
     scene_open(&s, 0, 0.0, 0.0, 0.0);
     joint = add_wheel(&s, 2.0, 3.0);
     SCENE_OK(&s, perp_world_set_joint_friction(s.world, joint, 4.0));
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     found = joint_state(&s, joint);
     scene_near(found.speed, 1.0, 1e-13, "speed");
     scene_near(found.position, 2.0, 1e-13, "angle");
     scene_near(found.friction_impulse, -0.04, 1e-15, "torque");
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     found = joint_state(&s, joint);
     assert_true(found.speed == 0.0);
     scene_near(found.position, 2.25, 1e-12, "angle"); /* 1.5 s at constant deceleration */
@@ -370,8 +349,7 @@ static void test_motor_between(void **state)
         hinge.motor_speed = 1e3;
         hinge.motor_force = 6.0;
         joint_add(&s, bodies[0], bodies[1], &hinge);
-        for (k = 0; k < 100; k++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 100, 0.01);
         scene_near(scene_state(&s, bodies[0]).angular_velocity[2], -6.0, 1e-12, "A");
         scene_near(scene_state(&s, bodies[1]).angular_velocity[2], 3.0, 1e-12, "B");
         scene_close(&s);
@@ -387,7 +365,6 @@ static void test_carried(void **state)
     const perp_joint_settings weld = joint_at(PERP_JOINT_FIXED, 0.0, 0.0, 0.0);
     perp_body platform, body;
     scene s;
-    int k;
 
     (void)state;
     joint_open(&s, 0, PERP_ACCURACY_STANDARD);
@@ -399,8 +376,7 @@ static void test_carried(void **state)
     settings.position[2] = 1.0;
     body = scene_add(&s, &settings);
     joint_add(&s, platform, body, &weld);
-    for (k = 0; k < 10; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 10, 0.01);
     assert_true(scene_state(&s, body).velocity[0] == 0.3);
     assert_true(scene_state(&s, body).velocity[2] == 0.0);
     scene_close(&s);
@@ -433,8 +409,7 @@ static void test_cart(void **state)
         scene_sphere(&s, wheels[k], r, 0.8, 0.0);
         joint_add(&s, body, wheels[k], &axle);
     }
-    for (k = 0; k < 100; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 100, 0.01);
     scene_near(hypot(scene_state(&s, body).velocity[0], scene_state(&s, body).velocity[1]),
                expected, 1e-8,
                "speed after a second"); /* a constant acceleration; tol of 100 steps */
@@ -481,10 +456,9 @@ static void heap_chains(int32_t accuracy)
         }
     begun = energy = joint_energy(&s);
     for (step = 0; step < 150; step++) {
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
         double now;
 
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         assert_true(result.outcome == PERP_OUTCOME_SOLVED ||
                     result.outcome == PERP_OUTCOME_ROUNDING_LIMIT ||

@@ -143,8 +143,7 @@ static double swing_both(int32_t planar, int32_t steps, const double *expected)
         at[0] += x;
         at[1] += y;
     }
-    for (i = 0; i < steps; i++)
-        scene_step(&s, 1.0 / steps);
+    scene_steps(&s, steps, 1.0 / steps);
     at[0] = at[1] = 0.0;
     for (i = 0; i < 2; i++) {
         const perp_body_state state = scene_state(&s, body[i]);
@@ -200,8 +199,7 @@ static double precess(int32_t accuracy, int32_t steps)
     joint_open(&s, 0, accuracy);
     body = scene_add(&s, &settings);
     joint_add(&s, s.ground, body, &ball);
-    for (k = 0; k < steps; k++)
-        scene_step(&s, t / steps);
+    scene_steps(&s, steps, t / steps);
     at = scene_state(&s, body);
     error = hypot(hypot(at.position[0] - l * sin(tilt) * cos(precession * t),
                         at.position[1] - l * sin(tilt) * sin(precession * t)),
@@ -248,7 +246,7 @@ static void test_momentum(void **state)
         double linear[2][3], angular[2][3], energy;
         perp_body last = 0;
         scene s;
-        int i, k;
+        int i;
 
         open_empty(&s);
         for (i = 0; i < 3; i++) {
@@ -272,8 +270,7 @@ static void test_momentum(void **state)
         scene_step(&s, 0.002); /* velocities that obey the joints */
         SCENE_OK(&s, perp_world_momentum(s.world, linear[0], angular[0]));
         energy = joint_energy(&s);
-        for (k = 0; k < 500; k++)
-            scene_step(&s, 0.002);
+        scene_steps(&s, 500, 0.002);
         SCENE_OK(&s, perp_world_momentum(s.world, linear[1], angular[1]));
         for (i = 0; i < 3; i++) {
             /* rounding of 500 steps; what the projection moves bodies by, (w h)^3 a step */
@@ -297,15 +294,13 @@ static void test_screw(void **state)
     perp_body body;
     perp_joint id;
     scene s;
-    int k;
 
     (void)state;
     scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
     joint.pitch = pitch;
     body = scene_add(&s, &settings);
     id = joint_add(&s, s.ground, body, &joint);
-    for (k = 0; k < 100; k++)
-        scene_step(&s, t / 100.0);
+    scene_steps(&s, 100, t / 100.0);
     found = joint_state(&s, id);
     /* a constant acceleration: exact but for the rounding of 100 steps; 1.3 turns are counted */
     scene_near(scene_state(&s, body).position[2], way, 1e-12, "way");
@@ -486,8 +481,7 @@ static void test_rotor(void **state)
         settings.angular_velocity[2] = rate;
         settings.velocity[1] = rate * off;
         joint = joint_add(&s, s.ground, scene_add(&s, &settings), &hinge);
-        for (int k = 0; k < 600; k++)
-            scene_step(&s, h);
+        scene_steps(&s, 600, h);
         /* rounding of 600 steps, of a hundred terms each */
         scene_near(joint_state(&s, joint).speed, rate, 600 * 100 * EPSILON * rate, "speed");
         scene_close(&s);
@@ -536,7 +530,7 @@ static void test_joints_that_contradict(void **state)
     for (int32_t kind = PERP_JOINT_BALL; kind <= PERP_JOINT_PLANAR; kind++) {
         const perp_body_settings settings = joint_body(1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
         const perp_joint_settings joint = joint_along(kind, 0.0, 0.0, 1.0);
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
         perp_body_state moved;
         perp_body body;
         scene s;
@@ -550,7 +544,6 @@ static void test_joints_that_contradict(void **state)
         moved.orientation[1] = sin(0.2);
         SCENE_OK(&s, perp_world_set_body(s.world, &moved, body));
         joint_add(&s, s.ground, body, &joint);
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         for (int k = 0; k < 3; k++)
             SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         scene_close(&s);
@@ -619,8 +612,7 @@ static void test_flush_boxes_on_a_hinge(void **state)
         joint.collides = 1;
         joint_add(&s, bodies[0], bodies[1], &joint);
         energy = joint_energy(&s);
-        for (int k = 0; k < 50; k++)
-            scene_step(&s, h);
+        scene_steps(&s, 50, h);
         scene_near(joint_energy(&s), energy, 50 * 0.5 * square * energy, "energy");
         scene_close(&s);
     }

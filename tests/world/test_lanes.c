@@ -108,10 +108,9 @@ enum { WAYS = sizeof ways / sizeof *ways };
 
 static void hang(scene *s, perp_body from, perp_body to, const double *at, int32_t planar)
 {
-    perp_joint_settings ball;
+    perp_joint_settings ball = fresh_joint_settings();
     perp_joint joint;
 
-    assert_int_equal(perp_joint_settings_init(&ball, sizeof ball), PERP_OK);
     memcpy(ball.anchor, at, sizeof ball.anchor);
     if (planar)
         ball.anchor[2] = 0.0;
@@ -155,11 +154,10 @@ static void populate(scene *s, uint64_t seed, int32_t planar, int32_t bodies)
 static void open_way(scene *s, ledger *l, const way *at, int32_t *calls, int32_t planar,
                      int32_t accuracy)
 {
-    perp_context_settings settings;
+    perp_context_settings settings = fresh_context_settings();
     perp_world_settings world;
 
     memset(s, 0, sizeof *s);
-    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
     settings.allocate = allocate;
     settings.release = release;
     settings.allocator_user = l;
@@ -176,7 +174,7 @@ static void open_way(scene *s, ledger *l, const way *at, int32_t *calls, int32_t
 /* All that a step leaves: states and memories, results, contacts, counts. */
 static size_t write_all(scene *s, const perp_step_result *result, char *to)
 {
-    perp_world_stats stats;
+    perp_world_stats stats = fresh_world_stats();
     size_t size, all;
     int32_t i;
 
@@ -192,7 +190,6 @@ static size_t write_all(scene *s, const perp_step_result *result, char *to)
         assert_true(all + sizeof contact < MOST_BYTES);
         memcpy(to + all, &contact, sizeof contact);
     }
-    assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
     SCENE_OK(s, perp_world_get_stats(s->world, &stats));
     assert_true(stats.contacts > 100);
     return all;
@@ -287,9 +284,8 @@ static void compare_piles(int32_t accuracy)
     }
     for (int32_t k = 0; k < PILE_STEPS; k++)
         for (int32_t w = 0; w < PILES; w++) {
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
 
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             SCENE_OK(&s[w], perp_world_step(s[w].world, &result, 0.01));
             size[w] = write_all(&s[w], &result, all[w]);
             assert_int_equal(size[w], size[0]);
@@ -360,12 +356,11 @@ static void test_creation_may_fail(void **state)
     (void)state;
     for (long which = 1; status == PERP_ERROR_MEMORY; which++) {
         ledger l = {0, 0, 0};
-        perp_context_settings settings;
+        perp_context_settings settings = fresh_context_settings();
         perp_world_settings world;
         perp_context *context;
         perp_world *made = NULL;
 
-        assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
         settings.allocate = allocate;
         settings.release = release;
         settings.allocator_user = &l;
@@ -405,11 +400,9 @@ static void test_warm_steps_allocate_nothing(void **state)
         scene_box(&s, scene_add(&s, &settings), 0.5, 0.5, 0.5, 0.01, 0.0);
     }
     /* until friction stops the boxes: then every method has been called */
-    for (int32_t k = 0; k < 80; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 80, 0.01);
     before = l.calls;
-    for (int32_t k = 0; k < 20; k++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 20, 0.01);
     assert_int_equal(l.calls, before);
     scene_close(&s);
 }

@@ -306,11 +306,9 @@ static void test_separates(void **state)
                     contact.impulse[2] == 0.0);
     }
     scene_push(&s, box, 0.0, 0.0, GRAVITY * (1.0 - 1e-9));
-    for (i = 0; i < 3; i++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 3, 0.01);
     scene_push(&s, box, 0.0, 0.0, 0.0);
-    for (i = 0; i < 3; i++)
-        scene_step(&s, 0.01);
+    scene_steps(&s, 3, 0.01);
     assert_true(scene_rests(&s, box));
     scene_close(&s);
 }

@@ -114,10 +114,9 @@ static double deepest(int32_t accuracy, double h, int run)
 
     drop(&s, bodies, accuracy, run);
     for (int k = 0; k * h < 1.0; k++) {
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
         brick bricks[COUNT];
 
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, h));
         for (int i = 0; i < COUNT; i++) {
             bricks[i] = look(&s, bodies[i]);
@@ -183,9 +182,8 @@ static void test_dominoes_gain_nothing(void **state)
             scene_box(&s, scene_add(&s, &settings), 0.02, 0.1, 0.2, 0.5, 0.0);
         }
         for (int k = 0; k < 300; k++) {
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
 
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
             SCENE_OK(&s, perp_world_energy(s.world, &kinetic, &potential));
             assert_true(kinetic + potential <= last * (1.0 + 1e-10));

@@ -360,8 +360,7 @@ static void test_what_wakes(void **state)
             boxes[i] = scene_add(&s, &settings);
             scene_box(&s, boxes[i], 0.5, 0.5, 0.5, 0.5, 0.0);
         }
-        for (i = 0; i < 10; i++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 10, 0.01);
         assert_int_equal(s.world->awake_count, 0);
         assert_int_equal(scene_step(&s, 0.01).contacts, 8);
         if (how == 0) {

@@ -87,7 +87,6 @@ static void test_roll_over_seams(void **state)
         perp_body_state last;
         perp_body ball;
         scene s;
-        int i;
 
         scene_open(&s, planar, 0.0, planar ? -GRAVITY : 0.0, planar ? 0.0 : -GRAVITY);
         lay_tiles(&s, planar, 1.0);
@@ -97,8 +96,7 @@ static void test_roll_over_seams(void **state)
         settings.angular_velocity[planar ? 2 : 1] = (planar ? -1.0 : 1.0) * speed / 0.5;
         ball = scene_add(&s, &settings);
         scene_sphere(&s, ball, 0.5, 1.0, 0.0);
-        for (i = 0; i < 150; i++)
-            scene_step(&s, h);
+        scene_steps(&s, 150, h);
         last = scene_state(&s, ball);
         /* a rounding or so a step, of a tolerance of 1e-10 a step at most */
         scene_near(last.velocity[0], speed, 150 * 1e-10, "speed of the rolling ball");
@@ -180,8 +178,7 @@ static void test_balls_pass(void **state)
             balls[i] = scene_add(&s, &settings);
             scene_sphere(&s, balls[i], 0.5, 0.3, 0.0);
         }
-        for (i = 0; i < 20; i++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 20, 0.01);
         for (i = 0; i < 2; i++)
             assert_true(scene_state(&s, balls[i]).velocity[0] == (i == 0 ? 30.0 : -30.0) &&
                         scene_state(&s, balls[i]).velocity[1] == 0.0);
@@ -418,7 +415,6 @@ static void test_slide_under_a_lintel(void **state)
             double half[3] = {1.0, 1.0, 0.25};
             perp_body box;
             scene s;
-            int k;
 
             scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
             scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
@@ -432,8 +428,7 @@ static void test_slide_under_a_lintel(void **state)
             settings.velocity[axis] = 1.0;
             box = scene_add(&s, &settings);
             scene_box(&s, box, 0.5, 0.5, 0.5, 0.0, 0.0);
-            for (k = 0; k < 50; k++)
-                scene_step(&s, 0.01);
+            scene_steps(&s, 50, 0.01);
             assert_true(scene_state(&s, box).velocity[axis] == 1.0);
             scene_close(&s);
         }

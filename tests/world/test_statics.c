@@ -39,9 +39,8 @@ static int stands(double ratio, int32_t accuracy, double aside, double slope)
         scene_box(&s, boxes[k], 0.5, 0.5, 0.5, MU, 0.0);
     }
     for (k = 0; k < 10 && still; k++) {
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
 
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
 
         for (i = 0; i < 2; i++)
@@ -250,9 +249,8 @@ static void test_pile_slides(void **state)
 
         make_pile(&s, boxes, levels[level], 0, 1.01 * MU);
         for (int k = 0; k < 10; k++) {
-            perp_step_result result;
+            perp_step_result result = fresh_step_result();
 
-            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
             SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         }
         for (int i = 0; i < BOXES; i++)
@@ -299,8 +297,7 @@ static void test_falls_slowly(void **state)
             brick.mass = 1.0;
             x += 0.5 / (count - k) * (1.0 + share);
         }
-        for (int k = 0; k < 5; k++)
-            scene_step(&s, 0.01);
+        scene_steps(&s, 5, 0.01);
         for (int k = 0; k < count; k++) {
             const perp_body_state now = scene_state(&s, bricks[k]);
 
@@ -336,8 +333,7 @@ static void test_rides_along(void **state)
             body.position[2] = -0.5;
             carrier = scene_add(&s, &body);
             scene_box(&s, carrier, 8.0, 5.0, 0.5, 0.6, 0.0);
-            for (int k = 0; k < 3; k++)
-                scene_step(&s, h);
+            scene_steps(&s, 3, h);
             now = scene_state(&s, carrier);
             now.velocity[0] = speed;
             SCENE_OK(&s, perp_world_set_body(s.world, &now, carrier));

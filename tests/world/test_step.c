@@ -7,9 +7,8 @@
 
 static perp_world_stats stats_of(scene *s)
 {
-    perp_world_stats stats;
+    perp_world_stats stats = fresh_world_stats();
 
-    assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
     SCENE_OK(s, perp_world_get_stats(s->world, &stats));
     return stats;
 }
@@ -33,13 +32,12 @@ static perp_body between_walls(scene *s, double left, double right)
  * velocity obeys both. The state stays, and the result says so. */
 static void test_ray(void **state)
 {
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
     perp_body_state before, after;
     perp_body ball;
     scene s;
 
     (void)state;
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     ball = between_walls(&s, 0.0, 0.5);
     before = scene_state(&s, ball);
     SCENE_OK(&s, perp_world_step(s.world, &result, 0.1));
@@ -65,7 +63,7 @@ static void test_ray(void **state)
 static void test_squeezed(void **state)
 {
     perp_body_settings settings = scene_settings();
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
     perp_body ball;
     scene s;
     int i;
@@ -79,7 +77,6 @@ static void test_squeezed(void **state)
         settings.velocity[0] = -0.1 * i;
         scene_plane(&s, scene_add(&s, &settings), -i, 0.0, 0.0, -1.0, 0.0, 0.0);
     }
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     SCENE_OK(&s, perp_world_step(s.world, &result, 0.1));
     assert_int_equal(result.outcome, PERP_OUTCOME_RAY);
     assert_int_equal(result.advanced, 0);
@@ -96,7 +93,7 @@ static void test_limits(void **state)
     (void)state;
     for (strict = 0; strict < 2; strict++) {
         perp_world_settings world;
-        perp_step_result result;
+        perp_step_result result = fresh_step_result();
         perp_body_state before, after;
         perp_body box[boxes];
         scene s;
@@ -120,7 +117,6 @@ static void test_limits(void **state)
             scene_box(&s, box[i], 0.5, 0.5, 0.5, 0.5, 0.0);
         }
         before = scene_state(&s, box[0]);
-        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.1));
         assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
         assert_int_equal(result.advanced, !strict);
@@ -299,8 +295,7 @@ static void test_same_bits(void **state)
         scene_step(&t, 0.02);
     }
     SCENE_OK(&s, perp_world_snapshot_restore(s.world, blob, size));
-    for (k = 0; k < after; k++)
-        scene_step(&s, 0.02);
+    scene_steps(&s, after, 0.02);
     for (i = 0; i < count; i++) {
         perp_body_state x = scene_state(&s, a[i]), y = scene_state(&t, b[i]);
 
@@ -411,8 +406,7 @@ static void units_do_not_matter(double length, double mass, double time)
             bodies[i][j] = scene_add(&s[i], &settings);
             scene_box(&s[i], bodies[i][j], 0.5 * L, 0.5 * L, 0.0, 0.5, 0.25);
         }
-        for (k = 0; k < 100; k++)
-            scene_step(&s[i], 0.015625 * T);
+        scene_steps(&s[i], 100, 0.015625 * T);
     }
     for (j = 0; j < 2; j++) {
         perp_body_state x = scene_state(&s[0], bodies[0][j]);
@@ -475,7 +469,7 @@ static void test_far_from_the_origin(void **state)
 static void test_refused_step_moves_nothing(void **context)
 {
     perp_body_settings settings = scene_defaults();
-    perp_step_result result;
+    perp_step_result result = fresh_step_result();
     perp_body bodies[3];
     perp_body_state before[3];
     scene s;
@@ -490,7 +484,6 @@ static void test_refused_step_moves_nothing(void **context)
         scene_sphere(&s, bodies[i], 0.5, 0.0, 0.0);
         before[i] = scene_state(&s, bodies[i]);
     }
-    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_world_step(s.world, &result, 10.0), PERP_ERROR_NOT_FINITE);
     for (int i = 0; i < 3; i++) {
         const perp_body_state after = scene_state(&s, bodies[i]);

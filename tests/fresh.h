@@ -1,0 +1,66 @@
+/* Structs of the interface as their _init leaves them: perp_lcp_settings settings =
+ * fresh_lcp_settings(). */
+#ifndef PERP_TESTS_FRESH_H
+#define PERP_TESTS_FRESH_H
+
+#include <perp/mechanism.h>
+#include <perp/perp.h>
+
+#define FRESH(kind)                                                          \
+    static inline perp_##kind fresh_##kind(void)                             \
+    {                                                                        \
+        perp_##kind fresh;                                                   \
+                                                                             \
+        assert_int_equal(perp_##kind##_init(&fresh, sizeof fresh), PERP_OK); \
+        return fresh;                                                        \
+    }
+FRESH(lcp_settings)
+FRESH(lcp_result)
+FRESH(lcp_proof)
+FRESH(lcp_sensitivity_info)
+FRESH(lcp_enumeration)
+FRESH(contact_laws)
+FRESH(contact_dynamics)
+FRESH(contact_settings)
+FRESH(contact_result)
+FRESH(contact_sensitivity_info)
+FRESH(statics_problem)
+FRESH(statics_settings)
+FRESH(statics_result)
+FRESH(ncp_problem)
+FRESH(ncp_settings)
+FRESH(ncp_result)
+FRESH(ncp_check)
+FRESH(mechanism_model)
+FRESH(mechanism_settings)
+FRESH(mechanism_step)
+FRESH(mechanism_run_result)
+FRESH(mechanism_found)
+FRESH(mechanism_summary)
+FRESH(mechanism_check_result)
+FRESH(load_system)
+FRESH(load_settings)
+FRESH(load_found)
+FRESH(load_summary)
+FRESH(load_uniqueness)
+FRESH(load_inverse)
+FRESH(load_step)
+FRESH(compliant_system)
+FRESH(compliant_settings)
+FRESH(compliant_result)
+FRESH(compliant_stability)
+FRESH(bristle)
+FRESH(body_settings)
+FRESH(body_state)
+FRESH(shape_settings)
+FRESH(joint_settings)
+FRESH(joint_state)
+FRESH(step_result)
+FRESH(world_stats)
+FRESH(world_contact)
+FRESH(world_states)
+FRESH(matrix)
+FRESH(context_settings)
+#undef FRESH
+
+#endif
