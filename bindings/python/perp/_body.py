@@ -48,6 +48,27 @@ class Shape:
         return f"<perp.Shape, {record.shapes.get(self._id, 'removed')}>"
 
 
+def _vector(field: str, text: str) -> Any:
+    """A property: a vector of the state, with as many components as the world has."""
+    return property(
+        lambda body: np.array(getattr(body._state(), field)[: body._world._dimension]),
+        lambda body, value: body._set(field, body._world._vector(value, field)),
+        doc=text,
+    )
+
+
+def _turn(field: str, text: str) -> Any:
+    """The same of what is about an axis: a number in planar worlds."""
+
+    def get(body: Body) -> Union[Array, float]:
+        values = getattr(body._state(), field)
+        return float(values[2]) if body._world.planar else np.array(values)
+
+    return property(
+        get, lambda body, value: body._set(field, body._world._turn(value, field)), doc=text
+    )
+
+
 class Body:
     """A body of a world.
 
@@ -130,33 +151,13 @@ class Body:
         self._world._call(library.perp_world_get_body, byref(state), self._id)
         return state
 
-    def _get_vector(self, field: str) -> Array:
-        return np.array(getattr(self._state(), field)[: self._world._dimension])
-
-    def _get_turn(self, field: str) -> Union[Array, float]:
-        values = getattr(self._state(), field)
-        return float(values[2]) if self._world.planar else np.array(values)
-
     def _set(self, field: str, value: Any) -> None:
         with self._world._lock:
             state = self._state()
             setattr(state, field, value)
             self._world._call(library.perp_world_set_body, byref(state), self._id)
 
-    def _set_vector(self, field: str, value: ArrayLike) -> None:
-        self._set(field, self._world._vector(value, field))
-
-    def _set_turn(self, field: str, value: ArrayLike) -> None:
-        self._set(field, self._world._turn(value, field))
-
-    @property
-    def position(self) -> Array:
-        """The mass centre, in the world."""
-        return self._get_vector("position")
-
-    @position.setter
-    def position(self, value: ArrayLike) -> None:
-        self._set_vector("position", value)
+    position: Array = _vector("position", "The mass centre, in the world.")
 
     @property
     def orientation(self) -> Any:
@@ -171,41 +172,12 @@ class Body:
         else:
             self._set("orientation", Vector4(*floats(value, "orientation", 4)))
 
-    @property
-    def velocity(self) -> Array:
-        """Of the mass centre, in the world."""
-        return self._get_vector("velocity")
-
-    @velocity.setter
-    def velocity(self, value: ArrayLike) -> None:
-        self._set_vector("velocity", value)
-
-    @property
-    def angular_velocity(self) -> Any:
-        """In the world."""
-        return self._get_turn("angular_velocity")
-
-    @angular_velocity.setter
-    def angular_velocity(self, value: ArrayLike) -> None:
-        self._set_turn("angular_velocity", value)
-
-    @property
-    def force(self) -> Array:
-        """Applied at the mass centre, in the world, until it is changed."""
-        return self._get_vector("force")
-
-    @force.setter
-    def force(self, value: ArrayLike) -> None:
-        self._set_vector("force", value)
-
-    @property
-    def torque(self) -> Any:
-        """Applied, in the world, until it is changed."""
-        return self._get_turn("torque")
-
-    @torque.setter
-    def torque(self, value: ArrayLike) -> None:
-        self._set_turn("torque", value)
+    velocity: Array = _vector("velocity", "Of the mass centre, in the world.")
+    angular_velocity: Any = _turn("angular_velocity", "In the world.")
+    force: Array = _vector(
+        "force", "Applied at the mass centre, in the world, until it is changed."
+    )
+    torque: Any = _turn("torque", "Applied, in the world, until it is changed.")
 
     # --- shapes -----------------------------------------------------------------------------
 
