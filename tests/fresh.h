@@ -63,4 +63,24 @@ FRESH(matrix)
 FRESH(context_settings)
 #undef FRESH
 
+/* Views of rows by columns numbers, one row after the other, and of compressed columns. */
+static inline perp_matrix matrix_rows(const double *values, int32_t rows, int32_t columns)
+{
+    perp_matrix view = fresh_matrix();
+
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, rows, columns, values,
+                                       columns > 0 ? columns : 1),
+                     PERP_OK);
+    return view;
+}
+
+static inline perp_matrix matrix_csc(int32_t rows, int32_t columns, const int32_t *starts,
+                                     const int32_t *indices, const double *values)
+{
+    perp_matrix view = fresh_matrix();
+
+    assert_int_equal(perp_matrix_csc(&view, rows, columns, starts, indices, values), PERP_OK);
+    return view;
+}
+
 #endif

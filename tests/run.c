@@ -26,12 +26,7 @@ perp_lcp_settings run_alone(int32_t method, double tol)
 
 perp_matrix run_dense(const double *values, int32_t n)
 {
-    perp_matrix M;
-
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, values, n > 0 ? n : 1),
-                     PERP_OK);
-    return M;
+    return matrix_rows(values, n, n);
 }
 
 void run_view(run *r, perp_context *context, const perp_matrix *M, const double *q,

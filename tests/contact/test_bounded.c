@@ -479,10 +479,8 @@ static void refuse(double lower, double upper, double h, perp_status expected, i
     perp_matrix M, H;
     double r = 7.0;
     settings.method = method;
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 1, 1, &h, 1), PERP_OK);
+    M = matrix_rows(&one, 1, 1);
+    H = matrix_rows(&h, 1, 1);
     laws.bounded = 1;
     laws.lower = &lower;
     laws.upper = &upper;

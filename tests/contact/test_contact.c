@@ -40,11 +40,10 @@ static void solve_delassus(answer *a, const perp_contact_laws *laws, int32_t con
                            const double *W, const double *q)
 {
     const perp_contact_settings settings = settings_of(cone);
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
 
     memset(a, 0, sizeof *a);
-    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, size, size, W, size),
-                     PERP_OK);
+    view = matrix_rows(W, size, size);
     assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
     assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
                                                  &settings, laws, &view, q, NULL),
@@ -136,12 +135,9 @@ static void test_dynamics(void **state)
     (void)state;
     for (joint = 0; joint < 2; joint++) {
         memset(&a, 0, sizeof a);
-        assert_int_equal(perp_matrix_init(&views[0], sizeof views[0]), PERP_OK);
-        assert_int_equal(perp_matrix_init(&views[1], sizeof views[1]), PERP_OK);
-        assert_int_equal(perp_matrix_init(&views[2], sizeof views[2]), PERP_OK);
-        assert_int_equal(perp_matrix_dense(&views[0], PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2), PERP_OK);
-        assert_int_equal(perp_matrix_dense(&views[1], PERP_STORAGE_ROW_MAJOR, 2, 2, H, 2), PERP_OK);
-        assert_int_equal(perp_matrix_dense(&views[2], PERP_STORAGE_ROW_MAJOR, 1, 2, G, 2), PERP_OK);
+        views[0] = matrix_rows(M, 2, 2);
+        views[1] = matrix_rows(H, 2, 2);
+        views[2] = matrix_rows(G, 1, 2);
         assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
         dynamics.n = 2;
         dynamics.M = &views[0];
@@ -197,10 +193,8 @@ static void test_refinement(void **state)
             M[i + j * N] = 360360.0 / (i + j + 1);
             f[i] += M[i + j * N];
         }
-    assert_int_equal(perp_matrix_init(&mass, sizeof mass), PERP_OK);
-    assert_int_equal(perp_matrix_init(&none, sizeof none), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&mass, PERP_STORAGE_ROW_MAJOR, N, N, M, N), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&none, PERP_STORAGE_ROW_MAJOR, 0, N, NULL, N), PERP_OK);
+    mass = matrix_rows(M, N, N);
+    none = matrix_rows(NULL, 0, N);
     dynamics.n = N;
     dynamics.M = &mass;
     dynamics.H = &none;

@@ -166,7 +166,7 @@ static void check(perp_context *context, const planar *p, int32_t method, uint64
     perp_contact_settings settings = fresh_contact_settings();
     perp_contact_result result = fresh_contact_result();
     perp_contact_laws laws = fresh_contact_laws();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
     int i;
 
     for (i = 0; i < n * n; i++)
@@ -175,7 +175,7 @@ static void check(perp_context *context, const planar *p, int32_t method, uint64
         q[i] = p->q[i];
     for (i = 0; i < p->contacts; i++)
         mu[i] = p->mu[i];
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, W, n);
+    view = matrix_rows(W, n, n);
     settings.method = method;
     settings.tol = 1e-12;
     laws.contacts = p->contacts;

@@ -119,10 +119,8 @@ static void solve_pair(pair *p, int32_t method, const double *r0)
     perp_matrix M, H;
 
     assert_int_equal(perp_contact_result_init(&p->result, sizeof p->result), 0);
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_csc(&M, 3, 3, starts, places, p->mass);
-    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 2, 3, p->H, 3);
+    M = matrix_csc(3, 3, starts, places, p->mass);
+    H = matrix_rows(p->H, 2, 3);
     laws.contacts = 2;
     laws.dim = 1;
     settings.method = method;
@@ -502,12 +500,9 @@ static void test_joints_of_rounding(void **state)
     for (int32_t i = 0; i < 5; i++)
         b[i] = -(G[4 * i] * v0[0] + G[4 * i + 1] * v0[1] + G[4 * i + 2] * v0[2] +
                  G[4 * i + 3] * v0[3]);
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&view, sizeof view);
-    perp_matrix_csc(&M, 4, 4, starts, rows, mass);
-    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 0, 4, w, 4);
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 5, 4, G, 4);
+    M = matrix_csc(4, 4, starts, rows, mass);
+    H = matrix_rows(w, 0, 4);
+    view = matrix_rows(G, 5, 4);
     laws.bilateral = 5;
     dynamics.n = 4;
     dynamics.M = &M;

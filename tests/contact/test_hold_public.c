@@ -134,12 +134,9 @@ static void test_yielding_row(void **state)
 
     (void)state;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
-    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
-    assert_int_equal(perp_matrix_init(&row, sizeof row), 0);
-    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &mass, 1);
-    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 0, 1, &mass, 1);
-    perp_matrix_dense(&row, PERP_STORAGE_ROW_MAJOR, 1, 1, &G, 1);
+    M = matrix_rows(&mass, 1, 1);
+    H = matrix_rows(&mass, 0, 1);
+    row = matrix_rows(&G, 1, 1);
     laws.bilateral = 1;
     laws.compliance = &c;
     dynamics.n = 1;

@@ -41,7 +41,7 @@ static perp_contact_result by_matrix(const piles *p, double *u, double *r)
     perp__bodies bodies;
     perp__bodies_input input;
     perp_contact_result result = fresh_contact_result();
-    perp_matrix W = fresh_matrix();
+    perp_matrix W;
     int32_t *columns, *rows;
     double *values;
 
@@ -66,7 +66,7 @@ static perp_contact_result by_matrix(const piles *p, double *u, double *r)
     values = gen_allocate((size_t)perp__bodies_delassus_entries(&bodies), sizeof *values);
     perp__bodies_delassus(&bodies, columns, rows, values);
     bodies_load(&bodies, p->f, p->w, NULL, q);
-    assert_int_equal(perp_matrix_csc(&W, p->rows, p->rows, columns, rows, values), PERP_OK);
+    W = matrix_csc(p->rows, p->rows, columns, rows, values);
     assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, &settings,
                                                  &laws, &W, q, NULL),
                      PERP_OK);
@@ -193,12 +193,9 @@ static void test_joints_are_equations(void **state)
     int32_t modes[1];
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_init(&H, sizeof H), PERP_OK);
-    assert_int_equal(perp_matrix_init(&G, sizeof G), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 4, 4, M_dense, 4), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 2, 4, H_dense, 4), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, 1, 4, G_dense, 4), PERP_OK);
+    M = matrix_rows(M_dense, 4, 4);
+    H = matrix_rows(H_dense, 2, 4);
+    G = matrix_rows(G_dense, 1, 4);
     laws.contacts = 1;
     laws.dim = 2;
     laws.mu = mu;

@@ -118,10 +118,8 @@ static void solve_public(perp_context *context, public_problem *q, int32_t conta
     perp_contact_laws laws = fresh_contact_laws();
     perp_matrix M, H;
 
-    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
-    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, q->n, q->n, q->M, q->n), 0);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, q->rows, q->n, q->H, q->n), 0);
+    M = matrix_rows(q->M, q->n, q->n);
+    H = matrix_rows(q->H, q->rows, q->n);
     settings.tol = 1e-12;
     laws.contacts = contacts;
     laws.dims = q->dims;

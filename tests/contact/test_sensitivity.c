@@ -238,10 +238,8 @@ static perp_status open_block(block *b, const double *r)
     perp_contact_laws laws = fresh_contact_laws();
     perp_contact_dynamics dynamics = fresh_contact_dynamics();
     perp_matrix M, H;
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    assert_int_equal(perp_matrix_init(&H, sizeof H), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 3, 3, b->M, 3), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 3, 3, b->H, 3), PERP_OK);
+    M = matrix_rows(b->M, 3, 3);
+    H = matrix_rows(b->H, 3, 3);
     assert_int_equal(perp_contact_sensitivity_info_init(&b->info, sizeof b->info), PERP_OK);
     laws.contacts = 1;
     laws.mu = &b->mu;
@@ -368,10 +366,7 @@ static void test_far_impulses(void **state)
     double dr[2];
     (void)state;
     for (int k = 0; k < 3; k++) { /* M, G, and H without rows */
-        assert_int_equal(perp_matrix_init(&matrices[k], sizeof matrices[k]), PERP_OK);
-        assert_int_equal(perp_matrix_dense(&matrices[k], PERP_STORAGE_ROW_MAJOR, k == 2 ? 0 : 2, 2,
-                                           k == 0 ? M : G, 2),
-                         PERP_OK);
+        matrices[k] = matrix_rows(k == 0 ? M : G, k == 2 ? 0 : 2, 2);
     }
     dynamics.n = 2;
     dynamics.M = &matrices[0];
@@ -399,10 +394,8 @@ static void test_redundant(void **state)
     perp_matrix M_view, H_view;
     double x;
     (void)state;
-    assert_int_equal(perp_matrix_init(&M_view, sizeof M_view), PERP_OK);
-    assert_int_equal(perp_matrix_init(&H_view, sizeof H_view), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&M_view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&H_view, PERP_STORAGE_ROW_MAJOR, 2, 1, H, 1), PERP_OK);
+    M_view = matrix_rows(&M, 1, 1);
+    H_view = matrix_rows(H, 2, 1);
     laws.contacts = 2;
     laws.dim = 1;
     dynamics.n = 1;

@@ -91,10 +91,8 @@ static void stack(piles *s, const piles *parts, uint64_t seed)
             s->mu[contacts++] = p->mu[i];
         }
     }
-    assert_int_equal(perp_matrix_init(&s->M, sizeof s->M), 0);
-    assert_int_equal(perp_matrix_init(&s->H, sizeof s->H), 0);
-    assert_int_equal(perp_matrix_csc(&s->M, n, n, s->M_starts, s->M_rows, s->M_values), 0);
-    assert_int_equal(perp_matrix_csc(&s->H, rows, n, s->H_starts, s->H_rows, s->H_values), 0);
+    s->M = matrix_csc(n, n, s->M_starts, s->M_rows, s->M_values);
+    s->H = matrix_csc(rows, n, s->H_starts, s->H_rows, s->H_values);
 }
 
 static void test_as_good_as_alone(void **state)

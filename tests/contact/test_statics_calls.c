@@ -34,9 +34,7 @@ static void pose(question *q)
     q->f[2] = -10.0;
     q->load[0] = 1.0;
     assert_int_equal(perp_contact_laws_init(&q->laws, sizeof q->laws), PERP_OK);
-    assert_int_equal(perp_matrix_init(&q->view, sizeof q->view), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&q->view, PERP_STORAGE_ROW_MAJOR, 12, 6, q->H[0], 6),
-                     PERP_OK);
+    q->view = matrix_rows(q->H[0], 12, 6);
     assert_int_equal(perp_statics_problem_init(&q->problem, sizeof q->problem), PERP_OK);
     assert_int_equal(perp_statics_settings_init(&q->settings, sizeof q->settings), PERP_OK);
     assert_int_equal(perp_statics_result_init(&q->result, sizeof q->result), PERP_OK);
@@ -160,12 +158,12 @@ static void test_matrices(void **state)
     static const int32_t starts[] = {0, 2, 2, 2, 2, 2, 2}, sorted[] = {1, 0}, outside[] = {0, 12};
     static const double values[12] = {1.0, 1.0};
     perp_context *context;
-    perp_matrix other = fresh_matrix();
+    perp_matrix other;
     question q;
 
     (void)state;
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&other, PERP_STORAGE_ROW_MAJOR, 1, 5, values, 5), PERP_OK);
+    other = matrix_rows(values, 1, 5);
     REFUSED(ARGUMENT, "G is 1 by 5, expected 1 by 6", q.problem.G = &other);
     REFUSED(ARGUMENT, "H is 1 by 5, expected 12 by 6", q.problem.H = &other);
     assert_int_equal(perp_matrix_csc(&other, 12, 6, starts, sorted, values), PERP_OK);

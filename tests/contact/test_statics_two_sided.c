@@ -22,12 +22,11 @@ static int32_t ask(int32_t n, int32_t contacts, int32_t dim, int32_t normals, do
     const int32_t both[] = {normals, normals};
     const double coefficients[] = {mu, mu};
     perp_contact_laws laws = fresh_contact_laws();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
     perp_statics_problem problem = fresh_statics_problem();
     perp_statics_result result = fresh_statics_result();
 
-    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, contacts * dim, n, H, n),
-                     PERP_OK);
+    view = matrix_rows(H, contacts * dim, n);
     laws.contacts = contacts;
     laws.dim = dim;
     laws.mu = coefficients;

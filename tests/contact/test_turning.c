@@ -176,12 +176,9 @@ static void solve(const scene *s, int32_t method, int32_t by_rows, double tol, d
     double v[N];
     perp_status status;
 
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&W, sizeof W);
-    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, N, N, s->M, N);
-    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, s->rows, N, s->H, N);
-    perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, s->rows, s->rows, s->W, s->rows);
+    M = matrix_rows(s->M, N, N);
+    H = matrix_rows(s->H, s->rows, N);
+    W = matrix_rows(s->W, s->rows, s->rows);
     laws.contacts = s->contacts;
     laws.dim = s->dim;
     laws.mu = s->mu;

@@ -30,14 +30,10 @@ static perp_contact_solver *solved(const rig *p, int32_t by_W)
     perp_matrix W, H, M, G;
 
     assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
-    perp_matrix_init(&W, sizeof W);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&G, sizeof G);
-    perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, size, size, p->W, size);
-    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, 1, p->H, 1);
-    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1);
-    perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, p->joints, 1, p->H + rows, 1);
+    W = matrix_rows(p->W, size, size);
+    H = matrix_rows(p->H, rows, 1);
+    M = matrix_rows(&one, 1, 1);
+    G = matrix_rows(p->H + rows, p->joints, 1);
     laws.contacts = p->contacts;
     laws.dim = p->dim;
     laws.bilateral = p->joints;
@@ -316,10 +312,8 @@ static void test_momentum_beside_noise(void **state)
     perp_matrix mass, jacobian;
 
     (void)state;
-    perp_matrix_init(&mass, sizeof mass);
-    perp_matrix_init(&jacobian, sizeof jacobian);
-    perp_matrix_csc(&mass, 2, 2, starts, rows, M);
-    perp_matrix_dense(&jacobian, PERP_STORAGE_ROW_MAJOR, 4, 2, H, 2);
+    mass = matrix_csc(2, 2, starts, rows, M);
+    jacobian = matrix_rows(H, 4, 2);
     laws.contacts = laws.dim = 2;
     laws.mu = mu;
     dynamics.n = 2;

@@ -13,8 +13,7 @@ static perp_lcp_solver *posed(int32_t n, const double *entries, const double *lo
     perp_matrix M;
 
     assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, entries, n);
+    M = matrix_rows(entries, n, n);
     assert_int_equal(perp_lcp_solver_setup(solver, &M, lower, upper), PERP_OK);
     perp__scale_problem(solver, q);
     return solver;

@@ -366,10 +366,9 @@ static void test_a_solution_out_of_range(void **state)
     const double M = 1e-300, q = -1e10;
     perp_lcp_enumeration result = fresh();
     visits v = {0, 0, 0, 0, 0, 0};
-    perp_matrix view = fresh_matrix();
+    perp_matrix view = matrix_rows(&M, 1, 1);
 
     (void)state;
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
     assert_int_equal(perp_lcp_all(context, &result, NULL, &view, &q, NULL, NULL, visit, &v),
                      PERP_OK);
     assert_int_equal(v.count, 0);
@@ -405,7 +404,7 @@ static void test_reports_are_finite(void **state)
         int32_t n = 1 + gen_integer(&random, 4), i;
         double M[16], q[4], l[4], u[4];
         perp_lcp_enumeration result = fresh();
-        perp_matrix view = fresh_matrix();
+        perp_matrix view;
 
         for (i = 0; i < n * n; i++)
             M[i] = sizes[gen_integer(&random, 14)] * (gen_integer(&random, 2) ? 1.0 : -1.0);
@@ -414,7 +413,7 @@ static void test_reports_are_finite(void **state)
             l[i] = gen_integer(&random, 4) ? 0.0 : -sizes[gen_integer(&random, 14)];
             u[i] = gen_integer(&random, 4) ? INFINITY : sizes[gen_integer(&random, 14)];
         }
-        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n);
+        view = matrix_rows(M, n, n);
         assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, l, u, visit_finite, &n),
                          PERP_OK);
     }
@@ -435,11 +434,11 @@ static void test_bounds_out_of_range(void **state)
 {
     static const double M = 4, q = 1e-308, lower = 1e200, upper = DBL_MAX;
     perp_lcp_enumeration result = fresh();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
     int32_t count = 0;
 
     (void)state;
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
+    view = matrix_rows(&M, 1, 1);
     assert_int_equal(
         perp_lcp_all(context, &result, NULL, &view, &q, &lower, &upper, require_vertex, &count),
         PERP_OK);

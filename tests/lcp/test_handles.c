@@ -51,9 +51,8 @@ static const double values[4] = {2, 1, 1, 2}, q[2] = {-3, -3}; /* z = (1, 1) */
 
 static perp_matrix matrix(void)
 {
-    perp_matrix M = fresh_matrix();
+    perp_matrix M = matrix_rows(values, 2, 2);
 
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 2, 2, values, 2), PERP_OK);
     return M;
 }
 

@@ -344,11 +344,11 @@ static void test_next_to_infinity(void **state)
         perp_lcp_solver *solver = posed(2, M, lower, upper, q);
         perp_lcp_settings settings = solver->settings;
         perp__evaluation worth;
-        perp_matrix view = fresh_matrix();
+        perp_matrix view;
 
         settings.scaling = scaling;
         assert_int_equal(perp_lcp_solver_set(solver, &settings), PERP_OK);
-        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
+        view = matrix_rows(M, 2, 2);
         assert_int_equal(perp_lcp_solver_setup(solver, &view, lower, upper), PERP_OK);
         perp__scale_problem(solver, q);
         memcpy(solver->z, lower, sizeof lower);
@@ -364,11 +364,11 @@ static void test_not_finite(void **state)
     static const int32_t starts[3] = {0, 0, 1}, rows[1] = {1};
     static const double values[1] = {1}, q[2] = {0, -1}, z[2] = {0, 1}, away[2] = {INFINITY, 1};
     perp_lcp_solver *solver = NULL;
-    perp_matrix M = fresh_matrix();
+    perp_matrix M;
 
     (void)state;
     assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
-    assert_int_equal(perp_matrix_csc(&M, 2, 2, starts, rows, values), PERP_OK);
+    M = matrix_csc(2, 2, starts, rows, values);
     assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
     perp__scale_problem(solver, q);
     assert_int_equal(judged(solver, z), PERP_OUTCOME_SOLVED);

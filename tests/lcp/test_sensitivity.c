@@ -44,8 +44,7 @@ static void make_direction(direction *d, gen_random *random, int32_t n)
     }
     for (i = 0; i < n * n; i++)
         d->dM[i] = gen_normal(random);
-    assert_int_equal(perp_matrix_init(&d->view, sizeof d->view), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&d->view, PERP_STORAGE_ROW_MAJOR, n, n, d->dM, n), PERP_OK);
+    d->view = matrix_rows(d->dM, n, n);
 }
 
 static double dot(const double *a, const double *b, int32_t n)
@@ -82,7 +81,7 @@ static void solve_moved(const gen_lcp *problem, const direction *d, double t, do
 {
     const int32_t n = problem->n;
     double M[LARGEST * LARGEST], q[LARGEST], lower[LARGEST], upper[LARGEST];
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
     int32_t i;
     run r;
 
@@ -96,7 +95,7 @@ static void solve_moved(const gen_lcp *problem, const direction *d, double t, do
         lower[i] = l + t * d->dlower[i];
         upper[i] = l == u ? lower[i] : u + t * d->dupper[i]; /* fixed: both move */
     }
-    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n), PERP_OK);
+    view = matrix_rows(M, n, n);
     run_view(&r, context, &view, q, lower, upper, NULL, z, "moved");
     assert_true(run_ok(&r));
     memcpy(z, r.z, (size_t)n * sizeof *z);

@@ -29,8 +29,7 @@ static void prepare(call *c)
     c->q[0] = c->q[1] = -3.0;
     c->upper[0] = c->upper[1] = 9.0;
     c->settings = run_settings(PERP_LCP_AUTO);
-    assert_int_equal(perp_matrix_init(&c->view, sizeof c->view), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&c->view, PERP_STORAGE_ROW_MAJOR, 2, 2, c->M, 2), PERP_OK);
+    c->view = matrix_rows(c->M, 2, 2);
     assert_int_equal(perp_lcp_sensitivity_info_init(&c->info, sizeof c->info), PERP_OK);
     c->info.margin = 5.0;
 }
@@ -101,13 +100,13 @@ static void test_products(void **state)
     double out[2] = {7, 7};
     int32_t places[2];
     perp_lcp_sensitivity *s = NULL;
-    perp_matrix dM = fresh_matrix();
+    perp_matrix dM;
     call c;
 
     (void)state;
     prepare(&c);
     assert_int_equal(create(&c, &s), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&dM, PERP_STORAGE_ROW_MAJOR, 1, 1, good, 1), PERP_OK);
+    dM = matrix_rows(good, 1, 1);
     assert_int_equal(perp_lcp_sensitivity_forward(NULL, out, good, NULL, NULL, NULL),
                      PERP_ERROR_HANDLE);
     assert_int_equal(perp_lcp_sensitivity_adjoint(NULL, out, NULL, NULL, good), PERP_ERROR_HANDLE);

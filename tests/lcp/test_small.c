@@ -153,11 +153,11 @@ static void test_monitor_is_obeyed(void **state)
     static const double M[] = {2.0, 1.0, 1.0, 2.0}, q[] = {-1.0, -1.0};
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
     perp_lcp_result result = fresh_lcp_result();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
     double z[2] = {7.0, 7.0};
 
     (void)state;
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
+    view = matrix_rows(M, 2, 2);
     settings.monitor = answer;
     for (int32_t say = -1; say <= 1; say++) {
         const perp_status expected = say < 0 ? PERP_ERROR_CALLBACK : PERP_OK;
@@ -209,11 +209,10 @@ static void test_start_decides(void **state)
     static const double starts[][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0 / 3, 1.0 / 3}};
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
     perp_lcp_result result = fresh_lcp_result();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view = matrix_rows(M, 2, 2);
     double z[2];
 
     (void)state;
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
     for (int k = 0; k < 3; k++) {
         assert_int_equal(perp_lcp_solve(context, z, NULL, NULL, &result, &settings, &view, q, NULL,
                                         NULL, starts[k]),
@@ -262,11 +261,10 @@ static void test_rays_are_left_to_lemke(void **state)
     static const double M[] = {-1.0, -1.0, -1.0, -2.0}, q[] = {-1.0, -1.0};
     perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
     perp_lcp_result result = fresh_lcp_result();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view = matrix_rows(M, 2, 2);
     double z[2], ray[2];
 
     (void)state;
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
     assert_int_equal(
         perp_lcp_solve(context, z, NULL, ray, &result, &settings, &view, q, NULL, NULL, NULL),
         PERP_OK);

@@ -34,10 +34,7 @@ static void allocate(gen_lcp *problem, int32_t n)
         problem->column_starts[j + 1] = count;
         problem->upper[j] = INFINITY;
     }
-    assert_int_equal(perp_matrix_init(&problem->view, sizeof problem->view), PERP_OK);
-    assert_int_equal(perp_matrix_csc(&problem->view, n, n, problem->column_starts,
-                                     problem->row_indices, problem->values),
-                     PERP_OK);
+    problem->view = matrix_csc(n, n, problem->column_starts, problem->row_indices, problem->values);
 }
 
 static double *entry(gen_lcp *problem, int32_t i, int32_t j)

@@ -16,14 +16,6 @@
 
 #include "context.h"
 
-static perp_matrix dense(const double *M, int32_t n)
-{
-    perp_matrix view = fresh_matrix();
-
-    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n), PERP_OK);
-    return view;
-}
-
 static const int32_t methods[] = {PERP_LCP_AUTO, PERP_LCP_LEMKE, PERP_LCP_PGS, PERP_LCP_FISCHER,
                                   PERP_LCP_ACTIVE_SET};
 
@@ -42,7 +34,7 @@ static void test_noise_in_place_of_a_zero(void **state)
         /* z2 = 5 + 2 z1, z0 = 1 - e z1: e - e^2 z1 - z1 + 10 + 4 z1 + 3 = 0 */
         const double z1 = -(13 + e) / (3 - e * e);
         const double z[3] = {1 - e * z1, z1, 5 + 2 * z1};
-        perp_matrix view = dense(M, 3);
+        perp_matrix view = run_dense(M, 3);
         run r;
 
         run_view(&r, context, &view, q, lower, upper, NULL, NULL, "F18");
@@ -78,7 +70,7 @@ static void test_rows_of_noise(void **state)
         for (m = 0; m < sizeof methods / sizeof *methods; m++) {
             const int32_t n = k < 3 ? 5 : 4;
             perp_lcp_settings settings = run_settings(methods[m]);
-            perp_matrix view = dense(M[k], n);
+            perp_matrix view = run_dense(M[k], n);
             double near;
             run r;
 
@@ -115,14 +107,14 @@ static void test_a_large_neighbour(void **state)
     (void)state;
     for (m = 0; m < sizeof methods / sizeof *methods; m++) {
         perp_lcp_settings settings = run_settings(methods[m]);
-        perp_matrix view = dense(M, 2);
+        perp_matrix view = run_dense(M, 2);
         run r;
 
         run_view(&r, context, &view, q, lower, upper, &settings, NULL, "parts");
         assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
         assert_true(r.z[0] == 0.5 && r.z[1] == 1e30 && r.w[0] == 0.0);
         run_release(&r);
-        view = dense(M2, 2); /* a coupling that carries 1e-10 to row 0 */
+        view = run_dense(M2, 2); /* a coupling that carries 1e-10 to row 0 */
         run_view(&r, context, &view, q2, lower, upper, &settings, NULL, "coupled");
         /* active sets take signs beside the largest z and may give up, but not be wrong (run_view)
          */
@@ -164,7 +156,7 @@ static void test_hostile_sizes(void **state)
         }
         settings.scaling = round % 2;
         settings.max_iterations = 1000;
-        view = dense(M, n);
+        view = run_dense(M, n);
         snprintf(where, sizeof where, "round %d", round);
         run_view(&r, context, &view, q, NULL, NULL, &settings, NULL, where);
         run_release(&r);
@@ -179,7 +171,7 @@ static void test_a_pause_is_no_verdict(void **state)
     static const double lower[4] = {-INFINITY, -INFINITY, -INFINITY, 1e154};
     static const double upper[4] = {1, INFINITY, INFINITY, DBL_MAX};
     perp_lcp_settings settings = run_settings(PERP_LCP_PGS);
-    perp_matrix view = dense(M, 4);
+    perp_matrix view = run_dense(M, 4);
     run r;
 
     (void)state;
@@ -270,7 +262,7 @@ static void test_parts_are_judged_as_alone(void **state)
         run r;
 
         make_stack(&s, &random, round < 30 ? 0 : 100);
-        view = dense(s.M, s.n);
+        view = run_dense(s.M, s.n);
         snprintf(where, sizeof where, "round %d, %s", round, perp_lcp_method_text(settings.method));
         run_view(&r, context, &view, s.q, NULL, NULL, &settings, NULL, where);
         compare_stack(&s, &r, &settings, where);

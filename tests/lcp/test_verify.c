@@ -384,7 +384,7 @@ static void test_signs_of_tiny_sums(void **state)
         double l[LARGEST], u[LARGEST];
         int64_t A[LARGEST * LARGEST], b[LARGEST], x[LARGEST], det;
         perp_lcp_proof proof = fresh_lcp_proof();
-        perp_matrix view = fresh_matrix();
+        perp_matrix view;
         int32_t i, j;
 
         for (i = 1; i <= m; i++) {
@@ -411,7 +411,7 @@ static void test_signs_of_tiny_sums(void **state)
         M[n - 1] = tiny;
         l[0] = 0.0;
         u[0] = INFINITY;
-        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n);
+        view = matrix_rows(M, n, n);
         assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
         if (proof.verdict == PERP_VERDICT_REGULAR)
             assert_true(tiny > 0.0);
@@ -440,7 +440,7 @@ static void test_doubt_about_the_block(void **state)
         const double d = ldexp(gen_integer(&random, 2) ? 1.0 : -1.0, -gen_integer(&random, 20) - 3);
         double A[4] = {1, 0, 0, 1}, M[9] = {0}, q[3], z[3] = {0, 0, -1};
         perp_lcp_proof proof = fresh_lcp_proof();
-        perp_matrix view = fresh_matrix();
+        perp_matrix view;
         int32_t i;
 
         while (fmax(fmax(fabs(A[0]), fabs(A[1])), fmax(fabs(A[2]), fabs(A[3]))) < limit) {
@@ -458,7 +458,7 @@ static void test_doubt_about_the_block(void **state)
         }
         M[6] = 1.0;
         q[2] = d - exact[0];
-        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 3, 3, M, 3);
+        view = matrix_rows(M, 3, 3);
         assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
         if (proof.verdict == PERP_VERDICT_REGULAR)
             assert_true(d > 0.0);
@@ -482,10 +482,8 @@ static void test_no_infinite_radius(void **state)
     perp_matrix view, view_1;
 
     (void)state;
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
-    assert_int_equal(perp_matrix_init(&view_1, sizeof view_1), PERP_OK);
-    perp_matrix_dense(&view_1, PERP_STORAGE_ROW_MAJOR, 1, 1, &minus, 1);
+    view = matrix_rows(&M, 1, 1);
+    view_1 = matrix_rows(&minus, 1, 1);
     assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view, &q, &l, &u, &z), PERP_OK);
     assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
     assert_true(radius == INFINITY && proof.radius == INFINITY);

@@ -15,19 +15,10 @@
 
 #include "context.h"
 
-static perp_matrix view_of(int32_t n, const double *M)
-{
-    perp_matrix view = fresh_matrix();
-
-    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n > 0 ? n : 1),
-                     PERP_OK);
-    return view;
-}
-
 static perp_lcp_proof verify_bounded(int32_t n, const double *M, const double *q, const double *l,
                                      const double *u, const double *z)
 {
-    perp_matrix view = view_of(n, M);
+    perp_matrix view = matrix_rows(M, n, n);
     perp_lcp_proof proof = fresh_lcp_proof();
 
     assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
@@ -95,7 +86,7 @@ static perp_lcp_proof verify_tridiagonal(int32_t n)
     double *values = check_allocate(3 * size, sizeof *values);
     double *q = check_allocate(2 * size, sizeof *q), *z = q + size;
     perp_lcp_proof proof = fresh_lcp_proof();
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
 
     for (j = 0; j < n; j++) {
         starts[j] = count;
@@ -109,7 +100,7 @@ static perp_lcp_proof verify_tridiagonal(int32_t n)
     for (j = 0; j < n; j++)
         for (i = starts[j]; i < starts[j + 1]; i++)
             q[rows[i]] -= values[i] * z[j];
-    assert_int_equal(perp_matrix_csc(&view, n, n, starts, rows, values), PERP_OK);
+    view = matrix_csc(n, n, starts, rows, values);
     assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, NULL, NULL, z), PERP_OK);
     free(starts);
     free(rows);
@@ -229,7 +220,7 @@ static void prepare(call *c)
     static const call good = {{2, 1, 1, 2}, {-3, -3}, {0, 0}, {9, 9}, {1, 1}, {7, 7}, {0}, {0}};
 
     *c = good;
-    c->view = view_of(2, c->M);
+    c->view = matrix_rows(c->M, 2, 2);
     c->proof = fresh_lcp_proof();
     c->proof.radius = 5.0;
 }

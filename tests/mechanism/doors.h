@@ -57,10 +57,8 @@ static inline perp_load_friction *open_load(perp_context *context, const load_ca
     perp_load_system system;
     perp_matrix A, C;
 
-    perp_matrix_init(&A, sizeof A);
-    perp_matrix_init(&C, sizeof C);
-    perp_matrix_dense(&A, PERP_STORAGE_ROW_MAJOR, c->n, c->n, c->A, c->n);
-    perp_matrix_dense(&C, PERP_STORAGE_ROW_MAJOR, c->n, c->n, c->C, c->n);
+    A = matrix_rows(c->A, c->n, c->n);
+    C = matrix_rows(c->C, c->n, c->n);
     assert_int_equal(perp_load_system_init(&system, sizeof system), PERP_OK);
     system.n = c->n;
     system.A = &A;

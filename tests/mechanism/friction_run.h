@@ -23,10 +23,8 @@ typedef struct asked {
 static inline perp_load_system *describe(asked *a, int32_t n, const double *A, const double *b,
                                          const double *C, const double *d, const double *mu)
 {
-    assert_int_equal(perp_matrix_init(&a->A, sizeof a->A), PERP_OK);
-    assert_int_equal(perp_matrix_init(&a->C, sizeof a->C), PERP_OK);
-    perp_matrix_dense(&a->A, PERP_STORAGE_ROW_MAJOR, n, n, A, n);
-    perp_matrix_dense(&a->C, PERP_STORAGE_ROW_MAJOR, n, n, C, n);
+    a->A = matrix_rows(A, n, n);
+    a->C = matrix_rows(C, n, n);
     assert_int_equal(perp_load_system_init(&a->system, sizeof a->system), PERP_OK);
     assert_int_equal(perp_load_summary_init(&a->summary, sizeof a->summary), PERP_OK);
     a->system.n = n;

@@ -31,12 +31,9 @@ static inline void describe_screw(screw *s, double T, double stiffness, double d
     s->rows[3] = sin(lead);
     s->force[0] = T;
     s->force[1] = -W;
-    perp_matrix_init(&s->mass, sizeof s->mass);
-    perp_matrix_init(&s->normal, sizeof s->normal);
-    perp_matrix_init(&s->tangent, sizeof s->tangent);
-    perp_matrix_dense(&s->mass, PERP_STORAGE_ROW_MAJOR, 2, 2, s->values, 2);
-    perp_matrix_dense(&s->normal, PERP_STORAGE_ROW_MAJOR, 1, 2, s->rows, 2);
-    perp_matrix_dense(&s->tangent, PERP_STORAGE_ROW_MAJOR, 1, 2, s->rows + 2, 2);
+    s->mass = matrix_rows(s->values, 2, 2);
+    s->normal = matrix_rows(s->rows, 1, 2);
+    s->tangent = matrix_rows(s->rows + 2, 1, 2);
     assert_int_equal(perp_compliant_system_init(&s->system, sizeof s->system), PERP_OK);
     s->system.n = 2;
     s->system.contacts = 1;

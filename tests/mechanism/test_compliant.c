@@ -96,12 +96,9 @@ static void test_criterion(void **state)
         }
         for (i = 0; i < 3; i++) /* mass and normal are unit matrices: Gamma = I + tangent' */
             numbers[4 * i] = numbers[9 + 4 * i] = 1;
-        perp_matrix_init(&mass, sizeof mass);
-        perp_matrix_init(&normal, sizeof normal);
-        perp_matrix_init(&tangent, sizeof tangent);
-        perp_matrix_dense(&mass, PERP_STORAGE_ROW_MAJOR, 3, 3, numbers, 3);
-        perp_matrix_dense(&normal, PERP_STORAGE_ROW_MAJOR, 3, 3, numbers + 9, 3);
-        perp_matrix_dense(&tangent, PERP_STORAGE_ROW_MAJOR, 3, 3, numbers + 18, 3);
+        mass = matrix_rows(numbers, 3, 3);
+        normal = matrix_rows(numbers + 9, 3, 3);
+        tangent = matrix_rows(numbers + 18, 3, 3);
         system.n = system.contacts = 3;
         system.mass = &mass;
         system.normal = &normal;

@@ -326,12 +326,9 @@ static perp_status make_spring(perp_context *context, perp_compliant **made, dou
     perp_compliant_system system = fresh_compliant_system();
     perp_matrix mass_view, normal_view, tangent_view;
 
-    perp_matrix_init(&mass_view, sizeof mass_view);
-    perp_matrix_init(&normal_view, sizeof normal_view);
-    perp_matrix_init(&tangent_view, sizeof tangent_view);
-    perp_matrix_dense(&mass_view, PERP_STORAGE_ROW_MAJOR, 1, 1, one, 1);
-    perp_matrix_dense(&normal_view, PERP_STORAGE_ROW_MAJOR, 1, 1, &normal, 1);
-    perp_matrix_dense(&tangent_view, PERP_STORAGE_ROW_MAJOR, 1, 1, none, 1);
+    mass_view = matrix_rows(one, 1, 1);
+    normal_view = matrix_rows(&normal, 1, 1);
+    tangent_view = matrix_rows(none, 1, 1);
     system.n = system.contacts = 1;
     system.mass = &mass_view;
     system.normal = &normal_view;

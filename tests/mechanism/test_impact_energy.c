@@ -197,12 +197,12 @@ static void has_none(const tabled *r, const double *v0)
 {
     perp_lcp_enumeration all = fresh_lcp_enumeration();
     perp_context *context;
-    perp_matrix view = fresh_matrix();
+    perp_matrix view;
     double M[64], q[8];
 
     make_linear(M, q, r, v0);
     assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
-    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 8, 8, M, 8);
+    view = matrix_rows(M, 8, 8);
     assert_int_equal(perp_lcp_all(context, &all, NULL, &view, q, NULL, NULL, NULL, NULL), PERP_OK);
     assert_int_equal(all.outcome, PERP_OUTCOME_SOLVED);
     assert_int_equal(all.isolated + all.families, 0);
