@@ -83,8 +83,9 @@ class Found(Generic[T]):
 
 def maker(result: type[R], struct: type[Structure], **words: Any) -> Callable[..., R]:
     """A function that makes a result of a struct of the library's and, as keywords, of the fields
-    that the struct has not got. Of what it has by the same name flags become bools, an index below 0
-    None, codes the words given for them (a table, or a function); with an `outcome` comes `ok`."""
+    that the struct has not got. Of what it has by the same name flags become bools, an index below
+    0 None, codes the words given for them (a table, or a function); with an `outcome` comes
+    `ok`."""
     words = {"outcome": OUTCOMES, "certificate": CERTIFICATES, **words}
     there = {name for name, kind in struct._fields_ if kind is not c_void_p}  # type: ignore[misc]
     turns: dict[str, Any] = {"bool": bool, "Optional[int]": _index}

@@ -278,7 +278,8 @@ class NCP(Handle):
         settings = sized(NcpSettings)
         fill(
             settings, _CODES, method=method, tol=tol, max_iterations=max_iterations,
-            time_limit=time_limit, penalty=penalty, restarts=restarts, scaling=scaling, polish=polish,
+            time_limit=time_limit, penalty=penalty, restarts=restarts, scaling=scaling,
+            polish=polish,
         )  # fmt: skip
         self._start = _vector(z0, "z0")
         self._n = n = len(self._start)

@@ -57,8 +57,8 @@ _FLAGS = {"scaling", "polish", "crash", "project", "strict", "wakeful"}
 
 
 def fill(settings: Structure, codes: dict[str, dict[Any, int]], **given: Any) -> None:
-    """Puts settings into the fields of their names: of words their codes, of a limit that is None 0,
-    of flags 0 or 1, and others as they are."""
+    """Puts settings into the fields of their names: of words their codes, of a limit that is None
+    0, of flags 0 or 1, and others as they are."""
     for name, value in given.items():
         if name in codes:
             value = code(value, codes[name], name)

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from ._world import World
 
 _CODES = {
-    "objective": {word: s.CONSTANTS[f"PERP_STATICS_{word.upper()}"] for word in ("least", "interior")}
+    "objective": {
+        word: s.CONSTANTS[f"PERP_STATICS_{word.upper()}"] for word in ("least", "interior")
+    }
 }
 
 
