@@ -70,7 +70,7 @@ _make = maker(LcpResult, CResult, method=METHODS)
 def read_answer(
     result: CResult, z: NDArray[Any], w: NDArray[Any], ray: NDArray[Any]
 ) -> LcpResult:
-    return _make(result, z=z, w=w, ray=ray if result.has_ray else None)
+    return _make(result, z, w, ray if result.has_ray else None)
 
 
 class _Call:
@@ -165,7 +165,7 @@ def lcp(
             watch = Watch(monitor)
             call.settings.monitor = watch.function
         result, settings, matrix = call.references
-        address, optional = _arrays.address, _arrays.optional
+        address = _arrays.address
         status = library.perp_lcp_solve(
             call.context.pointer,
             address(z),
@@ -175,9 +175,9 @@ def lcp(
             settings,
             matrix,
             address(offset),
-            optional(low),
-            optional(high),
-            optional(start),
+            None if low is None else address(low),
+            None if high is None else address(high),
+            None if start is None else address(start),
         )
         if watch is not None:
             watch.raise_caught()
