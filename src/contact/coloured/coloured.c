@@ -212,7 +212,7 @@ static void read_answer(const job *at, perp__rigid_answer *answer)
         for (int32_t i = 0; i < 3; i++)
             answer->impulse[3 * k + i] = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
     if (at->step->measures)
-        perp__coloured_measure(c, answer, problem);
+        perp__coloured_measure(c, answer, problem, at->step->h);
 }
 
 /* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
@@ -233,14 +233,16 @@ static void keep_momentum(job *at)
 }
 
 /* Whether the passes end with this one, the last of a round: with the budget, or with a residual
- * that is good. */
+ * that is good, and of which nothing sinks: what a step leaves is beside what drives, and where
+ * that is a load far above the weights, more than clearing takes back of what is two guards deep.
+ */
 static int32_t is_last(const job *at, const perp__rigid_answer *answer, int32_t passes)
 {
     const perp__rigid_problem *problem = at->problem;
     const perp__passes *step = at->step;
 
     return !step->measures || passes >= step->rounds * step->passes ||
-           answer->tested <= problem->tol ||
+           (answer->tested <= problem->tol && answer->sinks <= PERP__CLEARED_SHARE) ||
            (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
            (problem->deadline > 0.0 && perp__now() >= problem->deadline);
 }

@@ -98,9 +98,9 @@ typedef struct perp__passes {
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step);
 
-/* What the passes have come to, before overlap is taken out: measure.c. */
+/* What the passes of a step of length h have come to, before overlap is taken out: measure.c. */
 void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
-                            const perp__rigid_problem *problem);
+                            const perp__rigid_problem *problem, double h);
 
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */
 enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };

@@ -18,13 +18,14 @@ static void measure_bounded(const perp__rigid_rows *rows, const double *r, doubl
 }
 
 void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
-                            const perp__rigid_problem *problem)
+                            const perp__rigid_problem *problem, double h)
 {
     const double share = fmin(1.0, PERP__ROUNDING_LIMIT / problem->tol);
     const perp__joint_block *b = &c->joints;
     double drive = 0.0, residual = 0.0;
     int32_t n = 0;
 
+    answer->sinks = 0.0;
     for (int32_t g = 0; g < c->groups; g++)
         for (int32_t i = 0; i < c->group[g].points; i++) {
             const perp__lane_point *p = &c->point[c->group[g].first + i];
@@ -43,6 +44,8 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
                     measure_bounded(&problem->rows[k], answer->impulse + 3 * k,
                                     answer->velocity + 3 * k, found.trace[l], &found.natural[l],
                                     &answer->modes[k]);
+                if (p->guard[l] > 0.0)
+                    perp__raise_to(&answer->sinks, h * -found.u[0][l] / p->guard[l]);
                 perp__raise_to(&drive, found.drive[l]);
                 perp__raise_to(&residual, found.natural[l]);
             }
