@@ -155,3 +155,36 @@ void perp__workspace_release(perp__workspace *space, void (*release)(void *work)
     perp__release(space->arena.context, space->work);
     perp__arena_release(&space->arena);
 }
+
+/* ---- arrays that grow ---- */
+
+enum { FIRST = 16 };
+
+perp_status perp__grow(perp_context *context, const char *what, int32_t *capacity, int64_t needed,
+                       const perp__growing *arrays, size_t count)
+{
+    int64_t entries = *capacity > 0 ? *capacity : FIRST;
+    int made = 1;
+
+    if (needed <= *capacity)
+        return PERP_OK;
+    while (entries < needed)
+        entries *= 2;
+    made = entries <= INT32_MAX / 8;
+    for (const perp__growing *array = arrays; array < arrays + count && made; array++) {
+        void *old, *block = perp__allocate(context, (size_t)entries, array->entry);
+
+        memcpy(&old, array->pointer, sizeof old); /* the pointer has a type of its own */
+        made = block != NULL;
+        if (!made)
+            break;
+        if (array->kept > 0)
+            memcpy(block, old, array->kept);
+        memcpy(array->pointer, &block, sizeof block);
+        perp__release(context, old);
+    }
+    if (!made)
+        return what ? perp__fail_memory(context, what) : PERP_ERROR_MEMORY;
+    *capacity = (int32_t)entries;
+    return PERP_OK;
+}

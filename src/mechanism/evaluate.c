@@ -283,7 +283,7 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
         return status;
     for (int32_t i = 0; i < m->coordinates; i++)
         q1[i] = q0[i] + h * q1[i];
-    status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
+    status = perp__check_finite(m->context, "(q + h N(q) v)", q1, (size_t)m->coordinates);
     if (status == PERP_OK && m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
         status = check(m, status, &(filled){"q", q1, (size_t)m->coordinates, 0}, 1);

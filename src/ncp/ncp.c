@@ -1,6 +1,6 @@
 /* The front door: checks, runs methods from the start and from perturbations of it, judges, and
  * reports. No method grades itself. */
-#include "ncp/ncp.h"
+#include "ncp/solver.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,7 +12,6 @@
 #include "base/outcome.h"
 #include "base/random.h"
 #include "linalg/sparse_block.h"
-#include "ncp/solver.h"
 
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
  * perturbations of it from a generator with a fixed seed ---- */

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/fischer/matrix.h"
+#include "lcp/fischer/fischer.h"
 
 #include "context.h"
 

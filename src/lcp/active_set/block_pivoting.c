@@ -7,7 +7,7 @@
  * (Judice & Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
  * complementarity problems", Computers & Operations Research 21, 1994; bounds: the same authors,
  * "Basic-set algorithm for a generalized linear complementarity problem", JOTA 74, 1992). */
-#include "lcp/active_set/block_pivoting.h"
+#include "lcp/active_set/active_set.h"
 
 #include <float.h>
 #include <math.h>

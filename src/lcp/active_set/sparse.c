@@ -16,7 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/active_set/sparse.h"
+#include "lcp/active_set/active_set.h"
 #include "linalg/sparse_block.h"
 
 #define ITERATIONS 500 /* default limit */

@@ -121,10 +121,6 @@ perp_status perp__acceleration_open(perp_mechanism *m);
 /* Of the tree of patterns. */
 int32_t perp__element_choices(void *user, int32_t index);
 int32_t perp__element_choose(void *user, int32_t index, int32_t choice);
-/* Directions in which a slip starts, and number k of them. */
-int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element);
-void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
-                             double direction[2]);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */
 int32_t perp__element_starts(const perp__element *element, int32_t mode);
 int32_t perp__element_presses(const perp__element *element, int32_t mode);

@@ -137,12 +137,7 @@ static perp_status find_matrix(perp_mechanism *m, perp__implicit *s, int32_t *fo
             s->A[i + n * j] = (s->sum[i] - s->left[i]) / (s->moved[j] - s->v[j]);
         s->moved[j] = s->v[j];
     }
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < i; j++)
-            s->A[i + n * j] = s->A[j + n * i] = 0.5 * (s->A[i + n * j] + s->A[j + n * i]);
-    memcpy(s->factor, s->A, n * n * sizeof *s->A);
-    *found = status == PERP_OK && perp__cholesky_factor(m->n, s->factor, m->n) == 0 &&
-             perp__all_finite(s->factor, n * n);
+    *found = status == PERP_OK && perp__factor_symmetric_part(m->n, s->A, s->factor);
     return status == PERP__OUTSIDE ? PERP_OK : status;
 }
 
@@ -227,14 +222,8 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
         if (!perp__is_good(m->answer.outcome))
             break;
     }
-    if (*found) {
-        const double beside = fmin(lacking, m->settings.tol); /* but for levers */
-        const perp__evidence evidence = {beside, beside, beside, 1};
-
-        perp__raise_to(&m->answer.residual, beside);
-        m->answer.outcome =
-            perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
-    }
+    if (*found)
+        perp__judge_iterate(m, fmin(lacking, m->settings.tol)); /* but for levers */
     return status == PERP__OUTSIDE || status == PERP_ERROR_NOT_FINITE ? PERP_OK : status;
 }
 

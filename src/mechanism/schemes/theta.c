@@ -203,12 +203,7 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
     if (status != PERP_OK)
         return status == PERP__OUTSIDE ? PERP_OK : status; /* M serves */
     /* 2. its symmetric part, if that is positive definite */
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < i; j++)
-            w->A[i + n * j] = w->A[j + n * i] = 0.5 * (w->A[i + n * j] + w->A[j + n * i]);
-    memcpy(w->factor, w->A, n * n * sizeof *w->factor);
-    w->has_matrix = perp__cholesky_factor(m->n, w->factor, m->n) == 0;
-    w->has_matrix = w->has_matrix && perp__all_finite(w->factor, n * n);
+    w->has_matrix = perp__factor_symmetric_part(m->n, w->A, w->factor);
     if (w->has_matrix) {
         w->terms.M = w->A;
         w->terms.factor = w->factor;
@@ -389,12 +384,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
             lacking = defect(m, w, start, &size);
             if (lacking <= tol * size && !again &&
                 (lacking <= wanted * size || (pass > 1 && 2.0 * lacking > before))) {
-                const double beside = size > 0.0 ? lacking / size : 0.0;
-                const perp__evidence evidence = {beside, beside, beside, 1};
-
-                perp__raise_to(&m->answer.residual, beside);
-                m->answer.outcome = perp__worse_outcome(m->answer.outcome,
-                                                        perp__gate(&evidence, m->settings.tol, -1));
+                perp__judge_iterate(m, size > 0.0 ? lacking / size : 0.0);
                 return PERP_OK;
             }
             if (!w->tried_matrix && lacking > SLOW * change)
