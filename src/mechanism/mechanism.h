@@ -3,6 +3,8 @@
 #ifndef PERP_MECHANISM_MECHANISM_H
 #define PERP_MECHANISM_MECHANISM_H
 
+#include <float.h>
+
 #include <perp/contact.h>
 #include <perp/mechanism.h>
 
@@ -12,8 +14,7 @@
 #include "base/outcome.h"
 #include "linalg/held_rows.h"
 #include "linalg/matrix.h"
-
-#define PERP__EPS 2.220446049250313e-16
+#include "mechanism/tuning.h"
 
 /* The velocities of an answer and its impulses belong together up to this, beside the terms of
  * their balance: impulses are known up to tol times what bodies and levers make of that.
@@ -25,7 +26,7 @@
 #define PERP__LEVERS 16.0
 
 /* Sliding speed relative to its terms that counts as none: rounding of the sum. */
-#define PERP__SPEED_ROUNDING (64.0 * PERP__EPS)
+#define PERP__SPEED_ROUNDING (64.0 * DBL_EPSILON)
 
 /* In a problem in accelerations a slip is a drift faster than these by this factor. */
 #define PERP__FAST 64.0

@@ -10,17 +10,11 @@
 #include "mechanism/mechanism.h"
 #include "mechanism/linear.h"
 
-/* Relative size that counts as nothing: of forces and accelerations. */
-#define PERP__ACCELERATION_TOLERANCE 1e-12
 /* A pivot below this, beside the largest entry of an equilibrated system, is 0. */
-#define PERP__ACCELERATION_SINGULAR (4.0 * PERP__ACCELERATION_TOLERANCE)
-/* The same of a family's points, which the double description method gives to 1e-9 or so. */
-#define PERP__FAMILY_TOLERANCE 1e-8
+#define PERP__ACCELERATION_SINGULAR (PERP__SINGULAR * PERP__NOTHING)
 /* Pivots from directions that an iteration gives, which are worth less. */
 #define PERP__ROUGH_DIRECTIONS 1e-6
 #define PERP__MOST_CONTACTS 12
-
-#define PERP__PI 3.14159265358979323846
 
 typedef struct perp__element {
     int32_t source; /* contact, or contacts + dry group */

@@ -23,10 +23,7 @@
 #include "base/context.h"
 #include "linalg/blas.h"
 
-#define MOST_ITERATES 50 /* an answer is near, or there is none */
-#define MOST_RETREATS 8  /* from where the model is not defined, half the way back each */
-#define SLOW 0.1         /* a change that is not less than this much of the one before */
-#define FORWARD 0x1p-26  /* about sqrt(eps), of a speed: a step of differences */
+#define MOST_RETREATS 8 /* from where the model is not defined, half the way back each */
 
 struct perp__implicit {
     PERP__WORK;
@@ -130,7 +127,7 @@ static perp_status find_matrix(perp_mechanism *m, perp__implicit *s, int32_t *fo
     for (size_t j = 0; j < n && status == PERP_OK; j++) {
         const double unit = (speed > 0.0 ? speed : 1.0) / sqrt(m->begin.M[j * (n + 1)]);
 
-        s->moved[j] = s->v[j] + FORWARD * fmax(fabs(s->v[j]), unit);
+        s->moved[j] = s->v[j] + PERP__DIFFERENCE * fmax(fabs(s->v[j]), unit);
         status = evaluate(m, s, s->moved);
         balance(m, s, s->sum, s->moved);
         for (size_t i = 0; i < n; i++)
@@ -183,8 +180,8 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
     int32_t has_matrix = 0;
     perp_status status = PERP_OK;
 
-    for (int32_t pass = 0;
-         pass < MOST_ITERATES && status == PERP_OK && !(pass > 0 && perp__mechanism_is_late(m));
+    for (int32_t pass = 0; pass < PERP__MOST_ITERATES && status == PERP_OK &&
+                           !(pass > 0 && perp__mechanism_is_late(m));
          pass++) {
         const double before = lacking;
         perp__velocity_problem problem;
@@ -201,7 +198,7 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
                  lacking <= (lacking < before ? 1.0 : PERP__LEVERS) * m->settings.tol;
         if (*found)
             break;
-        if (pass > 0 && lacking > SLOW * before) {
+        if (pass > 0 && lacking > PERP__SLOW * before) {
             status = find_matrix(m, s, &has_matrix);
             PERP__THEN(status, pose(m, s));
         }
