@@ -19,8 +19,6 @@ enum {
  * are rounding; and how far rows may be passed, beside the largest |q|, for a larger pivot. */
 #define SMALLEST_PIVOT 1e-11
 #define SLACK 1e-12
-/* A pivot of this size beside its column makes a basis to start from. */
-#define SMALLEST_START 1e-8
 
 /* Where the column of a nonbasic variable begins: what it was before that pivot. */
 typedef struct column {

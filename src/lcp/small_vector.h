@@ -83,7 +83,7 @@ TARGET static inline size_t NAME(largest_row)(size_t rows, const double *wrong, 
         most = larger(absolute(load(x + i)), most);
         largest = larger(absolute(multiply(load(x + i), load(wrong + i))), largest);
     }
-    if (!(largest_of(largest) > SMALLEST_START * largest_of(most)))
+    if (!(largest_of(largest) > PERP__POOR_PIVOT * largest_of(most)))
         return NONE;
     largest = spread(largest_of(largest));
     for (size_t i = 0; i < rows; i += LANES)

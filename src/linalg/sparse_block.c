@@ -92,9 +92,8 @@ int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 
 /* ---- its blocks ---- */
 
-/* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it: on
- * plane grids of five points multigrid overtakes Cholesky at 6e4 rows, in space at 1000. */
-#define PERP__LARGE_MATRIX 1000
+/* Blocks of at least so many rows are left to a hierarchy: on plane grids of five points multigrid
+ * overtakes Cholesky at 6e4 rows, in space at 1000. */
 #define PERP__LARGE_BLOCK 3000
 #define PERP__LARGE_PLANE 60000
 #define PERP__PLANE 5 /* entries a row */

@@ -50,9 +50,6 @@
 /* Exponents of units of the size that a caller may have chosen. */
 #define CHOSEN_UNIT 100
 
-/* Sizes below this have lost digits, or all, to underflow. */
-#define LEAST_SIZE 0x1p-960
-
 /* Exponents from which on a unit may be that of the end of doubles (linalg/scale.c), and products
  * in units leave them. */
 #define FARTHEST_UNIT 500
@@ -343,7 +340,7 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     for (int32_t i = 0; i < p->M->rows; i++) {
         const double size = t->around[i] + perp__floor_of(p->tol) * t->most[t->cut[i]];
         const int32_t unit = abs(t->exponents[i]);
-        const int32_t is_extreme = !(size >= LEAST_SIZE && size < INFINITY) ||
+        const int32_t is_extreme = !(size >= PERP__LEAST_PRODUCT && size < INFINITY) ||
                                    unit >= FARTHEST_UNIT || unit + abs(t->omegas[i]) >= FARTHEST;
 
         t->is_free[i] = is_extreme;

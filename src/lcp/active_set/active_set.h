@@ -7,6 +7,9 @@
 #include "linalg/multigrid/multigrid.h"
 #include "linalg/tridiagonal.h"
 
+/* Exchanges of whole blocks without progress before single ones. */
+#define PERP__PATIENCE 10
+
 /* ---- active_block.c ---- */
 
 /* Linear systems with the active block M_AA of a dense matrix, for sets A that change from one to

@@ -56,15 +56,13 @@ void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x);
 
 /* ---- the method ---- */
 
-#define PERP__FISCHER_MEMORY 8 /* values of Psi that the line search looks back on */
-
 typedef struct perp__fischer_state {
     perp__lcp_work common;
     perp__fischer_matrix S;
     double penalty;
     double *z, *w, *phi; /* the point, F and Phi there; z belongs to the caller */
     double psi;
-    double recent[PERP__FISCHER_MEMORY]; /* Psi of the last points, in a ring */
+    double recent[PERP__MEMORY]; /* Psi of the last points, in a ring */
     int64_t steps;
     double *slope_z, *slope_w;             /* D_z and D_w */
     double *weights, *d, *image;           /* a direction's system, the direction, S d */

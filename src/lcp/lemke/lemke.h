@@ -8,6 +8,9 @@
 #include "linalg/basis.h"
 #include "linalg/lanes/panels.h"
 
+/* A look for a basis near the solution's ends after so many rounds in a row that did not help. */
+#define PERP__CRASH_PATIENCE 3
+
 /* ---- tableau.c ---- */
 
 /* A condensed simplex tableau with delayed updates.
