@@ -37,22 +37,18 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
     return take(arena, count, size, 1, &bytes);
 }
 
-void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
+void perp__arena_take_all(perp__arena *arena, size_t count, size_t size, const void *places,
+                          size_t many)
 {
     size_t bytes;
-    char *first = take(arena, count, sizeof **arrays[0], many, &bytes);
+    char *first = take(arena, count, size, many, &bytes);
 
-    for (size_t k = 0; k < many; k++)
-        *arrays[k] = first ? (double *)(void *)(first + k * bytes) : NULL;
-}
+    for (size_t k = 0; k < many; k++) { /* pointers are copied, for they have types of their own */
+        void *place, *array = first ? first + k * bytes : NULL;
 
-void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many)
-{
-    size_t bytes;
-    char *first = take(arena, count, sizeof **arrays[0], many, &bytes);
-
-    for (size_t k = 0; k < many; k++)
-        *arrays[k] = first ? (int32_t *)(void *)(first + k * bytes) : NULL;
+        memcpy(&place, (const char *)places + k * sizeof place, sizeof place);
+        memcpy(place, &array, sizeof array);
+    }
 }
 
 void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, size_t bytes)

@@ -22,14 +22,13 @@ typedef void (*perp__layout)(perp__arena *arena, void *object);
 void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
 
 /* The same for several arrays of `count` numbers: PERP__DOUBLES(arena, n, &a, &b, &c). */
-#define PERP__DOUBLES(arena, count, ...) PERP__TAKE_ALL(doubles, double, arena, count, __VA_ARGS__)
-#define PERP__INTEGERS(arena, count, ...) \
-    PERP__TAKE_ALL(integers, int32_t, arena, count, __VA_ARGS__)
-#define PERP__TAKE_ALL(name, T, arena, count, ...)                \
-    perp__arena_##name(arena, count, (T * *const[]){__VA_ARGS__}, \
-                       sizeof((T **const[]){__VA_ARGS__}) / sizeof(T **))
-void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many);
-void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many);
+#define PERP__DOUBLES(arena, count, ...) PERP__TAKE_ALL(double, arena, count, __VA_ARGS__)
+#define PERP__INTEGERS(arena, count, ...) PERP__TAKE_ALL(int32_t, arena, count, __VA_ARGS__)
+#define PERP__TAKE_ALL(T, arena, count, ...)                                   \
+    perp__arena_take_all(arena, count, sizeof(T), (T * *const[]){__VA_ARGS__}, \
+                         sizeof((T **const[]){__VA_ARGS__}) / sizeof(T **))
+void perp__arena_take_all(perp__arena *arena, size_t count, size_t size, const void *places,
+                          size_t many);
 
 /* Gives an arena that is all 0 its first block, which is the caller's and outlives the arena. */
 void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, size_t bytes);

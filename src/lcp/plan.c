@@ -43,7 +43,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     /* A sweep over a diagonally dominant problem leaves the rows' off-diagonal share at most, in
      * the mean its square. */
     for (int32_t i = 0; i < solver->n && may_promise; i++)
-        share = fmax(share, solver->row_norms[i] / (perp__diagonal_entry(&solver->M, i) *
+        share = fmax(share, solver->row_norms[i] / (perp__entry(&solver->M, i, i) *
                                                     solver->factors[i] * solver->factors[i]) -
                                 1.0);
     if (may_promise && share < 1.0 &&

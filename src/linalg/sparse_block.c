@@ -411,7 +411,7 @@ static perp_status count_steps(perp__sparse_block *b)
     if (b->by_steps == 0)
         return status;
     for (int32_t i = 0; i < b->M->columns; i++) {
-        b->diagonal[i] = perp__diagonal_entry(b->M, i) * b->scale[i] * b->scale[i];
+        b->diagonal[i] = perp__entry(b->M, i, i) * b->scale[i] * b->scale[i];
         b->direction[i] = 0.0;
     }
     return PERP_OK;

@@ -91,7 +91,7 @@ static int32_t has_noise(perp__witness *t, const perp__witness_point *p)
     double *diagonal = t->carried;
 
     for (int32_t i = 0; i < p->M->rows; i++) {
-        diagonal[i] = fabs(perp__diagonal_entry(p->M, i));
+        diagonal[i] = fabs(perp__entry(p->M, i, i));
         is_far |= abs(p->exponents[i]) > CHOSEN_UNIT;
     }
     if (is_far)
@@ -250,7 +250,7 @@ static void find_allowed(perp__witness *t, const perp__witness_point *p, double 
     for (int32_t i = 0; i < n; i++) {
         const int32_t shift = t->exponents[i] - t->omegas[i];
         const double noise = NOISE_OF_SIDES * fmin(1.0, perp__shift(side[p->part[i]], shift));
-        const double d = perp__shift(perp__diagonal_entry(p->M, i), 2 * t->exponents[i]);
+        const double d = perp__shift(perp__entry(p->M, i, i), 2 * t->exponents[i]);
         const double size = fabs(d) >= least ? fmax(t->allowed[i], 1.0) : t->allowed[i];
 
         t->allowed[i] = fmax(least * size, noise);

@@ -129,7 +129,7 @@ static void sweeps(perp__fischer_state *f, int32_t count)
     for (int32_t k = 0; k < count && !perp__is_past(p->control->deadline); k++) {
         for (int32_t j = 0; j < p->n; j++) {
             const double z = f->z[j];
-            double diagonal = perp__diagonal_entry(&f->S.S, j);
+            double diagonal = perp__entry(&f->S.S, j, j);
 
             if (!(diagonal > 0.0))
                 diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;

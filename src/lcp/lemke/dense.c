@@ -313,7 +313,7 @@ static void examine(perp__lemke *l)
         const double *mirror = M->values + (size_t)j * M->row_stride + (size_t)i * M->column_stride;
         const double size = 0.5 * *at + 0.5 * *mirror;
 
-        large += size * size > perp__diagonal_entry(M, i) * perp__diagonal_entry(M, j) && i != j;
+        large += size * size > perp__entry(M, i, i) * perp__entry(M, j, j) && i != j;
     }
     l->crashes &= large <= M->rows / 16;
 }

@@ -299,7 +299,7 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
     for (int32_t i = 0; i < p->n; i++) {
         const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
 
-        if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
+        if (p->lower[i] < p->upper[i] && !is_free && !(perp__entry(p->M, i, i) > 0.0))
             has_diagonal = 0;
     }
     return iterate->warm || p->n >= WORTH_IT || has_diagonal ? crash(l, iterate, guess) : PERP_OK;

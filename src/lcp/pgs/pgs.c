@@ -100,7 +100,7 @@ static perp_status check(const perp__lcp_problem *problem)
 
     for (int32_t i = 0; i < problem->n && status == PERP_OK; i++) {
         const double lower = problem->lower[i], upper = problem->upper[i], q = problem->q[i];
-        const double diagonal = perp__diagonal_entry(problem->M, i);
+        const double diagonal = perp__entry(problem->M, i, i);
 
         if (!(lower < upper) || diagonal > 0.0)
             continue;
@@ -141,7 +141,7 @@ static void read_problem(pgs_work *work, const double *z)
 
             work->step[i] =
                 moves(problem, i)
-                    ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
+                    ? work->relaxation / (perp__entry(problem->M, i, i) * (factor * factor))
                     : 0.0;
         }
         perp__rows_read(&sweeper->rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
