@@ -143,7 +143,7 @@ HEADERS := $(sort $(wildcard include/perp/*.h))
 
 # What libperp has inside and libperp-mechanism needs too: the shared library carries a copy, hidden.
 # No public function and nothing that changes may be in these files (make check-abi).
-COMMON := base/arena base/check base/clock base/context base/grow base/handle base/outcome \
+COMMON := base/arena base/check base/clock base/context base/handle \
     linalg/blas$(if $(filter internal,$(BLAS)),_internal) linalg/cone linalg/doubled \
     linalg/held_rows linalg/lanes/loops linalg/matrix linalg/multiply linalg/pivoting \
     patterns/patterns patterns/polyhedron

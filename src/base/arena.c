@@ -37,22 +37,18 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
     return take(arena, count, size, 1, &bytes);
 }
 
-void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
+void perp__arena_take_all(perp__arena *arena, size_t count, size_t size, const void *places,
+                          size_t many)
 {
     size_t bytes;
-    char *first = take(arena, count, sizeof **arrays[0], many, &bytes);
+    char *first = take(arena, count, size, many, &bytes);
 
-    for (size_t k = 0; k < many; k++)
-        *arrays[k] = first ? (double *)(void *)(first + k * bytes) : NULL;
-}
+    for (size_t k = 0; k < many; k++) { /* pointers are copied, for they have types of their own */
+        void *place, *array = first ? first + k * bytes : NULL;
 
-void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many)
-{
-    size_t bytes;
-    char *first = take(arena, count, sizeof **arrays[0], many, &bytes);
-
-    for (size_t k = 0; k < many; k++)
-        *arrays[k] = first ? (int32_t *)(void *)(first + k * bytes) : NULL;
+        memcpy(&place, (const char *)places + k * sizeof place, sizeof place);
+        memcpy(place, &array, sizeof array);
+    }
 }
 
 void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, size_t bytes)
@@ -154,4 +150,37 @@ void perp__workspace_release(perp__workspace *space, void (*release)(void *work)
         release(space->work);
     perp__release(space->arena.context, space->work);
     perp__arena_release(&space->arena);
+}
+
+/* ---- arrays that grow ---- */
+
+enum { FIRST = 16 };
+
+perp_status perp__grow(perp_context *context, const char *what, int32_t *capacity, int64_t needed,
+                       const perp__growing *arrays, size_t count)
+{
+    int64_t entries = *capacity > 0 ? *capacity : FIRST;
+    int made = 1;
+
+    if (needed <= *capacity)
+        return PERP_OK;
+    while (entries < needed)
+        entries *= 2;
+    made = entries <= INT32_MAX / 8;
+    for (const perp__growing *array = arrays; array < arrays + count && made; array++) {
+        void *old, *block = perp__allocate(context, (size_t)entries, array->entry);
+
+        memcpy(&old, array->pointer, sizeof old); /* the pointer has a type of its own */
+        made = block != NULL;
+        if (!made)
+            break;
+        if (array->kept > 0)
+            memcpy(block, old, array->kept);
+        memcpy(array->pointer, &block, sizeof block);
+        perp__release(context, old);
+    }
+    if (!made)
+        return what ? perp__fail_memory(context, what) : PERP_ERROR_MEMORY;
+    *capacity = (int32_t)entries;
+    return PERP_OK;
 }

@@ -22,14 +22,13 @@ typedef void (*perp__layout)(perp__arena *arena, void *object);
 void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
 
 /* The same for several arrays of `count` numbers: PERP__DOUBLES(arena, n, &a, &b, &c). */
-#define PERP__DOUBLES(arena, count, ...) PERP__TAKE_ALL(doubles, double, arena, count, __VA_ARGS__)
-#define PERP__INTEGERS(arena, count, ...) \
-    PERP__TAKE_ALL(integers, int32_t, arena, count, __VA_ARGS__)
-#define PERP__TAKE_ALL(name, T, arena, count, ...)                \
-    perp__arena_##name(arena, count, (T * *const[]){__VA_ARGS__}, \
-                       sizeof((T **const[]){__VA_ARGS__}) / sizeof(T **))
-void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many);
-void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many);
+#define PERP__DOUBLES(arena, count, ...) PERP__TAKE_ALL(double, arena, count, __VA_ARGS__)
+#define PERP__INTEGERS(arena, count, ...) PERP__TAKE_ALL(int32_t, arena, count, __VA_ARGS__)
+#define PERP__TAKE_ALL(T, arena, count, ...)                                   \
+    perp__arena_take_all(arena, count, sizeof(T), (T * *const[]){__VA_ARGS__}, \
+                         sizeof((T **const[]){__VA_ARGS__}) / sizeof(T **))
+void perp__arena_take_all(perp__arena *arena, size_t count, size_t size, const void *places,
+                          size_t many);
 
 /* Gives an arena that is all 0 its first block, which is the caller's and outlives the arena. */
 void perp__arena_lend(perp__arena *arena, perp_context *context, void *block, size_t bytes);
@@ -68,5 +67,24 @@ perp_status perp__workspace_fit(perp__workspace *space, perp_context *context, s
 void perp__workspace_release(perp__workspace *space, void (*release)(void *work));
 
 void perp__arena_release(perp__arena *arena);
+
+/* ---- arrays that grow, alone or side by side ---- */
+
+/* One of them: where its pointer is, the bytes that are kept, and those of an entry. */
+typedef struct perp__growing {
+    void *pointer;
+    size_t kept, entry;
+} perp__growing;
+
+/* The first `used` numbers of `array` are kept; an entry has `wide` of them. */
+#define PERP__GROWING(array, used, wide)                                             \
+    {                                                                                \
+        &(array), (size_t)(used) * sizeof *(array), (size_t)(wide) * sizeof *(array) \
+    }
+
+/* Room for `needed` entries: *capacity is doubled until it is enough. Where there is no memory,
+ * what was there is in place, the message names `what`; NULL: no message. PERP_OK or _MEMORY. */
+perp_status perp__grow(perp_context *context, const char *what, int32_t *capacity, int64_t needed,
+                       const perp__growing *arrays, size_t count);
 
 #endif

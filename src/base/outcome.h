@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include <perp/base.h>
 
@@ -55,7 +56,12 @@ static inline perp_outcome perp__gate(const perp__evidence *evidence, double tol
 
 /* The worse of two outcomes: what a whole is called after its parts. Any that is no answer is worse
  * than any that is, rounding_limit worse than solved; of two failures the first stays. */
-perp_outcome perp__worse_outcome(perp_outcome first, perp_outcome second);
+static inline perp_outcome perp__worse_outcome(perp_outcome first, perp_outcome second)
+{
+    if (!perp__is_good(first))
+        return first;
+    return second == PERP_OUTCOME_SOLVED ? first : second;
+}
 
 /* Raises a maximum. Once NaN, always NaN. */
 static inline void perp__raise_to(double *largest, double value)
@@ -70,7 +76,22 @@ static inline double perp__told(double residual)
     return isnan(residual) ? INFINITY : residual;
 }
 
-/* Whether all entries are finite; x may be NULL where count is 0. */
-int32_t perp__all_finite(const double *x, size_t count);
+/* Whether all entries are finite; x may be NULL where count is 0. Adding one to a biased exponent
+ * carries into the sign bit where it is all ones: infinities and NaN. Branch-free, because nearly
+ * every array passes. */
+static inline int32_t perp__all_finite(const double *x, size_t count)
+{
+    const uint64_t exponent_mask = UINT64_C(0x7ff0000000000000);
+    const uint64_t exponent_one = UINT64_C(0x0010000000000000);
+    uint64_t carries = 0;
+
+    for (size_t k = 0; k < count; k++) {
+        uint64_t bits;
+
+        memcpy(&bits, &x[k], sizeof bits);
+        carries |= (bits & exponent_mask) + exponent_one;
+    }
+    return carries >> 63 == 0;
+}
 
 #endif

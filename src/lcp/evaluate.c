@@ -115,7 +115,6 @@ void perp__find_product(perp_lcp_solver *solver)
 {
     for (int32_t i = 0; i < solver->n; i++)
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
-    perp__find_reach(solver);
     perp__multiply_doubled(&solver->wide, solver->z, solver->q, solver->w_high, solver->w_low);
 }
 
@@ -154,10 +153,11 @@ static void sum_overflowed(perp_lcp_solver *solver)
         }
 }
 
-static perp__evaluation measure_point(perp_lcp_solver *solver)
+perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
 {
     perp__evaluation worth;
 
+    perp__find_reach(solver);
     solver->doubtful = 0;
     for (int32_t k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
@@ -175,13 +175,7 @@ static perp__evaluation measure_point(perp_lcp_solver *solver)
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
     perp__find_product(solver);
-    return measure_point(solver);
-}
-
-perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
-{
-    perp__find_reach(solver);
-    return measure_point(solver);
+    return perp__evaluate_product(solver);
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

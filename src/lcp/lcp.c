@@ -117,6 +117,43 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method, perp_outcome 
         keep(solver, &worth, outcome, method);
 }
 
+/* ---- stop requests ---- */
+
+void perp__open_control(perp_lcp_solver *solver, double started)
+{
+    solver->deadline = solver->settings.time_limit;
+    solver->deadline += solver->deadline > 0.0 ? started : 0.0;
+    solver->control = (perp__lcp_control){.monitor = solver->settings.monitor,
+                                          .monitor_user = solver->settings.monitor_user,
+                                          .deadline = solver->deadline};
+}
+
+perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
+{
+    if (control->monitor) {
+        const perp_lcp_progress progress = {.struct_size = sizeof progress,
+                                            .method = control->method,
+                                            .iterations = iterations,
+                                            .residual = residual};
+        const int32_t answer = control->monitor(&progress, control->monitor_user);
+
+        if (answer < 0)
+            control->aborted = 1;
+        if (answer != 0)
+            return PERP_OUTCOME_STOPPED;
+    }
+    return perp__is_past(control->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
+}
+
+int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals)
+{
+    if (!control || control->deadline == 0.0 ||
+        perp__now() + control->residual * residuals <= control->deadline)
+        return 1;
+    control->late = 1;
+    return 0;
+}
+
 /* ---- the search ---- */
 
 /* Times, in units of what computing one residual takes: that of judging the last point and the
@@ -500,15 +537,6 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
                  solver->best.method);
     }
     return status;
-}
-
-void perp__open_control(perp_lcp_solver *solver, double started)
-{
-    solver->deadline = solver->settings.time_limit;
-    solver->deadline += solver->deadline > 0.0 ? started : 0.0;
-    solver->control = (perp__lcp_control){.monitor = solver->settings.monitor,
-                                          .monitor_user = solver->settings.monitor_user,
-                                          .deadline = solver->deadline};
 }
 
 perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,

@@ -13,6 +13,19 @@
 #include "linalg/matrix.h"
 #include "linalg/sparse_block.h"
 
+/* Default limits: of iterations that take factors, and of sweeps, products or exchanges, which do
+ * not. Stagnation: so many of the latter took off less than 1 % of the residual. */
+#define PERP__ITERATIONS 500
+#define PERP__CHEAP_ITERATIONS 10000
+#define PERP__STAGNATION 1000
+#define PERP__STAGNATION_FACTOR 0.99
+
+/* Pivots below this part of their column's largest entry make no good basis to start from. */
+#define PERP__POOR_PIVOT 1e-8
+
+/* Iterative refinements, at most. */
+#define PERP__REFINEMENTS 30
+
 /* Where z_i stands relative to its bounds. */
 enum perp__place {
     PERP__AT_LOWER = PERP_PLACE_LOWER,

@@ -7,11 +7,7 @@
 /* The largest n for which Lemke's method is tried on a sparse matrix: a path of n pivots takes half
  * a minute there. */
 #define PERP__LARGEST_PATH 16384
-/* From this size on it pays to ask whether sweeps alone will do. */
-#define PERP__LARGE_SPARSE 1000
 
-/* Below this size a direct solve costs less than the sweeps would. */
-#define PERP__ROUGH_SIZE 100
 /* So many sweeps cost a fifth of a factorisation on obstacle problems. On a dense matrix n / 16
  * sweeps cost half of one. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
@@ -40,14 +36,14 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     const int32_t is_sparse = solver->M.column_starts != NULL;
     const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
     const int32_t is_limited = solver->settings.time_limit > 0.0;
-    const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_SPARSE;
+    const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
     double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
     /* A sweep over a diagonally dominant problem leaves the rows' off-diagonal share at most, in
      * the mean its square. */
     for (int32_t i = 0; i < solver->n && may_promise; i++)
-        share = fmax(share, solver->row_norms[i] / (perp__diagonal_entry(&solver->M, i) *
+        share = fmax(share, solver->row_norms[i] / (perp__entry(&solver->M, i, i) *
                                                     solver->factors[i] * solver->factors[i]) -
                                 1.0);
     if (may_promise && share < 1.0 &&
@@ -56,7 +52,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
         steps[0].iteration_limit = PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }
-    if (solver->n < PERP__ROUGH_SIZE || is_tridiagonal ||
+    if (solver->n < PERP__COARSEST || is_tridiagonal ||
         (solver->settings.tol < PERP__ROUGH_TOLERANCE && !is_limited))
         return 0;
     steps[0].rough = 1;

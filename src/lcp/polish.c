@@ -10,7 +10,6 @@
 #include "lcp/solver.h"
 #include "linalg/blas.h"
 
-#define PERP__REFINEMENTS 30
 /* Rounds of sign repairs: where solutions fade out (an option far out of the money) the active set
  * grows by a node a round; sparse factorisations are cheap enough to follow it. */
 #define PERP__REPAIRS_DENSE 8

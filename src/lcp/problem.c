@@ -1,7 +1,6 @@
-/* What methods share: the scaled matrix, projection, the stop requests. */
+/* What methods share: the scaled matrix. */
 #include <string.h>
 
-#include "base/clock.h"
 #include "lcp/method.h"
 #include "linalg/lanes/multiversion.h"
 
@@ -11,32 +10,6 @@ int32_t perp__diagonal_is_positive(const perp__matrix *M)
         if (!(M->values[(size_t)i * (M->row_stride + M->column_stride)] > 0.0))
             return 0;
     return 1;
-}
-
-perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
-{
-    if (control->monitor) {
-        const perp_lcp_progress progress = {.struct_size = sizeof progress,
-                                            .method = control->method,
-                                            .iterations = iterations,
-                                            .residual = residual};
-        const int32_t answer = control->monitor(&progress, control->monitor_user);
-
-        if (answer < 0)
-            control->aborted = 1;
-        if (answer != 0)
-            return PERP_OUTCOME_STOPPED;
-    }
-    return perp__is_past(control->deadline) ? PERP_OUTCOME_TIME_LIMIT : -1;
-}
-
-int32_t perp__lcp_has_time(perp__lcp_control *control, double residuals)
-{
-    if (!control || control->deadline == 0.0 ||
-        perp__now() + control->residual * residuals <= control->deadline)
-        return 1;
-    control->late = 1;
-    return 0;
 }
 
 PERP__MULTIVERSION(dense_from_columns,

@@ -27,15 +27,6 @@
 /* Products for |M| by powers; Rayleigh quotients of later directions raise it. */
 #define POWERS 8
 
-/* Default limit; and so many products that win less than 1 % of the residual, and nothing of the
- * energy, end the search. */
-#define PRODUCTS_MOST 10000
-#define STAGNATION_PRODUCTS 1000
-#define STAGNATION_FACTOR 0.99
-
-/* A norm-wise backward error of so many units is rounding: docs/lcp.md. */
-#define ROUNDINGS 16.0
-
 typedef struct projected {
     perp_context *context;
     perp_lcp_settings settings;
@@ -300,7 +291,7 @@ static double backward_error(const projected *p)
 
 static int32_t is_rounding(const projected *p, double residual)
 {
-    return residual <= sqrt(p->settings.tol) && backward_error(p) <= ROUNDINGS * DBL_EPSILON;
+    return residual <= sqrt(p->settings.tol) && backward_error(p) <= PERP__ROUNDING_LIMIT;
 }
 
 /* Runs from x; leaves the best point there, with its gradient. A product that fails is told by
@@ -310,7 +301,7 @@ static perp_outcome search(projected *p)
     const size_t bytes = (size_t)p->n * sizeof(double);
     double remembered = INFINITY, lowest = INFINITY, window = INFINITY, level = INFINITY;
     double residual, proportion, rounding;
-    int64_t next = STAGNATION_PRODUCTS;
+    int64_t next = PERP__STAGNATION;
     int32_t claimed = 0; /* images said that this is the end */
     perp_outcome outcome = -1;
 
@@ -335,7 +326,7 @@ static perp_outcome search(projected *p)
             outcome = PERP_OUTCOME_SOLVED;
         else if (claimed && is_rounding(p, residual))
             outcome = PERP_OUTCOME_ROUNDING_LIMIT;
-        else if (p->products >= next && lowest > STAGNATION_FACTOR * window &&
+        else if (p->products >= next && lowest > PERP__STAGNATION_FACTOR * window &&
                  energy(p, &rounding) >= level - rounding)
             outcome = is_rounding(p, residual) ? PERP_OUTCOME_ROUNDING_LIMIT : PERP_OUTCOME_STALLED;
         else if (p->products >= p->limit)
@@ -346,7 +337,7 @@ static perp_outcome search(projected *p)
         if (p->products >= next) {
             window = lowest;
             level = energy(p, &rounding);
-            next = p->products + STAGNATION_PRODUCTS;
+            next = p->products + PERP__STAGNATION;
         }
         /* 3. A step. */
         if (outcome < 0 && !advance(p, proportion <= 0.0))
@@ -464,7 +455,7 @@ static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *re
 
     if (status != PERP_OK)
         return status;
-    p->limit = p->settings.max_iterations > 0 ? p->settings.max_iterations : PRODUCTS_MOST;
+    p->limit = p->settings.max_iterations > 0 ? p->settings.max_iterations : PERP__CHEAP_ITERATIONS;
     p->control = (perp__lcp_control){
         .monitor = p->settings.monitor,
         .monitor_user = p->settings.monitor_user,

@@ -71,9 +71,6 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
     return 1;
 }
 
-/* Products below this have lost digits to underflow: nothing is proved by them. */
-#define PERP__LEAST_PRODUCT 0x1p-960
-
 /* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
  * class of M; of a free z_j, whose row is an equation, y_j has any sign and (M'y)_j = 0. y is in
  * solver->z; all in the scaled problem's units, with one omega for all parts. Sizes count what is

@@ -19,8 +19,6 @@ enum {
  * are rounding; and how far rows may be passed, beside the largest |q|, for a larger pivot. */
 #define SMALLEST_PIVOT 1e-11
 #define SLACK 1e-12
-/* A pivot of this size beside its column makes a basis to start from. */
-#define SMALLEST_START 1e-8
 
 /* Where the column of a nonbasic variable begins: what it was before that pivot. */
 typedef struct column {
@@ -85,14 +83,6 @@ void perp__small_read(perp_lcp_solver *solver)
     solver->wide.rows = solver->length;
 }
 
-/* Factors of the exponents, -D M D, its row norms; returns the largest of them. */
-static double scale(perp_lcp_solver *solver)
-{
-    for (int32_t i = 0; i < solver->n; i++)
-        solver->factors[i] = perp__power_of_two(solver->exponents[i]);
-    return fastest()->scale(solver);
-}
-
 void perp__small_equilibrate(perp_lcp_solver *solver)
 {
     const int32_t is_scaled = solver->settings.scaling;
@@ -100,10 +90,10 @@ void perp__small_equilibrate(perp_lcp_solver *solver)
     memset(solver->exponents, 0, (size_t)solver->n * sizeof *solver->exponents);
     if (is_scaled)
         perp__find_exponents(&solver->M, solver->exponents, solver->work);
-    if (scale(solver) < perp__power_of_two(PERP__NOISE) || !is_scaled)
+    if (fastest()->scale(solver) < perp__power_of_two(PERP__NOISE) || !is_scaled)
         return;
     perp__balance_noise(&solver->M, solver->exponents, solver->work);
-    scale(solver);
+    fastest()->scale(solver);
 }
 
 int32_t perp__small_solve(perp_lcp_solver *solver, const double *z0, perp__evaluation *worth)

@@ -83,7 +83,7 @@ TARGET static inline size_t NAME(largest_row)(size_t rows, const double *wrong, 
         most = larger(absolute(load(x + i)), most);
         largest = larger(absolute(multiply(load(x + i), load(wrong + i))), largest);
     }
-    if (!(largest_of(largest) > SMALLEST_START * largest_of(most)))
+    if (!(largest_of(largest) > PERP__POOR_PIVOT * largest_of(most)))
         return NONE;
     largest = spread(largest_of(largest));
     for (size_t i = 0; i < rows; i += LANES)
@@ -329,13 +329,15 @@ TARGET static int32_t NAME(solve)(perp_lcp_solver *solver, const double *z0)
                : NAME(in_rows)(solver, rows < LENGTH ? rows : LENGTH, z0);
 }
 
-/* -D M D and its row norms; returns the largest of them. */
+/* Factors of the exponents, -D M D and its row norms; returns the largest of them. */
 TARGET static double NAME(scale)(perp_lcp_solver *solver)
 {
     const size_t n = (size_t)solver->n;
-    const double *d = solver->factors;
+    double *d = solver->factors;
     lanes largest = spread(0.0);
 
+    for (size_t i = 0; i < n; i++)
+        d[i] = perp__power_of_two(solver->exponents[i]);
     for (size_t i = 0; i < n; i += LANES) {
         const double *from = solver->columns + i;
         double *into = solver->scaled + i;

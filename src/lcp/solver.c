@@ -168,7 +168,7 @@ static int32_t is_turned(const perp__matrix *M, int32_t i, const int8_t *signs)
     const perp__line l = perp__line_of(M, i);
     int64_t alike = 0;
 
-    if (perp__diagonal_entry(M, i) != 0.0)
+    if (perp__entry(M, i, i) != 0.0)
         return 0;
     for (int32_t k = 0; k < l.count; k++) {
         const int32_t j = l.indices ? l.indices[k] : k;
@@ -186,7 +186,7 @@ static size_t turned_entries_of(const perp__matrix *M, const double *lower, cons
     const size_t stride = M->row_stride > M->column_stride ? M->row_stride : M->column_stride;
 
     for (int32_t i = 0; i < M->rows && lower; i++)
-        if (is_free(lower, upper, i) && perp__diagonal_entry(M, i) == 0.0)
+        if (is_free(lower, upper, i) && perp__entry(M, i, i) == 0.0)
             return M->column_starts ? (size_t)M->column_starts[n] : n * stride;
     return 0;
 }

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "base/grow.h"
+#include "base/arena.h"
 #include "linalg/blas.h"
 #include "linalg/matrix.h"
 

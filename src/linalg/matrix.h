@@ -58,11 +58,6 @@ void perp__transpose_csc(const perp__matrix *M, int32_t *starts, int32_t *column
 /* M_ij, by bisection where M is sparse; 0 where there is no entry. */
 double perp__entry(const perp__matrix *M, int32_t i, int32_t j);
 
-static inline double perp__diagonal_entry(const perp__matrix *M, int32_t i)
-{
-    return perp__entry(M, i, i);
-}
-
 /* sum_i x_i y_i, in the order of i. */
 static inline double perp__dot(const double *x, const double *y, int32_t n)
 {

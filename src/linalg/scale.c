@@ -159,7 +159,7 @@ static void scale_other_diagonals(search *s)
         if (s->level[i] == UNSET_OTHER)
             enqueue(s, i, LARGEST, 0);
     for (int32_t k = begin; k < s->queued; k++) {
-        const int32_t own = unit_diagonal(perp__diagonal_entry(s->M, s->queue[k]));
+        const int32_t own = unit_diagonal(perp__entry(s->M, s->queue[k], s->queue[k]));
 
         s->level[s->queue[k]] = 0;
         if (own < s->exponents[s->queue[k]])
@@ -228,7 +228,7 @@ void perp__balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wor
     find_largest(M, exponents, largest);
     for (i = 0; i < M->rows; i++) {
         noisy |= largest[i] >= PERP__NOISE;
-        work[i] = !(perp__diagonal_entry(M, i) > 0.0);
+        work[i] = !(perp__entry(M, i, i) > 0.0);
     }
     if (noisy)
         balance(M, work, exponents, largest);
@@ -246,8 +246,8 @@ void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *wo
     int32_t *parents = s.queue, i = 0;
 
     /* 1. Most problems: every diagonal is positive, and nothing else counts. */
-    while (i < M->rows && perp__diagonal_entry(M, i) > 0.0) {
-        exponents[i] = unit_diagonal(perp__diagonal_entry(M, i));
+    while (i < M->rows && perp__entry(M, i, i) > 0.0) {
+        exponents[i] = unit_diagonal(perp__entry(M, i, i));
         i++;
     }
     if (i == M->rows)
@@ -256,7 +256,7 @@ void perp__find_exponents(const perp__matrix *M, int32_t *exponents, int32_t *wo
     for (i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
     for (i = 0; i < M->rows; i++) {
-        const double diagonal = perp__diagonal_entry(M, i);
+        const double diagonal = perp__entry(M, i, i);
 
         if (diagonal > 0.0) {
             enqueue(&s, i, unit_diagonal(diagonal), 0);

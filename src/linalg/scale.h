@@ -11,6 +11,9 @@
  * diagonal or the coupling that gave the row its scale, is noise beside it. */
 #define PERP__NOISE 40
 
+/* Products below this have lost digits, or all, to underflow: nothing is proved by them. */
+#define PERP__LEAST_PRODUCT 0x1p-960
+
 /* Finds e with S = D M D, D = diag(2^e_i):
  * - a row with M_ii > 0: S_ii in [1/2, 2) (e_i depends on M_ii alone, so that scaling row and
  *   column i of M by 2^k changes e_i by exactly -k);

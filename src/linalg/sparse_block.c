@@ -92,9 +92,8 @@ int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 
 /* ---- its blocks ---- */
 
-/* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it: on
- * plane grids of five points multigrid overtakes Cholesky at 6e4 rows, in space at 1000. */
-#define PERP__LARGE_MATRIX 1000
+/* Blocks of at least so many rows are left to a hierarchy: on plane grids of five points multigrid
+ * overtakes Cholesky at 6e4 rows, in space at 1000. */
 #define PERP__LARGE_BLOCK 3000
 #define PERP__LARGE_PLANE 60000
 #define PERP__PLANE 5 /* entries a row */
@@ -412,7 +411,7 @@ static perp_status count_steps(perp__sparse_block *b)
     if (b->by_steps == 0)
         return status;
     for (int32_t i = 0; i < b->M->columns; i++) {
-        b->diagonal[i] = perp__diagonal_entry(b->M, i) * b->scale[i] * b->scale[i];
+        b->diagonal[i] = perp__entry(b->M, i, i) * b->scale[i] * b->scale[i];
         b->direction[i] = 0.0;
     }
     return PERP_OK;

@@ -15,6 +15,10 @@
  * (bench/lcp_sparse.c). */
 #define PERP__SMALL_SPARSE 64
 
+/* Matrices of so many rows are large: they get a hierarchy, and are looked at before a method is
+ * chosen. */
+#define PERP__LARGE_MATRIX 1000
+
 /* What a solve without factors leaves of a residual. */
 #define PERP__ROUGH 1e-6
 

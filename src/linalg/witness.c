@@ -50,9 +50,6 @@
 /* Exponents of units of the size that a caller may have chosen. */
 #define CHOSEN_UNIT 100
 
-/* Sizes below this have lost digits, or all, to underflow. */
-#define LEAST_SIZE 0x1p-960
-
 /* Exponents from which on a unit may be that of the end of doubles (linalg/scale.c), and products
  * in units leave them. */
 #define FARTHEST_UNIT 500
@@ -94,7 +91,7 @@ static int32_t has_noise(perp__witness *t, const perp__witness_point *p)
     double *diagonal = t->carried;
 
     for (int32_t i = 0; i < p->M->rows; i++) {
-        diagonal[i] = fabs(perp__diagonal_entry(p->M, i));
+        diagonal[i] = fabs(perp__entry(p->M, i, i));
         is_far |= abs(p->exponents[i]) > CHOSEN_UNIT;
     }
     if (is_far)
@@ -253,7 +250,7 @@ static void find_allowed(perp__witness *t, const perp__witness_point *p, double 
     for (int32_t i = 0; i < n; i++) {
         const int32_t shift = t->exponents[i] - t->omegas[i];
         const double noise = NOISE_OF_SIDES * fmin(1.0, perp__shift(side[p->part[i]], shift));
-        const double d = perp__shift(perp__diagonal_entry(p->M, i), 2 * t->exponents[i]);
+        const double d = perp__shift(perp__entry(p->M, i, i), 2 * t->exponents[i]);
         const double size = fabs(d) >= least ? fmax(t->allowed[i], 1.0) : t->allowed[i];
 
         t->allowed[i] = fmax(least * size, noise);
@@ -343,7 +340,7 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     for (int32_t i = 0; i < p->M->rows; i++) {
         const double size = t->around[i] + perp__floor_of(p->tol) * t->most[t->cut[i]];
         const int32_t unit = abs(t->exponents[i]);
-        const int32_t is_extreme = !(size >= LEAST_SIZE && size < INFINITY) ||
+        const int32_t is_extreme = !(size >= PERP__LEAST_PRODUCT && size < INFINITY) ||
                                    unit >= FARTHEST_UNIT || unit + abs(t->omegas[i]) >= FARTHEST;
 
         t->is_free[i] = is_extreme;

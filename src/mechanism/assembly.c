@@ -5,10 +5,15 @@
  * bound; the friction of that contact, with coefficient 1, is what was asked for. The same holds
  * for the share of a contact's friction that a known impulse (pressure) carries: |r_t| <= mu (r_n +
  * p) is the sum of two discs in the same plane. */
+#include "base/clock.h"
+#include "base/context.h"
 #include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
+
+/* Seconds that count as a time limit that has passed: 0 would be none. */
+#define SHORTEST 1e-9
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -79,7 +84,8 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     dynamics.H = &H;
     dynamics.G = bilateral > 0 ? &G : NULL;
     if (m->deadline > 0.0 || a->settings.time_limit > 0.0) {
-        a->settings.time_limit = perp__mechanism_time_left(m);
+        a->settings.time_limit =
+            m->deadline > 0.0 ? fmax(m->deadline - perp__now(), SHORTEST) : 0.0;
         PERP__ASK(status, m->context, perp_contact_solver_set(a->solver, &a->settings));
     }
     PERP__ASK(status, m->context, perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics));
@@ -87,8 +93,12 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
               perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
                                                  &result, a->f, a->w, a->b,
                                                  a->starts ? a->start : NULL));
-    if (status != PERP_OK)
-        return perp__mechanism_fail_in(m, status, "the contact problem of the step");
+    if (status != PERP_OK) { /* the solver's message, and what it was solving */
+        char message[PERP__MESSAGE_SIZE];
+
+        memcpy(message, m->context->message, sizeof message);
+        return perp__fail(m->context, status, "the contact problem of the step: %s", message);
+    }
     answer->outcome = result.outcome;
     answer->method = result.method;
     answer->certificate = result.certificate;
@@ -274,7 +284,8 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
 {
     perp__assembly *a = &m->assembly;
     int32_t c, row;
-    perp_status status = perp__check_entries(m, "M v0 + h k", problem->momentum, m->n);
+    perp_status status =
+        perp__check_finite(m->context, "(M v0 + h k)", problem->momentum, (size_t)m->n);
 
     if (status != PERP_OK)
         return status;

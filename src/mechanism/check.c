@@ -10,10 +10,8 @@
  * fourth order; the others are for what is small or turns fast. */
 static const double steps[] = {0x1p-11, 0x1p-17, 0x1p-24};
 
-#define CERTAIN 8.0    /* times the estimated error */
-#define RELATIVE 1e-5  /* of the row's largest entry */
-#define ROUNDING 16.0  /* units in the last place of the terms that a gap is summed up of */
-#define PARALLEL 1e-12 /* of the product of both rows' largest entries */
+#define CERTAIN 8.0   /* times the estimated error */
+#define RELATIVE 1e-5 /* of the row's largest entry */
 
 typedef struct look {
     PERP__WORK;
@@ -82,7 +80,7 @@ static perp_status sample(look *a, int32_t column, double step, int32_t *suffice
         const double size =
             fabs(a->here[row]) + fabs(a->far_high[row]) + perp__gap_size(m, &m->begin, row, a->q);
         const double uncertainty = fabs(best - narrow) + fabs(4.0 * near - far) / step +
-                                   ROUNDING * PERP__EPS * size / step;
+                                   PERP__ROUNDING_LIMIT * size / step;
 
         if (!(uncertainty >= a->uncertainty[entry])) {
             a->uncertainty[entry] = uncertainty;
@@ -182,7 +180,7 @@ static int32_t are_parallel(const perp_mechanism *m, int32_t normal, int32_t tan
 {
     const double *x = m->begin.J + (size_t)normal * (size_t)m->n;
     const double *y = m->begin.J + (size_t)tangent * (size_t)m->n;
-    const double allowed = PARALLEL * largest_entry(m, normal) * largest_entry(m, tangent);
+    const double allowed = PERP__NOTHING * largest_entry(m, normal) * largest_entry(m, tangent);
     int32_t of_x = 0, of_y = 0, most = 0, same;
 
     for (int32_t i = 0; i < m->n; i++) {

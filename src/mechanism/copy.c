@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "linalg/blas.h"
 #include "linalg/matrix.h"
+#include "mechanism/tuning.h"
 
 perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t rows,
                               int32_t columns, double *to, const perp_matrix *from)
@@ -30,7 +31,7 @@ perp_status perp__check_inertia(perp_context *context, const char *name, int32_t
     for (size_t j = 0; j < size; j++)
         for (size_t i = 0; i < j; i++)
             if (!(fabs(A[i + size * j] - A[j + size * i]) <=
-                  1e-12 * (fabs(A[i + size * j]) + fabs(A[j + size * i])) +
+                  PERP__NOTHING * (fabs(A[i + size * j]) + fabs(A[j + size * i])) +
                       1e-15 * sqrt(fabs(A[i + size * i] * A[j + size * j]))))
                 return perp__refuse(context,
                                     "%s is not symmetric: entry (%zu, %zu) is %g, its mirror %g",

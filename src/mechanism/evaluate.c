@@ -196,7 +196,6 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
 
 #define RATIO 1.4142135623730951 /* of a span and the next one: their squares are halved */
 #define LEVELS_WITHOUT_GAIN 16
-#define MOST_RETREATS 60
 
 perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, double t,
                                 const double *q, const double *v, double first, int32_t levels)
@@ -232,7 +231,7 @@ perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, 
                 terms[i] = fmax(terms[i], perp__row_size(m, &m->end, i, v));
             }
         }
-        if (status == PERP__OUTSIDE && retreats++ < MOST_RETREATS) {
+        if (status == PERP__OUTSIDE && retreats++ < PERP__MOST_HALVES) {
             status = PERP_OK;
             level = gained = 0;
             s /= RATIO;
@@ -283,7 +282,7 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
         return status;
     for (int32_t i = 0; i < m->coordinates; i++)
         q1[i] = q0[i] + h * q1[i];
-    status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
+    status = perp__check_finite(m->context, "(q + h N(q) v)", q1, (size_t)m->coordinates);
     if (status == PERP_OK && m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
         status = check(m, status, &(filled){"q", q1, (size_t)m->coordinates, 0}, 1);

@@ -145,6 +145,15 @@ double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, cons
     return worst > 0.0 ? worst / largest : worst;
 }
 
+void perp__judge_iterate(perp_mechanism *m, double beside)
+{
+    const perp__evidence evidence = {beside, beside, beside, 1};
+
+    perp__raise_to(&m->answer.residual, beside);
+    m->answer.outcome =
+        perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
+}
+
 void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem)
 {
@@ -158,23 +167,14 @@ void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
     answer->outcome = perp__worse_outcome(answer->outcome, perp__gate(&evidence, tol, -1));
 }
 
-perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x, int32_t count)
-{
-    for (int32_t i = 0; i < count; i++)
-        if (!isfinite(x[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s: entry %d is %g", name, (int)i,
-                              x[i]);
-    return PERP_OK;
-}
-
 perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state)
 {
+    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
     perp_status status =
-        perp__check_entries(m, "q at the end of the step", state->q, m->coordinates);
+        perp__check_finite(m->context, "end of the step: q", state->q, (size_t)m->coordinates);
 
-    PERP__THEN(status, perp__check_entries(m, "v at the end of the step", state->v, m->n));
-    PERP__THEN(status, perp__check_entries(m, "impulse at the end of the step", state->r, m->rows));
-    PERP__THEN(status,
-               perp__check_entries(m, "velocity at the end of the step", state->u, m->rows));
+    PERP__THEN(status, perp__check_finite(m->context, "end of the step: v", state->v, n));
+    PERP__THEN(status, perp__check_finite(m->context, "end of the step: impulse", state->r, rows));
+    PERP__THEN(status, perp__check_finite(m->context, "end of the step: velocity", state->u, rows));
     return status;
 }

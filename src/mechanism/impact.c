@@ -188,9 +188,8 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
  * closed. What comes back is no more than sum(e_j^2 L_j), less by one factor where the L_j are more
  * than the whole compression takes; s <= 1 is the most with which that is so. So no impact adds
  * energy. Where the x_j are not found (contacts that open and close by them) nothing comes back. */
-#define UNCOUPLED 1e-12 /* of its terms: a mobility of rounding */
-#define SETTLED 1e-9    /* of the largest impulse: factors that change by no more are found */
-#define POWER 0.35      /* of what a factor is off by, in a correction: more of it oscillates */
+#define SETTLED 1e-9 /* of the largest impulse: factors that change by no more are found */
+#define POWER 0.35   /* of what a factor is off by, in a correction: more of it oscillates */
 enum { MOST_PASSES = 200 };
 
 /* J_row x, where that is more than rounding of its terms. */
@@ -202,7 +201,7 @@ static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t 
 
     for (int32_t k = 0; k < m->n; k++)
         size += fabs(J[k] * x[k]);
-    return fabs(perp__row_times(m, terms, row, 0.0, x)) > UNCOUPLED * size;
+    return fabs(perp__row_times(m, terms, row, 0.0, x)) > PERP__NOTHING * size;
 }
 
 /* The impact of contact j; 0 where others that touch answer to its impulses. */

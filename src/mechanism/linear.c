@@ -4,10 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#define PI 3.14159265358979323846
-/* Directions of slips are found to this. */
-#define SAME_DIRECTION 1e-10
-
 /* Column j of B, of its first or second block. */
 static const double *column_of(const perp__linear *p, int32_t block, int32_t j)
 {
@@ -166,7 +162,7 @@ int32_t perp__linear_find_null(perp__linear *p)
     double *rhs = gather(p, p->work, p->residual), *load = gather(p, rhs + p->length, p->load);
     const int32_t dimension = p->system.n - p->system.rank;
 
-    if (!perp__pivoting_is_consistent(&p->system, rhs, load, 4.0 * p->tolerance))
+    if (!perp__pivoting_is_consistent(&p->system, rhs, load, PERP__SINGULAR * p->tolerance))
         return -1;
     memset(p->null, 0, (size_t)dimension * (size_t)p->length * sizeof *p->null);
     for (int32_t k = 0; k < dimension; k++) {
@@ -182,7 +178,7 @@ int32_t perp__linear_find_null(perp__linear *p)
 static int32_t satisfies(const perp__condition *g, const perp__linear_point *point, double *before,
                          int32_t *at_vertex)
 {
-    const double slack = SAME_DIRECTION * fabs(*before);
+    const double slack = PERP__SAME_DIRECTION * fabs(*before);
     double width = 0.0, value = point->homogeneous ? 0.0 : g->constant;
 
     /* The sum over the terms, of a disc without its two entries, and what counts as 0 in it. */
@@ -230,9 +226,9 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
 }
 
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double tolerance, double spread,
-                              int32_t *at_vertex)
+                              int32_t homogeneous, double spread, int32_t *at_vertex)
 {
+    const double tolerance = PERP__FAMILY_TOLERANCE;
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
     double largest = 0.0;
@@ -284,12 +280,12 @@ void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedr
             if (g->kind != PERP__CONDITION_DISC)
                 continue;
             if (p->inside) { /* a regular polygon in place of a disc */
-                g->constant *= cos(PI / p->edges);
-                g->factor[2] *= cos(PI / p->edges);
+                g->constant *= cos(PERP__PI / p->edges);
+                g->factor[2] *= cos(PERP__PI / p->edges);
             }
             for (int32_t k = 0; k < p->edges; k++) {
                 const double turned =
-                    p->angle[i] + 2.0 * PI * (k + (p->inside ? 0.5 : 0.0)) / p->edges;
+                    p->angle[i] + 2.0 * PERP__PI * (k + (p->inside ? 0.5 : 0.0)) / p->edges;
 
                 g->factor[0] = -cos(turned);
                 g->factor[1] = -sin(turned);

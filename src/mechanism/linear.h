@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "linalg/pivoting.h"
+#include "mechanism/tuning.h"
 #include "patterns/patterns.h"
 
 /* A condition on constant + sum of factors times rows u_i, or entries x_i where index is ~i. */
@@ -91,11 +92,10 @@ int32_t perp__linear_find_null(perp__linear *p);
 /* Whether the point meets the pattern's conditions; *at_vertex: at the limit of one. */
 int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
                            const perp__linear_point *point, int32_t *at_vertex);
-/* The same of a family's point or direction x, to `tolerance`: of an entry, and of `spread` times
+/* The same of a family's point or direction x: to its tolerance of an entry, and of `spread` times
  * the largest entry, in units. */
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double tolerance, double spread,
-                              int32_t *at_vertex);
+                              int32_t homogeneous, double spread, int32_t *at_vertex);
 /* Cuts the polyhedron with the pattern's conditions. */
 void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedron *polyhedron);
 

@@ -149,9 +149,6 @@ static perp_status read_model(perp_context *context, perp_mechanism_model *read,
 
 /* ---- life ------------------------------------------------------------------------------------ */
 
-/* Seconds that count as a time limit that has passed: 0 would be none. */
-#define SHORTEST 1e-9
-
 static void layout(perp__arena *arena, void *object)
 {
     perp_mechanism *m = object;
@@ -227,14 +224,6 @@ void perp__work_release(void *object)
         perp__arena_release(&made->arena);
         perp__release(made->m->context, made);
     }
-}
-
-perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what)
-{
-    char message[PERP__MESSAGE_SIZE];
-
-    memcpy(message, m->context->message, sizeof message);
-    return perp__fail(m->context, status, "%s: %s", what, message);
 }
 
 void perp__copy_motion(const perp_mechanism *m, perp__motion *to, const perp__motion *from)
@@ -379,11 +368,6 @@ perp_status perp__mechanism_enter(perp_mechanism *m)
 int32_t perp__mechanism_is_late(const perp_mechanism *m)
 {
     return m->deadline > 0.0 && perp__now() > m->deadline;
-}
-
-double perp__mechanism_time_left(const perp_mechanism *m)
-{
-    return m->deadline > 0.0 ? fmax(m->deadline - perp__now(), SHORTEST) : 0.0;
 }
 
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)

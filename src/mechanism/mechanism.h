@@ -3,6 +3,8 @@
 #ifndef PERP_MECHANISM_MECHANISM_H
 #define PERP_MECHANISM_MECHANISM_H
 
+#include <float.h>
+
 #include <perp/contact.h>
 #include <perp/mechanism.h>
 
@@ -12,8 +14,7 @@
 #include "base/outcome.h"
 #include "linalg/held_rows.h"
 #include "linalg/matrix.h"
-
-#define PERP__EPS 2.220446049250313e-16
+#include "mechanism/tuning.h"
 
 /* The velocities of an answer and its impulses belong together up to this, beside the terms of
  * their balance: impulses are known up to tol times what bodies and levers make of that.
@@ -25,7 +26,7 @@
 #define PERP__LEVERS 16.0
 
 /* Sliding speed relative to its terms that counts as none: rounding of the sum. */
-#define PERP__SPEED_ROUNDING (64.0 * PERP__EPS)
+#define PERP__SPEED_ROUNDING (64.0 * DBL_EPSILON)
 
 /* In a problem in accelerations a slip is a drift faster than these by this factor. */
 #define PERP__FAST 64.0
@@ -247,12 +248,16 @@ void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
 /* |M v - momentum - J'r| beside its terms; in m->work. */
 double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, const double *momentum,
                                const double *v, const double *r);
+/* An iteration ended with this left of the step's problem, beside its terms: m->answer's residual
+ * and outcome tell. */
+void perp__judge_iterate(perp_mechanism *m, double beside);
+/* factor := L of the symmetric part of A, n by n, which takes the place of A; whether that is
+ * positive definite. */
+int32_t perp__factor_symmetric_part(int32_t n, double *A, double *factor);
 /* The answer's outcome, after what v and r leave of the problem's momentum balance. */
 void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem);
 /* PERP_OK, or a refusal that names what overflowed: numbers that are finite each may together. */
-perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x,
-                                int32_t count);
 perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state);
 
 /* ---- project.c ---- */
@@ -365,12 +370,8 @@ void perp__clear_motion(const perp_mechanism *m, perp__motion *motion);
 /* Enters the context and sets the deadline. */
 perp_status perp__mechanism_enter(perp_mechanism *m);
 int32_t perp__mechanism_is_late(const perp_mechanism *m);
-/* What is left of the call's time, for a solver's settings: 0 without a limit, else > 0. */
-double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
 perp_status perp__mechanism_check_start(perp_mechanism *m, const perp__start *from);
-/* Says in front of a solver's message what it was solving; returns `status`. */
-perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what);
 
 #endif

@@ -18,9 +18,6 @@
 
 #define MOST_PASSES 6
 
-/* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
-#define ROUNDING (16.0 * PERP__EPS)
-
 double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                       const double *q)
 {
@@ -38,7 +35,7 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
                           const double *q)
 {
     /* products below DBL_MIN lose their digits, and not as a share of their size */
-    return ROUNDING * perp__gap_size(m, terms, row, q) + DBL_MIN;
+    return PERP__ROUNDING_LIMIT * perp__gap_size(m, terms, row, q) + DBL_MIN;
 }
 
 /* Whether contact j pressed until the end of a theta step, and was at rest on the ground before, up

@@ -86,29 +86,23 @@ void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double 
 
 void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x)
 {
-    const size_t n = (size_t)m->n;
-    size_t k;
-
-    for (k = 0; k < n; k++) {
-        const double *column = terms->factor + n * k;
-
-        if (x[k] == 0.0)
-            continue;
-        x[k] /= column[k];
-        for (size_t i = k + 1; i < n; i++)
-            x[i] -= column[i] * x[k];
-    }
+    perp__cholesky_half_solve(m->n, terms->factor, m->n, x, 0);
 }
 
 void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double *x)
 {
-    const size_t n = (size_t)m->n;
+    perp__cholesky_half_solve(m->n, terms->factor, m->n, x, 1);
+}
 
-    for (size_t i = n; i-- > 0;) {
-        for (size_t k = i + 1; k < n; k++)
-            x[i] -= terms->factor[k + n * i] * x[k];
-        x[i] /= terms->factor[i * (n + 1)];
-    }
+int32_t perp__factor_symmetric_part(int32_t n, double *A, double *factor)
+{
+    const size_t size = (size_t)n;
+
+    for (size_t i = 0; i < size; i++)
+        for (size_t j = 0; j < i; j++)
+            A[i + size * j] = A[j + size * i] = 0.5 * (A[i + size * j] + A[j + size * i]);
+    memcpy(factor, A, size * size * sizeof *A);
+    return perp__cholesky_factor(n, factor, n) == 0 && perp__all_finite(factor, size * size);
 }
 
 double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, double *y,

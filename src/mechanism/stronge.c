@@ -17,10 +17,6 @@
 #include "mechanism/mechanism.h"
 
 #define STEP (1.0 / 64.0) /* of p: changes the slip by no more than this share */
-#define REST 1e-13        /* of what a slip is summed up of: none, which is where one starts */
-#define STRAIGHT 1e-12    /* of the largest rate: a slip that turns so slowly does not */
-#define ARRIVED 1e-14     /* of p */
-#define DEPENDENT 1e-12   /* a determinant beside its terms: 0 */
 enum { MOST_PIECES = 100000 };
 
 /* u at these impulses. */
@@ -50,7 +46,7 @@ static int32_t rest(const perp__hit_contact *c, double *f)
 
     f[1] = trace > 0.0 ? -c->W[1][0] / trace : 0.0; /* if one direction alone can slip */
     f[2] = trace > 0.0 ? -c->W[2][0] / trace : 0.0;
-    if (determinant > DEPENDENT * trace * trace) {
+    if (determinant > PERP__NOTHING * trace * trace) {
         f[1] = (b * c->W[2][0] - d * c->W[1][0]) / determinant;
         f[2] = (b * c->W[1][0] - a * c->W[2][0]) / determinant;
     }
@@ -102,7 +98,7 @@ static void look_ahead(const perp__hit_contact *c, const double *r, piece *next)
     const double fastest =
         hypot(c->W[1][0], c->W[2][0]) + c->mu * (c->W[1][1] + 2.0 * fabs(c->W[1][2]) + c->W[2][2]);
     const double none =
-        REST * (hypot(c->u[1], c->u[2]) + fastest * (r[0] + fabs(c->u[0]) / c->W[0][0]));
+        PERP__NOTHING * (hypot(c->u[1], c->u[2]) + fastest * (r[0] + fabs(c->u[0]) / c->W[0][0]));
     const double *u = next->u, *rate = next->rate;
     double speed, grows;
 
@@ -114,7 +110,7 @@ static void look_ahead(const perp__hit_contact *c, const double *r, piece *next)
         next->rate[i] = c->W[i][0] * next->f[0] + c->W[i][1] * next->f[1] + c->W[i][2] * next->f[2];
     grows = u[1] * rate[1] + u[2] * rate[2];
     next->turns = speed > none && c->mu > 0.0 &&
-                  fabs(u[1] * rate[2] - u[2] * rate[1]) > STRAIGHT * fastest * speed;
+                  fabs(u[1] * rate[2] - u[2] * rate[1]) > PERP__NOTHING * fastest * speed;
     next->length = INFINITY;
     if (next->turns)
         next->length = STEP * speed / fastest;
@@ -151,7 +147,7 @@ void perp__stronge_impact(perp__hit_contact *c)
         if (!next.sticks)
             memcpy(c->r, r, sizeof r);
         /* 2. what comes then */
-        if (length != left || (next.turns && fabs(left) > ARRIVED * r[0]))
+        if (length != left || (next.turns && fabs(left) > PERP__LAST_DIGITS * r[0]))
             continue;
         if (expands || c->e == 0.0 || !(work < 0.0))
             break;

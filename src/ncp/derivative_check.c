@@ -11,7 +11,6 @@
 #define STEP 0x1p-11  /* near eps^(1/5), for an error of the fourth order */
 #define CERTAIN 8.0   /* times the estimated error */
 #define RELATIVE 1e-7 /* of the entry */
-#define ROUNDING 16.0 /* units of F's last place, which are taken for its own error */
 #define SHRINKS 8
 
 /* F at the four points of a column, and its value and error by differences. */
@@ -84,7 +83,7 @@ static double difference(const column *c, int32_t i, double *uncertainty)
     const double best = central ? narrow + (narrow - wide) / 3.0 : narrow + (narrow - wide);
     const double size = fmax(fabs(c->far_high[i]), fabs(c->far_low[i]));
 
-    *uncertainty = fabs(best - narrow) + ROUNDING * DBL_EPSILON * size / width;
+    *uncertainty = fabs(best - narrow) + PERP__ROUNDING_LIMIT * size / width;
     return best;
 }
 

@@ -5,8 +5,7 @@
  * singular or its step does not help: S + rho I, then down the gradient. */
 #include "ncp/newton.h"
 
-#define CRASHES 50         /* most active-set steps at the start */
-#define CRASH_PROGRESS 0.9 /* of Psi, or they end */
+#define CRASHES 50 /* most active-set steps at the start */
 #define HALVINGS 12
 
 /* rho, one after the other until a direction serves. */
@@ -38,7 +37,7 @@ static perp_status step(perp__newton_run *f, void *own)
         perp__ncp_slopes(f, PERP__NCP_NATURAL);
         moved = perp__ncp_newton_direction(f, 0.0);
         if (moved == PERP_OK)
-            moved = perp__ncp_line_search(f, f->psi + (CRASH_PROGRESS - 1.0) * f->psi, 0.0, 3);
+            moved = perp__ncp_line_search(f, f->psi + (PERP__PROGRESS - 1.0) * f->psi, 0.0, 3);
         else if (moved > 0)
             moved = 0;
         *crashing = moved == 1 && f->iterations < CRASHES;

@@ -10,15 +10,15 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/lcp.h"
+#include "linalg/sparse_block.h"
 #include "ncp/newton.h"
 
-#define TRUST 5      /* full steps before the watchdog looks */
-#define PROGRESS 0.9 /* what Psi must have come down to by then, relatively */
-#define TOO_FAR 1e4  /* the factor of Psi at which it looks at once */
+#define TRUST 5     /* full steps before the watchdog looks */
+#define TOO_FAR 1e4 /* the factor of Psi at which it looks at once */
 #define HALVINGS 20
 
 /* Iterations of a linear problem with so many rows where trust has led away. */
-enum { LARGE = 1000, AWAY = 25, CLOSE = 32 };
+enum { AWAY = 25, CLOSE = 32 };
 
 /* rho, until the linear problem has a solution; S has a unit diagonal */
 enum { TRIALS = 6 };
@@ -54,7 +54,7 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
     PERP__THEN(status, perp_lcp_settings_init(&settings, sizeof settings));
     if (status == PERP_OK && m->control.deadline > 0.0)
         settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
-    if (status == PERP_OK && is_away && m->sparse && m->n >= LARGE)
+    if (status == PERP_OK && is_away && m->sparse && m->n >= PERP__LARGE_MATRIX)
         settings.max_iterations = AWAY + m->n / CLOSE;
     PERP__THEN(status, perp__lcp_set(l->lcp, &settings));
     /* 3. The solve. */
@@ -91,7 +91,7 @@ static perp_status go_back(perp__newton_run *f, perp__ncp_linear *l)
 static perp_status step(perp__newton_run *f, void *own)
 {
     perp__ncp_linear *l = own;
-    const int32_t is_away = l->since > 0 && f->psi > PROGRESS * l->kept_psi;
+    const int32_t is_away = l->since > 0 && f->psi > PERP__PROGRESS * l->kept_psi;
     const int32_t trials = is_away ? 1 : TRIALS;
     perp_status moved = 0;
 
@@ -109,7 +109,7 @@ static perp_status step(perp__newton_run *f, void *own)
         l->since = -1;
         return perp__ncp_descend(f);
     }
-    if (l->since < 0 || f->psi <= PROGRESS * l->kept_psi) {
+    if (l->since < 0 || f->psi <= PERP__PROGRESS * l->kept_psi) {
         perp__copy(l->kept_z, f->z, f->model->n);
         perp__copy(l->kept_d, f->d, f->model->n);
         l->kept_psi = f->psi;

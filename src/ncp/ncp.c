@@ -1,6 +1,6 @@
 /* The front door: checks, runs methods from the start and from perturbations of it, judges, and
  * reports. No method grades itself. */
-#include "ncp/ncp.h"
+#include "ncp/solver.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,7 +12,6 @@
 #include "base/outcome.h"
 #include "base/random.h"
 #include "linalg/sparse_block.h"
-#include "ncp/solver.h"
 
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
  * perturbations of it from a generator with a fixed seed ---- */
@@ -89,8 +88,7 @@ static void hold_others(perp_ncp_solver *solver, int32_t p)
 
 #define ITERATIONS 200       /* the default limit of a run */
 #define FIRST_ITERATIONS 100 /* of the first method under auto */
-#define LARGE 1000           /* from this n on the Jacobian says which method that is, */
-#define FRUITLESS 20         /* and that many iterations have to gain a digit */
+#define FRUITLESS 20         /* iterations of it that have to gain a digit, of large problems */
 /* What all restarts of a call may take by default: as much as three runs of each method that find
  * nothing. Those that find something take few; of a problem without a solution all take all. */
 #define RESTART_ITERATIONS (6 * ITERATIONS)
@@ -192,7 +190,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
         f->limit = shared ? FIRST_ITERATIONS : ITERATIONS;
     else
         f->limit = shared ? (left + 1) / 2 : left;
-    f->fruitless = shared && m->n >= LARGE ? FRUITLESS : 0;
+    f->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;
     f->steps = 0;
     f->scaled = f->any = 0;
     f->iterations = 0;
@@ -336,7 +334,7 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
      * (bench/ncp_zoo): whether this is a large one the Jacobian at the start tells. */
     solver->apart = 0;
     solver->first_method = PERP_NCP_FISCHER;
-    if (solver->settings.method == PERP_NCP_AUTO && m->sparse && m->n >= LARGE &&
+    if (solver->settings.method == PERP_NCP_AUTO && m->sparse && m->n >= PERP__LARGE_MATRIX &&
         m->problem.jacobian) {
         const perp__matrix J = perp__ncp_given(m);
 

@@ -4,7 +4,6 @@
 #include <math.h>
 
 #include "base/outcome.h"
-#include "lcp/fischer/function.h"
 #include "linalg/blas.h"
 
 #define FAR 0x1p24
@@ -241,14 +240,11 @@ perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *ow
  * one that did not help. Nonmonotone: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23 (1986)
  * ---- */
 
-#define BETA 1e-4 /* Armijo's */
-#define GRADIENT_HALVINGS 40
-
 double perp__ncp_reference(const perp__newton_run *f)
 {
     double most = f->psi;
 
-    for (int64_t k = 0; k < PERP__NCP_MEMORY && k < f->steps; k++)
+    for (int64_t k = 0; k < PERP__MEMORY && k < f->steps; k++)
         most = f->recent[k] > most ? f->recent[k] : most;
     return most;
 }
@@ -278,7 +274,7 @@ static void swap(double **a, double **b)
 
 static void move(perp__newton_run *f)
 {
-    f->recent[f->steps++ % PERP__NCP_MEMORY] = f->psi;
+    f->recent[f->steps++ % PERP__MEMORY] = f->psi;
     swap(&f->z, &f->trial_z);
     swap(&f->w, &f->trial_w);
     swap(&f->phi, &f->trial_phi);
@@ -296,7 +292,7 @@ perp_status perp__ncp_line_search(perp__newton_run *f, double reference, double 
 
         if (status < 0)
             return status;
-        if (status == PERP_OK && f->trial_psi <= reference + BETA * t * slope) {
+        if (status == PERP_OK && f->trial_psi <= reference + PERP__ARMIJO * t * slope) {
             move(f);
             return 1;
         }
@@ -324,7 +320,7 @@ perp_status perp__ncp_descend(perp__newton_run *f)
     for (int32_t i = 0; i < m->n; i++)
         f->d[i] = m->low[i] < m->high[i] ? f->gradient[i] : 0.0;
     perp__fischer_descent(&S, f->slope_z, f->slope_w, f->d, f->image);
-    for (int32_t k = 0; k <= GRADIENT_HALVINGS; k++, t *= 0.5) {
+    for (int32_t k = 0; k <= PERP__HALVINGS; k++, t *= 0.5) {
         perp_status status = attempt(f, t);
         double promised = 0.0;
 
@@ -332,7 +328,8 @@ perp_status perp__ncp_descend(perp__newton_run *f)
             return status;
         for (int32_t i = 0; i < m->n; i++)
             promised += f->gradient[i] * (f->trial_z[i] - f->z[i]);
-        if (status == PERP_OK && promised < 0.0 && f->trial_psi <= f->psi + BETA * promised) {
+        if (status == PERP_OK && promised < 0.0 &&
+            f->trial_psi <= f->psi + PERP__ARMIJO * promised) {
             move(f);
             return 1;
         }

@@ -4,15 +4,16 @@
 #ifndef PERP_NCP_NEWTON_H
 #define PERP_NCP_NEWTON_H
 
+#include <float.h>
+
 #include <perp/lcp.h>
 
+#include "lcp/fischer/function.h"
 #include "linalg/factor/factor.h"
 #include "ncp/model.h"
 
 /* A residual over omega that further steps do not make smaller: rounding of F. */
-#define PERP__NCP_ROUNDING (8.0 * 2.220446049250313e-16)
-
-#define PERP__NCP_MEMORY 8 /* values of Psi that the nonmonotone search looks back on */
+#define PERP__NCP_ROUNDING (8.0 * DBL_EPSILON)
 
 /* Which equation the slopes are of. */
 enum perp__ncp_equation {
@@ -39,7 +40,7 @@ typedef struct perp__newton_run {
     double *H; /* or its LU factors, if dense, with these: */
     int32_t *pivots;
     perp__kept_factor factor; /* of a sparse H */
-    double recent[PERP__NCP_MEMORY];
+    double recent[PERP__MEMORY];
     int64_t steps;
     double *best;
     double best_residual;

@@ -2,12 +2,13 @@
 #ifndef PERP_NCP_SOLVER_H
 #define PERP_NCP_SOLVER_H
 
+#include <perp/ncp.h>
+
 #include "base/arena.h"
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/witness.h"
 #include "ncp/newton.h"
-#include "ncp/ncp.h"
 
 /* What a point is worth, recomputed from F and J there. */
 typedef struct perp__ncp_worth {
@@ -55,5 +56,13 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
 
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
+
+/* As the public functions, without entering the context: the caller is inside a public call
+ * already. Failures are written into its message. */
+perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
+                             const perp_ncp_settings *settings);
+perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem);
+perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
+                            const double *z0);
 
 #endif

@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "base/groups.h"
-#include "base/grow.h"
+#include "base/arena.h"
 
 enum { NONE = -1 };
 

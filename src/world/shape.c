@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/grow.h"
+#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"

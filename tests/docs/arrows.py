@@ -15,7 +15,6 @@ SHARED = ("base", "linalg", "patterns", "step")
 INTERFACES = {
     "lcp/lcp.h",
     "lcp/fischer/function.h",  # ncp's function is lcp's
-    "ncp/ncp.h",
     "contact/contact.h",
     "contact/settings.h",  # a world's contacts have those of any others
     "contact/coloured/coloured.h",  # sweeps over a whole step of a world

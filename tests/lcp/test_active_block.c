@@ -10,7 +10,7 @@
 #include "check.h"
 #include "exact.h"
 #include "gen.h"
-#include "lcp/active_set/active_block.h"
+#include "lcp/active_set/active_set.h"
 
 typedef struct fixture {
     perp_context *context;

@@ -7,7 +7,7 @@
 #include "suite.h"
 
 #include "gen.h"
-#include "lcp/fischer/matrix.h"
+#include "lcp/fischer/fischer.h"
 
 #include "context.h"
 
@@ -123,7 +123,7 @@ static void require_solves(setting *s, const int *M, gen_random *random)
         /* N products below 200 and their sums: N^2 eps 200 < 1e-11 */
         assert_true(fabs(y[i] - sum) <= 1e-11);
         assert_true(fabs(perp__column_times(&s->matrix.S, i, b) - across) <= 1e-11);
-        assert_true(perp__diagonal_entry(&s->matrix.S, i) == ldexp(M[i * N + i], 2 * e[i]));
+        assert_true(perp__entry(&s->matrix.S, i, i) == ldexp(M[i * N + i], 2 * e[i]));
     }
 }
 
@@ -187,13 +187,13 @@ static void test_reading(void **state)
     read_problem(&s, &full, 0);
     full.M[0] = 5.0;
     perp__fischer_matrix_read(&s.matrix, &s.problem);
-    assert_true(perp__diagonal_entry(&s.matrix.S, 0) == 2.0);
+    assert_true(perp__entry(&s.matrix.S, 0, 0) == 2.0);
     s.factors[0] = 2.0;
     perp__fischer_matrix_read(&s.matrix, &s.problem);
-    assert_true(perp__diagonal_entry(&s.matrix.S, 0) == 20.0);
+    assert_true(perp__entry(&s.matrix.S, 0, 0) == 20.0);
     full.M[0] = 7.0;
     read_problem(&s, &full, 0); /* a set-up */
-    assert_true(perp__diagonal_entry(&s.matrix.S, 0) == 7.0);
+    assert_true(perp__entry(&s.matrix.S, 0, 0) == 7.0);
     gen_destroy(&full);
     end(&s);
 }

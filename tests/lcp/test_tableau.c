@@ -8,7 +8,7 @@
 #include "base/context.h"
 #include "check.h"
 #include "gen.h"
-#include "lcp/lemke/tableau.h"
+#include "lcp/lemke/lemke.h"
 
 typedef struct sized {
     perp__tableau tableau;

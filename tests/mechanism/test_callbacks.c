@@ -143,7 +143,7 @@ static void test_overflow(void **state)
     r.v[2] = 1e308;
     r.M[12] = 100.0;
     assert_int_equal(tabled_try(&r, 0.125), PERP_ERROR_NOT_FINITE);
-    tabled_says(&r, "M v0 + h k: entry 2 is inf");
+    tabled_says(&r, "(M v0 + h k)[2] is inf");
     tabled_close(&r);
     tabled_make_everything(&r);
     tabled_open(&r);
@@ -151,7 +151,7 @@ static void test_overflow(void **state)
     r.q[2] = 1e308;
     r.M[12] = 1.0;
     assert_int_equal(tabled_try(&r, 100.0), PERP_ERROR_NOT_FINITE);
-    tabled_says(&r, "q + h N(q) v: entry 2 is inf");
+    tabled_says(&r, "(q + h N(q) v)[2] is inf");
     tabled_close(&r);
 }
 

@@ -302,13 +302,13 @@ static void test_linear(void **state)
     assert_int_equal(solve(&l, first), 0); /* x = (2, 0), u_2 = -3 */
     assert_true(l.p.x[0] == 2.0 && l.p.x[1] == 0.0 && l.p.u[1] == -3.0);
     assert_false(is_answer(&l, first, &at_vertex));
-    assert_false(perp__linear_holds_at(&l.p, first, l.p.x, 0, 1e-8, 1.0, &at_vertex));
+    assert_false(perp__linear_holds_at(&l.p, first, l.p.x, 0, 1.0, &at_vertex));
     perp__arena_release(&l.arena);
 
     open_plane(&l, 1.0, 0.0, 0.0, 1.0, -4.0, 5.0); /* x = (4, 0) */
-    assert_true(perp__linear_holds_at(&l.p, first, right, 0, 1e-8, 1.0, &at_vertex));
-    assert_false(perp__linear_holds_at(&l.p, first, wrong, 0, 1e-8, 1.0, &at_vertex));
-    assert_false(perp__linear_holds_at(&l.p, first, right, 1, 1e-8, 1.0, &at_vertex)); /* u_1 = 4 */
+    assert_true(perp__linear_holds_at(&l.p, first, right, 0, 1.0, &at_vertex));
+    assert_false(perp__linear_holds_at(&l.p, first, wrong, 0, 1.0, &at_vertex));
+    assert_false(perp__linear_holds_at(&l.p, first, right, 1, 1.0, &at_vertex)); /* u_1 = 4 */
     perp__arena_release(&l.arena);
 
     open_plane(&l, 2.0, 1.0, 1.0, 2.0, 0.0, 3.0); /* x = 0 by two patterns */
@@ -353,9 +353,9 @@ static void test_linear_family(void **state)
         const double *x = made->points + 2 * k;
 
         assert_true(fmin(fabs(x[0]), fabs(x[1])) <= 1e-15 && fabs(x[0] + x[1] - 2.0) <= 1e-15);
-        assert_true(perp__linear_holds_at(&l.p, both, x, 0, 1e-8, 1.0, &at_vertex) && at_vertex);
+        assert_true(perp__linear_holds_at(&l.p, both, x, 0, 1.0, &at_vertex) && at_vertex);
     }
-    assert_true(perp__linear_holds_at(&l.p, both, made->middle, 0, 1e-8, 1.0, &at_vertex));
+    assert_true(perp__linear_holds_at(&l.p, both, made->middle, 0, 1.0, &at_vertex));
     assert_false(at_vertex);
     perp__answer_release(&store, made);
     perp__answers_release(&store);

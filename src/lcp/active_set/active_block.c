@@ -1,4 +1,4 @@
-#include "lcp/active_set/active_block.h"
+#include "lcp/active_set/active_set.h"
 
 #include <float.h>
 #include <math.h>

@@ -7,7 +7,7 @@
  * (Judice & Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
  * complementarity problems", Computers & Operations Research 21, 1994; bounds: the same authors,
  * "Basic-set algorithm for a generalized linear complementarity problem", JOTA 74, 1992). */
-#include "lcp/active_set/block_pivoting.h"
+#include "lcp/active_set/active_set.h"
 
 #include <float.h>
 #include <math.h>
@@ -159,10 +159,6 @@ perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
 
 /* ---- block pivoting as a method of its own ---- */
 
-#define PERP__PATIENCE 10
-/* The default limit. */
-#define PERP__ROUNDS 10000
-
 typedef struct active_set_work {
     perp__lcp_work head;
     perp__block_pivoting pivoting;
@@ -225,7 +221,8 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     b->patience = b->patience_of_few = PERP__PATIENCE;
     b->few = 0;
     b->single_patience = 20 + 2 * (int32_t)n;
-    b->round_limit = a->dense.iteration_limit > 0 ? a->dense.iteration_limit : PERP__ROUNDS;
+    b->round_limit =
+        a->dense.iteration_limit > 0 ? a->dense.iteration_limit : PERP__CHEAP_ITERATIONS;
     if (iterate->warm)
         perp__places_of(&a->dense, iterate->z, b->places);
     else

@@ -17,7 +17,7 @@
  * Left out, because they did not pay on grids of 1e4 to 1e5 nodes: more sweeps a step, and many
  * sweeps along the boundary of the index set alone (half the steps on jumping coefficients, the
  * same time). */
-#include "lcp/active_set/nested.h"
+#include "lcp/active_set/active_set.h"
 
 #include <math.h>
 #include <string.h>

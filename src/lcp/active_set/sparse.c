@@ -16,15 +16,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/active_set/sparse.h"
+#include "lcp/active_set/active_set.h"
 #include "linalg/sparse_block.h"
 
-#define ITERATIONS 500 /* default limit */
-#define ROUNDS 3       /* of a rough solve */
-#define PROXIMAL_ROUNDS 30
+#define ROUNDS 3 /* of a rough solve */
 #define SMALL_PENALTY 0x1p-26
-#define PENALTY_STEPS 30 /* for one penalty */
-#define PATIENCE 10      /* full exchanges without progress before single ones */
+#define STEPS 30 /* for one penalty, or proximal point */
 
 /* What an exchange would do. */
 typedef struct exchange {
@@ -184,7 +181,7 @@ static perp_status follow_penalty(perp__sparse_active_set *work, perp__lcp_itera
          penalty *= 0x1p10) {
         int32_t changes = penalise(work, iterate->places, z, penalty);
 
-        for (steps = 0; (steps == 0 || changes > 0) && steps < PENALTY_STEPS; steps++) {
+        for (steps = 0; (steps == 0 || changes > 0) && steps < STEPS; steps++) {
             status = perp__sparse_block_factor_with(p->block, work->active, p->n, work->weights);
             if (status != PERP_OK)
                 return status;
@@ -240,8 +237,7 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
         e = find_exchange(work, places, iterate->z);
         if (e.count == 0) {
             iterate->outcome = PERP_OUTCOME_SOLVED;
-            return work->rho > 0.0 ? approach(work, places, iterate->z, PROXIMAL_ROUNDS, 0.0)
-                                   : PERP_OK;
+            return work->rho > 0.0 ? approach(work, places, iterate->z, STEPS, 0.0) : PERP_OK;
         }
         iterate->outcome = perp__lcp_tick(p->control, iterate->iterations, e.violation);
         if (iterate->outcome >= 0)
@@ -347,8 +343,9 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
     perp__sparse_active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
-    const perp__active_set_limits limits = {
-        problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS, PATIENCE, 1, 0, 0.0};
+    const perp__active_set_limits limits = {problem->iteration_limit > 0 ? problem->iteration_limit
+                                                                         : PERP__ITERATIONS,
+                                            PERP__PATIENCE, 1, 0, 0.0};
     const perp_status status = perp__sparse_active_set_run(work, iterate, &limits);
 
     for (int32_t i = 0; i < problem->n; i++)

@@ -19,7 +19,7 @@
  * Positive couplings and bounds on the other side are left out of account at first: where there are
  * few, as in option prices by central differences or with a cap, the index set is near the right
  * one. Whether it is right the signs tell in the end, with all of the problem. */
-#include "lcp/active_set/tridiagonal.h"
+#include "lcp/active_set/active_set.h"
 
 #include <float.h>
 #include <math.h>

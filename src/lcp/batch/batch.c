@@ -255,7 +255,7 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
         own.monitor = NULL;
         b.data.scaling = own.scaling;
         b.data.max_iterations = own.max_iterations;
-        if (own.method == PERP_LCP_AUTO && n > 0 && n <= PERP__BATCH_LARGEST)
+        if (own.method == PERP_LCP_AUTO && n > 0 && n <= PERP__SMALL_LENGTH)
             b.kernel = perp__batch_kernel_number(0);
         status = solve_all(&b, &arena, threads);
     }

@@ -80,7 +80,7 @@ static uint64_t bits_of_power(int32_t e)
 static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t lane)
 {
     const size_t n = (size_t)g->n, width = (size_t)g->width;
-    int32_t exponents[PERP__BATCH_LARGEST];
+    int32_t exponents[PERP__SMALL_LENGTH];
     int32_t omega = INT32_MIN, takes = 1;
     uint64_t twice; /* what omega^2 adds to the bits of a power of two */
 

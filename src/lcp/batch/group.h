@@ -4,10 +4,7 @@
 
 #include <perp/lcp.h>
 
-#include "base/arena.h"
-
-/* Above this size the vectors of a group leave the cache and a solver of its own is as fast. */
-#define PERP__BATCH_LARGEST 32
+#include "lcp/solver.h"
 
 typedef struct perp__batch_group {
     int32_t n, width;      /* width: problems in a group, the doubles of a vector */

@@ -147,7 +147,6 @@ static void scale_problem(perp__verify *v, const double *q)
 /* ---- the enclosure: the equations of the index set are solved to doubled precision, and what is
  * left is bounded with the inverse ---- */
 
-#define PERP__REFINEMENTS 16
 /* Up to this size it is where the sparse bound fails: three arrays of 32 MiB. */
 #define PERP__LARGEST_BLOCK 2048
 

@@ -15,14 +15,12 @@
 #include "base/clock.h"
 #include "base/outcome.h"
 
-#define ITERATIONS 500 /* default limit */
-#define AIM 0.1        /* goes on to tol * AIM while it can: the next step is cheap or the last */
-#define PATIENCE 30    /* iterations without progress */
+#define AIM 0.1     /* goes on to tol * AIM while it can: the next step is cheap or the last */
+#define PATIENCE 30 /* iterations without progress */
 
 /* Of the start. */
 #define SLACK 0.95 /* Khobotov's bound on t |F(y) - F(z)| / |y - z| */
 #define SHRINKS 30
-#define PROGRESS 0.9 /* sweeps go on while each takes off a tenth of the residual */
 
 /* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
  * local minima of Psi. */
@@ -131,7 +129,7 @@ static void sweeps(perp__fischer_state *f, int32_t count)
     for (int32_t k = 0; k < count && !perp__is_past(p->control->deadline); k++) {
         for (int32_t j = 0; j < p->n; j++) {
             const double z = f->z[j];
-            double diagonal = perp__diagonal_entry(&f->S.S, j);
+            double diagonal = perp__entry(&f->S.S, j, j);
 
             if (!(diagonal > 0.0))
                 diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
@@ -140,7 +138,7 @@ static void sweeps(perp__fischer_state *f, int32_t count)
                 perp__fischer_matrix_add_column(&f->S, j, f->z[j] - z, f->w);
         }
         keep_best(f);
-        if (!(f->best_residual <= PROGRESS * last))
+        if (!(f->best_residual <= PERP__PROGRESS * last))
             break;
         last = f->best_residual;
     }
@@ -186,7 +184,8 @@ static void extragradient(perp__fischer_state *f, int32_t steps)
 static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *problem = f->common.problem;
-    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
+    const int64_t limit =
+        problem->iteration_limit > 0 ? problem->iteration_limit : PERP__ITERATIONS;
     double residual = INFINITY, psi = INFINITY; /* when they had last fallen by a quarter, */
     int64_t progress = 0;                       /* and when that was */
 
@@ -194,7 +193,7 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
     while (iterate->outcome < 0 && f->steps < limit && f->best_residual > AIM * problem->tol) {
         perp_status moved = 0;
 
-        f->recent[f->steps++ % PERP__FISCHER_MEMORY] = f->psi;
+        f->recent[f->steps++ % PERP__MEMORY] = f->psi;
         if (active)
             moved = perp__fischer_active_step(f);
         if (moved == 0)

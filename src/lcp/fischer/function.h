@@ -5,6 +5,13 @@
 
 #include "linalg/matrix.h"
 
+/* Of searches along a line: Armijo's share of what the slope promises, the values of Psi that a
+ * nonmonotone one looks back on, halvings, and what counts as progress: a tenth less. */
+#define PERP__ARMIJO 1e-4
+#define PERP__MEMORY 8
+#define PERP__HALVINGS 40
+#define PERP__PROGRESS 0.9
+
 /* Partial derivatives; both in [0, 2] for phi, >= 0 for the composition. */
 typedef struct perp__slopes {
     double z, w;

@@ -1,9 +1,9 @@
-#include "lcp/fischer/matrix.h"
+#include "lcp/fischer/fischer.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "lcp/active_set/active_block.h"
+#include "lcp/active_set/active_set.h"
 #include "linalg/blas.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/sparse_block.h"

@@ -19,14 +19,11 @@
 #include "lcp/fischer/fischer.h"
 
 /* Newton's. */
-#define ARMIJO 1e-4  /* beta */
-#define HALVINGS 40  /* t >= 2^-40 */
 #define DESCENT 1e-8 /* rho and p of the test grad Psi' d <= -rho |d|^p */
 #define POWER 2.1
 
 /* The active set's. */
-#define RHO 0.1 /* the first that is not 0, of a unit diagonal */
-#define RHO_STEP 0.1
+#define RHO 0.1 /* the first that is not 0, of a unit diagonal, and from one to the next */
 #define RHO_LEAST 1e-9
 #define TRIALS 3   /* values of rho in a step */
 #define GROWTH 1e3 /* of Psi, that a step is allowed */
@@ -43,15 +40,15 @@ static int32_t line_search(perp__fischer_state *f, double slope)
 {
     double most = f->psi, t = 1.0;
 
-    for (int64_t k = 0; k < PERP__FISCHER_MEMORY && k < f->steps; k++)
+    for (int64_t k = 0; k < PERP__MEMORY && k < f->steps; k++)
         most = f->recent[k] > most ? f->recent[k] : most;
-    for (int32_t halving = 0; halving <= HALVINGS; halving++, t *= 0.5) {
+    for (int32_t halving = 0; halving <= PERP__HALVINGS; halving++, t *= 0.5) {
         for (int32_t i = 0; i < f->common.problem->n; i++) {
             f->trial_z[i] = f->z[i] + t * f->d[i];
             f->trial_w[i] = f->w[i] + t * f->image[i];
         }
         if (perp__fischer_evaluate(f, f->trial_z, f->trial_w, f->trial_phi) <=
-            most + ARMIJO * t * slope) {
+            most + PERP__ARMIJO * t * slope) {
             perp__fischer_take_trial(f);
             return 1;
         }
@@ -162,13 +159,13 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
         if (status != PERP_OK)
             return status;
         if (!(psi <= GROWTH * f->kept_psi)) {
-            rho = fmax(rho / RHO_STEP, RHO);
+            rho = fmax(rho / RHO, RHO);
             continue;
         }
         f->places = f->next_places;
         f->next_places = places;
         f->has_places = 1;
-        f->rho = rho > 0.0 ? fmax(RHO_STEP * rho, RHO_LEAST) : 0.0;
+        f->rho = rho > 0.0 ? fmax(RHO * rho, RHO_LEAST) : 0.0;
         f->watched++;
         if (psi <= FALL * f->kept_psi)
             f->watched = f->failures = 0;

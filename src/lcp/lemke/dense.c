@@ -13,8 +13,6 @@
 
 /* Relative size below which a pivot among free variables is what rounding left of 0. */
 #define DEPENDENT 1e-12
-/* Pivots that are smaller than this part of their column's largest entry make no good basis. */
-#define SMALLEST_PIVOT 1e-8
 
 /* A round of a crash is a Cholesky factorisation of the active block where M is symmetric, else LU:
  * from this size on that costs less than the pivots that it saves. */
@@ -23,11 +21,9 @@
 #define CRASH_SKEW 1.5
 /* A crash ends after so many rounds, and after so many in a row that did not help. */
 #define CRASH_ROUNDS 24
-#define CRASH_PATIENCE 3
 /* The basis it ends with is taken if at most this part of the indices is infeasible; but to get
  * there by pivots costs as much as a dozen rounds, so from there on it may wait longer. */
 #define CRASH_PART 8
-#define CRASH_PATIENCE_OF_FEW 10
 
 void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l)
 {
@@ -253,7 +249,7 @@ static int32_t transform(perp__lemke *l)
                 (found < 0 || size > fabs(l->column[found])))
                 found = r;
         }
-        if (found < 0 || !(fabs(l->column[found]) > SMALLEST_PIVOT * largest))
+        if (found < 0 || !(fabs(l->column[found]) > PERP__POOR_PIVOT * largest))
             return 0;
         exchange_at_start(l, found, c);
     }
@@ -317,7 +313,7 @@ static void examine(perp__lemke *l)
         const double *mirror = M->values + (size_t)j * M->row_stride + (size_t)i * M->column_stride;
         const double size = 0.5 * *at + 0.5 * *mirror;
 
-        large += size * size > perp__diagonal_entry(M, i) * perp__diagonal_entry(M, j) && i != j;
+        large += size * size > perp__entry(M, i, i) * perp__entry(M, j, j) && i != j;
     }
     l->crashes &= large <= M->rows / 16;
 }
@@ -343,9 +339,9 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     perp__active_block_begin(&b->active, p, l->symmetric);
     b->active.definite = 1;
     b->problem = p;
-    b->patience = CRASH_PATIENCE;
+    b->patience = PERP__CRASH_PATIENCE;
     b->few = p->n / CRASH_PART;
-    b->patience_of_few = CRASH_PATIENCE_OF_FEW;
+    b->patience_of_few = PERP__PATIENCE;
     b->single_patience = 0;
     b->round_limit = CRASH_ROUNDS;
     if (p->iteration_limit > 0 && p->iteration_limit < b->round_limit)

@@ -22,7 +22,6 @@
 /* Steps of the crash, and how many of them in a row may bring nothing where the sets need not be
  * monotone. */
 #define STEPS 200
-#define PATIENCE 3
 /* Of a singular block, beside rows near 1. */
 #define PROXIMAL 1e-7
 /* Below this size a crash that fails costs more than the path from the slacks, so only matrices
@@ -251,7 +250,7 @@ static int32_t correct(void *work, const double *residual, double *step)
 static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__lemke_guess *guess)
 {
     const perp__lcp_problem *p = l->head.problem;
-    perp__active_set_limits limits = {STEPS, PATIENCE, 0, FEW, PROXIMAL};
+    perp__active_set_limits limits = {STEPS, PERP__CRASH_PATIENCE, 0, FEW, PROXIMAL};
     perp_status status;
 
     if (p->iteration_limit > 0 && p->iteration_limit < limits.iterations)
@@ -300,7 +299,7 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
     for (int32_t i = 0; i < p->n; i++) {
         const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
 
-        if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
+        if (p->lower[i] < p->upper[i] && !is_free && !(perp__entry(p->M, i, i) > 0.0))
             has_diagonal = 0;
     }
     return iterate->warm || p->n >= WORTH_IT || has_diagonal ? crash(l, iterate, guess) : PERP_OK;

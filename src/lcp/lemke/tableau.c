@@ -1,4 +1,4 @@
-#include "lcp/lemke/tableau.h"
+#include "lcp/lemke/lemke.h"
 
 #include <string.h>
 

@@ -23,14 +23,9 @@
  * such a problem would stagnate all the same. */
 #define DIVERGENCE 1e6
 
-/* Stagnation: the best residual fell by less than 1 % over max(1000, 2 n) sweeps. The next digit
- * would cost more than 2e5 sweeps. 2 n, because news travels against the sweep's direction by one
- * row a sweep, and a residual may be flat until it has arrived. */
-#define STAGNATION_SWEEPS 1000
-#define STAGNATION_FACTOR 0.99
-
-/* Default limit: 10000 sweeps, less where they would touch more than 1e10 entries, at least 200. */
-#define SWEEPS_MOST 10000
+/* Stagnation is of 2 n sweeps at least: news travels against the sweep's direction by one row a
+ * sweep, and a residual may be flat until it has arrived. The default limit is less where sweeps
+ * would touch more entries than these, and at least so many. */
 #define SWEEPS_LEAST 200
 #define ENTRIES_MOST 1e10
 
@@ -105,7 +100,7 @@ static perp_status check(const perp__lcp_problem *problem)
 
     for (int32_t i = 0; i < problem->n && status == PERP_OK; i++) {
         const double lower = problem->lower[i], upper = problem->upper[i], q = problem->q[i];
-        const double diagonal = perp__diagonal_entry(problem->M, i);
+        const double diagonal = perp__entry(problem->M, i, i);
 
         if (!(lower < upper) || diagonal > 0.0)
             continue;
@@ -146,7 +141,7 @@ static void read_problem(pgs_work *work, const double *z)
 
             work->step[i] =
                 moves(problem, i)
-                    ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
+                    ? work->relaxation / (perp__entry(problem->M, i, i) * (factor * factor))
                     : 0.0;
         }
         perp__rows_read(&sweeper->rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
@@ -334,7 +329,7 @@ static perp_outcome look_at(pgs_work *work, const double *residuals, int32_t cou
         if (!(residuals[k] <= DBL_MAX) || residuals[k] > growth * progress->best)
             return PERP_OUTCOME_STALLED;
         if (sweeps % progress->window == 0) {
-            if (progress->best > STAGNATION_FACTOR * progress->best_before)
+            if (progress->best > PERP__STAGNATION_FACTOR * progress->best_before)
                 return PERP_OUTCOME_STALLED;
             progress->best_before = progress->best;
         }
@@ -358,7 +353,8 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     const double n = problem->n;
     const double entries =
         problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
-    const double most = fmin(fmax(ENTRIES_MOST / (entries + 1.0), SWEEPS_LEAST), SWEEPS_MOST);
+    const double most =
+        fmin(fmax(ENTRIES_MOST / (entries + 1.0), SWEEPS_LEAST), PERP__CHEAP_ITERATIONS);
     const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : (int64_t)most;
     const size_t bytes = (size_t)problem->n * sizeof(double);
     pgs_progress *progress = &work->progress;
@@ -367,8 +363,8 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     if (iterate->attempt == 0) { /* later ones go on after a pause */
         progress->best = progress->best_before = progress->looked = INFINITY;
         progress->next_look = problem->leads;
-        progress->window = 2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n
-                                                                       : STAGNATION_SWEEPS;
+        progress->window =
+            2 * (int64_t)problem->n > PERP__STAGNATION ? 2 * (int64_t)problem->n : PERP__STAGNATION;
         memcpy(work->best, iterate->z, bytes);
         memset(work->places, PERP__FIXED, (size_t)problem->n);
         work->remembered = work->residual = INFINITY;

@@ -97,7 +97,6 @@ static void find_aggregates(perp__level *level, double threshold)
 
 /* ---- memory ---- */
 
-#define PERP__COARSEST 100      /* rows: from here on a factorisation costs next to nothing */
 #define PERP__SLOWEST 0.8       /* coarse rows per row: coarsening as slow as that does not pay */
 #define PERP__THRESHOLD 0.08    /* on the finest level, half as much on each coarser one */
 #define PERP__DAMPING (2.0 / 3) /* 4/3 over 2, the largest eigenvalue of D^-1 S */

@@ -9,6 +9,8 @@
 #include "linalg/fronts/fronts.h"
 #include "linalg/matrix.h"
 
+/* Of fewer rows a factorisation costs next to nothing. */
+#define PERP__COARSEST 100
 #define PERP__LEVELS 24
 
 /* A matrix S by rows, and how it hangs together with the next coarser one, P' S P. The entries of a

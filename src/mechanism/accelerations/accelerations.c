@@ -5,9 +5,6 @@
 
 #include "base/context.h"
 
-/* Entries of a family's inequalities and points below this, beside their terms, are rounding. */
-#define ROUNDING 1e-11
-
 PERP__WORDS(perp_mechanism_reason_text, "unknown reason",
             "one acceleration, whatever the loads are", "a contact that slides pulls itself in",
             "a contact that slides neither pulls itself in nor pushes itself away",
@@ -94,7 +91,7 @@ perp_status perp__acceleration_open(perp_mechanism *m)
         if (!a)
             return PERP_ERROR_MEMORY;
         a->answers.context = a->polyhedron.cone.context = m->context;
-        a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
+        a->linear.tolerance = PERP__NOTHING;
         a->linear.user = a;
         a->linear.conditions = perp__element_conditions;
         a->answers.length = m->rows;
@@ -103,7 +100,7 @@ perp_status perp__acceleration_open(perp_mechanism *m)
         a->answers.own = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
         a->answers.holds = perp__acceleration_holds;
         a->answers.user = a;
-        a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
+        a->polyhedron.rounding = a->polyhedron.row_rounding = PERP__NOTHING;
         a->polyhedron.least = PERP__FAMILY_TOLERANCE;
         memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
     }

@@ -10,17 +10,11 @@
 #include "mechanism/mechanism.h"
 #include "mechanism/linear.h"
 
-/* Relative size that counts as nothing: of forces and accelerations. */
-#define PERP__ACCELERATION_TOLERANCE 1e-12
 /* A pivot below this, beside the largest entry of an equilibrated system, is 0. */
-#define PERP__ACCELERATION_SINGULAR (4.0 * PERP__ACCELERATION_TOLERANCE)
-/* The same of a family's points, which the double description method gives to 1e-9 or so. */
-#define PERP__FAMILY_TOLERANCE 1e-8
+#define PERP__ACCELERATION_SINGULAR (PERP__SINGULAR * PERP__NOTHING)
 /* Pivots from directions that an iteration gives, which are worth less. */
 #define PERP__ROUGH_DIRECTIONS 1e-6
 #define PERP__MOST_CONTACTS 12
-
-#define PERP__PI 3.14159265358979323846
 
 typedef struct perp__element {
     int32_t source; /* contact, or contacts + dry group */
@@ -121,10 +115,6 @@ perp_status perp__acceleration_open(perp_mechanism *m);
 /* Of the tree of patterns. */
 int32_t perp__element_choices(void *user, int32_t index);
 int32_t perp__element_choose(void *user, int32_t index, int32_t choice);
-/* Directions in which a slip starts, and number k of them. */
-int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element);
-void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
-                             double direction[2]);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */
 int32_t perp__element_starts(const perp__element *element, int32_t mode);
 int32_t perp__element_presses(const perp__element *element, int32_t mode);

@@ -5,11 +5,8 @@
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
-/* Clock readings are rare: once in so many patterns. */
-#define PATTERNS_A_READING 256
 /* Of the directions of loads. */
 #define MOST_ROUNDS 30
-#define SETTLED 1e-14
 
 /* ---- why there are as many ------------------------------------------------------------------
  *
@@ -51,7 +48,7 @@ static double inertia_of(const perp__acceleration *a, const perp__element *eleme
     const int32_t k = element->normals, tangents = element->moves ? 1 : element->tangents;
     double coupling[2 * PERP__MOST_NORMALS] = {0.0}, square[4] = {0.0}, root, along;
 
-    if (!element->friction || !(row[r] > PERP__ACCELERATION_TOLERANCE * a->W[r * (active + 1)]))
+    if (!element->friction || !(row[r] > PERP__NOTHING * a->W[r * (active + 1)]))
         return INFINITY;
     if (!element->two_sided) {
         if (element->moves)
@@ -165,13 +162,13 @@ static perp_status try_loads(perp__acceleration *a)
     int32_t dimension = 0;
 
     if (perp__slip_count(a) > 0) {
-        status = keep(a, perp__slip_turn(a, PERP__ACCELERATION_TOLERANCE));
+        status = keep(a, perp__slip_turn(a, PERP__NOTHING));
         memcpy(a->pattern.direction, a->chosen, size);
         return status;
     }
     for (int32_t round = 0; round < MOST_ROUNDS; round++) {
         dimension = perp__pattern_solve(a);
-        if (perp__load_turn(a) <= SETTLED)
+        if (perp__load_turn(a) <= PERP__LAST_DIGITS)
             return keep(a, dimension);
     }
     a->answers.incomplete = 1;
@@ -198,7 +195,7 @@ static perp_status try_directions(perp__acceleration *a)
 
         direction[0] = cos(angle);
         direction[1] = sin(angle);
-        status = keep(a, perp__slip_turn(a, PERP__ACCELERATION_TOLERANCE));
+        status = keep(a, perp__slip_turn(a, PERP__NOTHING));
     }
     return status;
 }
@@ -226,7 +223,7 @@ static perp_status try_pattern(perp__acceleration *a)
         if (turning == 1)
             status = try_directions(a);
         else if (is_start(a, turning))
-            status = perp__acceleration_try(a, PERP__ACCELERATION_TOLERANCE);
+            status = perp__acceleration_try(a, PERP__NOTHING);
     }
     return status;
 }
@@ -237,7 +234,7 @@ static perp_status leaf(void *user)
     const size_t size = 2 * (size_t)a->elements * sizeof *a->chosen;
     perp_status status;
 
-    if (a->leaves % PATTERNS_A_READING == 0 && perp__mechanism_is_late(a->m)) {
+    if (a->leaves % PERP__A_READING == 0 && perp__mechanism_is_late(a->m)) {
         a->complete = 0;
         a->tree.ended = 1;
         return PERP_OK;

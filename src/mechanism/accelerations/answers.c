@@ -10,12 +10,6 @@
 #include "mechanism/accelerations/accelerations.h"
 #include "mechanism/eigenvalues.h"
 
-/* Directions of a slip that starts in 3 dimensions are found to this. */
-#define SAME_FORCE 1e-10
-/* Rows that do not hold say something about u' all the same: to this, relative to its terms. */
-#define SMALL 1e-11
-/* What is left of a diagonal entry, beside what it was, that counts as 0. */
-#define DEPENDENT 1e-11
 /* Turns of the polygons until the middle is in the discs. */
 #define MOST_CUTS 24
 /* Polyhedra of more have too many vertices. */
@@ -41,14 +35,14 @@ static size_t factor(size_t n, double *S, double *B, double *diagonal, int32_t *
         diagonal[i] = S[i * (n + 1)];
     for (rank = 0; rank < n; rank++) {
         size_t p = 0;
-        double best = DEPENDENT;
+        double best = PERP__NOTHING;
 
         for (size_t i = 0; i < n; i++)
             if (diagonal[i] > 0.0 && S[i * (n + 1)] > best * diagonal[i]) {
                 best = S[i * (n + 1)] / diagonal[i];
                 p = i;
             }
-        if (best <= DEPENDENT)
+        if (best <= PERP__NOTHING)
             break;
         pivot[rank] = (int32_t)p;
         for (size_t i = 0; i < n; i++)
@@ -214,7 +208,7 @@ static void describe(perp__acceleration *a, perp__answer *answer)
         if (mode == PERP_MECHANISM_SLIP && !element->dry && !element->friction && !element->moves) {
             mode = PERP_MECHANISM_STICK; /* nothing holds it, but it does not move either */
             for (int32_t i = 0; i < element->tangents; i++)
-                if (row_residual(a, answer, element->tangent + i, 0) > SMALL)
+                if (row_residual(a, answer, element->tangent + i, 0) > PERP__NOTHING)
                     mode = PERP_MECHANISM_SLIP;
         }
         answer->modes[element->source] = mode;
@@ -233,8 +227,7 @@ static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const
 
     for (int32_t i = 0; i < a->active; i++)
         a->work[i] = point[a->row_of[i]];
-    return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, PERP__FAMILY_TOLERANCE,
-                                 spread, at_vertex);
+    return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, spread, at_vertex);
 }
 
 static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
@@ -259,7 +252,7 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
                               k >= inner->vertices, 1.0, &at_vertex);
         return holds;
     }
-    same = is_turned(a, outer) || is_turned(a, inner) ? SAME_FORCE : 1e-14;
+    same = is_turned(a, outer) || is_turned(a, inner) ? PERP__SAME_DIRECTION : PERP__LAST_DIGITS;
     for (int32_t i = 0; i < a->active; i++)
         largest = fmax(largest, fabs(outer->points[a->row_of[i]]) / a->scale[i]);
     for (int32_t i = 0; i < a->active && holds; i++) {

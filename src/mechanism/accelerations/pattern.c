@@ -22,7 +22,8 @@ int32_t perp__element_choices(void *user, int32_t index)
     const perp__acceleration *a = user;
     const perp__element *element = a->element + index;
     const int32_t starts = !element->moves && element->friction;
-    const int32_t motions = 1 + (starts ? perp__element_directions(a, element) : 0);
+    const int32_t directions = element->tangents == 2 ? a->m->settings.directions : 2;
+    const int32_t motions = 1 + (starts ? directions : 0);
 
     return motions * sides_of(element) + separates(element);
 }
@@ -48,23 +49,14 @@ int32_t perp__element_choose(void *user, int32_t index, int32_t choice)
         memcpy(direction, element->direction, sizeof element->direction);
     else if (press == 0)
         *mode = PERP_MECHANISM_STICK;
-    else
-        perp__element_direction(a, element, press - 1, direction);
+    else if (element->tangents == 2) {
+        const double angle = 2.0 * PERP__PI * (press - 1) / a->m->settings.directions;
+
+        direction[0] = cos(angle);
+        direction[1] = sin(angle);
+    } else
+        direction[0] = press == 1 ? 1.0 : -1.0;
     return 1;
-}
-
-int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element)
-{
-    return element->tangents == 2 ? a->m->settings.directions : 2;
-}
-
-void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
-                             double direction[2])
-{
-    const double angle = 2.0 * PERP__PI * k / a->m->settings.directions;
-
-    direction[0] = element->tangents == 2 ? cos(angle) : k == 0 ? 1.0 : -1.0;
-    direction[1] = element->tangents == 2 ? sin(angle) : 0.0;
 }
 
 int32_t perp__element_starts(const perp__element *element, int32_t mode)

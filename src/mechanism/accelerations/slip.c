@@ -24,7 +24,6 @@
 
 #define MOST_ROUNDS 20
 #define LONGEST_TURN 0.5
-#define SETTLED 1e-13
 /* A turn below this that is not halved any more is the rounding of an ill-conditioned W. */
 #define STILL 1e-6
 /* Turns larger than this after so many rounds lead nowhere. */
@@ -96,7 +95,7 @@ static double turn(perp__acceleration *a)
         }
         column++;
     }
-    perp__pivoting_eliminate(p, 1e-12 * top, p->n);
+    perp__pivoting_eliminate(p, PERP__NOTHING * top, p->n);
     if (p->rank < p->n)
         return -1.0;
     perp__pivoting_solve(p, step, g);
@@ -128,7 +127,7 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
 
         if (turned < 0.0 || (round >= PATIENCE && largest > NEAR))
             return -1;
-        if (largest <= SETTLED || (largest <= STILL && largest > 0.5 * before))
+        if (largest <= PERP__LAST_DIGITS || (largest <= STILL && largest > 0.5 * before))
             return perp__pattern_solve(a);
         before = largest;
         /* with the rank of the start, what is left without a pivot becomes consistent at the end */

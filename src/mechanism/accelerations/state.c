@@ -9,9 +9,6 @@
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
-/* Of gaps and velocities, beside the terms of their sums. */
-#define CLOSED_TOLERANCE 1e-12
-
 #define LEVELS 64
 /* The first step moves the coordinates by this, beside the largest of them or 1 (an angle's unit);
  * what is too long is no harm. Not a round number: motion with a period must not look as if it
@@ -23,7 +20,7 @@ static void find_slip(const perp_mechanism *m, perp__element *element, const dou
 {
     const double *u = m->start_velocity + m->tangent[element->source];
     const double speed =
-        perp__sliding_speed(m, &m->begin, element->source, m->start_velocity, v, CLOSED_TOLERANCE);
+        perp__sliding_speed(m, &m->begin, element->source, m->start_velocity, v, PERP__NOTHING);
 
     element->moves = speed > 0.0;
     for (int32_t i = 0; i < element->tangents && element->moves; i++)
@@ -78,7 +75,7 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
                perp__evaluate_bias(m, a->bias, a->size, t, q, v,
                                    FIRST_MOVE * (fastest > 0.0 ? largest / fastest : 1.0), LEVELS));
     for (int32_t i = 0; i < m->rows; i++)
-        a->size[i] = fabs(a->bias[i]) + a->size[i] / PERP__ACCELERATION_TOLERANCE;
+        a->size[i] = fabs(a->bias[i]) + a->size[i] / PERP__NOTHING;
     return status;
 }
 
@@ -99,7 +96,7 @@ static void hold_bilateral(perp__acceleration *a)
         for (size_t j = 0; j < n; j++)
             a->linear.system.K[i * n + j] =
                 a->W[(b + i) * active + b + j] * a->scale[b + i] * a->scale[b + j];
-    perp__pivoting_eliminate(&a->linear.system, PERP__ACCELERATION_SINGULAR * 4.0,
+    perp__pivoting_eliminate(&a->linear.system, PERP__SINGULAR * PERP__ACCELERATION_SINGULAR,
                              a->linear.system.n);
     for (size_t j = 0; j < active; j++) {
         for (size_t k = 0; k < n; k++)
@@ -114,7 +111,7 @@ static void hold_bilateral(perp__acceleration *a)
                 sum -= term;
                 size += fabs(term);
             }
-            a->held[i * active + j] = fabs(sum) <= 1e-14 * size ? 0.0 : sum;
+            a->held[i * active + j] = fabs(sum) <= PERP__LAST_DIGITS * size ? 0.0 : sum;
         }
     }
 }
@@ -181,13 +178,12 @@ perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, dou
     /* 1. the elements */
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j], one_sided = m->two_sided[j] == 0;
-        const double rounding = CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
+        const double rounding = PERP__NOTHING * perp__row_size(m, &m->begin, row, v);
         const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
         perp__element *element;
 
-        if (one_sided &&
-            (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
-             u[row] > rounding))
+        if (one_sided && (m->begin.gap[j] > PERP__NOTHING * perp__gap_size(m, &m->begin, row, q) ||
+                          u[row] > rounding))
             continue;
         if (one_sided && u[row] < -rounding && *impact < 0)
             *impact = j;

@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "base/handle.h"
 #include "linalg/held_rows.h"
+#include "mechanism/tuning.h"
 
 enum { PERP__STAGES = 5 };
 

@@ -22,8 +22,6 @@
 
 /* Beside |tangent| |v|: what a state is given to is at rest with less than this. */
 #define REST (64.0 * DBL_EPSILON)
-/* What is left of a diagonal entry of W beside the others' rows, where it depends on them. */
-#define DEPENDENT 1e-12
 /* A friction force that had to give, and still comes as close to its bound, gives. */
 #define CLOSE 1e-9
 
@@ -65,7 +63,7 @@ static int32_t is_independent(perp_compliant *c, int32_t k, int32_t joins)
         c->factor[at(c, count, i)] = sum;
         left -= sum * sum;
     }
-    if (!(left > DEPENDENT * c->slip_response[at(c, k, k)]))
+    if (!(left > PERP__NOTHING * c->slip_response[at(c, k, k)]))
         return 0;
     if (joins) {
         c->factor[at(c, count, count)] = sqrt(left);

@@ -25,7 +25,7 @@ static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
 
     for (int32_t k = 0; k < inner->vertices + inner->rays; k++)
         if (!perp__linear_holds_at(&f->linear, &pattern, inner->points + (size_t)k * (size_t)f->n,
-                                   k >= inner->vertices, PERP__FRICTION_SAME, 0.0, &at_vertex))
+                                   k >= inner->vertices, 0.0, &at_vertex))
             return 0;
     return 1;
 }
@@ -208,7 +208,7 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
             continue;
         /* its middle is described; the other sides start from the point, too */
         for (int32_t i = 0; i < f->n; i++)
-            a->width[i] = PERP__FRICTION_SAME * fabs(a->middle[i]);
+            a->width[i] = PERP__FAMILY_TOLERANCE * fabs(a->middle[i]);
         a->dimension = a->vertices + a->rays == 1 ? 0 : f->polyhedron.dimension;
         a->at_vertex = 1;
         memcpy(f->origin, f->linear.x, size);

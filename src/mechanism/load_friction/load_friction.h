@@ -10,9 +10,6 @@
 #include "linalg/matrix.h"
 #include "mechanism/linear.h"
 
-/* Points of a family that differ by less, relatively, are the same. */
-#define PERP__FRICTION_SAME 1e-8
-
 /* One choice of mode and sign of the normal force a coordinate: within it the system is linear. */
 typedef struct perp__friction_pattern {
     int8_t *mode; /* PERP_LOAD_...; sliding with the sign of that coordinate's motion */

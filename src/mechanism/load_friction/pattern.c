@@ -10,8 +10,6 @@
 #include "base/outcome.h"
 #include "mechanism/load_friction/load_friction.h"
 
-/* A pivot below this many tol of the largest entry is 0: the effective inertia may be. */
-static const double singular = 4.0;
 /* Patterns that are wrong by this much, relatively, are not worth a bound of the error ... */
 static const double clearly = 1e-3;
 /* ... if no pivot is smaller than this. */
@@ -109,7 +107,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
         f->answers.incomplete = 1;
         return -1;
     }
-    perp__pivoting_eliminate(&p->system, singular * f->settings.tol * top, f->n);
+    perp__pivoting_eliminate(&p->system, PERP__SINGULAR * f->settings.tol * top, f->n);
     perp__linear_evaluate(p);
     perp__linear_correct(p);
     if (p->system.rank == p->system.n && p->system.least > regular * top && !insist) {
@@ -180,7 +178,7 @@ int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
 {
     const perp__linear *p = &f->linear;
     const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 0, 1};
-    const double tol = fmax(f->settings.tol, 16.0 * DBL_EPSILON);
+    const double tol = fmax(f->settings.tol, PERP__ROUNDING_LIMIT);
 
     for (int32_t i = 0; i < f->n; i++)
         if (f->pattern.mode[i] != PERP_LOAD_STICK && !(fabs(p->residual[i]) <= tol * p->load[i])) {

@@ -335,7 +335,7 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     a->fastest = 0.0;
     a->longest = settings->longest > 0.0 ? fmin(settings->longest, span) : span;
     a->shortest = settings->shortest > 0.0 ? settings->shortest : ldexp(span, -40);
-    a->shortest = fmax(a->shortest, 4.0 * PERP__EPS * fmax(fabs(run->t), fabs(t1)));
+    a->shortest = fmax(a->shortest, 4.0 * DBL_EPSILON * fmax(fabs(run->t), fabs(t1)));
     a->h = fmin(h, a->longest);
     a->unit = fmax(fmin(h, span), fmin(ldexp(span, -40) / settings->error, 1e-3 * span));
     a->proper = 0.0;

@@ -14,9 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A coordinate counts at least this share of the largest. */
-#define FLOOR 1e-3
-
 /* A slip that is slower than this many times what closes a gap may come from that. */
 #define CLOSING 10.0
 
@@ -73,7 +70,7 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
     for (int32_t i = 0; i < m->coordinates; i++)
         largest = fmax(largest, a->scale[i]);
     for (int32_t i = 0; i < m->coordinates; i++)
-        a->scale[i] = fmax(a->scale[i], FLOOR * largest);
+        a->scale[i] = fmax(a->scale[i], PERP__FLOOR * largest);
     return status;
 }
 

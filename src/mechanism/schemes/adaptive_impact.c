@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#define MOVES 1e-12 /* of the terms of a speed: a slower one is rounding */
-
 /* What may be wrong with the gap of contact j, with m->begin. */
 static double uncertainty(const perp_mechanism *m, const perp__adaptive *a, int32_t j)
 {
@@ -98,8 +96,9 @@ perp_status perp__adaptive_meet(perp__run *run, perp__adaptive *a, int32_t looke
     /* 1. an impact where something touches that comes closer */
     perp__row_velocities(m, &m->begin, u, m->now.v);
     for (int32_t j = 0; j < m->contacts; j++)
-        hits |= m->apart[j] && touches(m, a, j, u[m->starts[j]]) &&
-                u[m->starts[j]] < -MOVES * perp__row_size(m, &m->begin, m->starts[j], m->now.v);
+        hits |=
+            m->apart[j] && touches(m, a, j, u[m->starts[j]]) &&
+            u[m->starts[j]] < -PERP__NOTHING * perp__row_size(m, &m->begin, m->starts[j], m->now.v);
     if (hits) {
         status = strike(run, a);
         perp__row_velocities(m, &m->begin, u, m->now.v);

@@ -19,15 +19,10 @@
 /* In three dimensions the direction of a slip is made exact by repetition. */
 #define MOST_PASSES 8
 
-/* Accelerations below this, beside the largest of free motion, are none. */
-#define NOTHING 1e-12
-
 /* Differences, of order 4, are taken over this share of a step, or of a run's unit of time. */
 #define BIAS_LEVELS 2
 #define SHARE (1.0 / 32.0)
 #define SHARE_OF_UNIT 1e-3
-
-#define MOST_LENGTHS 60
 
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
@@ -157,7 +152,8 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
                 a->drift[i] = PERP__FAST * a->free * (state->u[i] / speed);
                 if (pass > 0)
                     a->drift[i] -= m->answer.u[i] - before;
-                again |= count > 1 && fabs(a->drift[i] - before) > NOTHING * (PERP__FAST * a->free);
+                again |= count > 1 &&
+                         fabs(a->drift[i] - before) > PERP__NOTHING * (PERP__FAST * a->free);
             }
         }
         m->answer.iterations = 0;
@@ -170,7 +166,7 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
 /* Whether the rows have an acceleration. */
 static int32_t starts(const perp_mechanism *m, const perp__adaptive *a, int32_t row, int32_t count)
 {
-    const double least = fmax(NOTHING, m->answer.residual) * a->free;
+    const double least = fmax(PERP__NOTHING, m->answer.residual) * a->free;
 
     for (int32_t i = row; i < row + count; i++)
         if (!m->answer.holds[i] && fabs(m->answer.u[i]) > least)
@@ -312,7 +308,7 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     const int8_t *held_before = a->does[a->release - 1];
     const size_t size = (size_t)(m->contacts + m->dry);
     const double whole = 0.5 * h, start = a->release == 1 ? 0.0 : whole;
-    const double least = fmax(4.0 * PERP__EPS * (fabs(t) + h), NOTHING * h);
+    const double least = fmax(4.0 * DBL_EPSILON * (fabs(t) + h), PERP__NOTHING * h);
     double low = 0.0, high = whole, left = INFINITY, missing = -INFINITY;
     perp_mechanism_step step;
     perp_status status = PERP_OK;
@@ -322,7 +318,8 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
         perp__adaptive_let_go(m, a->does[0], &m->now);
         memcpy(m->acceleration, a->expected, (size_t)m->n * sizeof *a->expected);
     }
-    for (int32_t pass = 1; high - low > least && pass < MOST_LENGTHS && status == PERP_OK; pass++) {
+    for (int32_t pass = 1; high - low > least && pass < PERP__MOST_HALVES && status == PERP_OK;
+         pass++) {
         const double x = next_length(low, high, left, missing, whole, 0.5 * least, pass);
         const perp__start now = {t + start, x, from->q, from->v};
         double found = INFINITY;
@@ -400,7 +397,8 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
     perp__row_velocities(m, &m->begin, now->u, now->v);
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], end = first + m->tangents[j];
-        const int32_t rests = perp__sliding_speed(m, &m->begin, j, now->u, now->v, NOTHING) == 0.0;
+        const int32_t rests =
+            perp__sliding_speed(m, &m->begin, j, now->u, now->v, PERP__NOTHING) == 0.0;
         int32_t touches;
 
         for (int32_t i = first; i < end && rests; i++)
@@ -408,7 +406,7 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
         touches = j >= m->contacts || m->two_sided[j] > 0;
         if (!touches) { /* closed, and stays so if forces allow it */
             const int32_t row = m->starts[j];
-            const double speed = NOTHING * perp__row_size(m, &m->begin, row, now->v);
+            const double speed = PERP__NOTHING * perp__row_size(m, &m->begin, row, now->v);
 
             touches = (is_near(m, a, row, m->begin.gap[j]) ||
                        m->begin.gap[j] <= perp__gap_rounding(m, &m->begin, row, now->q)) &&

@@ -23,10 +23,7 @@
 #include "base/context.h"
 #include "linalg/blas.h"
 
-#define MOST_ITERATES 50 /* an answer is near, or there is none */
-#define MOST_RETREATS 8  /* from where the model is not defined, half the way back each */
-#define SLOW 0.1         /* a change that is not less than this much of the one before */
-#define FORWARD 0x1p-26  /* about sqrt(eps), of a speed: a step of differences */
+#define MOST_RETREATS 8 /* from where the model is not defined, half the way back each */
 
 struct perp__implicit {
     PERP__WORK;
@@ -130,19 +127,14 @@ static perp_status find_matrix(perp_mechanism *m, perp__implicit *s, int32_t *fo
     for (size_t j = 0; j < n && status == PERP_OK; j++) {
         const double unit = (speed > 0.0 ? speed : 1.0) / sqrt(m->begin.M[j * (n + 1)]);
 
-        s->moved[j] = s->v[j] + FORWARD * fmax(fabs(s->v[j]), unit);
+        s->moved[j] = s->v[j] + PERP__DIFFERENCE * fmax(fabs(s->v[j]), unit);
         status = evaluate(m, s, s->moved);
         balance(m, s, s->sum, s->moved);
         for (size_t i = 0; i < n; i++)
             s->A[i + n * j] = (s->sum[i] - s->left[i]) / (s->moved[j] - s->v[j]);
         s->moved[j] = s->v[j];
     }
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < i; j++)
-            s->A[i + n * j] = s->A[j + n * i] = 0.5 * (s->A[i + n * j] + s->A[j + n * i]);
-    memcpy(s->factor, s->A, n * n * sizeof *s->A);
-    *found = status == PERP_OK && perp__cholesky_factor(m->n, s->factor, m->n) == 0 &&
-             perp__all_finite(s->factor, n * n);
+    *found = status == PERP_OK && perp__factor_symmetric_part(m->n, s->A, s->factor);
     return status == PERP__OUTSIDE ? PERP_OK : status;
 }
 
@@ -188,8 +180,8 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
     int32_t has_matrix = 0;
     perp_status status = PERP_OK;
 
-    for (int32_t pass = 0;
-         pass < MOST_ITERATES && status == PERP_OK && !(pass > 0 && perp__mechanism_is_late(m));
+    for (int32_t pass = 0; pass < PERP__MOST_ITERATES && status == PERP_OK &&
+                           !(pass > 0 && perp__mechanism_is_late(m));
          pass++) {
         const double before = lacking;
         perp__velocity_problem problem;
@@ -206,7 +198,7 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
                  lacking <= (lacking < before ? 1.0 : PERP__LEVERS) * m->settings.tol;
         if (*found)
             break;
-        if (pass > 0 && lacking > SLOW * before) {
+        if (pass > 0 && lacking > PERP__SLOW * before) {
             status = find_matrix(m, s, &has_matrix);
             PERP__THEN(status, pose(m, s));
         }
@@ -227,14 +219,8 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
         if (!perp__is_good(m->answer.outcome))
             break;
     }
-    if (*found) {
-        const double beside = fmin(lacking, m->settings.tol); /* but for levers */
-        const perp__evidence evidence = {beside, beside, beside, 1};
-
-        perp__raise_to(&m->answer.residual, beside);
-        m->answer.outcome =
-            perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
-    }
+    if (*found)
+        perp__judge_iterate(m, fmin(lacking, m->settings.tol)); /* but for levers */
     return status == PERP__OUTSIDE || status == PERP_ERROR_NOT_FINITE ? PERP_OK : status;
 }
 

@@ -24,23 +24,12 @@
 
 #include "linalg/blas.h"
 
-#define MOST_ITERATES 60
-
 /* Of the error of an adaptive run's step: what the iteration may lack, which thousands of steps add
  * up. */
 #define UNSEEN 1e-3
 
-/* Iterations that gain less than this factor are given a matrix of their own. */
-#define SLOW 0.1
-
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
-
-/* Differences are taken over this share of a velocity: the root of rounding. */
-#define DIFFERENCE 1.5e-8
-
-/* Velocities smaller than this share of the largest are moved as if they had it. */
-#define FLOOR 1e-3
 
 /* What the steps of the scheme keep. */
 struct perp__theta {
@@ -188,10 +177,10 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
         largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->from.v[i])));
     memcpy(w->x, w->v, n * sizeof *w->x);
     for (size_t j = 0; j < n && status == PERP_OK; j++) {
-        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->from.v[j])), FLOOR * largest);
+        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->from.v[j])), PERP__FLOOR * largest);
         double delta;
 
-        w->x[j] = w->v[j] + DIFFERENCE * size;
+        w->x[j] = w->v[j] + PERP__DIFFERENCE * size;
         delta = w->x[j] - w->v[j];
         status = move(m, w, w->probe, w->x);
         PERP__THEN(status, perp__evaluate_force(m, w->y, w->from.t + w->from.h, w->probe, w->x));
@@ -203,12 +192,7 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
     if (status != PERP_OK)
         return status == PERP__OUTSIDE ? PERP_OK : status; /* M serves */
     /* 2. its symmetric part, if that is positive definite */
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < i; j++)
-            w->A[i + n * j] = w->A[j + n * i] = 0.5 * (w->A[i + n * j] + w->A[j + n * i]);
-    memcpy(w->factor, w->A, n * n * sizeof *w->factor);
-    w->has_matrix = perp__cholesky_factor(m->n, w->factor, m->n) == 0;
-    w->has_matrix = w->has_matrix && perp__all_finite(w->factor, n * n);
+    w->has_matrix = perp__factor_symmetric_part(m->n, w->A, w->factor);
     if (w->has_matrix) {
         w->terms.M = w->A;
         w->terms.factor = w->factor;
@@ -355,7 +339,7 @@ static int32_t follows(perp_mechanism *m, perp__theta *w, double change)
 /* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
 static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
 {
-    const double rounding = 16.0 * PERP__EPS, tol = fmax(m->settings.tol, rounding);
+    const double rounding = PERP__ROUNDING_LIMIT, tol = fmax(m->settings.tol, rounding);
     const double wanted =
         m->settings.error > 0.0 ? fmax(UNSEEN * m->settings.error, rounding) : tol;
     const double start = perp__energy_norm(m, &m->begin, w->y, w->from.v);
@@ -365,8 +349,8 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 
     correct_drift(m, w, w->v);
     status = find_force(m, w, w->v);
-    for (pass = 0;
-         status == PERP_OK && pass < MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
+    for (pass = 0; status == PERP_OK && pass < PERP__MOST_ITERATES &&
+                   !(pass > 0 && perp__mechanism_is_late(m));
          pass++) {
         const double theta = m->settings.theta;
 
@@ -389,15 +373,10 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
             lacking = defect(m, w, start, &size);
             if (lacking <= tol * size && !again &&
                 (lacking <= wanted * size || (pass > 1 && 2.0 * lacking > before))) {
-                const double beside = size > 0.0 ? lacking / size : 0.0;
-                const perp__evidence evidence = {beside, beside, beside, 1};
-
-                perp__raise_to(&m->answer.residual, beside);
-                m->answer.outcome = perp__worse_outcome(m->answer.outcome,
-                                                        perp__gate(&evidence, m->settings.tol, -1));
+                perp__judge_iterate(m, size > 0.0 ? lacking / size : 0.0);
                 return PERP_OK;
             }
-            if (!w->tried_matrix && lacking > SLOW * change)
+            if (!w->tried_matrix && lacking > PERP__SLOW * change)
                 status = find_matrix(m, w);
         }
         PERP__THEN(status, solve(m, w, step));
@@ -411,7 +390,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     if (status == PERP_OK)
         m->answer.outcome = perp__worse_outcome(
             m->answer.outcome,
-            pass < MOST_ITERATES ? PERP_OUTCOME_TIME_LIMIT : PERP_OUTCOME_ITERATION_LIMIT);
+            pass < PERP__MOST_ITERATES ? PERP_OUTCOME_TIME_LIMIT : PERP_OUTCOME_ITERATION_LIMIT);
     return status;
 }
 

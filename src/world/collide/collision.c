@@ -33,9 +33,6 @@
 #define BEND 1e-3
 #define MAX_REFINEMENTS 20
 
-/* Cosine of the angle from which on two axes count as different directions. */
-#define ASIDE 0.9
-
 void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
 {
     const perp__placed *start = shape->start;
@@ -96,7 +93,7 @@ static double separation_aside(const perp__placed *a, const perp__placed *b, int
     }
     for (int32_t k = 0; k < axes->count; k++)
         if (axes->axis[k].separation > largest &&
-            fabs(perp__dot3(axes->axis[k].normal, axes->axis[best].normal)) < ASIDE)
+            fabs(perp__dot3(axes->axis[k].normal, axes->axis[best].normal)) < PERP__ASIDE)
             largest = axes->axis[k].separation;
     return largest;
 }

@@ -99,6 +99,9 @@ typedef struct perp__axes {
     perp__axis axis[PERP__MAX_AXES];
 } perp__axes;
 
+/* Cosine of the angle from which on two axes count as different directions. */
+#define PERP__ASIDE 0.9
+
 /* Sine of the angle between two edges below which their product is no axis of its own: its
  * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
 #define PERP__PARALLEL 1e-7

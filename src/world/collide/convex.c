@@ -9,9 +9,6 @@
 
 #include "linalg/spatial.h"
 
-/* Cosine of the angle from which on two axes count as different directions. */
-#define ASIDE 0.9
-
 void perp__convex_pair_set(perp__convex_pair *pair, const perp__placed *a, const perp__placed *b,
                            int32_t planar)
 {
@@ -181,7 +178,8 @@ static double best_product(const perp__convex_pair *pair, const double *directio
                 if (!arcs_cross(pair, i, j, u))
                     continue;
                 separation = product_of(pair, i, j, n);
-                if (!(separation > best) || (aside && fabs(perp__dot3(n, direction)) >= ASIDE))
+                if (!(separation > best) ||
+                    (aside && fabs(perp__dot3(n, direction)) >= PERP__ASIDE))
                     continue;
                 best = separation;
                 perp__copy3(normal, n);
@@ -415,7 +413,7 @@ double perp__convex_aside(const perp__convex_pair *pair, const perp__axes *axes,
     const double *direction = axes->axis[best].normal;
     double normal[3], largest = least;
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
-        if (fabs(perp__dot3(axes->axis[k].normal, direction)) < ASIDE)
+        if (fabs(perp__dot3(axes->axis[k].normal, direction)) < PERP__ASIDE)
             largest = fmax(largest, axes->axis[k].separation + pair->radius);
     return best_product(pair, direction, 1, largest, largest, normal, &(int32_t){0});
 }

@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "base/grow.h"
+#include "base/arena.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
 

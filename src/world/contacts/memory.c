@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#include "base/grow.h"
+#include "base/arena.h"
 #include "linalg/spatial.h"
 
 /* Contacts between one that is asked of memory and that at hand. */

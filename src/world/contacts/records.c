@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "base/grow.h"
+#include "base/arena.h"
 #include "linalg/spatial.h"
 
 void perp__write_record(const perp__contact_set *set, int32_t i, perp_world_contact *record)

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/groups.h"
-#include "base/grow.h"
+#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
