@@ -305,7 +305,7 @@ static void hand_over(perp__contact_rows *own, const perp__contact_rows *old)
 static void view(perp_matrix *matrix, double *values, int32_t rows, int32_t n)
 {
     perp_matrix_init(matrix, sizeof *matrix);
-    matrix->rows = rows, matrix->columns = n, matrix->leading_dimension = n;
+    matrix->rows = rows, matrix->columns = n, matrix->leading_dimension = n > 0 ? n : 1;
     matrix->storage = PERP_STORAGE_ROW_MAJOR;
     matrix->values = values;
 }

@@ -303,7 +303,7 @@ class RowSolver(Handle):
         self._watched = places, watches, kept
 
     def _view(self, matrix: Matrix, values: Any, rows: int, starts: Any, indices: Any) -> None:
-        matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
+        matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, max(self.n, 1)
         matrix.storage = _arrays.ROW_MAJOR if starts is None else _arrays.CSC
         matrix.values = values
         matrix.column_starts = _arrays.optional(starts)

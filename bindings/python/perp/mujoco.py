@@ -112,7 +112,7 @@ class Stepper:
         self.mass = np.zeros(model.nC)  # of implicit integrators
         self.begin_anew()
         # those whose zeros the library leaves alone
-        trees = np.bincount(model.dof_treeid) if model.nv else _NONE
+        trees = np.bincount(model.dof_treeid)
         self.large = self.dense and bool((trees > _BLOCK).any())
         more = getattr(model, "nhistory", 0) + getattr(model, "nplastic", 0)
         self.advances = bool(model.na or model.nplugin or more)

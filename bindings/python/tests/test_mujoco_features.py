@@ -120,3 +120,12 @@ def test_adhesion_holds_up_to_its_force(adhesion, hangs):
         assert sum(forces) == pytest.approx(-G, rel=1e-6)
     else:
         assert run.qvel[1, 2] == pytest.approx(-0.001 * (G - 8.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("body", ["", '<body mocap="true" pos="0 0 .05"><geom size=".1"/></body>'])
+def test_what_has_no_degrees_of_freedom_steps(body):
+    model = load('<geom type="plane" size="5 5 .1"/>' + body)
+    data = mujoco.MjData(model)
+    stepper = perp.mujoco.Stepper(model)
+    assert all(stepper.step(data).ok for _ in range(3))
+    assert data.time == pytest.approx(0.003, rel=1e-12)  # three sums of .001
