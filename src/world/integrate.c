@@ -1,7 +1,7 @@
 /* The next positions.
  *
- * What contacts touch moves with the velocity that meets them, x+ = x + h v, by the exponential map
- * of h w. What nothing touches moves with the mean velocity, x+ = x + h (v + v_f)/2, exact for a
+ * What contacts push moves with the velocity that meets them, x+ = x + h v, by the exponential map
+ * of h w. What nothing pushes moves with the mean velocity, x+ = x + h (v + v_f)/2, exact for a
  * constant force; it turns by the exponential map of h (w + w+)/2 in the body frame, w+ by the
  * implicit midpoint rule for Euler's equations, and is then aligned so that the angular momentum in
  * space is what it was, plus the torque's. */
@@ -215,6 +215,17 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
     }
 }
 
+/* Whether nothing but forces moved a body, be there contacts beside it or not. */
+static int32_t goes_freely(const perp_world *world, int32_t body)
+{
+    const perp__motion *motion = &world->motions[body];
+    const perp__role *role = &world->roles[body];
+
+    return role->dynamic && (role->island < 0 ||
+                             (!role->jointed &&
+                              memcmp(motion->after, motion->free, sizeof motion->after) == 0));
+}
+
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -231,7 +242,7 @@ static void integrate(perp_world *world, perp__share *share, double h)
             motion->placed += motion->placed == world->coasting;
             continue;
         }
-        if (kind == PERP_BODY_DYNAMIC && world->roles[body].island < 0)
+        if (goes_freely(world, body))
             move_freely(world, body, h, motion->free);
         else {
             perp__add3(next->position, h, motion->moving);
