@@ -561,6 +561,21 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     return met;
 }
 
+int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h,
+                         const double ways[2][6])
+{
+    encounter e = encounter_of(world, pair, h, NULL);
+    perp__moving *moving[2] = {&e.a, &e.b};
+    perp__collision collision;
+
+    for (int32_t side = 0; side < 2; side++) {
+        perp__copy3(moving[side]->displacement, ways[side]);
+        if (pair->reach[side] > 0.0)
+            perp__copy3(moving[side]->turn, ways[side] + 3);
+    }
+    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &collision);
+}
+
 /* Shapes in each other: along which axis least, and by how much; that axis' separation is more
  * than 0 where they are apart. */
 typedef struct overlap {

@@ -106,6 +106,9 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
+/* Whether a pair meets where its bodies go and turn by so much. */
+int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h,
+                         const double ways[2][6]);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
  * corner or edge. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);

@@ -173,6 +173,11 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               double tol);
 /* The sizes of the terms that each body's velocity is made of. */
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength);
+/* alone.c: whether a contact of an island without joints closes if nothing acts; velocities are
+ * those of the forces where none does. */
+int32_t perp__closes(const perp_world *world, const perp__island *island, double h);
+void perp__leave_alone(perp_world *world, const perp__island *island);
+
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);
