@@ -215,17 +215,6 @@ PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
     }
 }
 
-/* Whether nothing but forces moved a body, be there contacts beside it or not. */
-static int32_t goes_freely(const perp_world *world, int32_t body)
-{
-    const perp__motion *motion = &world->motions[body];
-    const perp__role *role = &world->roles[body];
-
-    return role->dynamic && (role->island < 0 ||
-                             (!role->jointed &&
-                              memcmp(motion->after, motion->free, sizeof motion->after) == 0));
-}
-
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -242,7 +231,9 @@ static void integrate(perp_world *world, perp__share *share, double h)
             motion->placed += motion->placed == world->coasting;
             continue;
         }
-        if (goes_freely(world, body))
+        if (kind == PERP_BODY_DYNAMIC &&
+            (world->roles[body].island < 0 ||
+             (!world->roles[body].jointed && perp__goes_freely(world, body))))
             move_freely(world, body, h, motion->free);
         else {
             perp__add3(next->position, h, motion->moving);

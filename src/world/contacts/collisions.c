@@ -71,6 +71,11 @@ static double touching_of(const perp_world *world, const perp__pair *pair, doubl
     return RELATIVE_SLACK * size_of(world, pair) + rounding;
 }
 
+double perp__pair_touching(const perp_world *world, const perp__pair *pair)
+{
+    return touching_of(world, pair, perp__pair_rounding(world, pair));
+}
+
 /* Whether the spheres about two shapes are within `margin` of each other. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
 {
@@ -490,7 +495,7 @@ static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *ax
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
-    const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
+    const double touching = perp__pair_touching(world, pair);
     const double near = PERP__NEAR * perp__pair_size(world, pair);
     int32_t made = 0;
     perp__axes axes;
@@ -561,18 +566,11 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     return met;
 }
 
-int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h,
-                         const double ways[2][6])
+int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h)
 {
-    encounter e = encounter_of(world, pair, h, NULL);
-    perp__moving *moving[2] = {&e.a, &e.b};
+    const encounter e = encounter_of(world, pair, h, NULL);
     perp__collision collision;
 
-    for (int32_t side = 0; side < 2; side++) {
-        perp__copy3(moving[side]->displacement, ways[side]);
-        if (pair->reach[side] > 0.0)
-            perp__copy3(moving[side]->turn, ways[side] + 3);
-    }
     return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &collision);
 }
 

@@ -106,14 +106,18 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
-/* Whether a pair meets where its bodies go and turn by so much. */
-int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h,
-                         const double ways[2][6]);
+/* No farther apart the shapes of a pair touch. */
+double perp__pair_touching(const perp_world *world, const perp__pair *pair);
+/* Whether the motion at hand makes a pair meet that is no half-space's. */
+int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
  * corner or edge. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points);
+
+/* arcs.c: whether the motion at hand closes a contact of the step's that its rates close. */
+int32_t perp__meets(const perp_world *world, int32_t i, double h);
 
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */

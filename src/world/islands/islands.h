@@ -110,6 +110,8 @@ typedef struct perp__solve_summary {
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
 /* An island to which contacts came, or joints; it writes to nothing but what is its own. */
 perp_status perp__solve_one(perp_world *world, const perp__island *island, double h);
+/* Whether nothing but forces moves a body, be there contacts beside it or not. */
+int32_t perp__goes_freely(const perp_world *world, int32_t body);
 
 /* problem.c */
 /* Makes the workspace fit the largest island. */
@@ -173,11 +175,6 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               double tol);
 /* The sizes of the terms that each body's velocity is made of. */
 void perp__find_strengths(const perp_world *world, const perp__island *island, double *strength);
-/* alone.c: whether a contact of an island without joints closes if nothing acts; velocities are
- * those of the forces where none does. */
-int32_t perp__closes(const perp_world *world, const perp__island *island, double h);
-void perp__leave_alone(perp_world *world, const perp__island *island);
-
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);

@@ -22,6 +22,51 @@
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
 
+int32_t perp__goes_freely(const perp_world *world, int32_t body)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    return memcmp(motion->after, motion->free, sizeof motion->after) == 0;
+}
+
+/* Whether something closes if nothing acts: by the end of the step, or by its velocities then, and
+ * on the arcs of bodies that go so already. */
+static int32_t closes(perp_world *world, const perp__island *island, double h)
+{
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        const double gap = perp__open_gap(contact, contact->gap);
+
+        if (gap + h * fmin(contact->free, 0.5 * (contact->start + contact->free)) < 0.0 &&
+            (!perp__goes_freely(world, contact->body_a) ||
+             !perp__goes_freely(world, contact->body_b) ||
+             perp__meets(world, world->contact_order[island->first_contact + i], h)))
+            return 1;
+    }
+    return 0;
+}
+
+/* Nothing acts: velocities are those of the forces. */
+static void leave_alone(perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+
+        for (int32_t k = 0; k < 6; k++)
+            motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
+        memcpy(motion->after, motion->free, sizeof motion->after);
+    }
+    for (int32_t i = 0; i < island->contacts; i++) {
+        perp__response *response = perp__step_response(world, island, i);
+
+        memset(response->impulse, 0, sizeof response->impulse);
+        memset(response->next, 0, sizeof response->next);
+        perp__relative_velocity(world, perp__step_contact(world, island, i), PERP__TWIST_FREE,
+                                response->velocity);
+        response->mode = PERP_CONTACT_SEPARATE;
+    }
+}
+
 /* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
  * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept. */
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
@@ -47,8 +92,8 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
         status = perp__lie_still(world, island, !exact, verdict);
         if (status != PERP_OK || verdict->stands)
             return status;
-        if (!perp__begins_standing(world, island, &carrying) && !perp__closes(world, island, h)) {
-            perp__leave_alone(world, island);
+        if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
+            leave_alone(world, island);
             return PERP_OK;
         }
     }
