@@ -55,24 +55,32 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
     return 1;
 }
 
-int32_t perp__meets(const perp_world *world, int32_t i, double h)
+int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
 {
     const perp__world_contact *contact = &world->contacts.contacts[i];
     const perp__pair *pair = &world->pairs[contact->pair];
-    const double *a = world->motions[contact->body_a].moving;
-    const double *b = world->motions[contact->body_b].moving;
-    double ways[2][6];
+    const int32_t body[2] = {contact->body_a, contact->body_b};
+    double ways[2][6], way = 0.0, turn = 0.0, aside = 0.0;
 
-    if ((perp__is_zero3(a + 3) && perp__is_zero3(b + 3)) || pair->first != contact->shape_a ||
+    /* 1. how far arcs lead aside from the rates, at most; and the normal, which turns with its face
+     */
+    for (int32_t side = 0; side < 2; side++) {
+        for (int32_t k = 0; k < 6; k++)
+            ways[side][k] = h * world->motions[body[side]].moving[k];
+        const double angle = perp__length3(ways[side] + 3),
+                     arm = perp__length3(contact->arms[side]);
+
+        way += perp__length3(ways[side]) + angle * arm;
+        aside += 0.5 * angle * angle * arm;
+        turn += angle;
+    }
+    if (end < -(aside + turn * way) || turn == 0.0 || pair->first != contact->shape_a ||
         pair->second != contact->shape_b ||
         !perp__is_zero3(world->contacts.responses[i].remembered) ||
         contact->gap <= perp__pair_touching(world, pair))
         return 1;
-    if (!pair->plane)
-        return perp__pair_meets(world, pair, h);
-    for (int32_t k = 0; k < 6; k++) {
-        ways[0][k] = h * a[k];
-        ways[1][k] = h * b[k];
-    }
-    return meets_plane(world, contact, (const double(*)[6])ways);
+
+    /* 2. on the way */
+    return pair->plane ? meets_plane(world, contact, (const double(*)[6])ways)
+                       : perp__pair_meets(world, pair, h);
 }

@@ -623,7 +623,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     if (pair->plane || turning_of(world, first, h) + turning_of(world, second, h) <= deep)
         return 0;
     e = encounter_of(world, pair, h, NULL);
-    passes = e.displacement > size_of(world, pair);
+    passes = e.displacement > first->thickness + second->thickness;
     end = overlap_at(&e, 1.0, passes ? INFINITY : -deep);
     if (!(end.separation < -deep) && !passes)
         return 0;

@@ -116,8 +116,9 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points);
 
-/* arcs.c: whether the motion at hand closes a contact of the step's that its rates close. */
-int32_t perp__meets(const perp_world *world, int32_t i, double h);
+/* arcs.c: whether the motion at hand closes contact i of the step's, which its rates leave a gap of
+ * `end` < 0. */
+int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
 
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */

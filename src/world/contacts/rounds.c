@@ -103,7 +103,7 @@ static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
     const double *b = world->motions[contact->body_b].moving;
     const double end = contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING);
 
-    if (!(end >= 0.0) && !perp__meets(world, i, h))
+    if (!(end >= 0.0) && !perp__meets(world, i, h, end))
         return 0;
     if (deep > 0.0)
         return !(end >= -deep * contact->size);

@@ -36,11 +36,12 @@ static int32_t closes(perp_world *world, const perp__island *island, double h)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double gap = perp__open_gap(contact, contact->gap);
+        const double end = gap + h * fmin(contact->free, 0.5 * (contact->start + contact->free));
 
-        if (gap + h * fmin(contact->free, 0.5 * (contact->start + contact->free)) < 0.0 &&
+        if (end < 0.0 &&
             (!perp__goes_freely(world, contact->body_a) ||
              !perp__goes_freely(world, contact->body_b) ||
-             perp__meets(world, world->contact_order[island->first_contact + i], h)))
+             perp__meets(world, world->contact_order[island->first_contact + i], h, end)))
             return 1;
     }
     return 0;
