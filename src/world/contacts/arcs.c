@@ -3,6 +3,8 @@
  * A point that turns about its mass centre goes on an arc. Its rate may close a gap that the arc
  * leaves open: a rod that spins beside a wall does not touch it because its end goes towards it.
  * What touches, or pressed in the last step, goes by its rates: it stays in contact while it turns.
+ * Rows of islands with joints turn with their bodies (islands/along.c), and know arcs by
+ * themselves.
  */
 #include "world/step.h"
 
@@ -61,6 +63,7 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
     const perp__pair *pair = &world->pairs[contact->pair];
     const int32_t body[2] = {contact->body_a, contact->body_b};
     double ways[2][6], way = 0.0, turn = 0.0, aside = 0.0;
+    int32_t jointed = 0;
 
     /* 1. how far arcs lead aside from the rates, at most; and the normal, which turns with its face
      */
@@ -73,8 +76,9 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
         way += perp__length3(ways[side]) + angle * arm;
         aside += 0.5 * angle * angle * arm;
         turn += angle;
+        jointed |= world->bodies[body[side]].first_joint != 0;
     }
-    if (end < -(aside + turn * way) || turn == 0.0 || pair->first != contact->shape_a ||
+    if (jointed || end < -(aside + turn * way) || turn == 0.0 || pair->first != contact->shape_a ||
         pair->second != contact->shape_b ||
         !perp__is_zero3(world->contacts.responses[i].remembered) ||
         contact->gap <= perp__pair_touching(world, pair))
