@@ -1,7 +1,7 @@
 /* The next positions.
  *
- * What contacts touch moves with the velocity that meets them, x+ = x + h v, by the exponential map
- * of h w. What nothing touches moves with the mean velocity, x+ = x + h (v + v_f)/2, exact for a
+ * What contacts push moves with the velocity that meets them, x+ = x + h v, by the exponential map
+ * of h w. What nothing pushes moves with the mean velocity, x+ = x + h (v + v_f)/2, exact for a
  * constant force; it turns by the exponential map of h (w + w+)/2 in the body frame, w+ by the
  * implicit midpoint rule for Euler's equations, and is then aligned so that the angular momentum in
  * space is what it was, plus the torque's. */
@@ -231,7 +231,9 @@ static void integrate(perp_world *world, perp__share *share, double h)
             motion->placed += motion->placed == world->coasting;
             continue;
         }
-        if (kind == PERP_BODY_DYNAMIC && world->roles[body].island < 0)
+        if (kind == PERP_BODY_DYNAMIC &&
+            (world->roles[body].island < 0 ||
+             (!world->roles[body].jointed && perp__goes_freely(world, body))))
             move_freely(world, body, h, motion->free);
         else {
             perp__add3(next->position, h, motion->moving);

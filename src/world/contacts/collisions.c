@@ -31,6 +31,9 @@
 /* Beside the size of a pair that has points, how deep it comes to lie where it meets anew. */
 #define DEEP 1e-3
 
+/* Share of the step in which the side is found from which shapes came into each other. */
+#define NARROWEST 0.03125
+
 static double rounding_of(const perp_world *world, int32_t shape)
 {
     const double *x = world->placed[shape].position;
@@ -66,6 +69,11 @@ static double size_of(const perp_world *world, const perp__pair *pair)
 static double touching_of(const perp_world *world, const perp__pair *pair, double rounding)
 {
     return RELATIVE_SLACK * size_of(world, pair) + rounding;
+}
+
+double perp__pair_touching(const perp_world *world, const perp__pair *pair)
+{
+    return touching_of(world, pair, perp__pair_rounding(world, pair));
 }
 
 /* Whether the spheres about two shapes are within `margin` of each other. */
@@ -256,6 +264,21 @@ static int32_t points_along(const encounter *e, const perp__collision *collision
     return made;
 }
 
+/* Whether the shapes came in through a face, by its axis at the start and now: not if they overlap
+ * along it by more than the thickness before they move. A box's face is the one on the side where
+ * the other's centre is. */
+static int32_t came_through(const encounter *e, const perp__placed *a, const perp__axis *start,
+                            const perp__axis *now)
+{
+    double from[3], to[3], separation = start->separation;
+
+    perp__apply3(from, e->a.start->rotation, start->normal);
+    perp__apply3(to, a->rotation, now->normal);
+    if (perp__dot3(from, to) < 0.0)
+        separation = -separation - 2.0 * start->width;
+    return separation >= -size_of(e->world, e->pair);
+}
+
 /* The points over the next face that lies open, of those with a separation of at least `least` and
  * another normal than `covered`, in the poses at `later`, to which the collision is moved. Returns
  * how many, 0 if all is covered. */
@@ -263,15 +286,17 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
                                const double *covered, double least, asked where)
 {
     perp__collision next = *collision;
+    const int32_t planar = e->world->settings.planar;
     perp__placed a, b;
-    perp__axes axes;
+    perp__axes axes, begun;
     double own[3];
     int32_t best = 0, made = 0;
 
     perp__moved(&e->a, later, &a);
     perp__moved(&e->b, later, &b);
     perp__apply_transposed3(own, a.rotation, covered);
-    (void)perp__axes_of(&a, &b, e->world->settings.planar, INFINITY, &axes);
+    (void)perp__axes_of(&a, &b, planar, INFINITY, &axes);
+    (void)perp__axes_of(e->a.start, e->b.start, planar, INFINITY, &begun);
     next.time = later;
     next.doubtful = 1;
     while (made <= 0 && best >= 0) {
@@ -279,7 +304,8 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
         for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
             if (axes.axis[k].separation > -INFINITY && axes.axis[k].separation >= least &&
                 fabs(perp__dot3(axes.axis[k].normal, own)) < 1.0 - SUPPORT * SUPPORT &&
-                (best < 0 || axes.axis[k].separation > axes.axis[best].separation))
+                (best < 0 || axes.axis[k].separation > axes.axis[best].separation) &&
+                came_through(e, &a, &begun.axis[k], &axes.axis[k]))
                 best = k;
         if (best >= 0) {
             axes.axis[best].separation = -INFINITY; /* it is looked at once */
@@ -469,7 +495,7 @@ static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *ax
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
-    const double touching = touching_of(world, pair, perp__pair_rounding(world, pair));
+    const double touching = perp__pair_touching(world, pair);
     const double near = PERP__NEAR * perp__pair_size(world, pair);
     int32_t made = 0;
     perp__axes axes;
@@ -540,47 +566,86 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     return met;
 }
 
-/* The separation along the axis by which shapes overlap least, if they do, and by more than
- * -`least`: else 0. */
-static double overlap_of(const encounter *e, const perp__placed *a, const perp__placed *b,
-                         double least, int32_t *axis)
+int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h)
+{
+    const encounter e = encounter_of(world, pair, h, NULL);
+    perp__collision collision;
+
+    return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &collision);
+}
+
+/* Shapes in each other: along which axis least, and by how much; that axis' separation is more
+ * than 0 where they are apart. */
+typedef struct overlap {
+    int32_t axis;
+    double separation, normal[3]; /* in the world, from the first to the second */
+} overlap;
+
+/* At the share t of the step. Apart by more than `far` they lack nothing. */
+static overlap overlap_at(const encounter *e, double t, double far)
 {
     const int32_t planar = e->world->settings.planar;
     perp__point points[PERP__MAX_POINTS];
+    overlap found = {0, INFINITY, {0.0, 0.0, 0.0}};
+    perp__placed a, b;
     perp__axes axes;
-    int32_t best;
 
-    *axis = 0;
-    if (!perp__axes_of(a, b, planar, least, &axes))
-        return 0.0;
-    if (axes.count == 0)
-        return perp__collide(a, b, planar, 0.0, points) > 0 ? points[0].gap : 0.0;
-    best = perp__last_to_close(a, b, &axes, NULL);
-    *axis = axes.axis[best].number;
-    return perp__lesser(axes.axis[best].separation, 0.0);
+    perp__moved(&e->a, t, &a);
+    perp__moved(&e->b, t, &b);
+    if (!perp__axes_of(&a, &b, planar, far, &axes))
+        return found;
+    if (axes.count > 0) {
+        const perp__axis *best = &axes.axis[perp__last_to_close(&a, &b, &axes, NULL)];
+
+        found.axis = best->number;
+        found.separation = best->separation;
+        perp__apply3(found.normal, a.rotation, best->normal);
+    } else if (perp__collide(&a, &b, planar, far, points) > 0) {
+        found.separation = points[0].gap;
+        perp__copy3(found.normal, points[0].normal);
+    }
+    return found;
 }
 
+/* Shapes that the step takes more than half-way through each other overlap least along the way out
+ * on the other side, or are apart there: the normal is turned round. Of the poses between, one that
+ * has it on the side from which they come is taken. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 {
     const perp__shape *first = &world->shapes[pair->first], *second = &world->shapes[pair->second];
     const double deep = DEEP * perp__pair_size(world, pair);
-    perp__placed a, b;
+    perp__collision *collision = &pair->collision;
+    double from = 0.0, to = 1.0;
+    overlap begun, end;
+    int32_t passes;
     encounter e;
-    double end;
-    int32_t axis;
 
     if (pair->plane || turning_of(world, first, h) + turning_of(world, second, h) <= deep)
         return 0;
     e = encounter_of(world, pair, h, NULL);
-    perp__moved(&e.a, 1.0, &a);
-    perp__moved(&e.b, 1.0, &b);
-    end = overlap_of(&e, &a, &b, -deep, &pair->collision.axis);
-    pair->collision.time = 1.0;
-    pair->collision.doubtful = 1;
-    if (!(end < -deep))
+    passes = e.displacement > first->thickness + second->thickness;
+    end = overlap_at(&e, 1.0, passes ? INFINITY : -deep);
+    if (!(end.separation < -deep) && !passes)
         return 0;
-    pair->collision.begun = overlap_of(&e, e.a.start, e.b.start, 0.0, &axis);
-    return end < pair->collision.begun - deep;
+    begun = overlap_at(&e, 0.0, INFINITY);
+    collision->begun = perp__lesser(begun.separation, 0.0);
+    collision->time = 1.0;
+    while (perp__dot3(end.normal, begun.normal) < 0.0 && to - from > NARROWEST) {
+        const double t = 0.5 * (from + to);
+        const overlap between = overlap_at(&e, t, INFINITY);
+
+        if (perp__dot3(between.normal, begun.normal) < 0.0) {
+            to = t;
+        } else if (between.separation < collision->begun - deep) {
+            end = between;
+            collision->time = t;
+        } else {
+            from = t;
+        }
+    }
+    collision->axis = end.axis;
+    collision->doubtful = 1;
+    return end.separation < collision->begun - deep;
 }
 
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,

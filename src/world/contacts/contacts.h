@@ -106,11 +106,19 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
+/* No farther apart the shapes of a pair touch. */
+double perp__pair_touching(const perp_world *world, const perp__pair *pair);
+/* Whether the motion at hand makes a pair meet that is no half-space's. */
+int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
  * corner or edge. */
 int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h);
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points);
+
+/* arcs.c: whether the motion at hand closes contact i of the step's, which its rates leave a gap of
+ * `end` < 0. */
+int32_t perp__meets(const perp_world *world, int32_t i, double h, double end);
 
 /* contact_set.c */
 /* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */

@@ -93,15 +93,18 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     return status;
 }
 
-/* Whether the motion at hand closes a point, or another one that goes no farther may; of what came
- * late, whether it takes the bodies deeper into each other than that share of their size. */
-static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h,
-                      double deep)
+/* Whether the motion at hand closes a point, or another one that goes no farther may, but for those
+ * that turn past each other; of what came late, whether it takes the bodies deeper into each other
+ * than that share of their size. */
+static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
 {
+    const perp__world_contact *contact = &world->contacts.contacts[i];
     const double *a = world->motions[contact->body_a].moving;
     const double *b = world->motions[contact->body_b].moving;
     const double end = contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING);
 
+    if (!(end >= 0.0) && !perp__meets(world, i, h, end))
+        return 0;
     if (deep > 0.0)
         return !(end >= -deep * contact->size);
     return !(contact->gap > contact->rounding) || !(end >= 0.0) ||
@@ -124,7 +127,7 @@ static int32_t include_points(perp_world *world, double h, double deep)
                                  world->moved[tie->body[1]] >= world->rounds;
 
         if (tie->included || !is_moved ||
-            !((tie->closed && deep == 0.0) || is_due(world, &set->contacts[i], h, deep)))
+            !((tie->closed && deep == 0.0) || is_due(world, i, h, deep)))
             continue;
         tie->included = tie->fresh = 1;
         set->included++;

@@ -110,6 +110,8 @@ typedef struct perp__solve_summary {
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
 /* An island to which contacts came, or joints; it writes to nothing but what is its own. */
 perp_status perp__solve_one(perp_world *world, const perp__island *island, double h);
+/* Whether nothing but forces moves a body, be there contacts beside it or not. */
+int32_t perp__goes_freely(const perp_world *world, int32_t body);
 
 /* problem.c */
 /* Makes the workspace fit the largest island. */

@@ -22,14 +22,26 @@
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
 
-/* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
+int32_t perp__goes_freely(const perp_world *world, int32_t body)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    return memcmp(motion->after, motion->free, sizeof motion->after) == 0;
+}
+
+/* Whether something closes if nothing acts: by the end of the step, or by its velocities then, and
+ * on the arcs of bodies that go so already. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
 {
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double gap = perp__open_gap(contact, contact->gap);
+        const double end = gap + h * fmin(contact->free, 0.5 * (contact->start + contact->free));
 
-        if (gap + h * fmin(contact->free, 0.5 * (contact->start + contact->free)) < 0.0)
+        if (end < 0.0 &&
+            (!perp__goes_freely(world, contact->body_a) ||
+             !perp__goes_freely(world, contact->body_b) ||
+             perp__meets(world, world->contact_order[island->first_contact + i], h, end)))
             return 1;
     }
     return 0;

@@ -1,0 +1,80 @@
+"""Bodies that tumble beside others without touching them are free: nothing changes what they have."""
+
+from __future__ import annotations
+
+import numpy as np
+import perp
+import pytest
+
+from scene import matrix
+
+LEVELS = ("fast", "standard", "accurate", "exact")
+
+
+def spin_of(body: perp.Body) -> np.ndarray:
+    turn = matrix(body.orientation)
+    return turn @ body.inertia @ turn.T @ body.angular_velocity
+
+
+@pytest.mark.parametrize("kind", ("static", "kinematic", "dynamic"))
+@pytest.mark.parametrize("level", LEVELS)
+def test_what_touches_nothing_keeps_its_angular_momentum(level: str, kind: str) -> None:
+    """To rounding, in steps of up to .3 radians, though corners come near enough for contacts that
+    bear nothing. It lost up to 2 % in such a step."""
+    near = 0
+    for seed in range(12):
+        g = np.random.default_rng(seed)
+        world = perp.World((0, 0, 0), accuracy=level)  # type: ignore[arg-type]
+        along = (0, 0, 0) if kind == "static" else g.normal(size=3)
+        other = world.add_body(kind=kind, velocity=along)  # type: ignore[arg-type]
+        other.add_box((5, 5, 0.5))
+        half = g.uniform(0.05, 0.4, 3)
+        q = g.normal(size=4)
+        clear = np.linalg.norm(half) * (1 + 10 ** g.uniform(-3, -1))
+        body = world.add_body(1, position=(0, 0, 0.5 + clear), velocity=along,
+                              orientation=q / np.linalg.norm(q), angular_velocity=5 * g.normal(size=3))
+        body.add_box(half)
+        spin = spin_of(body)
+        for _ in range(60):
+            near += world.step(1 / 60).contacts
+            assert np.abs(spin_of(body) - spin).max() < 1e-12 * np.linalg.norm(spin), seed
+            assert np.abs(body.velocity - along).max() < 1e-14, seed
+    assert near > 100  # steps with contacts are many
+
+
+@pytest.mark.parametrize("wall", ("box", "plane", "hulls"))
+@pytest.mark.parametrize("floor", (False, True))
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_rotor_turns_between_walls(level: str, floor: bool, wall: str) -> None:
+    """A rod that spins about its middle, by up to half a radian a step, and clears walls on all sides
+    by 1e-4 to .03 of its length keeps its rate for ever, to the rounding of its steps, in the air and
+    on ice. The rate of an end that goes towards a wall was taken for its way, and stopped it: 24 of 25
+    were hit."""
+    for seed in range(12):
+        g = np.random.default_rng(seed)
+        turn, h = g.uniform(0.02, 0.5), 1 / g.choice((60, 240))
+        long = g.uniform(0.2, 1)
+        clear = np.hypot(long, 0.1 * long) + 10 ** g.uniform(-4, -1.5) * long
+        world = perp.World((0, 0, -9.81 * floor), accuracy=level)  # type: ignore[arg-type]
+        if floor:
+            world.ground.add_box((3, 3, 0.1), offset=(0, 0, -0.1 * long - 0.1))
+        for axis in range(2):
+            for side in (-1, 1):
+                normal = np.zeros(3)
+                normal[axis] = side
+                if wall == "plane":
+                    world.ground.add_plane(normal, -clear)
+                else:
+                    half = np.full(3, 3.0)
+                    half[axis] = 0.1
+                    world.ground.add_box(half, offset=-(clear + 0.1) * normal)
+        rod = world.add_body(1, angular_velocity=(0, 0, turn / h))
+        half = long * np.array((1, 0.1, 0.1))
+        if wall == "hulls":
+            rod.add_hull([half * (x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        else:
+            rod.add_box(half)
+        for step in range(100):
+            world.step(h)
+            off = abs(rod.angular_velocity[2] * h / turn - 1)
+            assert off < 1e-12 and np.abs(rod.velocity).max() < 1e-12, (seed, step, off)
