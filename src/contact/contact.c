@@ -290,13 +290,13 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         steps[0] = (plan_step){chosen, FROM_BEST, 0, 0, 0};
         return 1;
     }
-    /* 2. What pivoting solves exactly it solves soonest, where W is there. */
+    /* 2. What sweeps do not solve pivoting does soonest where it is exact and W is there. */
+    if (all)
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
     if (once && solver->problem.W)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_LEMKE, FROM_BEST, FIRST_PIVOTS, 0, 1};
-    if (all) {
-        steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
+    if (all)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2};
-    }
     /* 3. The last resort: pivoting on polyhedra that fit ever closer, refined after each. Where
        there are too many rows for that, what refines its answers has none to start from. */
     polyhedra = once ? 1 : all && solver->rows > LEMKE_MOST ? 0 : POLYHEDRA;
@@ -411,7 +411,7 @@ static perp_status search(perp_contact_solver *solver)
         if (steps[k].method != PERP_CONTACT_METHOD_SWEEP || steps[k].limit == 0 ||
             !solver->call->r0 || !tries_sets(solver) || !perp__contact_polish_suits(solver))
             status = run(solver, &steps[k]);
-        if (steps[k].method == PERP_CONTACT_METHOD_LEMKE)
+        if (steps[k].method == PERP_CONTACT_METHOD_LEMKE && steps[k].limit == 0)
             pivoted = solver->said == PERP_OUTCOME_SOLVED;
         if (status == PERP_OK && k == ray_after && solver->proves && !ends_the_search(solver) &&
             perp__contact_may_be_infeasible(solver) &&
