@@ -41,8 +41,9 @@ typedef struct plan_step {
 enum { POLYHEDRA = 6, PLAN_MOST = 2 * POLYHEDRA + 3, BRIEF = 2 };
 
 /* Sweeps before proximal takes over: what that costs on piles of boxes, 200 to 2000 of them, but
- * for large ones of balls. Rows of contacts up to which pivoting is a fall-back. */
-enum { FIRST_SWEEPS = 400, LEMKE_MOST = 600 };
+ * for large ones of balls. Rows of contacts up to which pivots are tried, and how many of them
+ * where they come first. */
+enum { FIRST_SWEEPS = 400, LEMKE_MOST = 600, FIRST_PIVOTS = 2 * LEMKE_MOST };
 
 /* Sweeps after which what comes to rest shows: statics/rest.c. */
 enum { FIRST_LOOK = 10 };
@@ -263,28 +264,39 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     return status;
 }
 
+/* Contacts without friction and planar ones: their polyhedra are the cones themselves. */
+static int32_t is_polyhedral(const perp_contact_solver *solver)
+{
+    int32_t is = 1;
+
+    for (int32_t k = 0; k < solver->contacts && is; k++)
+        is = solver->two_sided[k] <= 1 &&
+             (solver->dims[k] - perp__contact_normals(&solver->problem, k) != 2 ||
+              (solver->mu[k] == 0.0 && !solver->has_discs));
+    return is;
+}
+
 /* The steps of a search; returns how many. */
 static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
     const int32_t chosen =
         solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : solver->settings.method;
     const int32_t all = chosen == PERP_CONTACT_METHOD_AUTO;
-    int32_t once = all, polyhedra, count = 0;
+    const int32_t once = all && is_polyhedral(solver);
+    int32_t polyhedra, count = 0;
 
     /* 1. The method that the caller chose. */
     if (solver->settings.cone > 0 || (!all && chosen != PERP_CONTACT_METHOD_LEMKE)) {
         steps[0] = (plan_step){chosen, FROM_BEST, 0, 0, 0};
         return 1;
     }
-    /* 2. Contacts without friction and planar ones: their polyhedra are the cones themselves. */
-    for (int32_t k = 0; k < solver->contacts && once; k++)
-        once = solver->two_sided[k] <= 1 &&
-               (solver->dims[k] - perp__contact_normals(&solver->problem, k) != 2 ||
-                (solver->mu[k] == 0.0 && !solver->has_discs));
-    if (all) {
+    /* 2. What sweeps do not solve pivoting does soonest where it is exact and W is there. */
+    if (all)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1};
+    if (once && solver->problem.W)
+        steps[count++] = (plan_step){PERP_CONTACT_METHOD_LEMKE, FROM_BEST, FIRST_PIVOTS, 0, 1};
+    if (all)
         steps[count++] = (plan_step){PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2};
-    }
     /* 3. The last resort: pivoting on polyhedra that fit ever closer, refined after each. Where
        there are too many rows for that, what refines its answers has none to start from. */
     polyhedra = once ? 1 : all && solver->rows > LEMKE_MOST ? 0 : POLYHEDRA;
@@ -330,6 +342,8 @@ static perp_status try_start(perp_contact_solver *solver)
     if (rounds > 0 &&
         (status != PERP_OK || !perp__contact_polish_suits(solver) || perp__contact_is_near(solver)))
         rounds = 0;
+    if (rounds > 0 && solver->call->r0 && is_polyhedral(solver))
+        rounds = 1; /* what pivoting solves exactly needs no sweeps before */
     for (int32_t round = solver->call->r0 ? 0 : 1; round < rounds && status == PERP_OK; round++) {
         if (round > 0)
             status = fit(solver, sweep);
@@ -394,10 +408,10 @@ static perp_status search(perp_contact_solver *solver)
             continue;
         /* where sets were followed in vain from a start and from a few sweeps, more sweeps than
            those seldom come to an end, and take longer than what is next */
-        if (k > 0 || !solver->call->r0 || !tries_sets(solver) ||
-            !perp__contact_polish_suits(solver))
+        if (steps[k].method != PERP_CONTACT_METHOD_SWEEP || steps[k].limit == 0 ||
+            !solver->call->r0 || !tries_sets(solver) || !perp__contact_polish_suits(solver))
             status = run(solver, &steps[k]);
-        if (steps[k].method == PERP_CONTACT_METHOD_LEMKE)
+        if (steps[k].method == PERP_CONTACT_METHOD_LEMKE && steps[k].limit == 0)
             pivoted = solver->said == PERP_OUTCOME_SOLVED;
         if (status == PERP_OK && k == ray_after && solver->proves && !ends_the_search(solver) &&
             perp__contact_may_be_infeasible(solver) &&

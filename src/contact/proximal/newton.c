@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/proximal/proximal.h"
 
 #define MOST_RHO 1e13
@@ -20,15 +21,6 @@
 
 enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, PATIENCE = 200 };
 
-static double length_of(const double *x, int32_t begin, int32_t end)
-{
-    double sum = 0.0;
-
-    for (int32_t i = begin; i < end; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
-}
-
 /* |F(v)|; F in s->rhs, z and the next centre in s->y. */
 static double evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
                        const double *v)
@@ -38,7 +30,7 @@ static double evaluate(perp__proximal *s, const perp__proximal_part *part, doubl
     perp__proximal_visit(s, part, rho, v);
     for (int32_t i = begin; i < end; i++)
         s->rhs[i] = v[i] - s->rhs[i];
-    return length_of(s->rhs, begin, end);
+    return perp__contact_length(s->rhs, begin, end);
 }
 
 void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part, int32_t refines)
@@ -61,7 +53,7 @@ void perp__proximal_find_step(perp__proximal *s, const perp__proximal_part *part
 static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
-    const double length_x = length_of(s->x, part->row, part->last_row);
+    const double length_x = perp__contact_length(s->x, part->row, part->last_row);
     const double enough = fmax(ROUNDING * (1.0 + length_x), 0.1 * fmin(s->residual, 1.0));
     double size;
     int32_t slow = 0;

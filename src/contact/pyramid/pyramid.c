@@ -392,6 +392,8 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     /* 2. Its answer, to this call's tolerance and limits. */
     M = perp__view(PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M);
     settings.tol = fmin(settings.tol, problem->tol);
+    if (problem->leads)
+        settings.method = PERP_LCP_LEMKE;
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;
     if (problem->control->deadline > 0.0)

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/sweep/local_step.h"
 
 /* What a diagonal, or a pivot, is lifted to, of the trace. */
@@ -196,15 +197,6 @@ void perp__two_sided_make(perp__two_sided *p, int32_t normals, int32_t tangents,
     }
 }
 
-static double norm(const double *x, int32_t size)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < size; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
-}
-
 /* to := n - A t; returns its length. */
 static double carry(const perp__two_sided *p, const double *n, const double *t, double *to)
 {
@@ -213,7 +205,7 @@ static double carry(const perp__two_sided *p, const double *n, const double *t, 
         for (int32_t j = 0; j < p->tangents; j++)
             to[i] -= p->A[i][j] * t[j];
     }
-    return norm(to, p->normals);
+    return perp__contact_length(to, 0, p->normals);
 }
 
 /* t := -(S + l)^-1 c */
@@ -235,7 +227,7 @@ static void slip_both_ways(const perp__two_sided *p, const double *n, const doub
                            double excess)
 {
     const double sign = t[0] > 0.0 ? 1.0 : -1.0, square = p->mu * p->mu;
-    const double length = norm(n, p->normals);
+    const double length = perp__contact_length(n, 0, p->normals);
     double alpha = 1.0, beta = 0.0, gamma = 0.0, reach = 0.0;
     double low = 0.0, high, at_low = excess, at_high, carried[PERP__NORMALS_MOST];
     int32_t side = 0;
@@ -256,14 +248,14 @@ static void slip_both_ways(const perp__two_sided *p, const double *n, const doub
         t[0] = t[1] = 0.0;
         return;
     }
-    high = 2.0 * norm(c, 2) * (1.0 + p->mu * reach) / (p->mu * length);
+    high = 2.0 * perp__contact_length(c, 0, 2) * (1.0 + p->mu * reach) / (p->mu * length);
     rub(p, high, c, t);
-    at_high = p->mu * carry(p, n, t, carried) - norm(t, 2);
+    at_high = p->mu * carry(p, n, t, carried) - perp__contact_length(t, 0, 2);
     for (int32_t step = 0; step < PERP__SLIP_STEPS && at_high > 0.0; step++) {
         const double l = (low * at_high - high * at_low) / (at_high - at_low);
 
         rub(p, l, c, t);
-        excess = p->mu * carry(p, n, t, carried) - norm(t, 2);
+        excess = p->mu * carry(p, n, t, carried) - perp__contact_length(t, 0, 2);
         if (fabs(excess) <= PERP__SLIP_ACCURACY * p->mu * length || !(l > low && l < high))
             return;
         if (excess < 0.0) {
@@ -300,7 +292,7 @@ int32_t perp__two_sided_step(const perp__two_sided *p, const double *u, double *
             c[i] -= p->S[i][j] * t[j];
     }
     rub(p, 0.0, c, t);
-    excess = p->mu * carry(p, n, t, carried) - norm(t, p->tangents);
+    excess = p->mu * carry(p, n, t, carried) - perp__contact_length(t, 0, p->tangents);
     if (!(excess >= 0.0)) {
         slip_both_ways(p, n, c, t, excess);
         carry(p, n, t, carried);

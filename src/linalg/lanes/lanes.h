@@ -25,7 +25,6 @@ typedef double perp__lane_pair __attribute__((vector_size(16), aligned(8), may_a
 
 #define PERP__PAIR_AT(p) (*(perp__lane_pair *)(p))
 #define PERP__CONST_PAIR_AT(p) (*(const perp__lane_pair *)(p))
-#define PERP__SAME_PAIR(x) ((perp__lane_pair){(x), (x)})
 
 /* where ? a : b, lane by lane; `where` is the result of a comparison. */
 #define PERP__SELECT_LANES(where, a, b)                                \
