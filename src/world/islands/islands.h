@@ -108,12 +108,21 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
-/* An island to which contacts came, or joints; it writes to nothing but what is its own. */
-perp_status perp__solve_one(perp_world *world, const perp__island *island, double h);
+/* An island by its number, to which contacts came, or joints; it writes to nothing but what is its
+ * own. It may wait to be swept beside others (batch.h), up to perp__end_solving. *last: the first
+ * island that ended the work, a failure or a ray; unchanged where there is none. */
+perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t *last);
+perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last);
+/* Of one that was swept, with that status: the rest. */
+perp_status perp__conclude_one(perp_world *world, int32_t number, double h,
+                               const perp__verdict *before, perp__verdict *verdict,
+                               perp_status status, int32_t *last);
 
 /* problem.c */
-/* Makes the workspace fit the largest island. */
+/* Makes the workspace fit the largest island, and those of a batch what may be in one; or as many
+ * contacts with joints' units, and bodies with what moves as it is told. */
 perp_status perp__fit_island_work(perp_world *world);
+perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x);
 void perp__twist_of(const perp_world *world, const double *x, double *twist);
