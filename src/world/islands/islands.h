@@ -71,12 +71,13 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
 /* budget.c */
 /* What a level of accuracy gives: how often all that the motion makes meet joins in, and it is
  * found anew; how deep it may take bodies into each other then, beside their size, before what
- * meets there joins in as well; the residual that counts as an answer of a sweep; contacts up to
- * which exact methods go on where it came to none; rounds of placing joints. */
+ * meets there joins in as well; the residual that counts as an answer of a sweep; whether a few
+ * bodies are swept, too; contacts up to which exact methods go on where it came to none; rounds of
+ * placing joints. */
 typedef struct perp__level {
     int32_t looks;
     double deep, tol;
-    int32_t few, rounds;
+    int32_t sweeps_few, few, rounds;
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
 /* Whether all that is swept is a sketch, as at level `accurate`. */

@@ -72,14 +72,26 @@ static int32_t is_few(const perp_world *world, const perp__island *island, int32
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
+/* Whether sweeps serve for a few bodies as well: where they are cheaper beside others (batch.h),
+ * and no impact has an instant to be found. */
+static int32_t sweeps_few(const perp_world *world, const perp__island *island)
+{
+    int32_t suits = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
+
+    for (int32_t i = 0; i < island->contacts && suits; i++)
+        suits = perp__step_contact(world, island, i)->restitution == 0.0;
+    return suits;
+}
+
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
 
     return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
             !perp__is_time_over(world)) ||
-           (settings->cone != 0 && !settings->planar) || island->bodies <= FEW_BODIES ||
-           island->contacts == 0 || is_few(world, island, FEW) ||
+           (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
+           ((island->bodies <= FEW_BODIES || is_few(world, island, FEW)) &&
+            !sweeps_few(world, island)) ||
            (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
 }
 
