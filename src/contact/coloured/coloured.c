@@ -181,12 +181,6 @@ static void fill_piece(int32_t i, void *data)
     perp__coloured_fill(at->c, first[0], first[1]);
 }
 
-/* The contact k of a pair: where it is. */
-static perp__lane_point *point_of(const perp__coloured *c, int32_t pair, int32_t k)
-{
-    return &c->point[c->group[c->pair_lane[pair] / PERP__GROUP].first + k];
-}
-
 /* The impulses of a part that are known; or none, where 1/2 y'y + r'w is above that of none, and so
  * they are farther from any answer, as those may be by which joints that say the same press each
  * other. */
@@ -197,24 +191,24 @@ static void judge_start(perp__coloured *c, const perp__coloured_part *part)
 
     for (size_t i = first; i < end; i++)
         more += 0.5 * (c->y[i] - c->free[i]) * (c->y[i] + c->free[i]);
-    for (int32_t pair = part->first_pair; pair < part->end_pair; pair++)
-        for (int32_t k = 0, l = c->pair_lane[pair] % PERP__GROUP; k < c->pair_points[pair]; k++) {
-            const perp__lane_point *p = point_of(c, pair, k);
+    for (int32_t k = part->first_contact; k < part->end_contact; k++) {
+        const perp__lane_point *p = &c->point[c->place[k] / PERP__GROUP];
+        const int32_t l = c->place[k] % PERP__GROUP;
 
-            for (int32_t i = 0; i < 3; i++)
-                more += p->r[i][l] * (i == 0 ? p->bias[l] : p->w[i][l]);
-        }
+        for (int32_t i = 0; i < 3; i++)
+            more += p->r[i][l] * (i == 0 ? p->bias[l] : p->w[i][l]);
+    }
     for (int32_t n = 0; n < c->joints.rows; n++)
         more += c->joints.r[n] * c->joints.w[n];
     if (more <= 0.0)
         return;
-    for (int32_t pair = part->first_pair; pair < part->end_pair; pair++)
-        for (int32_t k = 0, l = c->pair_lane[pair] % PERP__GROUP; k < c->pair_points[pair]; k++) {
-            perp__lane_point *p = point_of(c, pair, k);
+    for (int32_t k = part->first_contact; k < part->end_contact; k++) {
+        perp__lane_point *p = &c->point[c->place[k] / PERP__GROUP];
+        const int32_t l = c->place[k] % PERP__GROUP;
 
-            for (int32_t i = p->inverse_normal[l] > 0.0 ? 0 : 1; i < 3; i++)
-                p->r[i][l] = p->last[i][l] = 0.0; /* a bound is no impulse */
-        }
+        for (int32_t i = p->inverse_normal[l] > 0.0 ? 0 : 1; i < 3; i++)
+            p->r[i][l] = p->last[i][l] = 0.0; /* a bound is no impulse */
+    }
     memcpy(c->y + first, c->free + first, (end - first) * sizeof *c->y);
     for (int32_t n = 0; n < c->joints.rows; n++)
         c->joints.r[n] = c->joints.last[n] = 0.0;
@@ -241,10 +235,9 @@ static void read_answers(const perp__coloured *c)
 
         if (part->ended)
             continue;
-        for (int32_t pair = part->first_pair; pair < part->end_pair; pair++)
-            for (int32_t k = 0, l = c->pair_lane[pair] % PERP__GROUP; k < c->pair_points[pair]; k++)
-                for (int32_t i = 0; i < 3; i++, r++)
-                    *r = point_of(c, pair, k)->r[i][l];
+        for (int32_t k = part->first_contact; k < part->end_contact; k++)
+            for (int32_t i = 0; i < 3; i++, r++)
+                *r = c->point[c->place[k] / PERP__GROUP].r[i][c->place[k] % PERP__GROUP];
         for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
             for (int32_t i = 0; i < 3; i++, r++)
                 *r = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
@@ -353,12 +346,13 @@ static void clear_penetration(job *at)
     const size_t size = 8 * (size_t)c->rows;
     int32_t deep = 0, most = 0;
 
-    for (int32_t pair = 0; pair < c->part[c->parts - 1].end_pair; pair++) {
-        const perp__passes *step = c->part[c->pair_part[pair]].step;
+    for (int32_t n = 0; n < c->parts; n++) {
+        const perp__passes *step = c->part[n].step;
 
         most = step->clear > most ? step->clear : most;
-        for (int32_t k = 0, l = c->pair_lane[pair] % PERP__GROUP; k < c->pair_points[pair]; k++) {
-            perp__lane_point *point = point_of(c, pair, k);
+        for (int32_t k = c->part[n].first_contact; k < c->part[n].end_contact; k++) {
+            perp__lane_point *point = &c->point[c->place[k] / PERP__GROUP];
+            const int32_t l = c->place[k] % PERP__GROUP;
             const double guard = point->guard[l], lack = -(point->gap[l] + guard);
 
             point->shift[l] = point->bias[l] = 0.0;

@@ -72,8 +72,8 @@ typedef struct perp__coloured {
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
     uint64_t *colours;                 /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts of its part */
-    int32_t *pair_part, *pair_lane;                            /* and of all groups' */
-    int32_t *pair_body;                                        /* two; -1: nothing moves it */
+    int32_t *pair_part, *pair_body; /* and two bodies of all; -1: nothing moves it */
+    int32_t *place;                 /* contacts of all parts: 8 times the point, and the lane */
 } perp__coloured;
 
 void perp__coloured_init(perp__coloured *c, perp_context *context);
@@ -112,7 +112,7 @@ typedef struct perp__coloured_part {
     double *moving;
     const perp__rigid_problem *problem;
     const perp__passes *step;
-    int32_t first_body, end_body, first_pair, end_pair; /* these are the passes' own */
+    int32_t first_body, end_body, first_contact, end_contact; /* these are the passes' own */
     int32_t ended;
     double theta, momentum; /* the share of its last way by which r goes on before it is swept */
     double drive, residual;

@@ -20,7 +20,7 @@ static void lay_out_lists(perp__arena *arena, void *object)
     c->back = perp__arena_take(arena, bodies, sizeof *c->back);
     c->colours = perp__arena_take(arena, bodies, sizeof *c->colours);
     PERP__INTEGERS(arena, contacts, &c->pair_first, &c->pair_points, &c->pair_key, &c->pair_order,
-                   &c->pair_part, &c->pair_lane);
+                   &c->pair_part, &c->place);
     c->pair_body = perp__arena_take(arena, 2 * contacts, sizeof *c->pair_body);
 }
 
@@ -106,8 +106,6 @@ static void form_groups(perp__coloured *c, int32_t pairs, const int32_t *starts,
                 group->a[l] = body && body[0] >= 0 ? body[0] : none;
                 group->b[l] = body && body[1] >= 0 ? body[1] : none;
                 group->pair[l] = pair;
-                if (pair >= 0)
-                    c->pair_lane[pair] = PERP__GROUP * c->groups + l;
             }
         }
         c->points += c->pair_points[c->pair_order[i]];
@@ -121,8 +119,10 @@ static void form_groups(perp__coloured *c, int32_t pairs, const int32_t *starts,
 
 /* A contact's rows, P = J C, in their lane. */
 static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int32_t contact,
-                      const perp__rigid_problem *problem, const perp__passes *step)
+                      const perp__coloured_part *part)
 {
+    const perp__rigid_problem *problem = part->problem;
+    const perp__passes *step = part->step;
     const perp__rigid_rows *rows = &problem->rows[contact];
     const int32_t width = c->width;
 
@@ -162,6 +162,7 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     p->bias[lane] = p->w[0][lane] + (p->gap[lane] > 0.0 ? p->gap[lane] / step->h : 0.0);
     p->guard[lane] = step->gap ? step->guard[contact] : 0.0;
     p->contact[lane] = contact;
+    c->place[part->first_contact + contact] = PERP__GROUP * (int32_t)(p - c->point) + lane;
 }
 
 void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end)
@@ -179,7 +180,7 @@ void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end)
 
                 p->contact[l] = -1;
                 if (part && k < c->pair_points[pair])
-                    fill_lane(c, p, l, c->pair_first[pair] + k, part->problem, part->step);
+                    fill_lane(c, p, l, c->pair_first[pair] + k, part);
             }
             c->kernels->invert(p);
         }
@@ -189,10 +190,9 @@ void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end)
 /* Pairs of at most four points; returns how many there are. */
 static int32_t pair_contacts(perp__coloured *c, int32_t number, int32_t pairs)
 {
-    perp__coloured_part *part = &c->part[number];
+    const perp__coloured_part *part = &c->part[number];
     const perp__rigid_problem *problem = part->problem;
 
-    part->first_pair = pairs;
     for (int32_t k = 0, end; k < problem->contacts; k = end) {
         const int32_t *body = problem->rows[k].body;
 
@@ -207,7 +207,6 @@ static int32_t pair_contacts(perp__coloured *c, int32_t number, int32_t pairs)
         c->pair_first[pairs] = k;
         c->pair_points[pairs++] = end - k;
     }
-    part->end_pair = pairs;
     return pairs;
 }
 
@@ -221,7 +220,8 @@ perp_status perp__coloured_pack(perp__coloured *c)
     for (int32_t k = 0; k < c->parts; k++) {
         c->part[k].first_body = c->bodies;
         c->part[k].end_body = c->bodies += c->part[k].problem->bodies;
-        contacts += c->part[k].problem->contacts;
+        c->part[k].first_contact = contacts;
+        c->part[k].end_contact = contacts += c->part[k].problem->contacts;
     }
     perp__raise_room(&c->most_bodies, c->bodies);
     perp__raise_room(&c->most_contacts, contacts);
