@@ -130,19 +130,19 @@ PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
     const size_t end = 8 * (size_t)end_body(c, piece);
+    const size_t first = 8 * (size_t)first_body(c, piece);
     const double beta = part_of(c, piece)->momentum;
 
     if (part_of(c, piece)->ended)
         return;
-    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8) {
-        for (size_t l = i; l < i + 8; l++) {
-            const double now = c->y[l];
+    for (size_t i = first; i < end; i++) {
+        const double now = c->y[i];
 
-            c->before[l] = c->y[l] = now + beta * (now - c->moved[l]);
-            c->moved[l] = now;
-        }
-        c->before[i + 7] = c->y[i + 7] = beta;
+        c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
+        c->moved[i] = now;
     }
+    for (size_t i = first + 7; i < end; i += 8)
+        c->before[i] = c->y[i] = beta;
 }
 
 /* ---- passes ---- */
