@@ -109,7 +109,6 @@ typedef struct perp__rigid_answer {
     int32_t held;   /* velocities are those of hold */
     int64_t iterations;
     double joints;                /* largest tested residual of a joint's rows */
-    double sinks;                 /* sweeps: how far contacts sink in a step, in guards, at most */
     double tested, own, backward; /* what the outcome rests on */
     int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */
 } perp__rigid_answer;

@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/settings.h"
+#include "world/islands/batch.h"
 #include "world/islands/lanes.h"
 #include "world/joints/joints.h"
 
@@ -111,6 +112,7 @@ static void release(void *object)
     const perp__contact_set *const sets[] = {&world->contacts, &world->overlaps, &world->last};
 
     perp__release_lanes(world);
+    perp__release_batch(world);
     for (int32_t i = 0; i < world->shape_slots; i++)
         perp__release(context, world->shapes[i].geometry.hull);
     perp__rigid_destroy(world->solver);

@@ -430,6 +430,7 @@ struct perp_world {
     perp__coloured coloured;
     perp__budget budget;
     struct perp__standing *standing; /* islands/standing.h */
+    struct perp__batch *batch;       /* islands/batch.h */
     struct perp__tasks *tasks;       /* lanes.h; NULL: all on the caller's thread */
     struct perp__lane *lanes;
     int32_t lane_count;

@@ -348,6 +348,72 @@ static void test_rounds(void **state)
     close_scene(&f);
 }
 
+/* Problems that share no body have the bits side by side that they have alone, whichever others
+ * there are: each its own momentum, rounds and start, some with overlap to take out, of one to five
+ * rows of boxes or a ring. */
+static void test_side_by_side(void **state)
+{
+    enum { PARTS = 6, MOST = 64 };
+    static double v[PARTS][6 * MOST], moved[PARTS][6 * MOST], pushed[PARTS][3 * 4 * MOST];
+    perp__coloured_part parts[PARTS];
+    int32_t passes[PARTS], others = 0;
+    double tested[PARTS];
+    fixture f[PARTS];
+
+    (void)state;
+    memset(parts, 0, sizeof parts);
+    for (int32_t k = 0; k < PARTS; k++) {
+        open_scene(&f[k], 0);
+        if (k == PARTS - 1)
+            add_ring(&f[k], 20);
+        else
+            rigid_pyramid(&f[k].s, 1 + k, 0.4);
+        assert_in_range(f[k].s.bodies, 1, MOST);
+        assert_in_range(f[k].s.contacts, 1, 4 * MOST);
+        prepare(&f[k], 16);
+        f[k].gap[0] = k % 2 == 0 ? -0.01 : 0.0;
+        f[k].step.measures = 1;
+        f[k].step.rounds = 2 + k;
+        f[k].step.clear = k == 2 ? 0 : 2;
+        f[k].problem.tol = 1e-4;
+        f[k].problem.warm = f[k].s.warm;
+        for (int32_t i = 0; i < f[k].s.contacts; i++)
+            f[k].s.warm[3 * i] = k == 3 ? 100.0 : 0.01;
+        run(&f[k]);
+        memcpy(v[k], f[k].s.v, (size_t)(6 * f[k].s.bodies) * sizeof(double));
+        memcpy(moved[k], f[k].moving, (size_t)(6 * f[k].s.bodies) * sizeof(double));
+        memcpy(pushed[k], f[k].s.impulse, (size_t)(3 * f[k].s.contacts) * sizeof(double));
+        passes[k] = (int32_t)f[k].answer.iterations;
+        tested[k] = f[k].answer.tested;
+        others += passes[k] != passes[0];
+        parts[k].answer = &f[k].answer;
+        parts[k].moving = f[k].moving;
+        parts[k].problem = &f[k].problem;
+        parts[k].step = &f[k].step;
+    }
+    assert_true(others >= 2); /* some end before others */
+    for (int32_t first = 0; first < PARTS; first++) {
+        for (int32_t k = first; k < PARTS; k++) {
+            memset(f[k].s.v, 0, (size_t)(6 * f[k].s.bodies) * sizeof(double));
+            f[k].answer.tested = -1.0;
+        }
+        assert_int_equal(perp__coloured_parts(&f[0].coloured, parts + first, PARTS - first),
+                         PERP_OK);
+        for (int32_t k = first; k < PARTS; k++) {
+            const size_t numbers = (size_t)(6 * f[k].s.bodies);
+
+            assert_memory_equal(f[k].s.v, v[k], numbers * sizeof(double));
+            assert_memory_equal(f[k].moving, moved[k], numbers * sizeof(double));
+            assert_memory_equal(f[k].s.impulse, pushed[k],
+                                (size_t)(3 * f[k].s.contacts) * sizeof(double));
+            assert_int_equal(f[k].answer.iterations, passes[k]);
+            assert_true(f[k].answer.tested == tested[k]);
+        }
+    }
+    for (int32_t k = 0; k < PARTS; k++)
+        close_scene(&f[k]);
+}
+
 /* A body that nothing presses keeps the bits of its free velocity, and a carrier carries. */
 static void test_free_and_carried(void **state)
 {
@@ -381,6 +447,7 @@ int main(void)
         cmocka_unit_test(test_limit),
         cmocka_unit_test(test_warm),
         cmocka_unit_test(test_rounds),
+        cmocka_unit_test(test_side_by_side),
         cmocka_unit_test(test_free_and_carried),
     };
 

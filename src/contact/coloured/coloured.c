@@ -21,13 +21,8 @@
 /* What pieces read; they write to bodies, groups and contacts of their own. */
 typedef struct job {
     perp__coloured *c;
-    const perp__rigid_problem *problem;
-    const perp__passes *step;
     int32_t what; /* of a pass */
     double *y;
-    const double *from; /* of velocities */
-    double *to;
-    double theta;
 } job;
 
 void perp__coloured_init(perp__coloured *c, perp_context *context)
@@ -63,14 +58,27 @@ static void run_pieces(job *at, int32_t first, int32_t end, perp_task piece)
             piece(i, at);
 }
 
+/* Of one problem, or those that are side by side. */
 static int32_t count_pieces(const perp__coloured *c)
 {
-    return c->bodies / BODIES + (c->bodies % BODIES != 0);
+    return c->parts > 1 ? c->parts : c->bodies / BODIES + (c->bodies % BODIES != 0);
+}
+
+static perp__coloured_part *part_of(const perp__coloured *c, int32_t piece)
+{
+    return &c->part[c->parts > 1 ? piece : 0];
+}
+
+static int32_t first_body(const perp__coloured *c, int32_t piece)
+{
+    return c->parts > 1 ? c->part[piece].first_body : piece * BODIES;
 }
 
 static int32_t end_body(const perp__coloured *c, int32_t piece)
 {
-    return c->bodies - piece * BODIES < BODIES ? c->bodies : (piece + 1) * BODIES;
+    return c->parts > 1                          ? c->part[piece].end_body
+           : c->bodies - piece * BODIES < BODIES ? c->bodies
+                                                 : (piece + 1) * BODIES;
 }
 
 /* For all bodies: those of a piece. */
@@ -111,7 +119,7 @@ PERP__MULTIVERSION(weigh_way, (int32_t piece, void *data), (piece, data))
     const size_t end = 8 * (size_t)end_body(c, piece);
     double back[8] = {0.0};
 
-    for (size_t i = 8 * BODIES * (size_t)piece; i < end; i += 8)
+    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8)
         for (size_t l = 0; l < 8; l++) /* before: where the pass began; moved: where the last */
             back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
     c->back[piece] =
@@ -122,14 +130,19 @@ PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
     const size_t end = 8 * (size_t)end_body(c, piece);
-    const double beta = c->momentum;
+    const size_t first = 8 * (size_t)first_body(c, piece);
+    const double beta = part_of(c, piece)->momentum;
 
-    for (size_t i = 8 * BODIES * (size_t)piece; i < end; i++) {
+    if (part_of(c, piece)->ended)
+        return;
+    for (size_t i = first; i < end; i++) {
         const double now = c->y[i];
 
         c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
         c->moved[i] = now;
     }
+    for (size_t i = first + 7; i < end; i += 8)
+        c->before[i] = c->y[i] = beta;
 }
 
 /* ---- passes ---- */
@@ -140,13 +153,15 @@ static void start_bodies(int32_t i, void *data)
     const job *at = data;
     const perp__coloured *c = at->c;
     const int32_t width = c->width, block = width - 3; /* of C, 3 by 3 */
+    const perp__coloured_part *part = part_of(c, i);
 
-    for (int32_t body = i * BODIES; body < end_body(c, i); body++) {
-        const double *C = at->problem->factors + width * width * body;
+    for (int32_t body = first_body(c, i); body < end_body(c, i); body++) {
+        const int32_t own = body - part->first_body;
+        const double *C = part->problem->factors + width * width * own;
         double *y = c->free + 8 * body;
 
         memset(y, 0, 8 * sizeof *y);
-        memcpy(y, at->problem->free + width * body, (size_t)width * sizeof *y);
+        memcpy(y, part->problem->free + width * own, (size_t)width * sizeof *y);
         if (perp__is_zero3(y) && perp__is_zero3(y + 3)) {
             memset(c->y + 8 * body, 0, 8 * sizeof *y);
             continue;
@@ -163,56 +178,72 @@ static void fill_piece(int32_t i, void *data)
     const job *at = data;
     const int32_t *first = at->c->piece_first + i;
 
-    perp__coloured_fill(at->c, at->problem, at->step, first[0], first[1]);
+    perp__coloured_fill(at->c, first[0], first[1]);
 }
 
-/* The impulses that are known; or none, where 1/2 y'y + r'w is above that of none, and so they are
- * farther from any answer, as those may be by which joints that say the same press each other. */
-static void push_start(job *at)
+/* The impulses of a part that are known; or none, where 1/2 y'y + r'w is above that of none, and so
+ * they are farther from any answer, as those may be by which joints that say the same press each
+ * other. */
+static void judge_start(perp__coloured *c, const perp__coloured_part *part)
 {
-    perp__coloured *c = at->c;
+    const size_t first = 8 * (size_t)part->first_body, end = 8 * (size_t)part->end_body;
     double more = 0.0;
 
-    run_pass(at, PERP__COLOURED_ADD, c->y);
-    perp__joint_block_add(&c->joints, c->y);
-    (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
-    for (size_t i = 0; i < 8 * (size_t)c->bodies; i++)
+    for (size_t i = first; i < end; i++)
         more += 0.5 * (c->y[i] - c->free[i]) * (c->y[i] + c->free[i]);
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t l = 0; l < PERP__GROUP; l++)
-            for (int32_t i = 0; i < 3; i++)
-                more += c->point[p].r[i][l] * (i == 0 ? c->point[p].bias[l] : c->point[p].w[i][l]);
+    for (int32_t k = part->first_contact; k < part->end_contact; k++) {
+        const perp__lane_point *p = &c->point[c->place[k] / PERP__GROUP];
+        const int32_t l = c->place[k] % PERP__GROUP;
+
+        for (int32_t i = 0; i < 3; i++)
+            more += p->r[i][l] * (i == 0 ? p->bias[l] : p->w[i][l]);
+    }
     for (int32_t n = 0; n < c->joints.rows; n++)
         more += c->joints.r[n] * c->joints.w[n];
     if (more <= 0.0)
         return;
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t l = 0; l < PERP__GROUP; l++)
-            for (int32_t i = c->point[p].inverse_normal[l] > 0.0 ? 0 : 1; i < 3; i++)
-                c->point[p].r[i][l] = c->point[p].last[i][l] = 0.0; /* a bound is no impulse */
-    memcpy(c->y, c->free, 8 * (size_t)c->rows * sizeof *c->y);
+    for (int32_t k = part->first_contact; k < part->end_contact; k++) {
+        perp__lane_point *p = &c->point[c->place[k] / PERP__GROUP];
+        const int32_t l = c->place[k] % PERP__GROUP;
+
+        for (int32_t i = p->inverse_normal[l] > 0.0 ? 0 : 1; i < 3; i++)
+            p->r[i][l] = p->last[i][l] = 0.0; /* a bound is no impulse */
+    }
+    memcpy(c->y + first, c->free + first, (end - first) * sizeof *c->y);
     for (int32_t n = 0; n < c->joints.rows; n++)
         c->joints.r[n] = c->joints.last[n] = 0.0;
 }
 
-/* The impulses of the passes so far, and what is asked to be measured of them. */
-static void read_answer(const job *at, perp__rigid_answer *answer)
+static void push_start(job *at)
 {
-    const perp__coloured *c = at->c;
-    const perp__rigid_problem *problem = at->problem;
+    perp__coloured *c = at->c;
 
-    for (int32_t p = 0; p < c->points; p++)
-        for (int32_t l = 0; l < PERP__GROUP; l++) {
-            const int32_t contact = c->point[p].contact[l];
+    run_pass(at, PERP__COLOURED_ADD, c->y);
+    perp__joint_block_add(&c->joints, c->y);
+    (void)perp__joint_block_solve(&c->joints, 0.0, c->y);
+    for (int32_t k = 0; k < c->parts; k++)
+        judge_start(c, &c->part[k]);
+}
 
-            for (int32_t k = 0; k < 3 && contact >= 0; k++)
-                answer->impulse[3 * contact + k] = c->point[p].r[k][l];
-        }
-    for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
-        for (int32_t i = 0; i < 3; i++)
-            answer->impulse[3 * k + i] = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
-    if (at->step->measures)
-        perp__coloured_measure(c, answer, problem, at->step->h);
+/* The impulses of the passes so far, and what is asked to be measured of them. */
+static void read_answers(const perp__coloured *c)
+{
+    for (int32_t p = 0; p < c->parts; p++) {
+        const perp__coloured_part *part = &c->part[p];
+        const perp__rigid_problem *problem = part->problem;
+        double *r = part->answer->impulse;
+
+        if (part->ended)
+            continue;
+        for (int32_t k = part->first_contact; k < part->end_contact; k++)
+            for (int32_t i = 0; i < 3; i++, r++)
+                *r = c->point[c->place[k] / PERP__GROUP].r[i][c->place[k] % PERP__GROUP];
+        for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
+            for (int32_t i = 0; i < 3; i++, r++)
+                *r = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
+    }
+    if (c->part->step->measures)
+        perp__coloured_measure(c);
 }
 
 /* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
@@ -220,34 +251,66 @@ static void read_answer(const job *at, perp__rigid_answer *answer)
 static void keep_momentum(job *at)
 {
     perp__coloured *c = at->c;
-    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * at->theta * at->theta)), back = 0.0;
 
     run_over_bodies(at, weigh_way);
-    for (int32_t i = 0; i < count_pieces(c); i++)
-        back += c->back[i];
-    if (back > 0.0)
-        next = at->theta = 1.0;
-    c->momentum = fmin((at->theta - 1.0) / next, MOMENTUM);
+    for (int32_t k = 0; k < c->parts; k++) {
+        perp__coloured_part *part = &c->part[k];
+        const int32_t end = c->parts > 1 ? k + 1 : count_pieces(c);
+        double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * part->theta * part->theta)), back = 0.0;
+
+        for (int32_t i = k; i < end; i++)
+            back += c->back[i];
+        if (back > 0.0)
+            next = part->theta = 1.0;
+        part->momentum = fmin((part->theta - 1.0) / next, MOMENTUM);
+        part->theta = next;
+    }
     run_over_bodies(at, go_on);
-    at->theta = next;
 }
 
 /* Whether the passes end with this one, the last of a round: with the budget, or with a residual
  * that is good, and of which nothing sinks: what a step leaves is beside what drives, and where
  * that is a load far above the weights, more than clearing takes back of what is two guards deep.
  */
-static int32_t is_last(const job *at, const perp__rigid_answer *answer, int32_t passes)
+static int32_t is_last(const perp__coloured_part *part, int32_t passes)
 {
-    const perp__rigid_problem *problem = at->problem;
-    const perp__passes *step = at->step;
+    const perp__rigid_problem *problem = part->problem;
+    const perp__passes *step = part->step;
 
     return !step->measures || passes >= step->rounds * step->passes ||
-           (answer->tested <= problem->tol && answer->sinks <= PERP__CLEARED_SHARE) ||
+           (part->answer->tested <= problem->tol && part->sinks <= PERP__CLEARED_SHARE) ||
            (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
            (problem->deadline > 0.0 && perp__now() >= problem->deadline);
 }
 
-static void run_passes(job *at, perp__rigid_answer *answer)
+/* Ends the parts that are at their last pass, or all; returns how many go on. What ended stays in
+ * `moved`. */
+static int32_t end_parts(perp__coloured *c, int32_t passes, int32_t all)
+{
+    int32_t left = 0;
+
+    for (int32_t k = 0; k < c->parts; k++) {
+        perp__coloured_part *part = &c->part[k];
+        const size_t first = 8 * (size_t)part->first_body, end = 8 * (size_t)part->end_body;
+
+        if (part->ended)
+            continue;
+        part->ended = all || is_last(part, passes);
+        left += !part->ended;
+        if (!part->ended)
+            continue;
+        part->answer->iterations = passes;
+        memcpy(c->moved + first, c->y + first, (end - first) * sizeof *c->y);
+    }
+    for (int32_t g = 0; g < c->groups && left > 0; g++) {
+        c->group[g].rests = 1;
+        for (int32_t l = 0; l < c->group[g].pairs; l++)
+            c->group[g].rests &= c->part[c->pair_part[c->group[g].pair[l]]].ended;
+    }
+    return left;
+}
+
+static void run_passes(job *at)
 {
     perp__coloured *c = at->c;
     const size_t size = 8 * (size_t)c->rows * sizeof *c->y;
@@ -259,47 +322,43 @@ static void run_passes(job *at, perp__rigid_answer *answer)
     run_over_bodies(at, start_bodies);
     memset(c->y + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
     memset(c->free + 8 * c->bodies, 0, size - 8 * (size_t)c->bodies * sizeof *c->y);
-    if (at->problem->warm)
+    if (c->part->problem->warm)
         push_start(at);
     memcpy(c->moved, c->y, size);
     memcpy(c->before, c->y, size);
-    c->momentum = 0.0;
-    at->theta = 1.0;
     /* 2. Rounds of passes; equations alone go as far as refinement does. */
-    while (!ends) {
-        for (int32_t k = 0; k < at->step->passes && !ends; k++, passes++) {
+    do {
+        for (int32_t k = 0; k < c->part->step->passes && !ends; k++, passes++) {
             if (passes > 0)
                 keep_momentum(at);
             before = lack;
             run_pass(at, PERP__COLOURED_SWEEP, c->y);
-            lack = perp__joint_block_solve(&c->joints, c->momentum, c->y);
+            lack = perp__joint_block_solve(&c->joints, c->part->momentum, c->y);
             ends = c->points == 0 && !(lack > 0.0 && lack < 0.5 * before);
         }
-        read_answer(at, answer);
-        ends = ends || is_last(at, answer, passes);
-    }
-    answer->iterations = passes;
-    memcpy(c->moved, c->y, size);
+        read_answers(c);
+    } while (end_parts(c, passes, ends) > 0);
+    memcpy(c->y, c->moved, 8 * (size_t)c->bodies * sizeof *c->y);
 }
 
 /* Adds to `moved` what takes a share of the penetration away. */
 static void clear_penetration(job *at)
 {
     perp__coloured *c = at->c;
-    const perp__passes *step = at->step;
     const size_t size = 8 * (size_t)c->rows;
-    int32_t p, l, k, deep = 0;
+    int32_t deep = 0, most = 0;
 
-    for (p = 0; p < c->points; p++) {
-        perp__lane_point *point = &c->point[p];
+    for (int32_t n = 0; n < c->parts; n++) {
+        const perp__passes *step = c->part[n].step;
 
-        for (l = 0; l < PERP__GROUP; l++) {
-            const int32_t contact = point->contact[l];
-            const double guard = point->guard[l];
-            const double lack = contact < 0 ? 0.0 : -(step->gap[contact] + guard);
+        most = step->clear > most ? step->clear : most;
+        for (int32_t k = c->part[n].first_contact; k < c->part[n].end_contact; k++) {
+            perp__lane_point *point = &c->point[c->place[k] / PERP__GROUP];
+            const int32_t l = c->place[k] % PERP__GROUP;
+            const double guard = point->guard[l], lack = -(point->gap[l] + guard);
 
             point->shift[l] = point->bias[l] = 0.0;
-            if (!(lack > 0.0))
+            if (step->clear == 0 || !(lack > 0.0))
                 continue;
             point->bias[l] = -perp__cleared(lack, guard) / step->h;
             deep++;
@@ -308,7 +367,7 @@ static void clear_penetration(job *at)
     if (deep == 0)
         return;
     memset(c->before, 0, size * sizeof *c->before);
-    for (k = 0; k < step->clear; k++) {
+    for (int32_t k = 0; k < most; k++) {
         run_pass(at, PERP__COLOURED_CLEAR, c->before);
         perp__joint_block_project(&c->joints, c->before);
     }
@@ -317,54 +376,68 @@ static void clear_penetration(job *at)
 }
 
 /* v := free + C (y - y_free): where impulses change nothing, the bits of `free`. */
-static void write_velocities(int32_t i, void *data)
+static void write_velocity(const perp__coloured *c, const perp__coloured_part *part, int32_t body,
+                           const double *y, double *v)
 {
-    const job *at = data;
-    const perp__coloured *c = at->c;
-    const perp__rigid_problem *problem = at->problem;
-    const int32_t width = c->width;
+    const int32_t width = c->width, own = width * (body - part->first_body);
+    const double *C = part->problem->factors + width * own;
+    double dy[6];
 
-    for (int32_t body = i * BODIES; body < end_body(c, i); body++) {
-        const double *C = problem->factors + width * width * body;
-        double dy[6];
+    for (int32_t j = 0; j < width; j++)
+        dy[j] = y[8 * body + j] - c->free[8 * body + j];
+    for (int32_t k = 0; k < width; k++) {
+        double sum = 0.0;
 
         for (int32_t j = 0; j < width; j++)
-            dy[j] = at->from[8 * body + j] - c->free[8 * body + j];
-        for (int32_t k = 0; k < width; k++) {
-            double sum = 0.0;
-
-            for (int32_t j = 0; j < width; j++)
-                sum += C[width * k + j] * dy[j];
-            at->to[width * body + k] = problem->free[width * body + k] + sum;
-        }
+            sum += C[width * k + j] * dy[j];
+        v[own + k] = part->problem->free[own + k] + sum;
     }
 }
 
-static void write_velocity(job *at, const double *y, double *v)
+static void write_velocities(int32_t i, void *data)
 {
-    at->from = y;
-    at->to = v;
-    run_over_bodies(at, write_velocities);
+    const perp__coloured *c = ((const job *)data)->c;
+    const perp__coloured_part *part = part_of(c, i);
+
+    for (int32_t body = first_body(c, i); body < end_body(c, i); body++) {
+        write_velocity(c, part, body, c->y, part->answer->v);
+        if (part->moving)
+            write_velocity(c, part, body, c->moved, part->moving);
+    }
+}
+
+perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, int32_t count)
+{
+    job at = {c, 0, NULL};
+    perp_status status;
+
+    c->part = parts;
+    c->parts = count;
+    for (int32_t k = 0; k < count; k++) {
+        parts[k].ended = 0;
+        parts[k].theta = 1.0;
+        parts[k].momentum = 0.0;
+    }
+    status = perp__coloured_pack(c);
+    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, parts->problem));
+    if (status != PERP_OK)
+        return status;
+    if (is_shared(c))
+        perp__tasks_open(c->tasks);
+    run_passes(&at);
+    if (parts->step->gap)
+        clear_penetration(&at);
+    run_over_bodies(&at, write_velocities);
+    if (is_shared(c))
+        perp__tasks_close(c->tasks);
+    return PERP_OK;
 }
 
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step)
 {
-    job at = {c, problem, step, 0, NULL, NULL, NULL, 1.0};
-    perp_status status = perp__coloured_pack(c, problem);
+    perp__coloured_part part = {
+        .answer = answer, .moving = moving, .problem = problem, .step = step};
 
-    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, problem));
-    if (status != PERP_OK)
-        return status;
-    if (is_shared(c))
-        perp__tasks_open(c->tasks);
-    run_passes(&at, answer);
-    if (step->clear > 0)
-        clear_penetration(&at);
-    write_velocity(&at, c->y, answer->v);
-    if (moving)
-        write_velocity(&at, c->moved, moving);
-    if (is_shared(c))
-        perp__tasks_close(c->tasks);
-    return PERP_OK;
+    return perp__coloured_parts(c, &part, 1);
 }

@@ -3,7 +3,8 @@
  * In y = C^-1 v, body by body (M^-1 = C C'), a contact's rows are P = J C and u = P y + w. Pairs of
  * bodies are coloured so that no two of one colour share a body that impulses move; eight of a
  * colour are a group, whose contacts are visited lane by lane: one pass is Gauss-Seidel in the
- * order of the groups, at the price of an eighth.
+ * order of the groups, at the price of an eighth. Problems that share no body are swept side by
+ * side, each with the bits it has alone: their groups have lanes of several.
  *
  *   r_n := max(0, r_n - (u_n + b) / W_nn),
  *   r_t := the point of the disc mu r_n next to r_t - u_t / L,   L: largest eigenvalue of W_tt;
@@ -43,7 +44,10 @@ typedef struct perp__lane_group {
     int32_t pair[PERP__GROUP];              /* -1: none, as all that come after it */
     int32_t pairs;
     int32_t first, points; /* in `point` */
+    int32_t rests;         /* the parts of all its pairs have ended */
 } perp__lane_group;
+
+struct perp__coloured_part;
 
 typedef struct perp__coloured {
     const struct perp__coloured_kernels *kernels;
@@ -51,7 +55,9 @@ typedef struct perp__coloured {
     perp__tasks *tasks; /* what is large is shared out to them from so many points on; NULL: none */
     int32_t shared_from;
     perp__arena arena, point_arena;
-    int32_t bodies, width; /* of the problem at hand */
+    struct perp__coloured_part *part; /* at hand, and how many */
+    int32_t parts;
+    int32_t bodies, width; /* of all parts */
     int32_t groups, points;
     int32_t is_large; /* it is cut into pieces, whether there are tasks or not */
     int32_t rows;     /* bodies, and for each piece of a colour one that nothing moves */
@@ -61,12 +67,13 @@ typedef struct perp__coloured {
     perp__lane_group *group;
     perp__lane_point *point;
     int32_t *piece_first; /* in `group` */
-    double momentum;      /* the share of its last way by which r goes on before it is swept */
     perp__joint_block joints;
-    double *y, *free, *before, *moved; /* rows by 8 */
+    double *y, *free, *before, *moved; /* rows by 8; y[7]: the momentum of its part */
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
     uint64_t *colours;                 /* bodies: those of their pairs */
-    int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts */
+    int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts of its part */
+    int32_t *pair_part, *pair_body; /* and two bodies of all; -1: nothing moves it */
+    int32_t *place;                 /* contacts of all parts: 8 times the point, and the lane */
 } perp__coloured;
 
 void perp__coloured_init(perp__coloured *c, perp_context *context);
@@ -98,9 +105,22 @@ typedef struct perp__passes {
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step);
 
-/* What the passes of a step of length h have come to, before overlap is taken out: measure.c. */
-void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
-                            const perp__rigid_problem *problem, double h);
+/* A problem among those that are swept side by side, of the same width, passes and tol; one with
+ * joints is alone. */
+typedef struct perp__coloured_part {
+    perp__rigid_answer *answer;
+    double *moving;
+    const perp__rigid_problem *problem;
+    const perp__passes *step;
+    int32_t first_body, end_body, first_contact, end_contact; /* these are the passes' own */
+    int32_t ended;
+    double theta, momentum; /* the share of its last way by which r goes on before it is swept */
+    double drive, residual, sinks; /* how far a contact sinks in the step, in guards, at most */
+} perp__coloured_part;
+perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, int32_t count);
+
+/* What the passes have come to in the parts that go on, before overlap is taken out: measure.c. */
+void perp__coloured_measure(const perp__coloured *c);
 
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */
 enum { PERP__COLOURED_SWEEP, PERP__COLOURED_CLEAR, PERP__COLOURED_ADD };
@@ -129,9 +149,8 @@ typedef struct perp__coloured_kernels {
 enum { PERP__COLOURED_SETS = 3 };
 int32_t perp__coloured_find_kernels(const perp__coloured_kernels **found);
 
-/* The problem's groups: pack.c; and what is in them, from `first` up to `end`. */
-perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem);
-void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
-                         const perp__passes *step, int32_t first, int32_t end);
+/* The groups of the parts: pack.c; and what is in them, from `first` up to `end`. */
+perp_status perp__coloured_pack(perp__coloured *c);
+void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end);
 
 #endif

@@ -168,16 +168,17 @@ TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, la
 TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t width, int32_t what,
                                                     double *y, int32_t first, int32_t end)
 {
-    const lanes momentum = spread(c->momentum);
-
     for (int32_t g = first; g < end; g++) {
         const perp__lane_group *group = &c->group[g];
 
+        if (group->rests && what == PERP__COLOURED_SWEEP)
+            continue;
         for (int32_t at = 0; at < group->pairs; at += LANES) {
-            lanes A[8], B[8];
+            lanes A[8], B[8], momentum;
 
             NAME(take)(A, group->a + at, y);
             NAME(take)(B, group->b + at, y);
+            momentum = larger(A[7], B[7]);
             for (int32_t k = 0; k < group->points; k++) {
                 perp__lane_point *p = &c->point[group->first + k];
 

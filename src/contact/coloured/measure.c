@@ -17,41 +17,14 @@ static void measure_bounded(const perp__rigid_rows *rows, const double *r, doubl
     u[0] = 0.0;
 }
 
-void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
-                            const perp__rigid_problem *problem, double h)
+/* The joints' equations: their velocities, which are rounding, and what they bear. */
+static void measure_joints(const perp__coloured *c, perp__coloured_part *part, double share)
 {
-    const double share = fmin(1.0, PERP__ROUNDING_LIMIT / problem->tol);
+    const perp__rigid_problem *problem = part->problem;
     const perp__joint_block *b = &c->joints;
-    double drive = 0.0, residual = 0.0;
+    perp__rigid_answer *answer = part->answer;
     int32_t n = 0;
 
-    answer->sinks = 0.0;
-    for (int32_t g = 0; g < c->groups; g++)
-        for (int32_t i = 0; i < c->group[g].points; i++) {
-            const perp__lane_point *p = &c->point[c->group[g].first + i];
-            perp__lane_measure found;
-
-            c->kernels->measure(c, &c->group[g], p, share, &found);
-            for (int32_t l = 0; l < c->group[g].pairs; l++) {
-                const int32_t k = p->contact[l];
-
-                if (k < 0)
-                    continue;
-                for (int32_t row = 0; row < 3; row++)
-                    answer->velocity[3 * k + row] = found.u[row][l];
-                answer->modes[k] = (int32_t)found.mode[l];
-                if (problem->rows[k].bounded)
-                    measure_bounded(&problem->rows[k], answer->impulse + 3 * k,
-                                    answer->velocity + 3 * k, found.trace[l], &found.natural[l],
-                                    &answer->modes[k]);
-                if (p->guard[l] > 0.0)
-                    perp__raise_to(&answer->sinks, h * -found.u[0][l] / p->guard[l]);
-                perp__raise_to(&drive, found.drive[l]);
-                perp__raise_to(&residual, found.natural[l]);
-            }
-        }
-    /* the same of the joints' equations: their velocities, which are rounding, and what they bear
-     */
     answer->joints = b->rows > 0 && !b->factored ? INFINITY : 0.0;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         for (int32_t i = 0; i < problem->rows[k].dim; i++, n++) {
@@ -67,15 +40,58 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
                     size += fabs(P * c->free[at]);
                 }
             answer->velocity[3 * k + i] = u;
-            perp__raise_to(&drive, fmax(fabs(q), share * size) * b->scale[n]);
+            perp__raise_to(&part->drive, fmax(fabs(q), share * size) * b->scale[n]);
             perp__raise_to(&answer->joints, fabs(u) * b->scale[n]);
         }
-    perp__raise_to(&residual, answer->joints);
-    answer->tested = residual > 0.0 ? residual / drive : 0.0;
-    answer->joints = answer->joints > 0.0 ? answer->joints / drive : 0.0;
-    answer->own = answer->tested;
-    answer->backward = 1.0;
-    answer->held = 0;
-    answer->method = PERP_CONTACT_METHOD_SWEEP;
-    answer->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+    perp__raise_to(&part->residual, answer->joints);
+}
+
+void perp__coloured_measure(const perp__coloured *c)
+{
+    const double share = fmin(1.0, PERP__ROUNDING_LIMIT / c->part->problem->tol);
+
+    for (int32_t k = 0; k < c->parts; k++)
+        c->part[k].drive = c->part[k].residual = c->part[k].sinks = 0.0;
+    for (int32_t g = 0; g < c->groups; g++)
+        for (int32_t i = 0; i < c->group[g].points && !c->group[g].rests; i++) {
+            const perp__lane_point *p = &c->point[c->group[g].first + i];
+            perp__lane_measure found;
+
+            c->kernels->measure(c, &c->group[g], p, share, &found);
+            for (int32_t l = 0; l < c->group[g].pairs; l++) {
+                perp__coloured_part *part = &c->part[c->pair_part[c->group[g].pair[l]]];
+                const perp__rigid_problem *problem = part->problem;
+                perp__rigid_answer *answer = part->answer;
+                const int32_t k = p->contact[l];
+
+                if (k < 0 || part->ended)
+                    continue;
+                for (int32_t row = 0; row < 3; row++)
+                    answer->velocity[3 * k + row] = found.u[row][l];
+                answer->modes[k] = (int32_t)found.mode[l];
+                if (problem->rows[k].bounded)
+                    measure_bounded(&problem->rows[k], answer->impulse + 3 * k,
+                                    answer->velocity + 3 * k, found.trace[l], &found.natural[l],
+                                    &answer->modes[k]);
+                if (p->guard[l] > 0.0)
+                    perp__raise_to(&part->sinks, part->step->h * -found.u[0][l] / p->guard[l]);
+                perp__raise_to(&part->drive, found.drive[l]);
+                perp__raise_to(&part->residual, found.natural[l]);
+            }
+        }
+    for (int32_t k = 0; k < c->parts; k++) {
+        perp__coloured_part *part = &c->part[k];
+        perp__rigid_answer *answer = part->answer;
+
+        if (part->ended)
+            continue;
+        measure_joints(c, part, share);
+        answer->tested = part->residual > 0.0 ? part->residual / part->drive : 0.0;
+        answer->joints = answer->joints > 0.0 ? answer->joints / part->drive : 0.0;
+        answer->own = answer->tested;
+        answer->backward = 1.0;
+        answer->held = 0;
+        answer->method = PERP_CONTACT_METHOD_SWEEP;
+        answer->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+    }
 }

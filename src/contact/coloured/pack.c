@@ -19,7 +19,9 @@ static void lay_out_lists(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, 8 * bodies, &c->y, &c->free, &c->before, &c->moved);
     c->back = perp__arena_take(arena, bodies, sizeof *c->back);
     c->colours = perp__arena_take(arena, bodies, sizeof *c->colours);
-    PERP__INTEGERS(arena, contacts, &c->pair_first, &c->pair_points, &c->pair_key, &c->pair_order);
+    PERP__INTEGERS(arena, contacts, &c->pair_first, &c->pair_points, &c->pair_key, &c->pair_order,
+                   &c->pair_part, &c->place);
+    c->pair_body = perp__arena_take(arena, 2 * contacts, sizeof *c->pair_body);
 }
 
 static void lay_out_points(perp__arena *arena, void *object)
@@ -38,23 +40,22 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
 
 /* Pairs by colour, the first one that neither body has, those of most points first, so that a
  * group's have about as many. Pairs without a colour come last. */
-static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
-                        int32_t *starts)
+static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
 {
-    memset(c->colours, 0, (size_t)problem->bodies * sizeof *c->colours);
+    memset(c->colours, 0, (size_t)c->bodies * sizeof *c->colours);
     memset(starts, 0, (KEYS + 2) * sizeof *starts);
     for (int32_t i = 0; i < pairs; i++) {
-        const int32_t *body = problem->rows[c->pair_first[i]].body;
+        const int32_t *body = c->pair_body + 2 * i;
         uint64_t taken = 0;
         int32_t found = 0;
 
         for (int32_t side = 0; side < 2; side++)
-            if (moves(problem, body[side]))
+            if (body[side] >= 0)
                 taken |= c->colours[body[side]];
         while (~taken != 0 && taken >> found & 1)
             found++;
         for (int32_t side = 0; side < 2 && ~taken != 0; side++)
-            if (moves(problem, body[side]))
+            if (body[side] >= 0)
                 c->colours[body[side]] |= UINT64_C(1) << found;
         c->pair_key[i] =
             ~taken == 0 ? KEYS : PERP__PAIR_POINTS * found + PERP__PAIR_POINTS - c->pair_points[i];
@@ -71,8 +72,8 @@ static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, i
 
 /* Groups of what is ordered, colour by colour, with what has none last; with room for them, writes
  * them, and where pieces of so many points begin. */
-static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
-                        const int32_t *starts, int32_t size, int32_t writes)
+static void form_groups(perp__coloured *c, int32_t pairs, const int32_t *starts, int32_t size,
+                        int32_t writes)
 {
     int32_t pieces = 0, last = -1, begun = 0, i = 0;
 
@@ -91,19 +92,19 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
         last = now;
         if (writes) { /* of the pairs i .. i + count - 1; what does not move is `none` of the piece
                        */
-            const int32_t none =
-                problem->bodies + pieces - 1 - c->colour_first[c->colour_count - 1];
+            const int32_t none = c->bodies + pieces - 1 - c->colour_first[c->colour_count - 1];
             perp__lane_group *group = &c->group[c->groups];
 
             group->pairs = count;
+            group->rests = 0;
             group->first = c->points;
             group->points = c->pair_points[c->pair_order[i]];
             for (int32_t l = 0; l < PERP__GROUP; l++) {
                 const int32_t pair = l < count ? c->pair_order[i + l] : -1;
-                const int32_t *body = pair < 0 ? NULL : problem->rows[c->pair_first[pair]].body;
+                const int32_t *body = pair < 0 ? NULL : c->pair_body + 2 * pair;
 
-                group->a[l] = body && moves(problem, body[0]) ? body[0] : none;
-                group->b[l] = body && moves(problem, body[1]) ? body[1] : none;
+                group->a[l] = body && body[0] >= 0 ? body[0] : none;
+                group->b[l] = body && body[1] >= 0 ? body[1] : none;
                 group->pair[l] = pair;
             }
         }
@@ -118,8 +119,10 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
 
 /* A contact's rows, P = J C, in their lane. */
 static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int32_t contact,
-                      const perp__rigid_problem *problem, const perp__passes *step)
+                      const perp__coloured_part *part)
 {
+    const perp__rigid_problem *problem = part->problem;
+    const perp__passes *step = part->step;
     const perp__rigid_rows *rows = &problem->rows[contact];
     const int32_t width = c->width;
 
@@ -159,10 +162,10 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     p->bias[lane] = p->w[0][lane] + (p->gap[lane] > 0.0 ? p->gap[lane] / step->h : 0.0);
     p->guard[lane] = step->gap ? step->guard[contact] : 0.0;
     p->contact[lane] = contact;
+    c->place[part->first_contact + contact] = PERP__GROUP * (int32_t)(p - c->point) + lane;
 }
 
-void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
-                         const perp__passes *step, int32_t first, int32_t end)
+void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end)
 {
     for (int32_t g = first; g < end; g++) {
         const perp__lane_group *group = &c->group[g];
@@ -173,29 +176,23 @@ void perp__coloured_fill(perp__coloured *c, const perp__rigid_problem *problem,
             memset(p, 0, sizeof *p);
             for (int32_t l = 0; l < PERP__GROUP; l++) {
                 const int32_t pair = group->pair[l];
+                const perp__coloured_part *part = pair < 0 ? NULL : &c->part[c->pair_part[pair]];
 
                 p->contact[l] = -1;
-                if (pair >= 0 && k < c->pair_points[pair])
-                    fill_lane(c, p, l, c->pair_first[pair] + k, problem, step);
+                if (part && k < c->pair_points[pair])
+                    fill_lane(c, p, l, c->pair_first[pair] + k, part);
             }
             c->kernels->invert(p);
         }
     }
 }
 
-perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem)
+/* Pairs of at most four points; returns how many there are. */
+static int32_t pair_contacts(perp__coloured *c, int32_t number, int32_t pairs)
 {
-    int32_t starts[KEYS + 2], pairs = 0, size;
-    perp_status status;
+    const perp__coloured_part *part = &c->part[number];
+    const perp__rigid_problem *problem = part->problem;
 
-    perp__raise_room(&c->most_bodies, problem->bodies);
-    perp__raise_room(&c->most_contacts, problem->contacts);
-    status = perp__arena_fit(&c->arena, c->context, lay_out_lists, c);
-    if (status != PERP_OK)
-        return status;
-    c->bodies = problem->bodies;
-    c->width = problem->width;
-    /* 1. Pairs of at most four points, by colour. */
     for (int32_t k = 0, end; k < problem->contacts; k = end) {
         const int32_t *body = problem->rows[k].body;
 
@@ -203,12 +200,40 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
                           problem->rows[end].body[0] == body[0] &&
                           problem->rows[end].body[1] == body[1];)
             end++;
+        for (int32_t side = 0; side < 2; side++)
+            c->pair_body[2 * pairs + side] =
+                moves(problem, body[side]) ? part->first_body + body[side] : -1;
+        c->pair_part[pairs] = number;
         c->pair_first[pairs] = k;
         c->pair_points[pairs++] = end - k;
     }
-    order_pairs(c, problem, pairs, starts);
+    return pairs;
+}
+
+perp_status perp__coloured_pack(perp__coloured *c)
+{
+    int32_t starts[KEYS + 2], contacts = 0, pairs = 0, size;
+    perp_status status;
+
+    c->width = c->part->problem->width;
+    c->bodies = 0;
+    for (int32_t k = 0; k < c->parts; k++) {
+        c->part[k].first_body = c->bodies;
+        c->part[k].end_body = c->bodies += c->part[k].problem->bodies;
+        c->part[k].first_contact = contacts;
+        c->part[k].end_contact = contacts += c->part[k].problem->contacts;
+    }
+    perp__raise_room(&c->most_bodies, c->bodies);
+    perp__raise_room(&c->most_contacts, contacts);
+    status = perp__arena_fit(&c->arena, c->context, lay_out_lists, c);
+    if (status != PERP_OK)
+        return status;
+    /* 1. Pairs, by colour. */
+    for (int32_t k = 0; k < c->parts; k++)
+        pairs = pair_contacts(c, k, pairs);
+    order_pairs(c, pairs, starts);
     /* 2. Groups of them, first counted. */
-    form_groups(c, problem, pairs, starts, 0, 0);
+    form_groups(c, pairs, starts, 0, 0);
     perp__raise_room(&c->most_groups, c->groups);
     perp__raise_room(&c->most_points, c->points);
     status = perp__arena_fit(&c->point_arena, c->context, lay_out_points, c);
@@ -216,10 +241,10 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
         return status;
     /* 3. A piece has all points of a colour, or so many at least that a colour has no more pieces
      * than there is room for. */
-    c->is_large = c->points >= LARGE;
+    c->is_large = c->points >= LARGE && c->parts == 1;
     c->rows = c->bodies + (c->is_large ? PERP__COLOURED_PIECES : 1);
     size = 1 + c->points / PERP__COLOURED_PIECES;
     size = !c->is_large ? INT32_MAX : size > PIECE ? size : PIECE;
-    form_groups(c, problem, pairs, starts, size, 1);
+    form_groups(c, pairs, starts, size, 1);
     return PERP_OK;
 }

@@ -71,12 +71,13 @@ static inline int32_t perp__is_finite_contact(const perp__contact_set *set, int3
 /* budget.c */
 /* What a level of accuracy gives: how often all that the motion makes meet joins in, and it is
  * found anew; how deep it may take bodies into each other then, beside their size, before what
- * meets there joins in as well; the residual that counts as an answer of a sweep; contacts up to
- * which exact methods go on where it came to none; rounds of placing joints. */
+ * meets there joins in as well; the residual that counts as an answer of a sweep; whether a few
+ * bodies are swept, too; contacts up to which exact methods go on where it came to none; rounds of
+ * placing joints. */
 typedef struct perp__level {
     int32_t looks;
     double deep, tol;
-    int32_t few, rounds;
+    int32_t sweeps_few, few, rounds;
 } perp__level;
 extern const perp__level perp__levels[]; /* by accuracy */
 /* Whether all that is swept is a sketch, as at level `accurate`. */
@@ -108,14 +109,23 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
-/* An island to which contacts came, or joints; it writes to nothing but what is its own. */
-perp_status perp__solve_one(perp_world *world, const perp__island *island, double h);
+/* An island by its number, to which contacts came, or joints; it writes to nothing but what is its
+ * own. It may wait to be swept beside others (batch.h), up to perp__end_solving. *last: the first
+ * island that ended the work, a failure or a ray; unchanged where there is none. */
+perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t *last);
+perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last);
+/* Of one that was swept, with that status: the rest. */
+perp_status perp__conclude_one(perp_world *world, int32_t number, double h,
+                               const perp__verdict *before, perp__verdict *verdict,
+                               perp_status status, int32_t *last);
 /* Whether nothing but forces moves a body, be there contacts beside it or not. */
 int32_t perp__goes_freely(const perp_world *world, int32_t body);
 
 /* problem.c */
-/* Makes the workspace fit the largest island. */
+/* Makes the workspace fit the largest island, and those of a batch what may be in one; or as many
+ * contacts with joints' units, and bodies with what moves as it is told. */
 perp_status perp__fit_island_work(perp_world *world);
+perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x);
 void perp__twist_of(const perp_world *world, const double *x, double *twist);

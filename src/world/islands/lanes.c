@@ -3,6 +3,7 @@
  * before. So the bits are those of one thread, whichever lane an island goes to. One that dwarfs
  * the others is the caller's thread's, whose sweeps all take part in (contact/coloured). */
 #include "world/islands/lanes.h"
+#include "world/islands/batch.h"
 #include "world/joints/joints.h"
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
@@ -66,6 +67,7 @@ void perp__release_lanes(perp_world *world)
         perp__standing_release(&lane->standing);
         perp__coloured_release(&lane->world.coloured);
         perp__arena_release(&lane->world.island_arena);
+        perp__release_batch(&lane->world);
         perp__release(&lane->context, lane->share.points);
     }
     perp__release(world->context, world->lanes);
@@ -135,18 +137,6 @@ static int32_t stays(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* Solves one; returns whether what comes after it is not to be. */
-static int32_t solve_one(perp_world *world, int32_t i, const job *at, perp_status *status)
-{
-    perp__island *island = &world->islands[i];
-
-    world->budget.spent = 0;
-    *status = perp__solve_one(world, island, at->h);
-    island->spent = world->budget.spent;
-    return *status != PERP_OK ||
-           perp__island_motion(world, island, 0)->verdict.outcome == PERP_OUTCOME_RAY;
-}
-
 static void solve_lane(int32_t k, void *data)
 {
     const job *at = data;
@@ -162,6 +152,7 @@ static void solve_lane(int32_t k, void *data)
     lane->world.island_arena = own.island_arena;
     lane->world.solver = own.solver;
     lane->world.standing = own.standing;
+    lane->world.batch = own.batch;
     lane->last = -1;
     lane->status = perp__fit_island_work(&lane->world);
     if (lane->status != PERP_OK)
@@ -170,10 +161,10 @@ static void solve_lane(int32_t k, void *data)
         const int32_t end = first_of(&lane->world, run + 1, runs);
 
         for (int32_t i = first_of(&lane->world, run, runs); i < end && lane->last < 0; i++)
-            if (!stays(at->world, &at->world->islands[i]) &&
-                solve_one(&lane->world, i, at, &lane->status))
-                lane->last = i;
+            if (!stays(at->world, &at->world->islands[i]))
+                lane->status = perp__solve_one(&lane->world, i, at->h, &lane->last);
     }
+    lane->status = perp__end_solving(&lane->world, at->h, lane->status, &lane->last);
 }
 
 perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
@@ -196,13 +187,16 @@ perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *last)
     }
     /* those that lanes left, on the caller's thread */
     for (int32_t i = 0; i < (*last < 0 ? world->island_count : *last); i++) {
-        perp_status own;
+        int32_t ended = -1;
+        const perp_status own =
+            stays(world, &world->islands[i]) ? perp__solve_one(world, i, h, &ended) : PERP_OK;
 
-        if (!stays(world, &world->islands[i]) || !solve_one(world, i, &at, &own))
+        if (ended < 0)
             continue;
         status = own;
-        *last = i;
+        *last = ended;
     }
+    status = perp__end_solving(world, h, status, last);
     world->budget.spent = before;
     for (int32_t i = 0; i <= (*last < 0 ? world->island_count - 1 : *last); i++)
         perp__spend(world, world->islands[i].spent);

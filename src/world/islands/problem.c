@@ -2,6 +2,7 @@
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
 #include "world/joints/joints.h"
+#include "world/islands/batch.h"
 #include "world/islands/contact_rows.h"
 
 #include <string.h>
@@ -38,25 +39,34 @@ static void lay_out(perp__arena *arena, void *object)
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
 
-/* Room for the largest island, with the carriers that its contacts and joints can have. */
-perp_status perp__fit_island_work(perp_world *world)
+perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies)
 {
     perp__island_work *work = &world->work;
     size_t sizes[2];
 
-    for (int32_t i = 0; i < world->island_count; i++) {
-        const perp__island *island = &world->islands[i];
-        const int32_t numbered = island->bodies + island->contacts + island->joints;
-
-        perp__raise_room(&work->max_contacts,
-                         island->contacts + PERP__JOINT_UNITS * island->joints);
-        perp__raise_room(&work->max_bodies,
-                         numbered < world->body_slots ? numbered : world->body_slots);
-    }
+    perp__raise_room(&work->max_contacts, contacts);
+    perp__raise_room(&work->max_bodies, bodies < world->body_slots ? bodies : world->body_slots);
     sizes[0] = (size_t)work->max_contacts;
     sizes[1] = (size_t)work->max_bodies;
     return perp__arena_fit_sizes(&world->island_arena, world->context, lay_out, world, work->fitted,
                                  sizes, 2);
+}
+
+/* Room for the largest island, with the carriers that its contacts and joints can have. */
+perp_status perp__fit_island_work(perp_world *world)
+{
+    int32_t contacts = 0, bodies = 0;
+    perp_status status;
+
+    for (int32_t i = 0; i < world->island_count; i++) {
+        const perp__island *island = &world->islands[i];
+
+        perp__raise_room(&contacts, island->contacts + PERP__JOINT_UNITS * island->joints);
+        perp__raise_room(&bodies, island->bodies + island->contacts + island->joints);
+    }
+    status = perp__fit_work(world, contacts, bodies);
+    PERP__THEN(status, perp__fit_batch(world));
+    return status;
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */

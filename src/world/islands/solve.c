@@ -18,6 +18,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "world/islands/batch.h"
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 #include "world/islands/standing.h"
@@ -68,11 +69,28 @@ static void leave_alone(perp_world *world, const perp__island *island)
     }
 }
 
-/* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
- * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept. */
-static perp_status solve_island(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict)
+/* What sweeps came to, or the exact solution where that is no answer, or nearly rest. */
+static perp_status keep_sweep(perp_world *world, const perp__island *island, double h,
+                              const perp__verdict *before, perp__verdict *verdict)
 {
+    verdict->sketched =
+        !verdict->stands &&
+        (perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
+                                    (!perp__is_good(verdict->outcome) || verdict->settles)));
+    if (world->sketches || !verdict->sketched)
+        return PERP_OK;
+    *verdict = *before;
+    perp__begin_joints(world, island, h, 0);
+    return perp__follow_island(world, island, h, verdict);
+}
+
+/* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
+ * solved exactly, or where sweeps come to no answer, or nearly to rest; the others are swept, where
+ * that is what they wait for with others. */
+static perp_status solve_island(perp_world *world, int32_t number, double h, perp__verdict *verdict,
+                                int32_t *waits)
+{
+    const perp__island *island = &world->islands[number];
     const perp__verdict before = {.asked = verdict->asked,
                                   .in_vain = verdict->in_vain,
                                   .jointed = island->joints > 0,
@@ -99,15 +117,15 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
         }
     }
     if (!exact && !swept) {
+        *waits = perp__joins_batch(world, island);
+        if (*waits) {
+            status = perp__wait_for_sweep(world, number, h, &before, verdict);
+            *waits = status == PERP_OK && !verdict->stands;
+            return status;
+        }
         perp__begin_joints(world, island, h, 0);
         status = perp__sweep_island(world, island, h, verdict);
-        verdict->sketched =
-            !verdict->stands &&
-            (perp__is_sketch(world) || (perp__is_worth_both(world, island) &&
-                                        (!perp__is_good(verdict->outcome) || verdict->settles)));
-        if (status != PERP_OK || world->sketches || !verdict->sketched)
-            return status;
-        *verdict = before;
+        return status == PERP_OK ? keep_sweep(world, island, h, &before, verdict) : status;
     }
     perp__begin_joints(world, island, h, known);
     return perp__follow_island(world, island, h, verdict);
@@ -146,13 +164,54 @@ static int32_t turns_far(const perp_world *world, const perp__island *island, do
     return far;
 }
 
-perp_status perp__solve_one(perp_world *world, const perp__island *island, double h)
+/* What is known of an island now, for its bodies. */
+static void note(perp_world *world, const perp__island *island, double h, perp__verdict *verdict)
 {
+    const int32_t no_projection = verdict->swept && !perp__has_put(world, island);
+
+    if (verdict->stands && verdict->rides && verdict->impacts == 0)
+        perp__ride(world, island, h);
+    verdict->rough |= island->joints == 0 && turns_far(world, island, h);
+    verdict->endless = 0;
+    for (int32_t k = 0; k < island->contacts; k++) {
+        const int32_t number = world->contact_order[island->first_contact + k];
+
+        world->contacts.ties[number].fresh = 0;
+        if (!verdict->stands)
+            memset(world->contacts.responses[number].base, 0, 3 * sizeof(double));
+        if (!verdict->stands || !world->contacts.ties[number].repeats) /* else it was looked at */
+            verdict->endless += !perp__is_finite_contact(&world->contacts, number);
+    }
+    for (int32_t k = 0; k < island->bodies; k++) {
+        perp__island_motion(world, island, k)->verdict = *verdict;
+        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)no_projection;
+    }
+}
+
+perp_status perp__conclude_one(perp_world *world, int32_t number, double h,
+                               const perp__verdict *before, perp__verdict *verdict,
+                               perp_status status, int32_t *last)
+{
+    const perp__island *island = &world->islands[number];
+
+    if (status == PERP_OK && before)
+        status = keep_sweep(world, island, h, before, verdict);
+    note(world, island, h, verdict);
+    if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+        *last = number;
+    return status;
+}
+
+perp_status perp__solve_one(perp_world *world, int32_t number, double h, int32_t *last)
+{
+    perp__island *island = &world->islands[number];
     perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
     int32_t fresh = island->joints > 0 && !verdict.jointed; /* came since it was solved */
-    int32_t no_projection;
+    const int64_t spent = world->budget.spent;
+    int32_t waits = 0;
     perp_status status;
 
+    island->spent = 0;
     for (int32_t i = 0; i < island->contacts; i++)
         fresh += perp__step_tie(world, island, i)->fresh;
     world->budget.contacts -= island->contacts + island->joints;
@@ -160,52 +219,44 @@ perp_status perp__solve_one(perp_world *world, const perp__island *island, doubl
         return PERP_OK;
     verdict.sketched &= fresh == 0;
     for (int32_t k = 0; k < island->bodies; k++) {
-        const perp__verdict *last = &perp__island_motion(world, island, k)->verdict;
+        const perp__verdict *known = &perp__island_motion(world, island, k)->verdict;
 
-        verdict.in_vain |= last->in_vain;
-        verdict.coarse |= last->coarse;
-        perp__raise_to(&verdict.turn, last->turn);
+        verdict.in_vain |= known->in_vain;
+        verdict.coarse |= known->coarse;
+        perp__raise_to(&verdict.turn, known->turn);
     }
-    status = solve_island(world, island, h, &verdict);
-    if (verdict.stands && verdict.rides && verdict.impacts == 0)
-        perp__ride(world, island, h);
-    verdict.rough |= island->joints == 0 && turns_far(world, island, h);
-    verdict.endless = 0;
-    for (int32_t k = 0; k < island->contacts; k++) {
-        const int32_t number = world->contact_order[island->first_contact + k];
-
-        world->contacts.ties[number].fresh = 0;
-        if (!verdict.stands)
-            memset(world->contacts.responses[number].base, 0, 3 * sizeof(double));
-        if (!verdict.stands || !world->contacts.ties[number].repeats) /* else it was looked at */
-            verdict.endless += !perp__is_finite_contact(&world->contacts, number);
-    }
-    no_projection = verdict.swept && !perp__has_put(world, island);
-    for (int32_t k = 0; k < island->bodies; k++) {
-        perp__island_motion(world, island, k)->verdict = verdict;
-        world->roles[world->body_order[island->first_body + k]].swept = (int8_t)no_projection;
-    }
+    status = solve_island(world, number, h, &verdict, &waits);
+    if (!waits)
+        status = perp__conclude_one(world, number, h, NULL, &verdict, status, last);
+    island->spent = world->budget.spent - spent;
+    if (world->batch && world->batch->count == PERP__BATCH_ISLANDS)
+        status = perp__sweep_batch(world, h, last);
     return status;
+}
+
+perp_status perp__end_solving(perp_world *world, double h, perp_status status, int32_t *last)
+{
+    int32_t ended = -1;
+    const perp_status own = perp__sweep_batch(world, h, &ended);
+
+    if (ended < 0 || (*last >= 0 && *last < ended))
+        return status;
+    *last = ended;
+    return own;
 }
 
 /* All of them, on the caller's thread. */
 static perp_status solve_in_turn(perp_world *world, double h, int32_t *last)
 {
     perp_status status = PERP_OK;
-    int32_t ended = 0;
 
     *last = -1;
     world->budget.contacts = 0;
     for (int32_t i = 0; i < world->island_count; i++)
         world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
-    for (int32_t i = 0; i < world->island_count && !ended; i++) {
-        status = perp__solve_one(world, &world->islands[i], h);
-        ended =
-            status != PERP_OK ||
-            perp__island_motion(world, &world->islands[i], 0)->verdict.outcome == PERP_OUTCOME_RAY;
-        *last = ended ? i : -1;
-    }
-    return status;
+    for (int32_t i = 0; i < world->island_count && *last < 0; i++)
+        status = perp__solve_one(world, i, h, last);
+    return perp__end_solving(world, h, status, last);
 }
 
 /* The last word on each island. */

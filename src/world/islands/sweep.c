@@ -1,5 +1,6 @@
 /* What an island's velocities may cost: the level of accuracy, and the budget that it gives to
  * islands that are large. */
+#include "world/islands/batch.h"
 #include "world/islands/contact_rows.h"
 
 #include <math.h>
@@ -71,14 +72,26 @@ static int32_t is_few(const perp_world *world, const perp__island *island, int32
     return island->contacts + 2 * island->joints <= most * (world->settings.planar ? 4 : 1);
 }
 
+/* Whether sweeps serve for a few bodies as well: where they are cheaper beside others (batch.h),
+ * and no impact has an instant to be found. */
+static int32_t sweeps_few(const perp_world *world, const perp__island *island)
+{
+    int32_t suits = perp__level_of(world)->sweeps_few && island->bodies > 1 && island->joints == 0;
+
+    for (int32_t i = 0; i < island->contacts && suits; i++)
+        suits = perp__step_contact(world, island, i)->restitution == 0.0;
+    return suits;
+}
+
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
 
     return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
             !perp__is_time_over(world)) ||
-           (settings->cone != 0 && !settings->planar) || island->bodies <= FEW_BODIES ||
-           island->contacts == 0 || is_few(world, island, FEW) ||
+           (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
+           ((island->bodies <= FEW_BODIES || is_few(world, island, FEW)) &&
+            !sweeps_few(world, island)) ||
            (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
 }
 
@@ -288,17 +301,15 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
     return scaled;
 }
 
-/* Rows where the trial motion takes the joints, and passes over all of them; work.moving then. */
-static perp_status sweep_rows(perp_world *world, const perp__island *island, double h,
-                              perp__rigid_problem *problem, perp__rigid_answer *answer,
-                              perp__passes *step)
+void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
+                      perp__sweeping *sweeping)
 {
     perp__island_work *work = &world->work;
+    perp__passes *step = &sweeping->step;
     const int32_t substeps = world->settings.substeps;
-    double *shift = work->solved;
-    perp_status status;
 
-    /* 1. The budget, and what contacts may close. */
+    /* 1. The rows, the budget, and what contacts may close. */
+    pose_rows(world, island, h);
     memset(step, 0, sizeof *step);
     step->h = h;
     step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
@@ -317,24 +328,26 @@ static perp_status sweep_rows(perp_world *world, const perp__island *island, dou
         work->rows[i].bias[0] = 0.0;
     }
     perp__turn_contacts(world);
-    /* 2. The passes. */
+    /* 2. The problem. */
     for (int32_t i = island->contacts; i < work->units; i++)
         work->gap[i] = work->guard[i] = 0.0;
-    perp__pose_island(world, island, problem);
-    problem->tol = perp__swept_tol(world);
-    status = perp__coloured_step(&world->coloured, answer, shift, problem, step);
-    if (status != PERP_OK)
-        return status;
-    perp__spend(world, answer->iterations);
-    /* 3. Where they lead to. */
+    perp__pose_island(world, island, &sweeping->problem);
+    sweeping->problem.tol = perp__swept_tol(world);
+}
+
+void perp__take_sweep(perp_world *world, const perp__island *island, const perp__sweeping *sweeping)
+{
+    perp__island_work *work = &world->work;
+    double *shift = work->solved;
+
+    perp__spend(world, sweeping->answer.iterations);
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         shift[i] -= work->v[i];
-    perp__move_bodies(world, island, problem->tol);
+    perp__move_bodies(world, island, sweeping->problem.tol);
     for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->moving[i] += shift[i];
     for (int32_t i = 0; i < island->contacts; i++)
         perp__copy3(perp__step_response(world, island, i)->warm, work->impulse + 3 * i);
-    return PERP_OK;
 }
 
 /* Whether rows that turn on the way did work beyond what impulses known to tol may, and rows known
@@ -383,46 +396,102 @@ static void finish(perp_world *world, const perp__island *island, double h, perp
     verdict->swept = 1;
 }
 
-perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
-                               perp__verdict *verdict)
+perp_status perp__begin_sweep(perp_world *world, const perp__island *island, double h,
+                              perp__verdict *verdict, perp__sweeping *sweeping)
 {
     perp__island_work *work = &world->work;
-    perp__rounds rounds = {
-        .change = INFINITY, .most = 1, .coarse = verdict->coarse, .turn = verdict->turn};
-    perp__carrying carrying;
-    perp__rigid_problem problem;
-    perp__rigid_answer answer;
-    perp__passes step;
+    perp__carrying *carrying = &sweeping->carrying;
     perp_status status = PERP_OK;
-    int32_t carried, again = 1;
 
-    /* 1. the question whether it stands, of what begins so, or came so near in the last step */
     perp__gather_bodies(world, island);
     work->gone = 0.0;
     perp__find_limits(world, island, h);
-    perp__receive(world, &answer);
-    carried = perp__begins_standing(world, island, &carrying) ||
-              (perp__find_carrying(world, island, &carrying) && is_slow(world, island, &carrying));
-    if (carried && !has_deep(world, island)) {
-        for (int32_t i = 0; i < island->bodies; i++)
-            perp__carried_twist(world, &carrying, work->members[i], h,
-                                perp__island_motion(world, island, i)->trial);
+    perp__receive(world, &sweeping->answer);
+    sweeping->carried =
+        perp__begins_standing(world, island, carrying) ||
+        (perp__find_carrying(world, island, carrying) && is_slow(world, island, carrying));
+    if (!sweeping->carried || has_deep(world, island))
+        return PERP_OK;
+    for (int32_t i = 0; i < island->bodies; i++)
+        perp__carried_twist(world, carrying, work->members[i], h,
+                            perp__island_motion(world, island, i)->trial);
+    pose_rows(world, island, h);
+    close_gaps(world, island, h);
+    status = perp__stand(world, island, carrying, verdict);
+    if (!verdict->stands && island->joints > 0)
+        perp__begin_joints(world, island, h, 0);
+    return status;
+}
+
+/* Impacts, energy, and what came so near to rest. */
+static perp_status follow_sweep(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict, perp__sweeping *sweeping)
+{
+    const perp__rigid_problem *problem = &sweeping->problem;
+    perp__rigid_answer *answer = &sweeping->answer;
+    perp_status status = PERP_OK;
+
+    verdict->settles = sweeping->carried;
+    if (has_impacts(world, island)) {
+        verdict->impacts = 1;
+        status = bounce(world, island, answer, problem, &sweeping->step);
+    }
+    if (status == PERP_OK && island->joints == 0 && world->work.carriers == 0 &&
+        take_energy(world, island, h))
+        status = measure_again(world, island, h, answer, problem);
+    verdict->residual = answer->tested;
+    verdict->outcome = answer->tested <= problem->tol ? PERP_OUTCOME_SOLVED
+                       : perp__is_time_over(world)    ? PERP_OUTCOME_TIME_LIMIT
+                                                      : PERP_OUTCOME_ITERATION_LIMIT;
+    return status;
+}
+
+perp_status perp__end_sweep(perp_world *world, const perp__island *island, double h,
+                            perp__verdict *verdict, perp__sweeping *sweeping)
+{
+    const int32_t stood = verdict->stands;
+    perp_status status = stood ? PERP_OK : follow_sweep(world, island, h, verdict, sweeping);
+
+    if (status == PERP_OK && !stood && sweeping->carried && goes_nowhere(world, island, h)) {
+        if (island->joints == 0) /* overlap that no energy is left for stays */
+            status = perp__lie_still(world, island, 0, verdict);
+        verdict->swept = 1; /* and no projection lifts it either */
+        if (status != PERP_OK || verdict->stands)
+            return status;
+        if (island->joints == 0) /* what moves as it is told has its numbers among others */
+            perp__gather_bodies(world, island);
         pose_rows(world, island, h);
         close_gaps(world, island, h);
-        status = perp__stand(world, island, &carrying, verdict);
-        if (!verdict->stands && island->joints > 0)
-            perp__begin_joints(world, island, h, 0);
+        status = perp__stand(world, island, &sweeping->carrying, verdict);
     }
+    if (status == PERP_OK)
+        finish(world, island, h, verdict);
+    return status;
+}
+
+perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict)
+{
+    perp__rounds rounds = {
+        .change = INFINITY, .most = 1, .coarse = verdict->coarse, .turn = verdict->turn};
+    perp__sweeping sweeping;
+    int32_t again = 1;
+    /* 1. the question whether it stands, of what begins so, or came so near in the last step */
+    perp_status status = perp__begin_sweep(world, island, h, verdict, &sweeping);
+
     /* 2. sweeps, with joints where the motion takes them, while that changes it; what turned too
      * far for that in this step has them where they are at once */
     if (rounds.coarse)
         perp__stop_trial(world, island);
     while (status == PERP_OK && !verdict->stands && again) {
-        pose_rows(world, island, h);
-        status = sweep_rows(world, island, h, &problem, &answer, &step);
-        again =
-            status == PERP_OK && island->joints > 0 && perp__goes_round(world, island, h, &rounds);
-        if (status == PERP_OK && !again && island->joints > 0 && !rounds.coarse &&
+        perp__pose_sweep(world, island, h, &sweeping);
+        status = perp__coloured_step(&world->coloured, &sweeping.answer, world->work.solved,
+                                     &sweeping.problem, &sweeping.step);
+        if (status != PERP_OK)
+            return status;
+        perp__take_sweep(world, island, &sweeping);
+        again = island->joints > 0 && perp__goes_round(world, island, h, &rounds);
+        if (!again && island->joints > 0 && !rounds.coarse &&
             gives_energy(world, island, rounds.turn)) {
             perp__stop_trial(world, island);
             again = rounds.coarse = 1;
@@ -432,35 +501,8 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             verdict->turn = rounds.turn;
         }
     }
-    if (status != PERP_OK)
-        return status;
     /* 3. impacts, energy, and what they leave */
-    if (!verdict->stands) {
-        verdict->settles = carried;
+    if (status == PERP_OK && !verdict->stands)
         verdict->rough |= island->joints > 0 && perp__is_rough(&rounds);
-        if (has_impacts(world, island)) {
-            verdict->impacts = 1;
-            status = bounce(world, island, &answer, &problem, &step);
-        }
-        if (status == PERP_OK && island->joints == 0 && work->carriers == 0 &&
-            take_energy(world, island, h))
-            status = measure_again(world, island, h, &answer, &problem);
-        verdict->residual = answer.tested;
-        verdict->outcome = answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED
-                           : perp__is_time_over(world)  ? PERP_OUTCOME_TIME_LIMIT
-                                                        : PERP_OUTCOME_ITERATION_LIMIT;
-        if (status == PERP_OK && carried && goes_nowhere(world, island, h)) {
-            if (island->joints == 0) /* overlap that no energy is left for stays */
-                status = perp__lie_still(world, island, 0, verdict);
-            verdict->swept = 1; /* and no projection lifts it either */
-            if (status != PERP_OK || verdict->stands)
-                return status;
-            pose_rows(world, island, h);
-            close_gaps(world, island, h);
-            status = perp__stand(world, island, &carrying, verdict);
-        }
-    }
-    if (status == PERP_OK)
-        finish(world, island, h, verdict);
-    return status;
+    return status == PERP_OK ? perp__end_sweep(world, island, h, verdict, &sweeping) : status;
 }
