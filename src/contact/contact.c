@@ -12,7 +12,7 @@
 /* A tested residual from which the active set may be the solution's. */
 #define POLISHED 1e-2
 
-/* More rows than this are not polished where another method takes over anyway. */
+/* More rows than this are hardly ever polished. */
 enum { POLISHED_ROWS = 60 };
 
 /* Of small problems: the residual and the sweeps after which modes may be the solution's. */
@@ -22,9 +22,6 @@ enum { ROUGH_START = 30 };
 /* How often sweeps are sent for more, and the least that they are sent for. */
 enum { SHARPER = 3 };
 #define LEAST_TOL 1e-15
-
-/* The share of what the next method costs that sweeps may take even where they seem slow. */
-#define PATIENCE 0.25
 
 /* Where a step of the plan starts from. */
 enum origin { FROM_BEST, FROM_LAST };
@@ -122,21 +119,13 @@ static perp_status check_abort(perp_contact_solver *solver)
                : PERP_OK;
 }
 
-/* What proximal, which is next, costs is known from the fill of its factors: a fourth of that is no
- * loss beside it, and sweeps are often slow until the modes are right. */
-static perp_status find_patience(void *user, int64_t *patience)
+/* The polish is dense: of many rows of bodies it is for those that all but their own residual is
+ * enough of, whose contacts hide beside heavier ones. */
+static int32_t is_worth_polish(const perp_contact_solver *solver, const perp__contact_worth *worth)
 {
-    perp_contact_solver *solver = user;
-    perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_PROXIMAL);
-    double sweeps = 0.0;
-    perp_status status = PERP_OK;
-
-    if (slot->method->check(&solver->problem) == PERP_OK) {
-        status = fit(solver, slot);
-        PERP__THEN(status, perp__proximal_worth(slot->space.work, &sweeps));
-    }
-    *patience = (int64_t)(PATIENCE * sweeps);
-    return status;
+    return solver->size <= POLISHED_ROWS ||
+           (!solver->problem.leads &&
+            (!solver->has_bodies || (worth->tested <= solver->enough && !is_enough(solver))));
 }
 
 /* One run of a method, from start to candidate. */
@@ -168,7 +157,7 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     status = perp__contact_consider(solver, slot->method->id,
                                     iterate.has_modes ? iterate.modes : NULL, worth);
     if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED &&
-        !(solver->problem.leads && solver->rows > POLISHED_ROWS))
+        is_worth_polish(solver, worth))
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
 }
@@ -228,7 +217,7 @@ static perp_status check_method(perp_contact_solver *solver, perp__contact_slot 
 static perp_status run(perp_contact_solver *solver, const plan_step *step)
 {
     perp__contact_slot *slot = slot_of(solver, step->method);
-    const double tol = solver->settings.tol;
+    const double tol = solver->settings.tol, enough = fmax(tol, solver->enough);
     const int32_t is_chosen = solver->settings.method == step->method;
     const int32_t rounds = step->method == PERP_CONTACT_METHOD_LEMKE ? 0 : SHARPER;
     const int32_t attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
@@ -251,13 +240,15 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
             break;
         status = run_once(solver, slot, step->origin, step->attempt + attempt, &worth);
         for (int32_t round = 0; round < rounds && status == PERP_OK; round++) {
-            if (ends_the_search(solver) || !(worth.tested <= tol) || !(worth.own < 1.0) ||
-                is_spent(solver, slot))
+            if (ends_the_search(solver) || is_enough(solver) || !(worth.tested <= enough) ||
+                !(worth.own < 1.0) || is_spent(solver, slot))
                 break;
-            solver->problem.tol = fmax(LEAST_TOL, 0.5 * worth.tested * tol / worth.own);
+            solver->problem.tol = fmax(LEAST_TOL, 0.5 * worth.tested * enough / worth.own);
+            solver->problem.enough = 0.0;
             status = run_once(solver, slot, FROM_BEST, 0, &worth);
         }
         solver->problem.tol = tol;
+        solver->problem.enough = solver->enough;
         if (ends_the_search(solver) || is_enough(solver))
             break;
     }
@@ -536,9 +527,9 @@ perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_
     solver->call = call;
     solver->control.deadline = solver->deadline = deadline;
     solver->control.tick = perp__contact_tick;
-    solver->control.patience = find_patience;
     solver->control.tick_user = solver;
     solver->problem.tol = solver->settings.tol;
+    solver->problem.enough = solver->enough;
     solver->problem.iteration_limit = solver->settings.max_iterations;
     solver->problem.cone = solver->settings.cone;
     status = search(solver);

@@ -23,9 +23,6 @@ struct perp__bodies; /* contact/bodies/bodies.h */
 typedef struct perp__contact_control {
     double deadline; /* on perp__now()'s clock; 0: none */
     int32_t (*tick)(void *tick_user, int64_t iterations, double residual); /* nonzero: stop */
-    /* of what leads: iterations below which it goes on even where its rate says that the limit
-       will not do, as the next method costs a multiple of them */
-    perp_status (*patience)(void *tick_user, int64_t *patience);
     void *tick_user;
 } perp__contact_control;
 
@@ -70,6 +67,7 @@ typedef struct perp__contact_problem {
     int32_t half_rows;                 /* half_stride; NULL: not known */
     size_t half_stride;
     double tol;
+    double enough; /* a residual from which on only what a few more steps give is worth them */
     int64_t iteration_limit; /* <= 0: the method's own */
     int32_t leads;           /* another method takes over where that limit will not do: the sooner
                                 that shows the better */
@@ -118,9 +116,5 @@ extern const perp__contact_method perp__contact_sweep;
 extern const perp__contact_method perp__contact_lemke;
 extern const perp__contact_method perp__contact_admm;
 extern const perp__contact_method perp__contact_proximal;
-
-/* Sweeps over all contacts that cost as much as a solve by proximal from no impulses is likely to,
- * by the fill of its factors; `work` is its workspace. PERP_OK or _MEMORY. */
-perp_status perp__proximal_worth(void *work, double *sweeps);
 
 #endif

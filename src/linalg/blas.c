@@ -83,7 +83,7 @@ void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivo
     int info = 0;
 
     if (n <= SMALL_LU)
-        perp__loops_lu_solve(n, A, lda, pivots, x, transposed);
+        perp__loops_lu_solve(n, 1, A, lda, pivots, x, n, transposed);
     else
         dgetrs_(transposed ? "T" : "N", &n, &one, A, &lda, pivots, x, &n, &info, 1);
 }
@@ -93,10 +93,10 @@ void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t
 {
     int info = 0;
 
-    if (n > SMALL_LU)
+    if (n <= SMALL_LU)
+        perp__loops_lu_solve(n, columns, A, lda, pivots, B, ldb, transposed);
+    else
         dgetrs_(transposed ? "T" : "N", &n, &columns, A, &lda, pivots, B, &ldb, &info, 1);
-    for (int32_t j = 0; n <= SMALL_LU && j < columns; j++)
-        perp__loops_lu_solve(n, A, lda, pivots, B + (size_t)j * (size_t)ldb, transposed);
 }
 
 int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)

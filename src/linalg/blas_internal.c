@@ -83,14 +83,13 @@ int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots)
 void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
                     int32_t transposed)
 {
-    perp__loops_lu_solve(n, A, lda, pivots, x, transposed);
+    perp__loops_lu_solve(n, 1, A, lda, pivots, x, n, transposed);
 }
 
 void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
                             const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
 {
-    for (int32_t j = 0; j < columns; j++)
-        perp__loops_lu_solve(n, A, lda, pivots, B + at(0, j, ldb), transposed);
+    perp__loops_lu_solve(n, columns, A, lda, pivots, B, ldb, transposed);
 }
 
 /* Left-looking: bring a panel up to date, factor its square, divide the rows below by that. The

@@ -76,6 +76,11 @@ static void check_piles(int32_t method, double tol)
             assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
             assert_true(result.method == method || result.method == PERP_CONTACT_METHOD_POLISH);
             assert_true(violation(&p, r, u) <= 100.0 * tol);
+            /* beyond tol each step halves the residual or is the last, of a part: those to 1e-15
+             * are 20, and few lead to tol but where balls slip. Columns and towers went on for a
+             * hundred that gave nothing */
+            if (method == PERP_CONTACT_METHOD_PROXIMAL && class != PILES_BALLS)
+                assert_true(result.iterations <= 60);
             free(v);
             free(r);
             free(u);

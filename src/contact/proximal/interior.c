@@ -23,10 +23,9 @@
 /* Bilateral rows: x -= this times u. */
 #define STIFF 1e8
 
-/* Steps that go less than this far, and so many of them in a row: the path has come to a fold, as
- * that of a law that is no gradient may. */
-#define SHORT 0.1
-enum { MOST_STEPS = 60, FOLD = 3 };
+/* The path has come to a fold, as that of a law that is no gradient may, where so many steps do not
+ * halve the mean. */
+enum { MOST_STEPS = 60, FOLD = 6 };
 
 enum kind { CONE, INTERVAL, FREE };
 
@@ -206,7 +205,7 @@ static double longest_step(const perp__proximal *s, const perp__proximal_part *p
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
-    int32_t slow = 0;
+    double passed[FOLD];
 
     /* Cones at their middle; of an interval z and u are what is left to its ends and their duals.
      */
@@ -225,10 +224,13 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
             cone->u[1] = 1.0;
         }
     }
-    for (int32_t k = 0; k < MOST_STEPS && slow < FOLD; k++) {
+    for (int32_t k = 0; k < MOST_STEPS; k++) {
         const double mean = find_mean(s, part);
         double step;
 
+        if (k >= FOLD && mean > 0.5 * passed[k % FOLD])
+            break;
+        passed[k % FOLD] = mean;
         /* 1. What the point is worth; u of it, as it is. */
         memcpy(s->start + part->row, s->x + part->row, rows * sizeof *s->x);
         s->residual = perp__proximal_judge(s, part, s->start, s->speed);
@@ -260,7 +262,6 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
                 s->cones[c].z[i] += step * s->cones[c].dz[i];
                 s->cones[c].u[i] += step * s->cones[c].du[i];
             }
-        slow = step < SHORT ? slow + 1 : 0;
     }
-    memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
+    perp__proximal_project(s, part, s->x);
 }

@@ -19,7 +19,7 @@
 #define SLOW 0.7
 #define WORSE 3.0
 
-enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, PATIENCE = 200 };
+enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6 };
 
 /* |F(v)|; F in s->rhs, z and the next centre in s->y. */
 static double evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
@@ -106,17 +106,20 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 }
 
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most, int32_t tries)
+                               int32_t most, int32_t patience)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
-    int32_t stale = 0;
+    double ceiling = MOST_RHO; /* of rho: half of what steps failed at last, and bold times as */
+    double bold = 1.0, halved; /* much, more each time, as they do not */
+    int64_t since = s->factorisations;
 
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
-    while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) && stale < PATIENCE) {
-        const double best = s->best_residual;
+    halved = s->best_residual;
+    while (s->factorisations < last && perp__proximal_goes_on(s, s->aim) &&
+           s->factorisations - since < patience) {
         int32_t steps;
-        double found, asked;
+        double found;
 
         s->outcome = perp__proximal_asks_to_stop(s);
         if (s->outcome >= 0)
@@ -124,24 +127,29 @@ void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *par
         steps = solve_centre(s, part, rho);
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
         found = perp__proximal_judge(s, part, s->start, s->spare);
-        asked = s->best_residual <= s->tol ? 0.5 : ldexp(1.0, steps > 0 ? -steps : steps);
-        /* a centre that takes one step has the right active set: the next, stiffer one tells */
-        if ((tries || s->best_residual <= s->tol) && steps != 1 && !(found < asked * s->residual))
+        if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
             break;
-        stale = s->best_residual < 0.9 * best ? 0 : stale + 1;
+        if (s->best_residual < 0.5 * halved) {
+            halved = s->best_residual;
+            since = s->factorisations;
+        }
         if (steps > 0 || found < 0.5 * s->residual) {
             memcpy(s->x + part->row, s->start + part->row, rows * sizeof *s->x);
             memcpy(s->speed + part->row, s->spare + part->row, rows * sizeof *s->x);
             s->residual = found;
             steps = steps < 0 ? -steps : steps;
+            if (rho >= ceiling)
+                ceiling = fmin(MOST_RHO, (bold *= 2.0) * ceiling);
             rho *= steps <= 1    ? 32.0
                    : steps <= 3  ? 4.0
                    : steps <= 6  ? 2.0
                    : steps <= 10 ? 1.5
                                  : 1.0;
-            rho = fmin(MOST_RHO, rho);
+            rho = fmin(ceiling, rho);
             continue;
         }
+        ceiling = 0.5 * rho;
+        bold = 1.0;
         rho = fmax(1.0, rho / 4.0);
     }
 }

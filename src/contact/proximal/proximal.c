@@ -33,13 +33,13 @@
 
 enum {
     SWEEPS = 30,
-    FEW_FACTORS = 8, /* of a solve that goes well */
     LONG_SWEEPS = 120,
     MOST_SWEEPS = 1200, /* of admm */
     STEPS = 100,
     MORE_STEPS = 1000, /* of the second attempt; */
     MANY = 2000,       /* of a part with more rows than this, */
     FEW_STEPS = 300,   /* so many */
+    IN_VAIN = 15,      /* that do not halve the residual: half of what an interior point takes */
     LOOK = 10          /* sweeps after which the residual is looked at */
 };
 
@@ -106,22 +106,27 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
     perp__proximal_project(s, part, s->x);
 }
 
-/* From no impulses, which lead to the inside of the cones, sweeps to their edges. What is easy has
- * an answer from there before an interior point had; what is not begins again in one. */
-static void run_cold(perp__proximal *s, const perp__proximal_part *part)
+/* From a start as long as that leads on, or from no impulses, which lead to the inside of the
+ * cones, sweeps to their edges: what is easy has an answer from there before an interior point had.
+ * What is not begins again in one. */
+static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_t given)
 {
-    for (int32_t i = part->row; i < part->last_row; i++)
-        s->x[i] = 0.0;
-    perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
-    if (perp__proximal_goes_on(s, s->tol))
-        perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    if (perp__proximal_goes_on(s, s->aim))
-        perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
-                                  STEPS, !s->discs);
+    if (given)
+        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, IN_VAIN);
+    if (perp__proximal_goes_on(s, s->tol) && (!given || s->discs)) {
+        for (int32_t i = part->row; i < part->last_row; i++)
+            s->x[i] = 0.0;
+        perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+        if (perp__proximal_goes_on(s, s->tol))
+            perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
+        if (perp__proximal_goes_on(s, s->aim))
+            perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
+                                      STEPS, s->discs ? STEPS : IN_VAIN);
+    }
     if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
         perp__proximal_interior_run(s, part);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, 0);
+            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, STEPS);
     }
 }
 
@@ -132,7 +137,8 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     /* the stiffness that does best differs from pile to pile */
     static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, SOFT_RHO};
     const perp__contact_problem *problem = s->common.problem;
-    const int32_t rows = part->last_row - part->row, newton = !s->splits;
+    const int32_t steps = part->last_row - part->row > MANY ? FEW_STEPS : MORE_STEPS;
+    const int32_t newton = !s->splits;
 
     /* 1. x from r. */
     s->best_residual = INFINITY;
@@ -150,12 +156,10 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
      * the first has come to, the first from a start, or begins without impulses. */
     for (int32_t k = 0; s->splits && perp__proximal_goes_on(s, s->tol); k++)
         perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
-    if (newton && iterate->attempt > 0 && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, rows > MANY ? FEW_STEPS : MORE_STEPS, 0);
-    if (newton && iterate->attempt == 0 && iterate->given && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, 1);
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
-        run_cold(s, part);
+        run_first(s, part, iterate->given);
+    else if (newton && perp__proximal_goes_on(s, s->tol))
+        perp__proximal_newton_run(s, part, CENTRE_RHO, steps, steps);
 
     /* 3. r from the best x. */
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
@@ -181,7 +185,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
                : splits                     ? MOST_SWEEPS
                                             : INT64_MAX;
     s->factorisations = s->sweeps = 0;
-    s->tol = problem->tol;
+    s->tol = fmax(problem->tol, problem->enough);
     s->aim = s->tol < SHARP || problem->chosen ? fmin(s->tol, ROUNDING) : s->tol;
     s->outcome = -1;
     iterate->residual = 0.0;
@@ -196,22 +200,6 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
     else if (iterate->residual <= s->tol)
         iterate->outcome = PERP_OUTCOME_SOLVED;
     return status;
-}
-
-perp_status perp__proximal_worth(void *work, double *sweeps)
-{
-    perp__proximal *s = work;
-    const perp_status status = perp__proximal_read(s);
-    double values = 1.0;
-
-    if (status != PERP_OK)
-        return status;
-    for (int32_t k = 0; k < s->constraints; k++)
-        values += (double)(s->piece_starts[k + 1] - s->piece_starts[k]) *
-                  (s->starts[k + 1] - s->starts[k]) * s->width;
-    *sweeps = (2.0 * SWEEPS + FEW_FACTORS * perp__fronts_cost(&s->fronts)) *
-              perp__fronts_solve_cost(&s->fronts) / values;
-    return PERP_OK;
 }
 
 static perp_status solve_proximal(void *work, perp__contact_iterate *iterate)

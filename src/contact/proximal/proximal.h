@@ -134,13 +134,14 @@ int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
 void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
                               int32_t sweeps);
 
-/* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
- * point, with s->best_residual. */
+/* An interior point method, from no impulses, for parts without discs: interior.c. s->x is where
+ * that ended: nearer to the solution's active set than a point of a smaller residual elsewhere. */
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
 
-/* The proximal Newton method from s->x: newton.c. As before. tries = 1: it ends where a centre, tol
- * not met, has not halved the residual in each of its steps. */
+/* The proximal Newton method from s->x: newton.c, as before. It ends after `most` factorisations,
+ * after `patience` of them in which the residual has not halved, and, tol met, where a centre has
+ * not halved it. */
 void perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part, double rho,
-                               int32_t most, int32_t tries);
+                               int32_t most, int32_t patience);
 
 #endif

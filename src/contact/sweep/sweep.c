@@ -25,8 +25,10 @@
 #define STAGNATION_SWEEPS 500
 #define STAGNATION_FACTOR 0.99
 
-/* The rate is looked at after so many sweeps, and whenever they have doubled. */
+/* The rate is looked at after so many sweeps, and whenever they have doubled; what is slow by then
+ * may still come to an end before so many, which are cheap beside what follows. */
 #define FIRST_LOOK 10
+#define PATIENCE 160
 
 /* The residual is looked at again after so many sweeps. */
 #define SWEEPS_BETWEEN_TESTS 5
@@ -42,7 +44,6 @@ static perp_status check(const perp__contact_problem *problem)
 static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
 {
     const perp__contact_problem *problem = work->common.problem;
-    const perp__contact_control *control = problem->control;
     const double before = work->looked[0];
     double sweeps;
 
@@ -55,14 +56,7 @@ static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
         return 0;
     sweeps =
         0.75 * (double)work->sweeps * log(problem->tol / work->least) / log(work->least / before);
-    if (sweeps >= 0.0 && sweeps <= (double)(limit - work->sweeps))
-        return 0;
-    if (work->patience < 0) {
-        work->patience = 0;
-        if (control && control->patience)
-            work->status = control->patience(control->tick_user, &work->patience);
-    }
-    return work->status != PERP_OK || work->sweeps >= work->patience;
+    return work->sweeps >= PATIENCE && !(sweeps >= 0.0 && sweeps <= (double)(limit - work->sweeps));
 }
 
 /* A sweep that hardly changes r: is r the solution? `share` of tol is what the change has to be
@@ -118,8 +112,6 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->looked[0] = work->looked[1] = INFINITY;
     work->next_look = FIRST_LOOK;
-    work->patience = -1;
-    work->status = PERP_OK;
     work->share = 1.0;
     work->sweeps = work->next_test = 0;
 }
@@ -196,7 +188,7 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
         }
     }
     finish(work, iterate, outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome);
-    return work->status;
+    return PERP_OK;
 }
 
 const perp__contact_method perp__contact_sweep = {.id = PERP_CONTACT_METHOD_SWEEP,

@@ -54,8 +54,7 @@ typedef struct perp__sweep_work {
     int64_t sweeps, next_test;  /* done; the one from when on the residual is computed again */
     double least, least_before; /* change; and at the end of the last window */
     double looked[2];           /* and when its rate was looked at, the last time and before */
-    int64_t patience, next_look;
-    perp_status status;
+    int64_t next_look;
     double remembered, residual; /* the change that led to `best`; the residual of r in the end */
     double share;                /* of tol: the change that makes the residual worth its cost */
     /* W by rows; columns NULL: dense */

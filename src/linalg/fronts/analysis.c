@@ -371,32 +371,6 @@ void perp__fronts_take(perp__fronts *f, const int32_t *nodes, int32_t count)
     list_entries(f);
 }
 
-double perp__fronts_solve_cost(const perp__fronts *f)
-{
-    double solve = 0.0;
-
-    for (int32_t k = 0; k < f->count; k++) {
-        const double own = f->width * (double)f->fronts[k].count;
-
-        solve += own * (own + 2.0 * f->width * (double)f->fronts[k].rest);
-    }
-    return solve;
-}
-
-double perp__fronts_cost(const perp__fronts *f)
-{
-    const double solve = perp__fronts_solve_cost(f);
-    double factor = 0.0;
-
-    for (int32_t k = 0; k < f->count; k++) {
-        const double own = f->width * (double)f->fronts[k].count;
-        const double rest = f->width * (double)f->fronts[k].rest;
-
-        factor += own * (own * own / 3.0 + own * rest + rest * rest);
-    }
-    return solve > 0.0 ? factor / solve : 0.0;
-}
-
 void perp__fronts_release(perp__fronts *f)
 {
     perp__arena_release(&f->graph_arena);

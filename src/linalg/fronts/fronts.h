@@ -74,10 +74,6 @@ int32_t perp__fronts_edge(const perp__fronts *fronts, int32_t row, int32_t colum
  * solve go over are 0 .. count-1. Asks for no memory. */
 void perp__fronts_take(perp__fronts *fronts, const int32_t *nodes, int32_t count);
 
-/* Multiplications of a solve, and those of a factorisation beside them. */
-double perp__fronts_solve_cost(const perp__fronts *fronts);
-double perp__fronts_cost(const perp__fronts *fronts);
-
 /* Factors, from `values`, what belongs to the nodes first .. end-1. Returns 0 where a pivot is 0 or
  * not finite, or the deadline over. */
 int32_t perp__fronts_factor(perp__fronts *fronts, int32_t first, int32_t end);

@@ -12,7 +12,7 @@ PERP__MULTIVERSION_SHARED(perp__loops_dot,
     *result = perp__lanes_dot(a, b, n);
 }
 
-enum { LANES = 8, FEW = 12 };
+enum { LANES = 8, FEW = 12, MOST = 48 };
 
 static const double *column(const double *A, int32_t lda, int32_t j)
 {
@@ -210,14 +210,41 @@ PERP__MULTIVERSION(solve,
     }
 }
 
-void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
-                          int32_t transposed)
+/* The same of some columns side by side: with the bits of each alone. */
+PERP__MULTIVERSION(solve_together,
+                   (int32_t n, int32_t columns, const double *A, int32_t lda, const int32_t *pivots,
+                    double *B, int32_t ldb),
+                   (n, columns, A, lda, pivots, B, ldb))
 {
-    if (!transposed) {
-        solve(n, A, lda, pivots, x);
-        return;
+    double x[MOST * MOST];
+
+    for (int32_t j = 0; j < columns; j++)
+        for (int32_t i = 0; i < n; i++)
+            x[i * columns + j] = column(B, ldb, j)[i];
+    for (int32_t k = 0; k < n; k++)
+        for (int32_t j = 0; j < columns && pivots[k] - 1 != k; j++)
+            swap_entries(x, k * columns + j, (pivots[k] - 1) * columns + j);
+    for (int32_t k = 0; k < n; k++)
+        for (int32_t i = k + 1; i < n; i++)
+            subtract_1_loops((size_t)columns, x + k * columns, column(A, lda, k)[i],
+                             x + i * columns);
+    for (int32_t k = n - 1; k >= 0; k--) {
+        for (int32_t j = 0; j < columns; j++)
+            x[k * columns + j] /= column(A, lda, k)[k];
+        for (int32_t i = 0; i < k; i++)
+            subtract_1_loops((size_t)columns, x + k * columns, column(A, lda, k)[i],
+                             x + i * columns);
     }
-    for (int32_t k = 0; k < n; k++) { /* x := P' L^-T U^-T x */
+    for (int32_t j = 0; j < columns; j++)
+        for (int32_t i = 0; i < n; i++)
+            B[(size_t)ldb * (size_t)j + (size_t)i] = x[i * columns + j];
+}
+
+/* P A = L U: x := P' L^-T U^-T x */
+static void solve_transposed(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
+                             double *x)
+{
+    for (int32_t k = 0; k < n; k++) {
         const double *a = column(A, lda, k);
 
         subtract_dots((size_t)k, 1, a, (size_t)lda, x, x + k);
@@ -230,6 +257,23 @@ void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t
     }
     for (int32_t k = n - 1; k >= 0; k--)
         swap_entries(x, k, pivots[k] - 1);
+}
+
+void perp__loops_lu_solve(int32_t n, int32_t columns, const double *A, int32_t lda,
+                          const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
+{
+    const int32_t together = transposed || n > MOST ? 1 : MOST;
+
+    for (int32_t j = 0; j < columns; j += together, B += (size_t)ldb * (size_t)together) {
+        const int32_t count = columns - j < together ? columns - j : together;
+
+        if (transposed)
+            solve_transposed(n, A, lda, pivots, B);
+        else if (count == 1)
+            solve(n, A, lda, pivots, B);
+        else
+            solve_together(n, count, A, lda, pivots, B, ldb);
+    }
 }
 
 /* ---- Cholesky's factorisation, column by column ---- */

@@ -22,9 +22,9 @@ int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32
 /* B := L^-1 B with the unit lower triangle L of A, n by n; B has `columns` columns. */
 void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
                                   double *B, int32_t ldb);
-/* x := A^-1 x, or A^-T x. */
-void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
-                          int32_t transposed);
+/* B := A^-1 B, or A^-T B; B has `columns` columns. */
+void perp__loops_lu_solve(int32_t n, int32_t columns, const double *A, int32_t lda,
+                          const int32_t *pivots, double *B, int32_t ldb, int32_t transposed);
 /* A = L L', B := A^-1 B and their parts as in blas.h. */
 int32_t perp__loops_cholesky_panel(int32_t rows, int32_t n, double *A, int32_t lda);
 void perp__loops_cholesky_half_solve(int32_t n, const double *L, int32_t lda, double *x,
