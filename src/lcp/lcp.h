@@ -5,6 +5,8 @@
 
 #include <perp/lcp.h>
 
+#include "linalg/matrix.h"
+
 /* Checks everything and fills `own`; NULL gives the defaults. `own` is untouched on failure. */
 perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *own,
                                     const perp_lcp_settings *settings);
@@ -14,6 +16,10 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
  * those of contacts, whose variables choose between two places. */
 void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists);
 perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *settings);
+/* signs[i] := -1 where the equation of a free z_i is to be turned round (solver.c), 1 elsewhere;
+ * returns how many are. */
+int32_t perp__lcp_orient(const perp__matrix *M, const double *lower, const double *upper,
+                         int8_t *signs);
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper);
 /* The verdict on a point whose derivatives are asked for; and whether it has some: else the message

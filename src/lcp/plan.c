@@ -28,15 +28,22 @@ static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
     return count + 1;
 }
 
-/* Sweeps before anything is factored: where the diagonal promises that few suffice; where the
- * tolerance is loose, because they may suffice; where time is short, because a direct solve may end
- * with nothing to show. */
+/* Whether the signs of a sparse M promise that active sets settle. */
+static int32_t may_settle(const perp__sparse_block *block)
+{
+    return block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs;
+}
+
+/* Sweeps before anything is factored: where the diagonal promises that few suffice, or, where
+ * active sets promise nothing, the first sweeps do; where the tolerance is loose, because they may
+ * suffice; where time is short, because a direct solve may end with nothing to show. */
 static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
     const int32_t is_sparse = solver->M.column_starts != NULL;
     const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
     const int32_t is_limited = solver->settings.time_limit > 0.0;
     const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
+    const int32_t is_open = may_promise && !is_limited && !may_settle(&solver->block);
     double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
@@ -46,9 +53,10 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
         share = fmax(share, solver->row_norms[i] / (perp__entry(&solver->M, i, i) *
                                                     solver->factors[i] * solver->factors[i]) -
                                 1.0);
-    if (may_promise && share < 1.0 &&
-        log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
-            PERP__ROUGH_SWEEPS_SPARSE) {
+    if (is_open || (may_promise && share < 1.0 &&
+                    log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
+                        PERP__ROUGH_SWEEPS_SPARSE)) {
+        steps[0].leads = is_open ? PERP__FIRST_LOOK : 0;
         steps[0].iteration_limit = PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }
@@ -80,7 +88,7 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
          * tableau would be large beside the sparse matrix. */
         const int32_t path = solver->n <= PERP__LARGEST_PATH;
 
-        if (block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs)
+        if (may_settle(block))
             count = add(steps, count, PERP_LCP_ACTIVE_SET);
         if (path && !block->has_positive_diagonal)
             count = add(steps, count, PERP_LCP_LEMKE);

@@ -191,19 +191,25 @@ static size_t turned_entries_of(const perp__matrix *M, const double *lower, cons
     return 0;
 }
 
-/* M is then that copy, in solver->turned. */
-static void turn_equations(perp_lcp_solver *solver, perp__matrix *M)
+int32_t perp__lcp_orient(const perp__matrix *M, const double *lower, const double *upper,
+                         int8_t *signs)
 {
     int32_t count = 0;
 
-    /* 1. Which ones. */
-    memset(solver->signs, 1, (size_t)M->rows);
+    memset(signs, 1, (size_t)M->rows);
     for (int32_t i = 0; i < M->rows; i++)
-        if (is_free(solver->lower, solver->upper, i) && is_turned(M, i, solver->signs)) {
-            solver->signs[i] = -1;
+        if (is_free(lower, upper, i) && is_turned(M, i, signs)) {
+            signs[i] = -1;
             count++;
         }
-    /* 2. M with their rows turned round. */
+    return count;
+}
+
+/* M is then that copy, in solver->turned. */
+static void turn_equations(perp_lcp_solver *solver, perp__matrix *M)
+{
+    const int32_t count = perp__lcp_orient(M, solver->lower, solver->upper, solver->signs);
+
     for (int32_t j = 0; j < M->columns && count > 0; j++) {
         const perp__line l = perp__line_of(M, j);
 

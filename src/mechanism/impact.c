@@ -188,9 +188,10 @@ perp_status perp__expand(perp_mechanism *m, const perp__velocity_problem *compre
  * closed. What comes back is no more than sum(e_j^2 L_j), less by one factor where the L_j are more
  * than the whole compression takes; s <= 1 is the most with which that is so. So no impact adds
  * energy. Where the x_j are not found (contacts that open and close by them) nothing comes back. */
-#define SETTLED 1e-9 /* of the largest impulse: factors that change by no more are found */
-#define POWER 0.35   /* of what a factor is off by, in a correction: more of it oscillates */
-enum { MOST_PASSES = 200 };
+#define SETTLED 1e-9    /* of the largest impulse: factors that change by no more are found */
+#define POWER 0.35      /* of what a factor is off by, in a correction, at most, */
+#define LEAST_POWER .01 /* and least: more of it oscillates where a contact hardly opens */
+enum { MOST_PASSES = 1000 };
 
 /* J_row x, where that is more than rounding of its terms. */
 static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t row,
@@ -257,7 +258,7 @@ static void collide_alone(perp_mechanism *m, const perp__velocity_problem *probl
 /* Corrects x_j c_j of the contacts that are hit together after the expansion in m->answer, and s
  * where they do not change any more and all of it gives too much; returns the largest change beside
  * the largest impulse. */
-static double correct(perp_mechanism *m, double *share)
+static double correct(perp_mechanism *m, double *share, double power)
 {
     const perp__motion *end = &m->answer, *middle = &m->compressed;
     double taken = 0.0, back = 0.0, losses = 0.0, due = 0.0, change = 0.0, largest = 0.0;
@@ -280,8 +281,8 @@ static double correct(perp_mechanism *m, double *share)
         if (loss == 0.0 || given == 0.0)
             m->pressure[j] = 0.0;
         else if (mean > 0.0)
-            m->pressure[j] *= pow(*share * e * e * loss / (mean * given), POWER);
-        change = fmax(change, fabs(m->pressure[j] - given));
+            m->pressure[j] *= pow(*share * e * e * loss / (mean * given), power);
+        change = fmax(change, fabs(m->pressure[j] - given) / power);
     }
     if (losses > taken) { /* some compressions gave what others took */
         *share = fmin(*share, fmax(taken, 0.0) / losses);
@@ -296,15 +297,18 @@ static double correct(perp_mechanism *m, double *share)
 /* The expansion of the contacts that are hit together, from m->answer, the compression. */
 static perp_status expand_together(perp_mechanism *m, const perp__velocity_problem *problem)
 {
-    double share = 1.0, change = 1.0;
+    double share = 1.0, change = 1.0, power = POWER;
     perp_status status = PERP_OK;
 
-    correct(m, &share);
+    correct(m, &share, power);
     for (int32_t pass = 0; pass < MOST_PASSES && change > SETTLED && status == PERP_OK &&
                            perp__is_good(m->answer.outcome);
          pass++) {
+        const double before = change;
+
         status = expand(m, problem);
-        change = correct(m, &share);
+        change = correct(m, &share, power);
+        power = change > before ? fmax(LEAST_POWER, 0.6 * power) : fmin(POWER, 1.03 * power);
     }
     if (change <= SETTLED || status != PERP_OK || !perp__is_good(m->answer.outcome))
         return status;

@@ -39,7 +39,7 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
         f->slope_z[i] = 0.0;
         f->slope_w[i] = 1.0;
         f->part[i] = -f->z[i];
-        l->q[i] = f->w[i] - rho * f->z[i];
+        l->q[i] = f->w[i] - f->signs[i] * rho * f->z[i];
     }
     perp__ncp_fill(f, rho);
     perp__ncp_add(m, f->part, l->q);

@@ -2,6 +2,7 @@
  * reports. No method grades itself. */
 #include "ncp/solver.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -202,8 +203,13 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     solver->iterations += f->iterations;
-    for (int32_t i = 0; i < m->n; i++)
-        solver->candidate[i] = perp__clamp(f->best[i] * m->z_unit[i], m->lower[i], m->upper[i]);
+    for (int32_t i = 0; i < m->n; i++) { /* what underflows beside the bounds' unit is on them */
+        const double z = perp__clamp(f->best[i] * m->z_unit[i], m->lower[i], m->upper[i]);
+
+        solver->candidate[i] = f->best[i] - m->low[i] < DBL_MIN    ? m->lower[i]
+                               : m->high[i] - f->best[i] < DBL_MIN ? m->upper[i]
+                                                                   : z;
+    }
     return consider(solver, method, f->outcome);
 }
 

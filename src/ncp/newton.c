@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "base/outcome.h"
+#include "lcp/lcp.h"
 #include "linalg/blas.h"
 
 #define FAR 0x1p24
@@ -19,6 +20,7 @@ void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
                   &f->best);
     f->H = perp__arena_take(arena, entries, sizeof(double));
     f->pivots = perp__arena_take(arena, m->sparse ? 0 : n, sizeof(int32_t));
+    f->signs = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
 /* The rows at z and w, as the function takes them. */
@@ -70,6 +72,7 @@ static double unit_of(double omega, double other)
 perp_status perp__ncp_update_jacobian(perp__newton_run *f)
 {
     perp__ncp_model *m = f->model;
+    const perp__matrix S = perp__ncp_view(m);
     const int32_t first = !f->scaled;
     perp_status status = perp__ncp_linearise(m, f->z, f->w);
 
@@ -101,6 +104,7 @@ perp_status perp__ncp_update_jacobian(perp__newton_run *f)
             f->z[i] = perp__clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
             f->w[i] /= m->unit[i];
         }
+        perp__lcp_orient(&S, m->low, m->high, f->signs);
         f->steps = 0;
         f->any = 0;
         if (!perp__all_finite(m->S, m->entries))
@@ -146,14 +150,14 @@ void perp__ncp_fill(perp__newton_run *f, double rho)
         if (m->sparse) {
             for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
                 f->H[k] = f->slope_w[m->rows[k]] * m->S[k];
-            f->H[m->diagonal[j]] += f->slope_w[j] * rho + f->slope_z[j];
+            f->H[m->diagonal[j]] += f->slope_w[j] * f->signs[j] * rho + f->slope_z[j];
         } else {
             double *column = f->H + (size_t)j * (size_t)n;
             const double *from = m->S + (size_t)j * (size_t)n;
 
             for (int32_t i = 0; i < n; i++)
                 column[i] = f->slope_w[i] * from[i];
-            column[j] += f->slope_w[j] * rho + f->slope_z[j];
+            column[j] += f->slope_w[j] * f->signs[j] * rho + f->slope_z[j];
         }
     }
 }

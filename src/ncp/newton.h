@@ -36,6 +36,7 @@ typedef struct perp__newton_run {
     double trial_psi;
     double *equation; /* the right-hand side that slope_z, slope_w belong to */
     double *slope_z, *slope_w;
+    int8_t *signs; /* n: -1 where an equation is the other way round than its rho */
     double *d, *gradient, *part, *image;
     double *H; /* or its LU factors, if dense, with these: */
     int32_t *pivots;
@@ -62,7 +63,8 @@ perp_status perp__ncp_update_jacobian(perp__newton_run *run);
 /* Slopes D_z, D_w and right-hand side of an equation at z. */
 void perp__ncp_slopes(perp__newton_run *run, enum perp__ncp_equation equation);
 
-/* H := D_z + D_w (S + rho I) */
+/* H := D_z + D_w (S + rho I), with -rho where signs says so: [H A'; A -rho I] is as regular as its
+ * monotone twin [H A'; -A rho I], [H A'; A rho I] may be singular. */
 void perp__ncp_fill(perp__newton_run *run, double rho);
 
 /* d := -(D_z + D_w (S + rho I))^-1 times the right-hand side. PERP_OK, PERP__FACTOR_SINGULAR or

@@ -543,6 +543,41 @@ static void test_energy_of_several(void **state)
     tabled_near(worst, 53.97, 0.01, "worst of Poisson's law");
 }
 
+static double distance(const tabled *a, const tabled *b)
+{
+    return fmax(fmax(fabs(a->v[0] - b->v[0]), fabs(a->v[1] - b->v[1])), fabs(a->v[2] - b->v[2]));
+}
+
+/* Where Poisson's law moves what is hit, Stronge's does, but in 1 of 1000: then the factors are not
+ * found. */
+static void test_several_give_back(void **state)
+{
+    static const int32_t laws[] = {PERP_MECHANISM_STRONGE, PERP_MECHANISM_POISSON};
+    int32_t k, law, moved = 0, none = 0;
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 13);
+    for (k = 0; k < 6000; k++) {
+        const gen_random start = random;
+        tabled r[2], plastic;
+
+        for (law = 0; law < 2; law++) {
+            random = start;
+            make_several(r + law, &random, 2 + k % 2, 1, k / 2 % 2);
+            hit(r + law, laws[law]);
+        }
+        random = start;
+        make_several(&plastic, &random, 2 + k % 2, 1, k / 2 % 2);
+        memset(plastic.restitution, 0, sizeof plastic.restitution);
+        hit(&plastic, PERP_MECHANISM_POISSON);
+        moved += distance(r + 1, &plastic) > 1e-3;
+        none += distance(r + 1, &plastic) > 1e-3 && distance(r, &plastic) <= 1e-9;
+    }
+    assert_true(moved > 4000);
+    assert_true(none <= moved / 500);
+}
+
 /* ---- several at once ------------------------------------------------------------------------ */
 
 /* Two contacts without friction that both approach, each with its e. The compression by the four
@@ -633,6 +668,7 @@ int main(void)
         cmocka_unit_test(test_turning_slip),
         cmocka_unit_test(test_energy_of_one),
         cmocka_unit_test(test_energy_of_several),
+        cmocka_unit_test(test_several_give_back),
         cmocka_unit_test(test_two_without_friction),
         cmocka_unit_test(test_two_apart),
     };

@@ -381,3 +381,16 @@ def test_a_limit_that_is_used_up_begins_nothing(method):
             assert (r.outcome, r.iterations) == ("time_limit", 0), (method, M.shape)
             assert np.array_equal(r.z, z)
             assert r.natural_residual == pytest.approx(np.abs(np.minimum(z, M @ z + q)).max())
+
+
+def test_sweeps_come_first_where_nothing_else_is_promised():
+    """Entries of any sign and twice the diagonal in a row: 20 sweeps, where Newton's method factors
+    matrices that fill in."""
+    sparse = pytest.importorskip("scipy.sparse")
+    g, n = np.random.default_rng(1), 2000
+    j, v = g.integers(0, n, 4 * n), g.choice([-1.0, 1.0], 4 * n) * g.uniform(0.2, 1, 4 * n)
+    noise = sparse.csc_matrix((v, (j, np.repeat(np.arange(n), 4))), shape=(n, n))
+    M, q = (2 * sparse.identity(n) + noise).tocsc(), g.normal(size=n)
+    r = perp.lcp(M, q)
+    assert (r.outcome, r.method) == ("solved", "pgs") and r.iterations <= 64
+    assert np.abs(np.minimum(r.z, M @ r.z + q)).max() <= 1e-12  # rounding of 5 terms of size 4

@@ -65,16 +65,20 @@ static perp_status strike(perp__run *run, perp__adaptive *a)
 
     perp__row_velocities(m, &m->begin, m->start_velocity, m->now.v);
     memcpy(restitution, m->restitution, (size_t)m->contacts * sizeof *restitution);
+    perp__stay(m, &m->half, m->now.q, m->now.v);
+    perp_mechanism_step_init(&step, sizeof step);
+    step.error = 0.0;
     for (int32_t j = 0; j < m->contacts; j++) {
-        const double speed = m->start_velocity[m->starts[j]];
+        const int32_t row = m->starts[j];
+        const double speed = m->start_velocity[row];
 
         m->apart[j] = m->two_sided[j] == 0 && !touches(m, a, j, speed);
         if (stays(m, a, j, m->restitution[j] * speed))
             m->restitution[j] = 0.0;
+        /* as if it pressed at rest: projection leaves no gap that the next step would close */
+        m->half.r[row] = m->two_sided[j] == 0 && !m->apart[j];
+        m->start_velocity[row] = 0.0;
     }
-    perp__stay(m, &m->half, m->now.q, m->now.v);
-    perp_mechanism_step_init(&step, sizeof step);
-    step.error = 0.0;
     PERP__THEN(status, perp__project(m, &step, &m->half, run->t)); /* first: rows turn with q */
     PERP__THEN(status, perp__impact(m, &m->half, &step, run->t));
     memcpy(m->restitution, restitution, (size_t)m->contacts * sizeof *restitution);

@@ -163,15 +163,6 @@ static double lacks(perp_mechanism *m, const perp__implicit *s)
     return worst;
 }
 
-static void keep(const perp_mechanism *m, perp__implicit *s)
-{
-    for (int32_t i = 0; i < m->rows; i++)
-        s->kept_u[i] = m->answer.u[i] + (m->normal_of[i] < 0 ? 0.0 : m->shift[m->normal_of[i]]);
-    memcpy(s->kept_bound, m->friction, (size_t)m->contacts * sizeof *s->kept_bound);
-    memcpy(s->kept_bound + m->contacts, m->dry_bound, (size_t)m->dry * sizeof *s->kept_bound);
-    memcpy(s->v, m->answer.v, (size_t)m->n * sizeof *s->v);
-}
-
 /* m->answer := the step's solution, and m->end where it leads; found: whether there is one. */
 static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_step *step,
                            int32_t *found)
@@ -188,7 +179,11 @@ static perp_status iterate(perp_mechanism *m, perp__implicit *s, perp_mechanism_
         perp__terms terms;
 
         /* 1. what the last solution leads to, and whether it is that of the step */
-        keep(m, s);
+        for (int32_t i = 0; i < m->rows; i++)
+            s->kept_u[i] = m->answer.u[i] + (m->normal_of[i] < 0 ? 0.0 : m->shift[m->normal_of[i]]);
+        memcpy(s->kept_bound, m->friction, (size_t)m->contacts * sizeof *s->kept_bound);
+        memcpy(s->kept_bound + m->contacts, m->dry_bound, (size_t)m->dry * sizeof *s->kept_bound);
+        memcpy(s->v, m->answer.v, (size_t)m->n * sizeof *s->v);
         status = pose(m, s);
         if (status != PERP_OK)
             break;
