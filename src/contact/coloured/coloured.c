@@ -286,27 +286,23 @@ static void clear_penetration(job *at)
     perp__coloured *c = at->c;
     const perp__passes *step = at->step;
     const size_t size = 8 * (size_t)c->rows;
-    int32_t p, l, k, deep = 0;
+    int32_t deep = 0;
 
-    for (p = 0; p < c->points; p++) {
-        perp__lane_point *point = &c->point[p];
-
-        for (l = 0; l < PERP__GROUP; l++) {
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t l = 0; l < PERP__GROUP; l++) {
+            perp__lane_point *point = &c->point[p];
             const int32_t contact = point->contact[l];
             const double guard = point->guard[l];
             const double lack = contact < 0 ? 0.0 : -(step->gap[contact] + guard);
 
-            point->shift[l] = point->bias[l] = 0.0;
-            if (!(lack > 0.0))
-                continue;
-            point->bias[l] = -perp__cleared(lack, guard) / step->h;
-            deep++;
+            point->shift[l] = 0.0;
+            point->bias[l] = lack > 0.0 ? -perp__cleared(lack, guard) / step->h : 0.0;
+            deep += lack > 0.0;
         }
-    }
     if (deep == 0)
         return;
     memset(c->before, 0, size * sizeof *c->before);
-    for (k = 0; k < step->clear; k++) {
+    for (int32_t k = 0; k < step->clear; k++) {
         run_pass(at, PERP__COLOURED_CLEAR, c->before);
         perp__joint_block_project(&c->joints, c->before);
     }
@@ -338,13 +334,6 @@ static void write_velocities(int32_t i, void *data)
     }
 }
 
-static void write_velocity(job *at, const double *y, double *v)
-{
-    at->from = y;
-    at->to = v;
-    run_over_bodies(at, write_velocities);
-}
-
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__passes *step)
 {
@@ -359,9 +348,13 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
     run_passes(&at, answer);
     if (step->clear > 0)
         clear_penetration(&at);
-    write_velocity(&at, c->y, answer->v);
+    at.from = c->y;
+    at.to = answer->v;
+    run_over_bodies(&at, write_velocities);
+    at.from = c->moved;
+    at.to = moving;
     if (moving)
-        write_velocity(&at, c->moved, moving);
+        run_over_bodies(&at, write_velocities);
     if (is_shared(c))
         perp__tasks_close(c->tasks);
     return PERP_OK;

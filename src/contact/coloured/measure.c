@@ -47,8 +47,7 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
                 perp__raise_to(&residual, found.natural[l]);
             }
         }
-    /* the same of the joints' equations: their velocities, which are rounding, and what they bear
-     */
+    /* the same of the joints' equations: their velocities, which are rounding */
     answer->joints = b->rows > 0 && !b->factored ? INFINITY : 0.0;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         for (int32_t i = 0; i < problem->rows[k].dim; i++, n++) {
@@ -70,9 +69,5 @@ void perp__coloured_measure(const perp__coloured *c, perp__rigid_answer *answer,
     perp__raise_to(&residual, answer->joints);
     answer->tested = residual > 0.0 ? residual / drive : 0.0;
     answer->joints = answer->joints > 0.0 ? answer->joints / drive : 0.0;
-    answer->own = answer->tested;
-    answer->backward = 1.0;
-    answer->held = 0;
-    answer->method = PERP_CONTACT_METHOD_SWEEP;
-    answer->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+    answer->drive = drive;
 }

@@ -89,8 +89,7 @@ static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, i
             c->piece_first[pieces++] = c->groups;
         }
         last = now;
-        if (writes) { /* of the pairs i .. i + count - 1; what does not move is `none` of the piece
-                       */
+        if (writes) { /* of the pairs from i on; what does not move is `none` of the piece */
             const int32_t none =
                 problem->bodies + pieces - 1 - c->colour_first[c->colour_count - 1];
             perp__lane_group *group = &c->group[c->groups];

@@ -446,6 +446,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
             take_energy(world, island, h))
             status = measure_again(world, island, h, &answer, &problem);
         verdict->residual = answer.tested;
+        verdict->drive = answer.drive;
         verdict->outcome = answer.tested <= problem.tol ? PERP_OUTCOME_SOLVED
                            : perp__is_time_over(world)  ? PERP_OUTCOME_TIME_LIMIT
                                                         : PERP_OUTCOME_ITERATION_LIMIT;
