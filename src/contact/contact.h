@@ -110,6 +110,7 @@ typedef struct perp__rigid_answer {
     int64_t iterations;
     double joints;                /* largest tested residual of a joint's rows */
     double tested, own, backward; /* what the outcome rests on */
+    double drive;                 /* of passes: the velocities that `tested` is a share of */
     int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */
 } perp__rigid_answer;
 

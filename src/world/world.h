@@ -183,6 +183,7 @@ typedef struct perp__verdict {
     int32_t settles;  /* swept from next to nothing, and yet not found to stand */
     double turn;      /* how far: joints/trial.c */
     double residual;
+    double drive; /* of sweeps: the velocities that it is a share of; 0: none were made */
 } perp__verdict;
 
 /* Of a body, what passes through all pairs and contacts ask for. */

@@ -256,7 +256,7 @@ static int32_t stop_at_three(void *user, int64_t iterations, double residual)
 
 static void test_limits_and_monitor_stop_it(void **state)
 {
-    perp__contact_control control = {0.0, stop_at_three, NULL, NULL};
+    perp__contact_control control = {0.0, stop_at_three, NULL};
     gen_random random;
     proximal_scene s;
     perp__matrix W = {0, 0, 1, 0, s.W, NULL, NULL};

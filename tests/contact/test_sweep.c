@@ -151,7 +151,7 @@ static void test_stops(void **state)
 {
     piles_options options = piles_defaults();
     int32_t ticks = 0;
-    perp__contact_control control = {0.0, count_ticks, NULL, &ticks};
+    perp__contact_control control = {0.0, count_ticks, &ticks};
     fixture f;
 
     (void)state;

@@ -4,6 +4,7 @@
 #include "suite.h"
 
 #include "world/scene.h"
+#include "world/islands/contact_rows.h"
 #include "world/step.h"
 
 enum { BODIES = 40 };
@@ -341,6 +342,50 @@ static void test_far_corners_come_late(void **context)
     scene_close(&s);
 }
 
+/* After the looks a point that lies deep joins where the velocities break its law by more than
+ * passes leave: |u| / sqrt(W) is a share of the drive (contact/coloured), with W = 1 / m of a ball
+ * on what rests. Where no passes were made, nothing is left. Its island is not solved for less: the
+ * same points joined again and again, and nothing changed. */
+static void test_deep_points_join_where_they_press(void **context)
+{
+    const double h = 0.01, v = 0.5, deep = 1e-2;
+    static const struct {
+        double mass, factor; /* of the speed that is left */
+        int32_t comes;
+    } cases[] = {{1.0, 0.9, 0},  {1.0, 1.1, 1},  {9.0, 0.9, 0},     {9.0, 1.1, 1},
+                 {0.01, 0.9, 0}, {0.01, 1.1, 1}, {1.0, INFINITY, 1}};
+
+    (void)context;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        perp_body_settings settings = scene_settings();
+        perp__solve_summary summary;
+        int32_t slot, came = 0;
+        perp_body ball;
+        perp_world *world;
+        scene s;
+
+        scene_open(&s, 0, 0.0, 0.0, 0.0);
+        world = s.world;
+        world->settings.accuracy = PERP_ACCURACY_FAST;
+        scene_box(&s, s.ground, 5.0, 5.0, 1.0, 0.5, 0.0);
+        settings.mass = cases[i].mass;
+        settings.position[2] = 1.45; /* in it by a tenth of its radius */
+        ball = scene_add(&s, &settings);
+        scene_sphere(&s, ball, 0.5, 0.5, 0.0);
+        SCENE_OK(&s, perp_world_body_slot(world, &slot, ball));
+        SCENE_OK(&s, perp__find_step_contacts(world, h, &summary));
+        assert_int_equal(world->contacts.included, 1);
+        world->contacts.ties[0].included = 0;
+        world->contacts.included = world->contacts.rubbing = 0;
+        world->motions[slot].after[2] = world->motions[slot].moving[2] = -v;
+        world->motions[slot].verdict.drive =
+            v * sqrt(cases[i].mass) / cases[i].factor / perp__swept_tol(world);
+        SCENE_OK(&s, perp__join_contacts(world, h, deep, &came));
+        assert_int_equal(came, cases[i].comes);
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -350,6 +395,7 @@ int main(void)
         cmocka_unit_test(test_impulses_are_remembered),
         cmocka_unit_test(test_late_corners_remember_nothing),
         cmocka_unit_test(test_far_corners_come_late),
+        cmocka_unit_test(test_deep_points_join_where_they_press),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -58,17 +58,13 @@ TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, const doub
 TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, double *y)
 {
 #if LANES == 8
-    int32_t l;
-
     NAME(transpose)(x);
-    for (l = 0; l < 8; l++)
+    for (int32_t l = 0; l < 8; l++)
         store(y + 8 * (size_t)bodies[l], x[l]);
 #elif LANES == 4
-    int32_t l;
-
     NAME(transpose4)(x, 1);
     NAME(transpose4)(x + 4, 1);
-    for (l = 0; l < 4; l++) {
+    for (int32_t l = 0; l < 4; l++) {
         store(y + 8 * (size_t)bodies[l], x[l]);
         store(y + 8 * (size_t)bodies[l] + 4, x[4 + l]);
     }

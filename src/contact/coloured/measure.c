@@ -88,10 +88,6 @@ void perp__coloured_measure(const perp__coloured *c)
         measure_joints(c, part, share);
         answer->tested = part->residual > 0.0 ? part->residual / part->drive : 0.0;
         answer->joints = answer->joints > 0.0 ? answer->joints / part->drive : 0.0;
-        answer->own = answer->tested;
-        answer->backward = 1.0;
-        answer->held = 0;
-        answer->method = PERP_CONTACT_METHOD_SWEEP;
-        answer->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+        answer->drive = part->drive;
     }
 }

@@ -145,10 +145,10 @@ static inline int32_t perp__is_swept(const perp_world *world, const perp__pair *
 perp_status perp__find_overlaps(perp_world *world, double ways);
 
 /* rounds.c */
-/* Includes the points that touch, or that the bodies' `moving` twists close; returns how many. */
-int32_t perp__include_near(perp_world *world, double h);
-/* Includes what these make meet, too: all, or with `deep` > 0 what they take into each other by
- * more than that share of the bodies' size. Points come to the set, and points of the set become
+/* Includes the points that touch, or that the bodies' `moving` twists close; or with `deep` > 0
+ * what these take into each other by more than that share of their size. Returns how many. */
+int32_t perp__include_points(perp_world *world, double h, double deep);
+/* Includes what they make meet, too. Points come to the set, and points of the set become
  * `included` and `fresh`; *came tells how many. Contacts keep their numbers, not their places in
  * memory. */
 perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_t *came);

@@ -4,6 +4,7 @@
 #include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "world/collide/collision.h"
@@ -93,9 +94,26 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     return status;
 }
 
+/* Whether the step's velocities break the point's law by more than passes leave of its row, if it
+ * turned nothing (contact/coloured): they would not change for less. */
+static int32_t presses(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    const int32_t body[] = {contact->body_a, contact->body_b};
+    const double lack = -fmax(perp__open_gap(contact, contact->gap), 0.0) / h -
+                        perp__normal_velocity(world, contact, PERP__TWIST_AFTER);
+    double drive = INFINITY, inverse_mass = 0.0;
+
+    for (int32_t side = 0; side < 2; side++)
+        if (perp__is_dynamic(world, body[side])) {
+            drive = fmin(drive, world->motions[body[side]].verdict.drive);
+            inverse_mass += 1.0 / world->bodies[body[side]].mass;
+        }
+    return !(lack <= perp__swept_tol(world) * drive * sqrt(inverse_mass));
+}
+
 /* Whether the motion at hand closes a point, or another one that goes no farther may, but for those
- * that turn past each other; of what came late, whether it takes the bodies deeper into each other
- * than that share of their size. */
+ * that turn past each other; of what came late, whether it presses, and takes the bodies deeper
+ * into each other than that share of their size. */
 static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
 {
     const perp__world_contact *contact = &world->contacts.contacts[i];
@@ -106,15 +124,14 @@ static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
     if (!(end >= 0.0) && !perp__meets(world, i, h, end))
         return 0;
     if (deep > 0.0)
-        return !(end >= -deep * contact->size);
+        return !(end >= -deep * contact->size) && presses(world, contact, h);
     return !(contact->gap > contact->rounding) || !(end >= 0.0) ||
            contact->gap <=
                h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
                     perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
 }
 
-/* Includes the points that are due; returns how many. */
-static int32_t include_points(perp_world *world, double h, double deep)
+int32_t perp__include_points(perp_world *world, double h, double deep)
 {
     perp__contact_set *set = &world->contacts;
     const int32_t before = set->included;
@@ -303,11 +320,6 @@ static perp_status join_collisions(perp_world *world, double h, int32_t waiting)
     return status;
 }
 
-int32_t perp__include_near(perp_world *world, double h)
-{
-    return include_points(world, h, 0.0);
-}
-
 perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_t *came)
 {
     perp_status status = PERP_OK;
@@ -318,6 +330,6 @@ perp_status perp__join_contacts(perp_world *world, double h, double deep, int32_
     status = look_for_new_motions(world, h);
     PERP__THEN(status, join_collisions(world, h, deep == 0.0));
     if (status == PERP_OK)
-        *came = include_points(world, h, deep);
+        *came = perp__include_points(world, h, deep);
     return status;
 }

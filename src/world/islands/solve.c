@@ -306,7 +306,7 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
     world->sketches = 1;
     for (int32_t i = 0; i < world->joint_slots; i++)
         world->joints[i].placed = 0;
-    came = perp__include_near(world, h);
+    came = perp__include_points(world, h, 0.0);
     if (came > 0 || world->joint_count > 0)
         status = solve_changed(world, h, summary);
     do {

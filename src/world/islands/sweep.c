@@ -440,6 +440,7 @@ static perp_status follow_sweep(perp_world *world, const perp__island *island, d
         take_energy(world, island, h))
         status = measure_again(world, island, h, answer, problem);
     verdict->residual = answer->tested;
+    verdict->drive = answer->drive;
     verdict->outcome = answer->tested <= problem->tol ? PERP_OUTCOME_SOLVED
                        : perp__is_time_over(world)    ? PERP_OUTCOME_TIME_LIMIT
                                                       : PERP_OUTCOME_ITERATION_LIMIT;
