@@ -363,80 +363,81 @@ static void clear_penetration(job *at)
             point->bias[l] = -perp__cleared(lack, guard) / step->h;
             deep++;
         }
-        if (deep == 0)
-            return;
-        memset(c->before, 0, size * sizeof *c->before);
-        for (int32_t k = 0; k < most; k++) {
-            run_pass(at, PERP__COLOURED_CLEAR, c->before);
-            perp__joint_block_project(&c->joints, c->before);
-        }
-        for (size_t i = 0; i < size; i++)
-            c->moved[i] += c->before[i];
     }
+    if (deep == 0)
+        return;
+    memset(c->before, 0, size * sizeof *c->before);
+    for (int32_t k = 0; k < most; k++) {
+        run_pass(at, PERP__COLOURED_CLEAR, c->before);
+        perp__joint_block_project(&c->joints, c->before);
+    }
+    for (size_t i = 0; i < size; i++)
+        c->moved[i] += c->before[i];
+}
 
-    /* v := free + C (y - y_free): where impulses change nothing, the bits of `free`. */
-    static void write_velocity(const perp__coloured *c, const perp__coloured_part *part,
-                               int32_t body, const double *y, double *v)
-    {
-        const int32_t width = c->width, own = width * (body - part->first_body);
-        const double *C = part->problem->factors + width * own;
-        double dy[6];
+/* v := free + C (y - y_free): where impulses change nothing, the bits of `free`. */
+static void write_velocity(const perp__coloured *c, const perp__coloured_part *part, int32_t body,
+                           const double *y, double *v)
+{
+    const int32_t width = c->width, own = width * (body - part->first_body);
+    const double *C = part->problem->factors + width * own;
+    double dy[6];
+
+    for (int32_t j = 0; j < width; j++)
+        dy[j] = y[8 * body + j] - c->free[8 * body + j];
+    for (int32_t k = 0; k < width; k++) {
+        double sum = 0.0;
 
         for (int32_t j = 0; j < width; j++)
-            dy[j] = y[8 * body + j] - c->free[8 * body + j];
-        for (int32_t k = 0; k < width; k++) {
-            double sum = 0.0;
-
-            for (int32_t j = 0; j < width; j++)
-                sum += C[width * k + j] * dy[j];
-            v[own + k] = part->problem->free[own + k] + sum;
-        }
+            sum += C[width * k + j] * dy[j];
+        v[own + k] = part->problem->free[own + k] + sum;
     }
+}
 
-    static void write_velocities(int32_t i, void *data)
-    {
-        const perp__coloured *c = ((const job *)data)->c;
-        const perp__coloured_part *part = part_of(c, i);
+static void write_velocities(int32_t i, void *data)
+{
+    const perp__coloured *c = ((const job *)data)->c;
+    const perp__coloured_part *part = part_of(c, i);
 
-        for (int32_t body = first_body(c, i); body < end_body(c, i); body++) {
-            write_velocity(c, part, body, c->y, part->answer->v);
-            if (part->moving)
-                write_velocity(c, part, body, c->moved, part->moving);
-        }
+    for (int32_t body = first_body(c, i); body < end_body(c, i); body++) {
+        write_velocity(c, part, body, c->y, part->answer->v);
+        if (part->moving)
+            write_velocity(c, part, body, c->moved, part->moving);
     }
+}
 
-    perp_status perp__coloured_parts(perp__coloured * c, perp__coloured_part * parts, int32_t count)
-    {
-        job at = {c, 0, NULL};
-        perp_status status;
+perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, int32_t count)
+{
+    job at = {c, 0, NULL};
+    perp_status status;
 
-        c->part = parts;
-        c->parts = count;
-        for (int32_t k = 0; k < count; k++) {
-            parts[k].ended = 0;
-            parts[k].theta = 1.0;
-            parts[k].momentum = 0.0;
-        }
-        status = perp__coloured_pack(c);
-        PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, parts->problem));
-        if (status != PERP_OK)
-            return status;
-        if (is_shared(c))
-            perp__tasks_open(c->tasks);
-        run_passes(&at);
-        if (parts->step->gap)
-            clear_penetration(&at);
-        run_over_bodies(&at, write_velocities);
-        if (is_shared(c))
-            perp__tasks_close(c->tasks);
-        return PERP_OK;
+    c->part = parts;
+    c->parts = count;
+    for (int32_t k = 0; k < count; k++) {
+        parts[k].ended = 0;
+        parts[k].theta = 1.0;
+        parts[k].momentum = 0.0;
     }
+    status = perp__coloured_pack(c);
+    PERP__THEN(status, perp__joint_block_set_up(&c->joints, c->context, parts->problem));
+    if (status != PERP_OK)
+        return status;
+    if (is_shared(c))
+        perp__tasks_open(c->tasks);
+    run_passes(&at);
+    if (parts->step->gap)
+        clear_penetration(&at);
+    run_over_bodies(&at, write_velocities);
+    if (is_shared(c))
+        perp__tasks_close(c->tasks);
+    return PERP_OK;
+}
 
-    perp_status perp__coloured_step(perp__coloured * c, perp__rigid_answer * answer, double *moving,
-                                    const perp__rigid_problem *problem, const perp__passes *step)
-    {
-        perp__coloured_part part = {
-            .answer = answer, .moving = moving, .problem = problem, .step = step};
+perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
+                                const perp__rigid_problem *problem, const perp__passes *step)
+{
+    perp__coloured_part part = {
+        .answer = answer, .moving = moving, .problem = problem, .step = step};
 
-        return perp__coloured_parts(c, &part, 1);
-    }
+    return perp__coloured_parts(c, &part, 1);
+}
