@@ -121,9 +121,12 @@ static void find_heights(const perp__polytope *own, const perp__polytope *other,
                          const double *direction, double *heights)
 {
     const double *lowest = other->corner;
-    for (int32_t c = 1; c < other->corners; c++)
-        if (perp__dot3(direction, other->corner + 3 * c) < perp__dot3(direction, lowest))
-            lowest = other->corner + 3 * c;
+    double least = perp__dot3(direction, lowest);
+    for (int32_t c = 1; c < other->corners; c++) {
+        const double along = perp__dot3(direction, other->corner + 3 * c);
+        lowest = along < least ? other->corner + 3 * c : lowest;
+        least = along < least ? along : least;
+    }
     for (int32_t f = 0; f < own->faces; f++)
         heights[f] = perp__dot3(own->normal + 3 * f, lowest) - own->offset[f];
 }

@@ -95,6 +95,6 @@ double perp__reach_of_hull(const perp__hull *hull, const double *normal)
 {
     double reach = -INFINITY;
     for (int32_t c = 0; c < hull->polytope.corners; c++)
-        reach = fmax(reach, perp__dot3(normal, hull->polytope.corner + 3 * c));
+        reach = perp__greater(reach, perp__dot3(normal, hull->polytope.corner + 3 * c));
     return reach;
 }
