@@ -263,5 +263,5 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
                 s->cones[c].u[i] += step * s->cones[c].du[i];
             }
     }
-    perp__proximal_project(s, part, s->x);
+    memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
 }

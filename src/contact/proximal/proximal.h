@@ -134,8 +134,8 @@ int32_t perp__proximal_goes_on(const perp__proximal *s, double enough);
 void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
                               int32_t sweeps);
 
-/* An interior point method, from no impulses, for parts without discs: interior.c. s->x is where
- * that ended: nearer to the solution's active set than a point of a smaller residual elsewhere. */
+/* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
+ * point, with s->best_residual. */
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
 
 /* The proximal Newton method from s->x: newton.c, as before. It ends after `most` factorisations,
