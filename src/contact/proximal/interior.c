@@ -205,6 +205,7 @@ static double longest_step(const perp__proximal *s, const perp__proximal_part *p
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
+    const double before = s->best_residual;
     double passed[FOLD];
 
     /* Cones at their middle; of an interval z and u are what is left to its ends and their duals.
@@ -263,5 +264,10 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
                 s->cones[c].u[i] += step * s->cones[c].du[i];
             }
     }
-    memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
+    /* The best point where it is of this path, else its end: nearer to the solution's active set
+     * than a point of a smaller residual elsewhere. */
+    if (s->best_residual < before)
+        memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
+    else
+        perp__proximal_project(s, part, s->x);
 }

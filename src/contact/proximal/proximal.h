@@ -135,7 +135,7 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
                               int32_t sweeps);
 
 /* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
- * point, with s->best_residual. */
+ * point, or its end where s->best_residual is of another. */
 void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
 
 /* The proximal Newton method from s->x: newton.c, as before. It ends after `most` factorisations,
