@@ -121,11 +121,11 @@ static int32_t is_due(const perp_world *world, int32_t i, double h, double deep)
     const double *b = world->motions[contact->body_b].moving;
     const double end = contact->gap + h * perp__normal_velocity(world, contact, PERP__TWIST_MOVING);
 
-    if (!(end >= 0.0) && !perp__meets(world, i, h, end))
+    if (deep > 0.0 && (end >= -deep * contact->size || !presses(world, contact, h)))
         return 0;
-    if (deep > 0.0)
-        return !(end >= -deep * contact->size) && presses(world, contact, h);
-    return !(contact->gap > contact->rounding) || !(end >= 0.0) ||
+    if (!(end >= 0.0))
+        return perp__meets(world, i, h, end);
+    return !(contact->gap > contact->rounding) ||
            contact->gap <=
                h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
                     perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
