@@ -270,8 +270,7 @@ static void keep_momentum(job *at)
 
 /* Whether the passes end with this one, the last of a round: with the budget, or with a residual
  * that is good, and of which nothing sinks: what a step leaves is beside what drives, and where
- * that is a load far above the weights, more than clearing takes back of what is two guards deep.
- */
+ * that is a load far above the weights, more than is taken back of what is two guards deep. */
 static int32_t is_last(const perp__coloured_part *part, int32_t passes)
 {
     const perp__rigid_problem *problem = part->problem;

@@ -3,9 +3,7 @@
  * A point that turns about its mass centre goes on an arc. Its rate may close a gap that the arc
  * leaves open: a rod that spins beside a wall does not touch it because its end goes towards it.
  * What touches, or pressed in the last step, goes by its rates: it stays in contact while it turns.
- * Rows of islands with joints turn with their bodies (islands/along.c), and know arcs by
- * themselves.
- */
+ * Rows of islands with joints turn with their bodies (islands/along.c), and so know arcs. */
 #include "world/step.h"
 
 #include <math.h>
@@ -19,9 +17,7 @@
  *
  *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
  *
- * r to the core of a round shape, which turns below its contact. f'' is no less than -|w|^2 |(b,
- * c)|.
- */
+ * r to the core of a round shape, which turns below its contact. f'' >= -|w|^2 |(b, c)|. */
 static int32_t meets_plane(const perp_world *world, const perp__world_contact *contact,
                            const double ways[2][6])
 {
@@ -65,8 +61,7 @@ int32_t perp__meets(const perp_world *world, int32_t i, double h, double end)
     double ways[2][6], way = 0.0, turn = 0.0, aside = 0.0;
     int32_t jointed = 0;
 
-    /* 1. how far arcs lead aside from the rates, at most; and the normal, which turns with its face
-     */
+    /* 1. how far arcs lead aside from the rates, and the normal, which turns with its face */
     for (int32_t side = 0; side < 2; side++) {
         for (int32_t k = 0; k < 6; k++)
             ways[side][k] = h * world->motions[body[side]].moving[k];
