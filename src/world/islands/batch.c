@@ -31,7 +31,7 @@ perp_status perp__fit_batch(perp_world *world)
     for (int32_t i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
 
-        if (!is_small(island))
+        if (!is_small(island) || perp__is_worth_exact(world, island))
             continue;
         islands++;
         perp__raise_room(&contacts, island->contacts);
