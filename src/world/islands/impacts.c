@@ -74,7 +74,7 @@ int32_t perp__lies_on_something(const perp_world *world, const perp__island *isl
 double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies)
 {
     const double *gain = world->work.gain;
-    const double forced = fabs(perp__normal_of(world, i, gain, bodies, 0));
+    const double forced = fabs(perp__row_velocity(world, i, 0, gain, bodies, 0));
 
     return lies ? fmax(forced, 0.5 * normal_terms(world, i, gain, bodies)) : forced;
 }
@@ -92,7 +92,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         if (!(contact->restitution > 0.0))
             continue;
         const double u = work->came[i];
-        const double forced = perp__normal_of(world, i, work->gain, island->bodies, 0);
+        const double forced = perp__row_velocity(world, i, 0, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
 
@@ -168,7 +168,8 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
 
 static double normal_after(const perp_world *world, const perp__island *island, int32_t i)
 {
-    return perp__normal_of(world, i, world->work.v, island->bodies, 1) + world->work.turning[3 * i];
+    return perp__row_velocity(world, i, 0, world->work.v, island->bodies, 1) +
+           world->work.turning[3 * i];
 }
 
 /* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,

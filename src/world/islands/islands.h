@@ -151,10 +151,10 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 void perp__turn_contact(perp_world *world, const perp__island *island,
                         const perp__world_contact *contact);
 void perp__turn_contacts(perp_world *world);
-/* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
- * moves as it is told where `carried`. */
-double perp__normal_of(const perp_world *world, int32_t i, const double *x, int32_t bodies,
-                       int32_t carried);
+/* What row k of unit i makes of velocities x of the island's bodies, and of what moves as it is
+ * told where `carried`. */
+double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,
+                          int32_t bodies, int32_t carried);
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);

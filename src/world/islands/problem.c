@@ -201,8 +201,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     }
 }
 
-double perp__normal_of(const perp_world *world, int32_t i, const double *x, int32_t bodies,
-                       int32_t carried)
+double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,
+                          int32_t bodies, int32_t carried)
 {
     const perp__island_work *work = &world->work;
     const perp__rigid_rows *rows = &work->rows[i];
@@ -211,7 +211,7 @@ double perp__normal_of(const perp_world *world, int32_t i, const double *x, int3
 
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = rows->body[side];
-        const double *row = rows->rows[side][0], *v = body < bodies ? x : work->now;
+        const double *row = rows->rows[side][k], *v = body < bodies ? x : work->now;
 
         if (body >= 0 && (body < bodies || carried))
             sum += n == 6 ? perp__dot(row, v + 6 * body, 6) : perp__dot(row, v + 3 * body, 3);
@@ -247,7 +247,8 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
                 if (world->dof == 3)
                     perp__coordinates_of(world, twist, row);
             }
-        work->came[work->count] = perp__normal_of(world, work->count, work->now, island->bodies, 1);
+        work->came[work->count] =
+            perp__row_velocity(world, work->count, 0, work->now, island->bodies, 1);
         memset(work->turning + 3 * work->count, 0, 3 * sizeof(double));
         if (island->joints > 0)
             perp__turn_contact(world, island, contact);

@@ -73,10 +73,8 @@ static int32_t shut_limits(perp_world *world, const perp__island *island)
         const perp__joint_state *state = perp__state_of(world, joint);
         for (int32_t k = 0; k < 2; k++)
             if (!joint->closing[k] && (k == 0 ? joint->end.coordinate < state->lower
-                                              : joint->end.coordinate > state->upper)) {
-                joint->closing[k] = 1;
-                came++;
-            }
+                                              : joint->end.coordinate > state->upper))
+                came += joint->closing[k] = 1;
     }
     return came;
 }

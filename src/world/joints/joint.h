@@ -67,6 +67,7 @@ typedef struct perp__joint {
     int8_t spare[PERP__JOINT_ROWS + 1];   /* equations, and the lock, that others say already */
     int32_t closing[2];                   /* those that were passed while it is closed */
     double impulse[PERP__JOINT_SLOTS];
+    double told[2][3]; /* all of it on B, in the world's frame, and its moment about the anchor */
     double next_warm[PERP__JOINT_SLOTS];
 } perp__joint;
 

@@ -113,6 +113,8 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island);
 void perp__time_joints(perp_world *world, double t);
 /* impulse: of the joints' units, 3 each. */
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share);
+/* Adds an impulse along the view's row of a slot to what a joint tells of momentum. */
+void perp__tell_impulse(perp__joint *joint, const perp__joint_view *view, int32_t slot, double r);
 /* Whether limits that press did so from the start. */
 int32_t perp__limits_last(const perp_world *world);
 /* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
@@ -131,6 +133,11 @@ void perp__join_joined(perp_world *world);
 /* For rest.c: what may not sleep for its joints is not calm. */
 void perp__upset_joints(perp_world *world);
 
+/* Whether its limits are equal. */
+static inline int32_t perp__is_locked(const perp__joint_state *state)
+{
+    return state->lower == state->upper;
+}
 /* A distance of 0 has no direction. */
 int32_t perp__has_direction(const perp__joint_view *view);
 
@@ -152,12 +159,13 @@ double perp__island_errors(const perp_world *world, const perp__island *island);
 /* A row of the next positions, its sign and what it lacks. */
 void perp__write_row(const perp_world *world, const int32_t body[2], const double row[2][6],
                      double error, double sign, perp__rigid_rows *rows);
-/* Rows of what: limits that are passed, what lacks, both, or velocities along them. */
+/* Rows of what: limits passed, what lacks, both, velocities along them, these but for repeats. */
 typedef enum perp__row_kind {
     PERP__ROWS_OF_LIMITS,
     PERP__ROWS_OF_ERRORS,
     PERP__ROWS_OF_CLOSING,
-    PERP__ROWS_OF_RATES
+    PERP__ROWS_OF_RATES,
+    PERP__ROWS_NOT_SPARE
 } perp__row_kind;
 /* Inertia and rows where the island is; bodies at rest. */
 void perp__pose_positions(perp_world *world, const perp__island *island, perp__row_kind which,

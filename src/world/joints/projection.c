@@ -84,12 +84,6 @@ void perp__write_row(const perp_world *world, const int32_t body[2], const doubl
     }
 }
 
-static void add_row(perp_world *world, const perp__joint *joint, const double row[2][6],
-                    double error, double sign)
-{
-    perp__write_row(world, joint->body, row, error, sign, &world->work.rows[world->work.units++]);
-}
-
 /* What velocities in some states make of a row; of bodies that move as they are `told` alone. */
 static double rate_of(const perp_world *world, const perp__joint *joint, const perp__state *states,
                       const perp__joint_view *view, int32_t row, int32_t told)
@@ -106,37 +100,42 @@ static double rate_of(const perp_world *world, const perp__joint *joint, const p
     return rate;
 }
 
+/* Whether a joint has equation k in the next states, the lock being the last. */
+static int32_t has_row(const perp_world *world, const perp__joint *joint, int32_t k,
+                       perp__row_kind which)
+{
+    return (k < joint->end.count ||
+            (k == PERP__SLOT_LOCK && perp__is_locked(perp__state_of(world, joint)) &&
+             perp__has_direction(&joint->end))) &&
+           !(which == PERP__ROWS_NOT_SPARE && joint->spare[k]);
+}
+
 /* Rows of the island's joints in the next states: limits that they are beyond; or equations, equal
  * limits being one, with their errors, alone or with all limits that they were beyond since these
  * were opened, or with what bodies that move as they are told make of them. */
 static void add_rows(perp_world *world, const perp__island *island, perp__row_kind which)
 {
+    perp__island_work *work = &world->work;
+
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
-        const int32_t equal = state->lower == state->upper;
         const perp__joint_view *view = &joint->end;
-        const double(*last)[6] = view->rows[PERP__JOINT_ROWS];
         const double beyond[2] = {state->lower - view->coordinate, view->coordinate - state->upper};
 
-        for (int32_t k = 0; k < view->count && which != PERP__ROWS_OF_LIMITS; k++)
-            add_row(world, joint, view->rows[k],
-                    which == PERP__ROWS_OF_RATES ? rate_of(world, joint, world->next, view, k, 1)
-                                                 : view->error[k],
-                    1.0);
-        if (!perp__has_direction(view) || (equal && which == PERP__ROWS_OF_LIMITS))
-            continue;
-        if (equal)
-            add_row(world, joint, last,
-                    which == PERP__ROWS_OF_RATES
-                        ? rate_of(world, joint, world->next, view, PERP__JOINT_ROWS, 1)
-                        : -beyond[0],
-                    1.0);
-        for (int32_t k = 0; k < 2 && !equal; k++) {
+        for (int32_t k = 0; k <= PERP__JOINT_ROWS && which != PERP__ROWS_OF_LIMITS; k++)
+            if (has_row(world, joint, k, which))
+                perp__write_row(world, joint->body, view->rows[k],
+                                which >= PERP__ROWS_OF_RATES
+                                    ? rate_of(world, joint, world->next, view, k, 1)
+                                    : (k == PERP__SLOT_LOCK ? -beyond[0] : view->error[k]),
+                                1.0, &work->rows[work->units++]);
+        for (int32_t k = 0; k < 2 && !perp__is_locked(state) && perp__has_direction(view); k++)
             if (which == PERP__ROWS_OF_LIMITS ? beyond[k] > 0.0
                                               : which == PERP__ROWS_OF_CLOSING && joint->closing[k])
-                add_row(world, joint, last, k == 0 ? -beyond[0] : beyond[1], k == 0 ? 1.0 : -1.0);
-        }
+                perp__write_row(world, joint->body, view->rows[PERP__JOINT_ROWS],
+                                k == 0 ? -beyond[0] : beyond[1], k == 0 ? 1.0 : -1.0,
+                                &work->rows[work->units++]);
     }
 }
 
@@ -375,33 +374,58 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
     return stays;
 }
 
-/* The nearest velocities that joints have, of what only swings. */
-static perp_status end_swing(perp_world *world, const perp__island *island)
+/* work.v := the velocities next to those in the next states that meet such rows there. */
+static perp_status meet_ends(perp_world *world, const perp__island *island, perp__row_kind which)
 {
     perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
+    double twist[6];
+
+    perp__pose_positions(world, island, which, 0);
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const perp__state *state = &world->next[work->members[i]];
+
+        perp__copy3(twist, state->velocity);
+        perp__copy3(twist + 3, state->angular_velocity);
+        perp__coordinates_of(world, twist, work->free + world->dof * i);
+    }
+    return perp__solve_equations(world, island, PERP__REFINED, NULL);
+}
+
+/* The nearest velocities that joints have, of what only swings. The impulses by which they become
+ * so are told along rows that no others say: along what repeats these they are rounding, of any
+ * size. */
+static perp_status end_swing(perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    const double *r = work->impulse;
     double kept[3], twist[6], before, after;
+    int32_t repeats = 0;
     perp_status status;
 
     velocity_to_keep(world, island, kept);
     before = kinetic_beside(world, island, kept);
     if (before == 0.0)
         return PERP_OK;
-    perp__pose_positions(world, island, PERP__ROWS_OF_RATES, 0);
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const perp__state *state = &world->next[work->members[i]];
+    status = meet_ends(world, island, PERP__ROWS_NOT_SPARE);
+    for (int32_t k = 0; k < island->joints * (PERP__JOINT_ROWS + 1) && status == PERP_OK; k++) {
+        perp__joint *joint = perp__island_joint(world, island, k / (PERP__JOINT_ROWS + 1));
+        const int32_t slot = k % (PERP__JOINT_ROWS + 1);
 
-        perp__copy3(twist, state->velocity);
-        perp__copy3(twist + 3, state->angular_velocity);
-        perp__coordinates_of(world, twist, work->free + n * i);
+        repeats |= joint->spare[slot];
+        if (has_row(world, joint, slot, PERP__ROWS_NOT_SPARE)) {
+            perp__tell_impulse(joint, &joint->end, slot, *r);
+            joint->impulse[slot] += *r;
+            r += 3;
+        }
     }
-    status = perp__solve_equations(world, island, PERP__REFINED, NULL);
+    if (repeats)
+        PERP__THEN(status, meet_ends(world, island, PERP__ROWS_OF_RATES));
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__state *state = &world->next[work->members[i]];
 
-        perp__twist_of(world, work->v + n * i, twist);
+        perp__twist_of(world, work->v + world->dof * i, twist);
         perp__copy3(state->velocity, twist);
         perp__copy3(state->angular_velocity, twist + 3);
     }

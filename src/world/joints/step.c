@@ -20,7 +20,7 @@
  */
 #define PLACED 1e-6
 
-/* Places farther off than this may have no difference, and impulses no moment. */
+/* Places farther off than this may have no difference. */
 #define FAR 1e300
 
 /* ---- rows ---- */
@@ -36,12 +36,12 @@ void perp__number_joint_bodies(perp_world *world, const perp__island *island)
             perp__number_of(world, island, joint->body[side]);
         joint->used = 0;
         memset(joint->impulse, 0, sizeof joint->impulse);
+        memset(joint->told, 0, sizeof joint->told);
         memset(joint->next_warm, 0, sizeof joint->next_warm);
     }
 }
 
-static perp__rigid_rows *next_unit(perp_world *world, const perp__joint *joint, int32_t slot,
-                                   int32_t dim)
+static perp__rigid_rows *next_unit(perp_world *world, perp__joint *joint, int32_t slot, int32_t dim)
 {
     perp__island_work *work = &world->work;
     perp__joint_unit *unit = &work->joint_units[work->units - work->count];
@@ -54,6 +54,7 @@ static perp__rigid_rows *next_unit(perp_world *world, const perp__joint *joint, 
     unit->dim = rows->dim = dim;
     for (int32_t i = 0; i < 3; i++)
         work->warm[3 * work->units + i] = i < dim ? warm[i] : 0.0;
+    joint->used += slot < PERP__SLOT_LOCK ? dim : 1;
     work->units++;
     return rows;
 }
@@ -99,11 +100,6 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
     warm[0] = most * world->work.length;
 }
 
-static int32_t is_locked(const perp__joint_state *state)
-{
-    return state->lower == state->upper;
-}
-
 /* Those that are not spare, up to three in a row to a unit. */
 static void add_equations(perp_world *world, const perp__island *island, perp__joint *joint)
 {
@@ -125,7 +121,7 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
             rows->bias[k] = joint->turning[slot];
         }
     }
-    if (is_locked(perp__state_of(world, joint)) && perp__has_direction(&joint->middle) &&
+    if (perp__is_locked(perp__state_of(world, joint)) && perp__has_direction(&joint->middle) &&
         !joint->spare[PERP__SLOT_LOCK]) {
         perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOCK, 1);
 
@@ -139,7 +135,7 @@ static void add_drive(perp_world *world, const perp__island *island, perp__joint
 {
     const perp__joint_state *state = perp__state_of(world, joint);
 
-    if (is_locked(state) || !perp__has_direction(&joint->middle))
+    if (perp__is_locked(state) || !perp__has_direction(&joint->middle))
         return;
     if (state->force == INFINITY)
         add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, INFINITY);
@@ -211,7 +207,8 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
         perp__joint *joint = perp__island_joint(world, island, i);
         const perp__joint_state *state = perp__state_of(world, joint);
 
-        if (is_locked(state) || !perp__has_direction(&joint->middle))
+        joint->used = 0;
+        if (perp__is_locked(state) || !perp__has_direction(&joint->middle))
             continue;
         for (int32_t which = 0; which < 2; which++) {
             const double sign = which == 0 ? 1.0 : -1.0;
@@ -234,15 +231,6 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->joints; i++) {
         add_equations(world, island, perp__island_joint(world, island, i));
         add_drive(world, island, perp__island_joint(world, island, i));
-    }
-
-    /* 3. how many rows each joint has */
-    for (int32_t i = 0; i < work->units - work->count; i++)
-        world->joints[work->joint_units[i].joint].used = 0;
-    for (int32_t i = 0; i < work->units - work->count; i++) {
-        const perp__joint_unit *unit = &work->joint_units[i];
-
-        world->joints[unit->joint].used += unit->slot < PERP__SLOT_LOCK ? unit->dim : 1;
     }
 }
 
@@ -276,6 +264,22 @@ static double within(double x, double most)
     return fmin(fmax(x, -most), most);
 }
 
+/* Moments are about the anchor, and turned from where bodies end, as rows have them, to the mean of
+ * the way there. */
+void perp__tell_impulse(perp__joint *joint, const perp__joint_view *view, int32_t slot, double r)
+{
+    const double *row = view->rows[slot < PERP__JOINT_ROWS ? slot : PERP__JOINT_ROWS][1];
+    const double push = slot == PERP__SLOT_UPPER ? -r : r;
+    double moment[3], seen[3];
+
+    perp__apply3(seen, view->mean, row);
+    perp__cross(moment, view->arms[1], seen);
+    perp__subtract3(moment, row + 3, moment);
+    perp__apply_transposed3(seen, view->mean, moment);
+    perp__add3(joint->told[0], push, row);
+    perp__add3(joint->told[1], push, seen);
+}
+
 /* A bound is just that, of the whole step too, whatever a method made of the row that stands for
  * it: beside impulses that are larger by 1e10 that row is solved to tol of those. */
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share)
@@ -294,6 +298,7 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
 
             *sum = within(*sum + share * r[k], most);
             joint->next_warm[unit->slot + k] = within(r[k], most);
+            perp__tell_impulse(joint, &joint->middle, unit->slot + k, share * r[k]);
         }
     }
 }
@@ -369,16 +374,14 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
 
 /* ---- what is kept of it ---- */
 
-/* Impulses of the step on B, and where the coordinate is between these states. */
-static void read_state(const perp_world *world, const perp__joint *joint, const perp__state *states,
-                       perp__joint_state *state)
+/* Impulses of the step on B, and where the coordinate is. */
+static void read_state(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
 {
     const double *r = joint->impulse;
     perp_joint_state *last = &state->last;
     perp__joint_view view;
-    double along, seen[3], taken[3];
 
-    perp__view_of_states(world, joint, states, state->coordinate, &view);
+    perp__view_of_states(world, joint, world->states, state->coordinate, &view);
     state->coordinate = view.coordinate;
     memcpy(state->warm, joint->next_warm, sizeof state->warm);
     memset(last, 0, sizeof *last);
@@ -386,18 +389,8 @@ static void read_state(const perp_world *world, const perp__joint *joint, const 
     last->friction_impulse = r[PERP__SLOT_FRICTION];
     last->limit_impulse = r[PERP__SLOT_LOCK] + r[PERP__SLOT_LOWER] - r[PERP__SLOT_UPPER];
     last->at_limit = (r[PERP__SLOT_UPPER] > 0.0) - (r[PERP__SLOT_LOWER] > 0.0);
-    along = last->limit_impulse + last->motor_impulse + last->friction_impulse;
-    for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
-        const double push = row < PERP__JOINT_ROWS ? r[row] : along;
-
-        if (push == 0.0)
-            continue;
-        perp__add3(last->impulse, push, joint->middle.rows[row][1]);
-        perp__add3(last->moment, push, joint->middle.rows[row][1] + 3);
-    }
-    perp__apply3(seen, joint->middle.mean, last->impulse);
-    perp__cross(taken, joint->middle.arms[1], seen);
-    perp__add3(last->moment, -1.0, taken);
+    perp__copy3(last->impulse, joint->told[0]);
+    perp__copy3(last->moment, joint->told[1]);
     for (int32_t row = 0; row < 2 && world->settings.planar; row++)
         last->moment[row] = 0.0;
 }
@@ -408,25 +401,18 @@ perp_status perp__check_joints(const perp_world *world)
 
     for (int32_t i = 0; i < world->joint_slots && status == PERP_OK; i++) {
         const perp__joint *joint = &world->joints[i];
-        perp__joint_state told;
-        double place = 0.0, impulse = 0.0;
+        perp__joint_view view = {.coordinate = 0.0};
+        double place = 0.0;
 
-        /* 1. numbers that are none too large need no look */
         if (!perp__joint_works(world, i))
             continue;
         for (int32_t side = 0; side < 2; side++)
             place = fmax(place, fmax(perp__largest3(world->next[joint->body[side]].position),
                                      perp__largest3(joint->anchors[side])));
-        for (int32_t row = 0; row < PERP__JOINT_SLOTS; row++)
-            impulse = fmax(impulse, fabs(joint->impulse[row]));
-        if (fmax(place, impulse * (1.0 + perp__largest3(joint->middle.arms[1]))) < FAR)
-            continue;
-
-        /* 2. the state as it would be told */
-        told = world->joint_states[i];
-        read_state(world, joint, world->next, &told);
-        if (!isfinite(told.coordinate) || !perp__is_finite3(told.last.impulse) ||
-            !perp__is_finite3(told.last.moment))
+        if (!(place < FAR)) /* else it has one */
+            perp__view_of_states(world, joint, world->next, 0.0, &view);
+        if (!isfinite(view.coordinate) || !perp__is_finite3(joint->told[0]) ||
+            !perp__is_finite3(joint->told[1]))
             status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,
                                 "the step takes joint %d beyond the range of numbers", (int)i);
     }
@@ -440,7 +426,7 @@ void perp__keep_joints(perp_world *world)
 
         if (!perp__joint_works(world, i))
             continue;
-        read_state(world, &world->joints[i], world->states, &world->joint_states[i]);
+        read_state(world, &world->joints[i], &world->joint_states[i]);
         world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
     }
 }

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "world/islands/islands.h"
 
 int32_t perp__swings(const perp_world *world, const perp__island *island)
 {
@@ -73,23 +74,14 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
 {
     perp__island_work *work = &world->work;
     perp__evidence evidence = {.sound = 1};
-    const int32_t n = world->dof;
     perp_status status;
 
     /* 1. biases J v0, of what turns with bodies along their paths */
     turn_numbers(world, island, work->solved, work->now, 0);
-    for (int32_t u = 0; u < work->units; u++) {
-        perp__rigid_rows *rows = &work->rows[u];
-
-        memset(rows->bias, 0, sizeof rows->bias);
-        for (int32_t side = 0; side < 2; side++) {
-            const int32_t body = rows->body[side];
-            const double *now = body < island->bodies ? work->solved : work->now;
-
-            for (int32_t k = 0; k < rows->dim && body >= 0; k++)
-                rows->bias[k] += perp__dot(rows->rows[side][k], now + n * body, n);
-        }
-    }
+    for (int32_t u = 0; u < work->units; u++)
+        for (int32_t k = 0; k < work->rows[u].dim; k++)
+            work->rows[u].bias[k] =
+                perp__row_velocity(world, u, k, work->solved, island->bodies, 1);
 
     /* 2. the velocities, and what they are worth */
     status = perp__solve_equations(world, island, PERP__REFINED, &evidence.tested);

@@ -432,10 +432,8 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
             continue;
         view_there(world, joint, t, &end);
         for (int32_t which = 0; which < 2; which++)
-            if (gap_of(perp__state_of(world, joint), &end, which) < 0.0 && !joint->reached[which]) {
-                joint->reached[which] = 1;
-                came++;
-            }
+            if (gap_of(perp__state_of(world, joint), &end, which) < 0.0 && !joint->reached[which])
+                came += joint->reached[which] = 1;
     }
     return came;
 }
@@ -443,11 +441,8 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
 /* Joints where they are, for all of the interval. */
 void perp__stop_trial(perp_world *world, const perp__island *island)
 {
-    for (int32_t i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-
-        memset(motion->trial, 0, sizeof motion->trial);
-    }
+    for (int32_t i = 0; i < island->bodies; i++)
+        memset(perp__island_motion(world, island, i)->trial, 0, 6 * sizeof(double));
 }
 
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
