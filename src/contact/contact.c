@@ -218,12 +218,12 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
 {
     perp__contact_slot *slot = slot_of(solver, step->method);
     const double tol = solver->settings.tol, enough = fmax(tol, solver->enough);
-    const int32_t is_chosen = solver->settings.method == step->method;
+    const int32_t is_chosen = solver->settings.method == step->method || solver->settings.cone > 0;
     const int32_t rounds = step->method == PERP_CONTACT_METHOD_LEMKE ? 0 : SHARPER;
     const int32_t attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     perp__contact_worth worth;
     int32_t suits;
-    perp_status status = check_method(solver, slot, is_chosen || solver->settings.cone > 0, &suits);
+    perp_status status = check_method(solver, slot, is_chosen, &suits);
 
     if (status != PERP_OK || !suits)
         return status;

@@ -38,7 +38,7 @@ enum {
     STEPS = 100,
     MORE_STEPS = 1000, /* of the second attempt; */
     MANY = 2000,       /* of a part with more rows than this, */
-    FEW_STEPS = 300,   /* so many */
+    FEW_STEPS = 300,   /* so many; and in a plan that many in vain */
     IN_VAIN = 15,      /* that do not halve the residual: half of what an interior point takes */
     LOOK = 10          /* sweeps after which the residual is looked at */
 };
@@ -138,7 +138,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, SOFT_RHO};
     const perp__contact_problem *problem = s->common.problem;
     const int32_t steps = part->last_row - part->row > MANY ? FEW_STEPS : MORE_STEPS;
-    const int32_t newton = !s->splits;
+    const int32_t patience = problem->chosen ? steps : FEW_STEPS, newton = !s->splits;
 
     /* 1. x from r. */
     s->best_residual = INFINITY;
@@ -159,7 +159,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     if (newton && iterate->attempt == 0 && perp__proximal_goes_on(s, s->tol))
         run_first(s, part, iterate->given);
     else if (newton && perp__proximal_goes_on(s, s->tol))
-        perp__proximal_newton_run(s, part, CENTRE_RHO, steps, steps);
+        perp__proximal_newton_run(s, part, CENTRE_RHO, steps, patience);
 
     /* 3. r from the best x. */
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {

@@ -275,8 +275,10 @@ static void read_modes(const perp__pyramid *p, int8_t *modes)
 #define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
 #define NARROWER 0.125
 
-/* More unknowns than this are more than pivoting serves. */
-enum { MOST_UNKNOWNS = 20000 };
+/* More unknowns than this are more than pivoting serves. In a plan, of more than so few, the path
+ * has the last word: M is copositive, but for contacts that hold both ways, and where its paths end
+ * in rays nothing promises an answer: Newton's method on M costs fifty times as much in vain. */
+enum { MOST_UNKNOWNS = 20000, FEW_UNKNOWNS = 20 };
 
 static perp_status check(const perp__contact_problem *problem)
 {
@@ -392,7 +394,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     /* 2. Its answer, to this call's tolerance and limits. */
     M = perp__view(PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M);
     settings.tol = fmin(settings.tol, problem->tol);
-    if (problem->leads)
+    if (problem->leads || (!problem->chosen && !problem->two_sided && p->n > FEW_UNKNOWNS))
         settings.method = PERP_LCP_LEMKE;
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;
