@@ -119,8 +119,8 @@ static perp_status check_abort(perp_contact_solver *solver)
                : PERP_OK;
 }
 
-/* The polish is dense: of many rows of bodies it is for those that all but their own residual is
- * enough of, whose contacts hide beside heavier ones. */
+/* The polish is dense. With many rows of bodies it is worth its cost only where the tested residual
+ * is small enough and some contact's own is not, as that hides beside heavier bodies. */
 static int32_t is_worth_polish(const perp_contact_solver *solver, const perp__contact_worth *worth)
 {
     return solver->size <= POLISHED_ROWS ||

@@ -8,11 +8,6 @@
 
 #include "linalg/spatial.h"
 
-#define RELATIVE_SLACK 1e-9
-
-/* A gap is a difference of coordinates: this many units of rounding of the largest of them. */
-#define GAP_ROUNDING (64.0 * PERP__EPSILON)
-
 /* By how much of its way a motion may close shapes that touch without pressing. */
 #define RELATIVE_GRAZING 1e-6
 
@@ -34,100 +29,6 @@
 /* Share of the step in which the side is found from which shapes came into each other. */
 #define NARROWEST 0.03125
 
-static double rounding_of(const perp_world *world, int32_t shape)
-{
-    const double *x = world->placed[shape].position;
-    double largest = perp__largest3(x);
-
-    return GAP_ROUNDING *
-           (largest + world->shapes[shape].radius + fabs(world->shapes[shape].geometry.offset));
-}
-
-double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
-{
-    return rounding_of(world, pair->first) + rounding_of(world, pair->second);
-}
-
-double perp__pair_size(const perp_world *world, const perp__pair *pair)
-{
-    const double a = world->bodies[world->shapes[pair->first].body].radius;
-    const double b = world->bodies[world->shapes[pair->second].body].radius;
-
-    return a > 0.0 && b > 0.0 ? 2.0 * fmin(a, b) : a + b;
-}
-
-/* The thickness of the thinner shape; 0 for points before half-spaces. */
-static double size_of(const perp_world *world, const perp__pair *pair)
-{
-    double size =
-        perp__lesser(world->shapes[pair->first].thickness, world->shapes[pair->second].thickness);
-
-    return isfinite(size) ? size : 0.0;
-}
-
-/* Shapes no farther apart, nor deeper in each other, touch. */
-static double touching_of(const perp_world *world, const perp__pair *pair, double rounding)
-{
-    return RELATIVE_SLACK * size_of(world, pair) + rounding;
-}
-
-double perp__pair_touching(const perp_world *world, const perp__pair *pair)
-{
-    return touching_of(world, pair, perp__pair_rounding(world, pair));
-}
-
-/* Whether the spheres about two shapes are within `margin` of each other. */
-int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
-{
-    const double *a = world->placed[pair->first].position;
-    const double *b = world->placed[pair->second].position;
-    const double between[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    const double reach =
-        world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
-
-    return pair->plane || perp__dot3(between, between) <= reach * reach || !isfinite(reach * reach);
-}
-
-/* A ball in its body's centre does not. */
-static int32_t rotates(const perp__shape *shape)
-{
-    return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
-}
-
-double perp__turning_reach(const perp__shape *shape)
-{
-    return rotates(shape) ? shape->reach : 0.0;
-}
-
-static double turning_of(const perp_world *world, const perp__shape *shape, double h)
-{
-    return perp__turning(world, shape->body, perp__turning_reach(shape), h);
-}
-
-/* A shape on the way of its body's motion. */
-perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h)
-{
-    const perp__shape *at = &world->shapes[shape];
-    const perp__motion *motion = &world->motions[at->body];
-    const int32_t turning = rotates(at);
-    perp__moving moving;
-
-    moving.start = &world->placed[shape];
-    perp__copy3(moving.centre, world->states[at->body].position);
-    for (int32_t k = 0; k < 3; k++) {
-        moving.displacement[k] = h * motion->moving[k];
-        moving.turn[k] = turning ? h * motion->moving[3 + k] : 0.0;
-    }
-    moving.reach = at->reach;
-    return moving;
-}
-
-/* How far its points go, at most. */
-static double way_of(const perp__moving *shape)
-{
-    return perp__length3(shape->displacement) + perp__length3(shape->turn) * shape->reach;
-}
-
 /* ---- what is covered ---- */
 
 /* Whether another shape near `shape` than `owner` holds the point. */
@@ -141,7 +42,7 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
         const int32_t other = link % 2 ? pair->first : pair->second;
         const perp__shape *at = &world->shapes[other];
         const double *v = world->motions[at->body].moving;
-        double between[3], reach = at->radius + turning_of(world, at, h);
+        double between[3], reach = at->radius + perp__shape_turning(world, at, h);
         const perp__placed *there = &world->placed[other];
         perp__placed placed;
 
@@ -184,7 +85,7 @@ static encounter encounter_of(const perp_world *world, const perp__pair *pair, d
     e.a = perp__moving_shape(world, pair->first, h);
     e.b = perp__moving_shape(world, pair->second, h);
     e.displacement = perp__relative_displacement(&e.a, &e.b);
-    e.near.touching = touching_of(world, pair, rounding);
+    e.near.touching = perp__pair_touching(world, pair, rounding);
     e.near.grazing = rounding + RELATIVE_GRAZING * e.displacement;
     e.near.rounding = rounding;
     return e;
@@ -209,7 +110,8 @@ static int32_t is_covered(const encounter *e, const perp__footing *at, double t,
     for (int32_t i = 0; i < faces && (whole || !held); i++)
         if (is_held(world, shape, owner, probes[i], e->h, t, 0.25 * at->crack))
             held = 1;
-        else if (whole && perp__separation(placed, beside, normals[i]) < -size_of(world, e->pair))
+        else if (whole && perp__separation(placed, beside, normals[i]) <
+                              -perp__pair_thickness(world, e->pair))
             return 0;
     return held;
 }
@@ -224,7 +126,7 @@ static int32_t are_covered(const encounter *e, const perp__collision *collision,
     double position[3] = {0.0, 0.0, 0.0}, least = INFINITY, share = 0.0;
     perp__footing at = {.position = position,
                         .normal = n,
-                        .crack = CRACK * size_of(e->world, e->pair) + e->near.rounding,
+                        .crack = CRACK * perp__pair_thickness(e->world, e->pair) + e->near.rounding,
                         .planar = e->world->settings.planar,
                         .least = collision->doubtful || whole ? 1 : 2};
 
@@ -276,7 +178,7 @@ static int32_t came_through(const encounter *e, const perp__placed *a, const per
     perp__apply3(to, a->rotation, now->normal);
     if (perp__dot3(from, to) < 0.0)
         separation = -separation - 2.0 * start->width;
-    return separation >= -size_of(e->world, e->pair);
+    return separation >= -perp__pair_thickness(e->world, e->pair);
 }
 
 /* The points over the next face that lies open, of those with a separation of at least `least` and
@@ -328,7 +230,7 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
  * then no point keeps them apart, and they meet when one lies open. */
 static int32_t open_points(const encounter *e, perp__collision *collision, double later)
 {
-    const double least = -SHALLOW * size_of(e->world, e->pair);
+    const double least = -SHALLOW * perp__pair_thickness(e->world, e->pair);
     double covered[3];
     int32_t made = points_along(e, collision, AT_DEEPEST);
 
@@ -382,7 +284,7 @@ static int32_t touch_plainly(const encounter *e, perp__pair *pair, const perp__a
          (e->displacement <= near && pressed_along(e->world, pair))) &&
         perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision))
         return 1;
-    wide.touching = perp__greater(near, way_of(&e->a) + way_of(&e->b));
+    wide.touching = perp__greater(near, perp__way_of(&e->a) + perp__way_of(&e->b));
     return !rounded && perp__touch_plainly(&e->a, &e->b, planar, &wide, axes, &pair->collision);
 }
 
@@ -495,7 +397,7 @@ static void note_lead(const encounter *e, perp__pair *pair, const perp__axes *ax
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
-    const double touching = perp__pair_touching(world, pair);
+    const double touching = perp__pair_touching(world, pair, perp__pair_rounding(world, pair));
     const double near = PERP__NEAR * perp__pair_size(world, pair);
     int32_t made = 0;
     perp__axes axes;
@@ -508,7 +410,8 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
         const double displacement = (fabs(h * to[0] - h * from[0]) + fabs(h * to[1] - h * from[1]) +
                                      fabs(h * to[2] - h * from[2])) +
-                                    turning_of(world, a, h) + turning_of(world, b, h);
+                                    perp__shape_turning(world, a, h) +
+                                    perp__shape_turning(world, b, h);
         const double due = perp__greater(perp__lesser(near, 2.0 * displacement), touching);
 
         made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
@@ -519,7 +422,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         return 0;
     }
     e = encounter_of(world, pair, h, points);
-    reach = perp__greater(touching, perp__greater(near, way_of(&e.a) + way_of(&e.b)));
+    reach = perp__greater(touching, perp__greater(near, perp__way_of(&e.a) + perp__way_of(&e.b)));
     axes.count = 0;
     if (perp__are_near(world, pair, reach)) {
         pair->plain = perp__axes_of(e.a.start, e.b.start, world->settings.planar, reach, &axes);
@@ -620,7 +523,8 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     int32_t passes;
     encounter e;
 
-    if (pair->plane || turning_of(world, first, h) + turning_of(world, second, h) <= deep)
+    if (pair->plane ||
+        perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
         return 0;
     e = encounter_of(world, pair, h, NULL);
     passes = e.displacement > first->thickness + second->thickness;

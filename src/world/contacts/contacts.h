@@ -75,11 +75,15 @@ void perp__forget_shape(perp_world *world, int32_t shape);
 /* A gap below this share of the bodies' size is near: such points take part from the start. */
 #define PERP__NEAR 1e-3
 
-/* collisions.c */
+/* measures.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* The size of the two bodies: an overlap is large beside the smaller one, whatever the other is;
  * points and half-spaces are not asked. */
 double perp__pair_size(const perp_world *world, const perp__pair *pair);
+/* The thickness of the thinner shape; 0 for points before half-spaces. */
+double perp__pair_thickness(const perp_world *world, const perp__pair *pair);
+/* Shapes no farther apart, nor deeper in each other, touch; `rounding`: the pair's. */
+double perp__pair_touching(const perp_world *world, const perp__pair *pair, double rounding);
 
 /* The geometric mean; exact where both are equal. */
 static inline double perp__pair_friction(const perp__shape *a, const perp__shape *b)
@@ -97,8 +101,12 @@ static inline double perp__turning(const perp_world *world, int32_t body, double
 
     return h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * reach;
 }
-/* A shape on the way of its body's motion. */
+double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h);
+/* A shape on the way of its body's motion, and how far its points go, at most. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
+double perp__way_of(const perp__moving *shape);
+
+/* collisions.c */
 /* Points of shapes that touch plainly at the start; 0: they don't. Those of half-spaces may be left
  * out from a gap of `far` on. */
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
@@ -106,8 +114,6 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->collision. */
 int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h);
-/* No farther apart the shapes of a pair touch. */
-double perp__pair_touching(const perp_world *world, const perp__pair *pair);
 /* Whether the motion at hand makes a pair meet that is no half-space's. */
 int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h);
 /* Whether it takes a pair that touches deep into each other: what turns comes down on another
