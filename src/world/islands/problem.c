@@ -2,7 +2,6 @@
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
 #include "world/joints/joints.h"
-#include "world/islands/batch.h"
 #include "world/islands/contact_rows.h"
 
 #include <string.h>
@@ -56,7 +55,6 @@ perp_status perp__fit_work(perp_world *world, int32_t contacts, int32_t bodies)
 perp_status perp__fit_island_work(perp_world *world)
 {
     int32_t contacts = 0, bodies = 0;
-    perp_status status;
 
     for (int32_t i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
@@ -64,9 +62,7 @@ perp_status perp__fit_island_work(perp_world *world)
         perp__raise_room(&contacts, island->contacts + PERP__JOINT_UNITS * island->joints);
         perp__raise_room(&bodies, island->bodies + island->contacts + island->joints);
     }
-    status = perp__fit_work(world, contacts, bodies);
-    PERP__THEN(status, perp__fit_batch(world));
-    return status;
+    return perp__fit_work(world, contacts, bodies);
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
