@@ -27,17 +27,28 @@ double perp__kinetic_of(const perp_world *world, int32_t i, const perp__state *s
                   perp__dot3(spin, state->angular_velocity));
 }
 
-double perp__energy_lost(const perp_world *world, int32_t i)
+double perp__kinetic_beside(const perp_world *world, int32_t i, const perp__state *state,
+                            const double *frame)
+{
+    perp__state beside = *state;
+
+    perp__add3(beside.velocity, -1.0, frame);
+    return perp__kinetic_of(world, i, &beside);
+}
+
+double perp__energy_lost(const perp_world *world, int32_t i, const double *frame)
 {
     const perp__state *from = &world->states[i], *to = &world->next[i];
+    const double h = world->step_length;
     double work = 0.0;
 
     for (int32_t k = 0; k < 3; k++) {
         const double force = world->bodies[i].mass * world->settings.gravity[k] + from->force[k];
-        work += force * (to->position[k] - from->position[k]) +
-                from->torque[k] * world->motions[i].moving[3 + k] * world->step_length;
+        work += force * (to->position[k] - from->position[k] - h * frame[k]) +
+                from->torque[k] * world->motions[i].moving[3 + k] * h;
     }
-    return perp__kinetic_of(world, i, from) - perp__kinetic_of(world, i, to) + work;
+    return perp__kinetic_beside(world, i, from, frame) -
+           perp__kinetic_beside(world, i, to, frame) + work;
 }
 
 double perp__energy_rounding(const perp_world *world, int32_t i)

@@ -171,18 +171,19 @@ static void apply(perp_world *world, const perp__island *island)
  * each is opened by the same share. */
 static void shorten(const perp_world *world, const perp__island *island, double most)
 {
-    double lost = perp__work_of_motors(world, island), needed = 0.0, rounding = 0.0;
+    double lost = perp__work_of_motors(world, island), needed = 0.0, rounding = 0.0, frame[3];
     double share = fmin(1.0, most / longest_displacement(world, island));
+    const int32_t framed = perp__find_frame(world, island, frame, NULL);
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        lost += perp__energy_lost(world, body);
+        lost += perp__energy_lost(world, body, frame);
         rounding += perp__energy_rounding(world, body);
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     if (needed > perp__greater(lost, 0.0) + rounding && !perp__has_put(world, island) &&
-        !perp__is_tied(world, island, PERP_BODY_KINEMATIC)) /* others' work */
+        framed) /* else it is others' work */
         share *= perp__greater(lost, 0.0) / needed;
     for (int32_t i = 0; i < island->bodies; i++)
         for (int32_t k = 0; k < 6; k++)
@@ -263,12 +264,14 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   double most)
 {
+    double frame[3];
     perp_status status;
-    int32_t found = 0;
+    int32_t found = 0, tied;
 
+    (void)perp__find_frame(world, island, frame, &tied);
     pose(world, island);
     status = solve_shifts(world, island, &found);
-    if (found && perp__is_tied(world, island, PERP_BODY_STATIC))
+    if (found && tied)
         found = longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
     if (status == PERP_OK && found) {
         shorten(world, island, most);

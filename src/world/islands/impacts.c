@@ -206,8 +206,8 @@ void perp__move_bodies(perp_world *world, const perp__island *island, double tol
             work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
 }
 
-/* Half of r'(u- + u+) of the impulses over a jump, and the size of its terms, which may cancel
- * altogether. */
+/* Half of r'(u- + u+) of the impulses over a jump, u beside what moves as it is told, and the size
+ * of its terms, which may cancel altogether. */
 double perp__work_of_rows(const perp_world *world, const perp__island *island, int32_t units,
                           double *size)
 {
@@ -223,12 +223,14 @@ double perp__work_of_rows(const perp_world *world, const perp__island *island, i
             const int32_t is_motor =
                 i >= work->count && work->joint_units[i - work->count].slot == PERP__SLOT_MOTOR;
 
-            if (body < 0 || body >= island->bodies || is_motor)
+            const double *ends = body < island->bodies ? work->v : work->now;
+
+            if (body < 0 || is_motor)
                 continue;
             for (int32_t k = 0; k < rows->dim; k++)
                 for (int32_t j = 0; j < n; j++) {
                     const double push = 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j];
-                    const double before = work->now[n * body + j], after = work->v[n * body + j];
+                    const double before = work->now[n * body + j], after = ends[n * body + j];
 
                     sum += push * (before + after);
                     *size += fabs(push) * (fabs(before) + fabs(after));
@@ -338,7 +340,7 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
 
 /* The jump of the velocities where contacts touch. Moreau's law with friction, or with several
  * contacts, can give energy, beyond what impulses known to tol may: then with less of the
- * restitution, in the end none, which never does where nothing moves as it is told. */
+ * restitution, in the end none, which never does. */
 static perp_status jump(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
@@ -363,7 +365,7 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
         if (status != PERP_OK)
             return status;
         energy = perp__work_of_rows(world, island, work->count, &size);
-        if (share == 0.0 || work->carriers > 0 || energy <= perp__exact_tol(world) * size)
+        if (share == 0.0 || energy <= perp__exact_tol(world) * size)
             break;
     }
     perp__take_answer(world, island);

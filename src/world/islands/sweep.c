@@ -236,8 +236,8 @@ static int32_t goes_nowhere(const perp_world *world, const perp__island *island,
 /* ---- energy ----
  *
  * Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
- * With d what impulses make of the velocities, m the mean of these before and after the step, and f
- * the forces, it grows by
+ * With d what impulses make of the velocities, m the mean of these before and after the step, beside
+ * those of what the island is tied to, and f the forces, it grows by
  *
  *   d'M m + h f'(m - moving).
  *
@@ -263,18 +263,34 @@ static double mass_product(const perp_world *world, const perp__island *island, 
     return sum;
 }
 
+/* x += share frame, a twist. */
+static void add_frame(const perp_world *world, const perp__island *island, double share,
+                      const double *frame, double *x)
+{
+    double one[6];
+
+    perp__coordinates_of(world, frame, one);
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
+        x[i] += share * one[i % world->dof];
+}
+
 static int32_t take_energy(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
     const int32_t numbers = world->dof * island->bodies;
     double *d = work->solved, *m = work->drift, size, work_of_d, growth = 0.0, share, shift[6];
+    double frame[6] = {0.0};
     int32_t scaled;
 
+    if (!perp__find_frame(world, island, frame, NULL))
+        return 0;
     for (int32_t i = 0; i < numbers; i++) {
         d[i] = work->v[i] - work->start[i] - work->gain[i];
         m[i] = 0.5 * (work->start[i] + work->v[i]);
     }
+    add_frame(world, island, -1.0, frame, m);
     work_of_d = mass_product(world, island, d, m);
+    add_frame(world, island, 1.0, frame, m);
     size = mass_product(world, island, d, d);
     scaled = work_of_d > ENERGY_ROUNDING * size;
     if (scaled) {
@@ -357,7 +373,7 @@ static int32_t gives_energy(const perp_world *world, const perp__island *island,
     double size;
     const double work = perp__work_of_rows(world, island, world->work.units, &size);
 
-    return world->work.carriers == 0 && work > (perp__swept_tol(world) + turn * turn) * size;
+    return work > (perp__swept_tol(world) + turn * turn) * size;
 }
 
 /* The residual after some of the impulses were taken back. */
@@ -436,8 +452,7 @@ static perp_status follow_sweep(perp_world *world, const perp__island *island, d
         verdict->impacts = 1;
         status = bounce(world, island, answer, problem, &sweeping->step);
     }
-    if (status == PERP_OK && island->joints == 0 && world->work.carriers == 0 &&
-        take_energy(world, island, h))
+    if (status == PERP_OK && island->joints == 0 && take_energy(world, island, h))
         status = measure_again(world, island, h, answer, problem);
     verdict->residual = answer->tested;
     verdict->drive = answer->drive;

@@ -247,34 +247,56 @@ double perp__work_of_motors(const perp_world *world, const perp__island *island)
     return sum;
 }
 
-int32_t perp__is_tied(const perp_world *world, const perp__island *island, int32_t least)
+/* Body k of joints, two of each, and of contacts after them. */
+static int32_t tied_body(const perp_world *world, const perp__island *island, int32_t k)
 {
-    int32_t tied = 0;
+    const int32_t i = k / 2 - island->joints;
+    const perp__world_contact *contact;
 
-    for (int32_t k = 0; k < 2 * island->joints && !tied; k++)
-        tied = world->bodies[perp__island_joint(world, island, k / 2)->body[k % 2]].kind >= least;
-    for (int32_t i = 0; i < island->contacts && !tied; i++) {
-        const perp__world_contact *contact =
-            perp__island_contact(world, world->island_set, island, i);
-        tied = world->bodies[contact->body_a].kind >= least ||
-               world->bodies[contact->body_b].kind >= least;
+    if (i < 0)
+        return perp__island_joint(world, island, k / 2)->body[k % 2];
+    contact = perp__island_contact(world, world->island_set, island, i);
+    return k % 2 ? contact->body_b : contact->body_a;
+}
+
+int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame,
+                         int32_t *tied)
+{
+    int32_t any = 0, one = 1;
+
+    memset(frame, 0, 3 * sizeof *frame);
+    for (int32_t k = 0; k < 2 * (island->joints + island->contacts) && one; k++) {
+        const int32_t body = tied_body(world, island, k);
+        const perp__state *state = &world->states[body];
+
+        if (perp__is_dynamic(world, body))
+            continue;
+        if (!any)
+            perp__copy3(frame, state->velocity);
+        any = 1;
+        one = perp__is_zero3(state->angular_velocity) && frame[0] == state->velocity[0] &&
+              frame[1] == state->velocity[1] && frame[2] == state->velocity[2];
     }
-    return tied;
+    if (tied)
+        *tied = any;
+    return one;
 }
 
 /* The velocity of the mass centre along which nothing pushes from outside of the island: all of it
  * of what flies freely, that along planes, or where they meet, of what is on these without
- * friction. */
+ * friction; that of the frame across them. */
 static void velocity_to_keep(const perp_world *world, const perp__island *island, double *kept)
 {
-    double mass = 0.0, momentum[3] = {0.0}, line[3] = {0.0}, normal[3] = {0.0};
+    double mass = 0.0, momentum[3] = {0.0}, line[3] = {0.0}, normal[3] = {0.0}, frame[3];
     int32_t ways = 3; /* that it may take */
 
+    (void)perp__find_frame(world, island, frame, NULL);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         mass += world->bodies[body].mass;
         perp__add3(momentum, world->bodies[body].mass, world->next[body].velocity);
     }
+    perp__add3(momentum, -mass, frame);
     for (int32_t k = 0; k < 2 * island->joints && ways > 0; k++)
         ways *= perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
     for (int32_t i = 0; i < island->contacts && ways > 0; i++) {
@@ -301,6 +323,7 @@ static void velocity_to_keep(const perp_world *world, const perp__island *island
         perp__add3(kept, 1.0 / mass, momentum);
     if (ways == 2)
         perp__add3(kept, -perp__dot3(kept, normal), normal);
+    perp__add3(kept, 1.0, frame);
 }
 
 /* The kinetic energy beside that of the velocity to keep. */
@@ -311,10 +334,7 @@ static double kinetic_beside(const perp_world *world, const perp__island *island
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        perp__state beside = world->next[body];
-
-        perp__add3(beside.velocity, -1.0, kept);
-        kinetic += perp__kinetic_of(world, body, &beside);
+        kinetic += perp__kinetic_beside(world, body, &world->next[body], kept);
     }
     return kinetic;
 }
@@ -338,35 +358,39 @@ static void take_energy(perp_world *world, const perp__island *island, double ex
     }
 }
 
-/* What the step gave it beyond the work of forces, motors and what moves as it is told. */
+/* What the step gave it beyond the work of forces and motors, as seen by what it is tied to. */
 static double energy_given(const perp_world *world, const perp__island *island)
 {
-    double lost = 0.0;
+    double lost = 0.0, frame[3];
+
+    if (!perp__find_frame(world, island, frame, NULL))
+        return 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         if (!perp__stays(world, body))
-            lost += perp__energy_lost(world, body) + perp__energy_rounding(world, body);
+            lost += perp__energy_lost(world, body, frame) + perp__energy_rounding(world, body);
     }
-    return lost < 0.0 && !perp__is_tied(world, island, PERP_BODY_KINEMATIC)
-               ? fmax(-lost - perp__work_of_motors(world, island), 0.0)
-               : 0.0;
+    return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
 }
 
 /* More than all that moves came from the way, as far as velocities were solved: then bodies stay
- * where they were, and what is too much is what their velocities gained. Returns if they stay. */
+ * where they were, or the frame takes them, and what is too much is what their velocities gained.
+ * Returns if they stay. */
 static int32_t keep_energy(perp_world *world, const perp__island *island, double given)
 {
-    double kept[3];
+    double kept[3], frame[3];
     int32_t stays;
 
+    (void)perp__find_frame(world, island, frame, NULL);
     velocity_to_keep(world, island, kept);
     stays = isfinite(given) && given >= kinetic_beside(world, island, kept);
     for (int32_t i = 0; i < island->bodies && stays; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const perp__state now = world->next[body];
         world->next[body] = world->states[body];
+        perp__add3(world->next[body].position, world->step_length, frame);
         perp__copy3(world->next[body].velocity, now.velocity);
         perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
     }
