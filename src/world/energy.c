@@ -18,43 +18,34 @@ static void spin_of(const perp_world *world, int32_t i, const perp__state *state
     perp__apply3(spin, R, Iw);
 }
 
-double perp__kinetic_of(const perp_world *world, int32_t i, const perp__state *state)
+double perp__kinetic_of(const perp_world *world, int32_t i, const perp__state *state,
+                        const double *frame)
 {
-    double spin[3];
+    double spin[3], beside[3];
 
     spin_of(world, i, state, spin);
-    return 0.5 * (world->bodies[i].mass * perp__dot3(state->velocity, state->velocity) +
+    perp__subtract3(beside, state->velocity, frame);
+    return 0.5 * (world->bodies[i].mass * perp__dot3(beside, beside) +
                   perp__dot3(spin, state->angular_velocity));
-}
-
-double perp__kinetic_beside(const perp_world *world, int32_t i, const perp__state *state,
-                            const double *frame)
-{
-    perp__state beside = *state;
-
-    perp__add3(beside.velocity, -1.0, frame);
-    return perp__kinetic_of(world, i, &beside);
 }
 
 double perp__energy_lost(const perp_world *world, int32_t i, const double *frame)
 {
     const perp__state *from = &world->states[i], *to = &world->next[i];
-    const double h = world->step_length;
-    double work = 0.0;
+    double shift[6];
 
     for (int32_t k = 0; k < 3; k++) {
-        const double force = world->bodies[i].mass * world->settings.gravity[k] + from->force[k];
-        work += force * (to->position[k] - from->position[k] - h * frame[k]) +
-                from->torque[k] * world->motions[i].moving[3 + k] * h;
+        shift[k] = to->position[k] - from->position[k] - world->step_length * frame[k];
+        shift[3 + k] = world->step_length * world->motions[i].moving[3 + k];
     }
-    return perp__kinetic_beside(world, i, from, frame) -
-           perp__kinetic_beside(world, i, to, frame) + work;
+    return perp__kinetic_of(world, i, from, frame) - perp__kinetic_of(world, i, to, frame) -
+           perp__work_needed(world, i, shift);
 }
 
-double perp__energy_rounding(const perp_world *world, int32_t i)
+double perp__energy_rounding(const perp_world *world, int32_t i, const double *frame)
 {
     const perp__state *from = &world->states[i], *to = &world->next[i];
-    double sum = perp__kinetic_of(world, i, from) + perp__kinetic_of(world, i, to);
+    double sum = perp__kinetic_of(world, i, from, frame) + perp__kinetic_of(world, i, to, frame);
 
     for (int32_t k = 0; k < 3; k++)
         sum += fabs(world->bodies[i].mass * world->settings.gravity[k] + from->force[k]) *
@@ -87,7 +78,7 @@ perp_status perp_world_energy(const perp_world *world, double *kinetic, double *
 
         if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
             continue;
-        moving += perp__kinetic_of(world, i, state);
+        moving += perp__kinetic_of(world, i, state, (const double[3]){0.0});
         height -= mass * perp__dot3(world->settings.gravity, state->position);
     }
     if (kinetic)

@@ -6,14 +6,14 @@
  * pass with the geometry frozen. That holds for ways of the size of the overlap only: where no
  * short way exists (a body wedged between walls that overlap) the island stays as it is. Contacts
  * that rest with a gap of rounding are left alone, to the last bit. */
-#include "world/joints/joints.h"
-#include "world/islands/contact_rows.h"
-
 #include <math.h>
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "world/islands/contact_rows.h"
 #include "world/islands/lanes.h"
+#include "world/islands/standing.h"
+#include "world/joints/joints.h"
 
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
@@ -173,13 +173,13 @@ static void shorten(const perp_world *world, const perp__island *island, double 
 {
     double lost = perp__work_of_motors(world, island), needed = 0.0, rounding = 0.0, frame[3];
     double share = fmin(1.0, most / longest_displacement(world, island));
-    const int32_t framed = perp__find_frame(world, island, frame, NULL);
+    const int32_t framed = perp__find_frame(world, island, frame);
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         lost += perp__energy_lost(world, body, frame);
-        rounding += perp__energy_rounding(world, body);
+        rounding += perp__energy_rounding(world, body, frame);
         needed += share * perp__work_needed(world, body, world->motions[body].shift);
     }
     if (needed > perp__greater(lost, 0.0) + rounding && !perp__has_put(world, island) &&
@@ -264,14 +264,14 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   double most)
 {
-    double frame[3];
+    perp__carrying carrying;
     perp_status status;
-    int32_t found = 0, tied;
+    int32_t found = 0;
 
-    (void)perp__find_frame(world, island, frame, &tied);
+    (void)perp__find_carrying(world, island, &carrying);
     pose(world, island);
     status = solve_shifts(world, island, &found);
-    if (found && tied)
+    if (found && carrying.body >= 0)
         found = longest_displacement(world, island) <= (LONGEST_WAY + island->bodies) * longest;
     if (status == PERP_OK && found) {
         shorten(world, island, most);

@@ -71,14 +71,13 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 
 /* energy.c */
 /* The kinetic energy, as who moves with the velocity `frame` sees it. */
-double perp__kinetic_beside(const perp_world *world, int32_t body, const perp__state *state,
-                            const double *frame);
+double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state *state,
+                        const double *frame);
 /* What the step took from a body, with the work of forces, as seen from there: from its state to
  * the next one. */
 double perp__energy_lost(const perp_world *world, int32_t body, const double *frame);
 /* What of that may be rounding. */
-double perp__energy_rounding(const perp_world *world, int32_t body);
-double perp__kinetic_of(const perp_world *world, int32_t body, const perp__state *state);
+double perp__energy_rounding(const perp_world *world, int32_t body, const double *frame);
 /* What it takes to shift it by a small twist against forces. */
 double perp__work_needed(const perp_world *world, int32_t body, const double *shift);
 

@@ -54,15 +54,29 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
 
     carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
-    for (int32_t i = 0; i < island->contacts && one; i++) {
-        const int32_t *body = perp__step_tie(world, island, i)->body;
+    for (int32_t i = 0; i < island->contacts + island->joints && one; i++) {
+        const int32_t k = i - island->contacts;
+        const int32_t *body =
+            k < 0 ? world->island_set->ties[world->contact_order[island->first_contact + i]].body
+                  : perp__island_joint(world, island, k)->body;
 
         one = takes_in(world, carrying, &any, body[0]) && takes_in(world, carrying, &any, body[1]);
     }
-    for (int32_t i = 0; i < island->joints && one; i++)
-        for (int32_t side = 0; side < 2 && one; side++)
-            one = takes_in(world, carrying, &any, perp__island_joint(world, island, i)->body[side]);
     return one;
+}
+
+int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame)
+{
+    perp__carrying carrying;
+    const int32_t one = perp__find_carrying(world, island, &carrying);
+    const double *twist;
+
+    memset(frame, 0, 3 * sizeof *frame);
+    if (carrying.motion == PERP__CARRIED_AT_REST)
+        return one;
+    twist = world->motions[carrying.body].start;
+    perp__copy3(frame, twist);
+    return one && perp__is_zero3(twist + 3);
 }
 
 /* Where a carrier that turns takes the arm from its position to a body, after a time t. */

@@ -145,18 +145,11 @@ void perp__forget_number(perp_world *world, int32_t body)
         world->motions[body].carrier = -1;
 }
 
-static int32_t touches_carrier(const perp_world *world, const perp__world_contact *contact)
-{
-    return world->bodies[contact->body_a].kind == PERP_BODY_KINEMATIC ||
-           world->bodies[contact->body_b].kind == PERP_BODY_KINEMATIC;
-}
-
 /* Bodies and carriers of the island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t touched = 0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -175,26 +168,13 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         perp__copy3(work->origins + 3 * i, world->states[body].position);
     }
     work->carriers = 0;
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (touches_carrier(world, contact)) {
-            perp__forget_number(world, contact->body_a);
-            perp__forget_number(world, contact->body_b);
-            touched = 1;
-        }
-    }
+    for (int32_t i = 0; i < 2 * island->contacts; i++)
+        perp__forget_number(world, perp__step_tie(world, island, i / 2)->body[i % 2]);
     if (island->joints > 0)
         (void)perp__join_parts(world, island);
     perp__number_joint_bodies(world, island);
-    for (int32_t i = 0; i < island->contacts && touched; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (touches_carrier(world, contact)) {
-            perp__number_of(world, island, contact->body_a);
-            perp__number_of(world, island, contact->body_b);
-        }
-    }
+    for (int32_t i = 0; i < 2 * island->contacts; i++)
+        perp__number_of(world, island, perp__step_tie(world, island, i / 2)->body[i % 2]);
 }
 
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,

@@ -31,10 +31,13 @@ typedef struct perp__carrying {
     int32_t body;
 } perp__carrying;
 
-/* The common motion of all static and kinematic bodies that an island touches or is joined with.
- * Returns 0 where they move differently. */
+/* The common motion of all static and kinematic bodies that an island touches or is joined with;
+ * carrying->body is -1 where there is none. Returns 0 where they move differently. */
 int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
                             perp__carrying *carrying);
+/* Its velocity: as who moves with it sees it, what carries does no work. Returns 0 where it turns
+ * or there is none. */
+int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame);
 /* The twist that a body of the island has at a time t of the step if it keeps that motion. */
 void perp__carried_twist(const perp_world *world, const perp__carrying *carrying, int32_t body,
                          double t, double *twist);

@@ -236,8 +236,8 @@ static int32_t goes_nowhere(const perp_world *world, const perp__island *island,
 /* ---- energy ----
  *
  * Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
- * With d what impulses make of the velocities, m the mean of these before and after the step, beside
- * those of what the island is tied to, and f the forces, it grows by
+ * With d what impulses make of the velocities, m the mean of these before and after the step,
+ * beside those of what the island is tied to, and f the forces, it grows by
  *
  *   d'M m + h f'(m - moving).
  *
@@ -263,34 +263,22 @@ static double mass_product(const perp_world *world, const perp__island *island, 
     return sum;
 }
 
-/* x += share frame, a twist. */
-static void add_frame(const perp_world *world, const perp__island *island, double share,
-                      const double *frame, double *x)
-{
-    double one[6];
-
-    perp__coordinates_of(world, frame, one);
-    for (int32_t i = 0; i < world->dof * island->bodies; i++)
-        x[i] += share * one[i % world->dof];
-}
-
 static int32_t take_energy(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
     const int32_t numbers = world->dof * island->bodies;
     double *d = work->solved, *m = work->drift, size, work_of_d, growth = 0.0, share, shift[6];
-    double frame[6] = {0.0};
+    double frame[6] = {0.0}, beside[6];
     int32_t scaled;
 
-    if (!perp__find_frame(world, island, frame, NULL))
+    if (!perp__find_frame(world, island, frame))
         return 0;
+    perp__coordinates_of(world, frame, beside);
     for (int32_t i = 0; i < numbers; i++) {
         d[i] = work->v[i] - work->start[i] - work->gain[i];
-        m[i] = 0.5 * (work->start[i] + work->v[i]);
+        m[i] = 0.5 * (work->start[i] + work->v[i]) - beside[i % world->dof];
     }
-    add_frame(world, island, -1.0, frame, m);
     work_of_d = mass_product(world, island, d, m);
-    add_frame(world, island, 1.0, frame, m);
     size = mass_product(world, island, d, d);
     scaled = work_of_d > ENERGY_ROUNDING * size;
     if (scaled) {
@@ -305,7 +293,7 @@ static int32_t take_energy(perp_world *world, const perp__island *island, double
         work_of_d = 0.0;
     }
     for (int32_t i = 0; i < numbers; i++)
-        d[i] = m[i] - work->moving[i];
+        d[i] = (m[i] += beside[i % world->dof]) - work->moving[i];
     /* what forces do where bodies move by `moving` over h, not by m */
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__twist_of(world, d + world->dof * i, shift);

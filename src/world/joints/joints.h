@@ -149,11 +149,6 @@ perp_status perp__end_islands(perp_world *world, int32_t *changed);
 /* The most that the island's motors can do in a step; infinite of those whose force is. */
 double perp__work_of_motors(const perp_world *world, const perp__island *island);
 
-/* The velocity of all that is not dynamic and has a joint or a contact of the set with the island:
- * as who moves with it sees it, that does no work. 0 where nothing has; *tied, unless NULL, whether
- * something has. Returns 0 where they move differently, or turn. */
-int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame,
-                         int32_t *tied);
 /* The same without energy, of the islands at hand. */
 perp_status perp__close_joints(perp_world *world);
 /* The sum of what joints lack, as lengths, 0 where that is rounding; and of an island. */

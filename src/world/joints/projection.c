@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "world/islands/contact_rows.h"
+#include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
 /* Errors, in sizes and radians, that are worth removing; and those of equations where sweeps left
@@ -247,41 +248,6 @@ double perp__work_of_motors(const perp_world *world, const perp__island *island)
     return sum;
 }
 
-/* Body k of joints, two of each, and of contacts after them. */
-static int32_t tied_body(const perp_world *world, const perp__island *island, int32_t k)
-{
-    const int32_t i = k / 2 - island->joints;
-    const perp__world_contact *contact;
-
-    if (i < 0)
-        return perp__island_joint(world, island, k / 2)->body[k % 2];
-    contact = perp__island_contact(world, world->island_set, island, i);
-    return k % 2 ? contact->body_b : contact->body_a;
-}
-
-int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame,
-                         int32_t *tied)
-{
-    int32_t any = 0, one = 1;
-
-    memset(frame, 0, 3 * sizeof *frame);
-    for (int32_t k = 0; k < 2 * (island->joints + island->contacts) && one; k++) {
-        const int32_t body = tied_body(world, island, k);
-        const perp__state *state = &world->states[body];
-
-        if (perp__is_dynamic(world, body))
-            continue;
-        if (!any)
-            perp__copy3(frame, state->velocity);
-        any = 1;
-        one = perp__is_zero3(state->angular_velocity) && frame[0] == state->velocity[0] &&
-              frame[1] == state->velocity[1] && frame[2] == state->velocity[2];
-    }
-    if (tied)
-        *tied = any;
-    return one;
-}
-
 /* The velocity of the mass centre along which nothing pushes from outside of the island: all of it
  * of what flies freely, that along planes, or where they meet, of what is on these without
  * friction; that of the frame across them. */
@@ -290,7 +256,7 @@ static void velocity_to_keep(const perp_world *world, const perp__island *island
     double mass = 0.0, momentum[3] = {0.0}, line[3] = {0.0}, normal[3] = {0.0}, frame[3];
     int32_t ways = 3; /* that it may take */
 
-    (void)perp__find_frame(world, island, frame, NULL);
+    (void)perp__find_frame(world, island, frame);
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         mass += world->bodies[body].mass;
@@ -334,7 +300,7 @@ static double kinetic_beside(const perp_world *world, const perp__island *island
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        kinetic += perp__kinetic_beside(world, body, &world->next[body], kept);
+        kinetic += perp__kinetic_of(world, body, &world->next[body], kept);
     }
     return kinetic;
 }
@@ -363,14 +329,15 @@ static double energy_given(const perp_world *world, const perp__island *island)
 {
     double lost = 0.0, frame[3];
 
-    if (!perp__find_frame(world, island, frame, NULL))
+    if (!perp__find_frame(world, island, frame))
         return 0.0;
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         if (!perp__stays(world, body))
-            lost += perp__energy_lost(world, body, frame) + perp__energy_rounding(world, body);
+            lost +=
+                perp__energy_lost(world, body, frame) + perp__energy_rounding(world, body, frame);
     }
     return lost < 0.0 ? fmax(-lost - perp__work_of_motors(world, island), 0.0) : 0.0;
 }
@@ -383,7 +350,7 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
     double kept[3], frame[3];
     int32_t stays;
 
-    (void)perp__find_frame(world, island, frame, NULL);
+    (void)perp__find_frame(world, island, frame);
     velocity_to_keep(world, island, kept);
     stays = isfinite(given) && given >= kinetic_beside(world, island, kept);
     for (int32_t i = 0; i < island->bodies && stays; i++) {
