@@ -338,10 +338,12 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
     }
 }
 
-/* The jump of the velocities where contacts touch. Moreau's law with friction, or with several
+/* The jump of the velocities where contacts touch, or lack no more than the first does, as joints
+ * are known to lead there. Moreau's law with friction, or with several
  * contacts, can give energy, beyond what impulses known to tol may: then with less of the
  * restitution, in the end none, which never does. */
-static perp_status jump(perp_world *world, const perp__island *island, perp__verdict *verdict)
+static perp_status jump(perp_world *world, const perp__island *island, double lacking,
+                        perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     double share, size, energy;
@@ -349,8 +351,9 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
 
     for (int32_t i = 0; i < island->contacts;
          i++) /* velocities are known to tol, and so are gaps */
-        work->hit[i] = work->gap[i] > perp__exact_tol(world) * world->step_length *
-                                          normal_terms(world, i, work->now, island->bodies);
+        work->hit[i] =
+            work->gap[i] > lacking + perp__exact_tol(world) * world->step_length *
+                                         normal_terms(world, i, work->now, island->bodies);
     perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, work->hit);
@@ -383,7 +386,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 {
     perp__island_work *work = &world->work;
     int32_t which = -1, mean, passed, i;
-    double t, whole;
+    double t, whole, lacking;
     perp_status status;
 
     perp__aim_joints(world, island);
@@ -422,10 +425,11 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         work->velocity[i] = NAN; /* it was that of fewer rows: bodies tell the velocities */
     if (*done)
         return PERP_OK;
+    lacking = fmax(work->gap[which], 0.0);
     work->gap[which] = 0.0;
     *left -= t;
     turn_inertia(world, island);
-    status = jump(world, island, verdict);
+    status = jump(world, island, lacking, verdict);
     renew_gain(world, island, *left, h);
     return status;
 }
