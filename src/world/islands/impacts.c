@@ -239,6 +239,12 @@ double perp__work_of_rows(const perp_world *world, const perp__island *island, i
     return sum;
 }
 
+/* None there is, or none that there is time for: what methods leave then may be anything. */
+static int32_t has_no_answer(const perp__verdict *verdict)
+{
+    return verdict->outcome == PERP_OUTCOME_RAY || verdict->outcome == PERP_OUTCOME_TIME_LIMIT;
+}
+
 /* Velocities of the rows at hand, with joints where they are taken to be. */
 static perp_status solve_round(perp_world *world, const perp__island *island,
                                perp__verdict *verdict)
@@ -282,7 +288,7 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
             work->rows[i].bias[0] = work->gap[work->chosen[i]] / t;
         perp__time_joints(world, t);
         status = solve_round(world, island, verdict);
-        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || island->joints == 0)
+        if (status != PERP_OK || has_no_answer(verdict) || island->joints == 0)
             return status;
         perp__move_bodies(world, island, 0.0);
     } while (perp__goes_round(world, island, t, &rounds));
@@ -394,7 +400,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         do {
             status = solve_interval(world, island, work->hit, whole, h, verdict);
             *done = 1;
-            if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+            if (status != PERP_OK || has_no_answer(verdict))
                 return status;
         } while (island->joints == 0 && find_hits(world, island, h, slow) > 0);
         mean = lasts(world, island, 0.0);
@@ -503,7 +509,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
     do {
         status = solve_interval(world, island, NULL, left, h, verdict);
         verdict->stages++;
-        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+        if (status != PERP_OK || has_no_answer(verdict))
             return status;
         memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
         hits = find_hits(world, island, h, 0.5 / most);
@@ -525,7 +531,7 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
             status = go_to_impact(world, island, &left, h, 0.5 / most, &done, verdict);
             verdict->impacts += !done;
         }
-        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+        if (status != PERP_OK || has_no_answer(verdict))
             return status;
     } while (!done);
     /* 3. What the island has come to. */

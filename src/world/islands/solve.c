@@ -69,6 +69,24 @@ static void leave_alone(perp_world *world, const perp__island *island)
     }
 }
 
+/* The exact solution; what time does not suffice for is swept, as what begins after it is. */
+static perp_status follow(perp_world *world, const perp__island *island, double h, int32_t known,
+                          const perp__verdict *before, perp__verdict *verdict)
+{
+    perp_status status;
+
+    *verdict = *before;
+    perp__begin_joints(world, island, h, known);
+    status = perp__follow_island(world, island, h, verdict);
+    if (status != PERP_OK || verdict->outcome != PERP_OUTCOME_TIME_LIMIT)
+        return status;
+    *verdict = *before;
+    perp__begin_joints(world, island, h, 0);
+    status = perp__sweep_island(world, island, h, verdict);
+    verdict->outcome = perp__worse_outcome(verdict->outcome, PERP_OUTCOME_TIME_LIMIT);
+    return status;
+}
+
 /* What sweeps came to, or the exact solution where that is no answer, or nearly rest. */
 static perp_status keep_sweep(perp_world *world, const perp__island *island, double h,
                               const perp__verdict *before, perp__verdict *verdict)
@@ -79,9 +97,7 @@ static perp_status keep_sweep(perp_world *world, const perp__island *island, dou
                                     (!perp__is_good(verdict->outcome) || verdict->settles)));
     if (world->sketches || !verdict->sketched)
         return PERP_OK;
-    *verdict = *before;
-    perp__begin_joints(world, island, h, 0);
-    return perp__follow_island(world, island, h, verdict);
+    return follow(world, island, h, 0, before, verdict);
 }
 
 /* The path of an island: what stands stays, and what nothing closes goes freely; few rows are
@@ -127,8 +143,7 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
         status = perp__sweep_island(world, island, h, verdict);
         return status == PERP_OK ? keep_sweep(world, island, h, &before, verdict) : status;
     }
-    perp__begin_joints(world, island, h, known);
-    return perp__follow_island(world, island, h, verdict);
+    return follow(world, island, h, known, &before, verdict);
 }
 
 /* Whether a body turns so far about a point that presses on it, its radius aside, that the point
