@@ -77,17 +77,6 @@ int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots)
     return info;
 }
 
-void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
-                    int32_t transposed)
-{
-    int info = 0;
-
-    if (n <= SMALL_LU)
-        perp__loops_lu_solve(n, 1, A, lda, pivots, x, n, transposed);
-    else
-        dgetrs_(transposed ? "T" : "N", &n, &one, A, &lda, pivots, x, &n, &info, 1);
-}
-
 void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
                             const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
 {

@@ -18,12 +18,14 @@ void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32
                                     const double *x, int32_t incx, double *y);
 /* LU with partial pivoting in place; returns 0, or the 1-based index of a zero pivot. */
 int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots);
-/* x := A^-1 x, or A^-T x. */
-void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
-                    int32_t transposed);
 /* B := A^-1 B, or A^-T B; B has `columns` columns. */
 void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
                             const int32_t *pivots, double *B, int32_t ldb, int32_t transposed);
+static inline void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
+                                  double *x, int32_t transposed)
+{
+    perp__lu_solve_columns(n, 1, A, lda, pivots, x, n, transposed);
+}
 /* A = L L' by the lower triangle of A, which L replaces; the rest of A is neither read nor written.
  * Returns 0, or the 1-based index of the first pivot that is not positive. */
 int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda);

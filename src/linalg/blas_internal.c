@@ -80,12 +80,6 @@ int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots)
     return zero_pivot;
 }
 
-void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
-                    int32_t transposed)
-{
-    perp__loops_lu_solve(n, 1, A, lda, pivots, x, n, transposed);
-}
-
 void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
                             const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
 {

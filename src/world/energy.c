@@ -65,52 +65,52 @@ double perp__work_needed(const perp_world *world, int32_t i, const double *shift
     return work;
 }
 
-perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
+/* Of all dynamic bodies; energies are kinetic and potential. */
+static perp_status add_up(const perp_world *world, double energies[2], double p[3], double L[3])
 {
-    double moving = 0.0, height = 0.0;
+    const double at_rest[3] = {0.0};
     perp_status status = perp__world_enter(world);
 
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < world->body_slots; i++) {
         const perp__state *state = &world->states[i];
-        double mass = world->bodies[i].mass;
-
-        if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
-            continue;
-        moving += perp__kinetic_of(world, i, state, (const double[3]){0.0});
-        height -= mass * perp__dot3(world->settings.gravity, state->position);
-    }
-    if (kinetic)
-        *kinetic = moving;
-    if (potential)
-        *potential = height;
-    return perp__leave(world->context, PERP_OK);
-}
-
-perp_status perp_world_momentum(const perp_world *world, double *linear, double *angular)
-{
-    double p[3] = {0.0, 0.0, 0.0}, L[3] = {0.0, 0.0, 0.0};
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    for (int32_t i = 0; i < world->body_slots; i++) {
-        const perp__state *state = &world->states[i];
-        double mass = world->bodies[i].mass;
+        const double mass = world->bodies[i].mass;
         double spin[3], orbit[3];
 
         if (!world->bodies[i].alive || !perp__is_dynamic(world, i))
             continue;
+        energies[0] += perp__kinetic_of(world, i, state, at_rest);
+        energies[1] -= mass * perp__dot3(world->settings.gravity, state->position);
         spin_of(world, i, state, spin);
         perp__cross(orbit, state->position, state->velocity);
         perp__add3(p, mass, state->velocity);
         perp__add3(L, mass, orbit);
         perp__add3(L, 1.0, spin);
     }
-    if (linear)
-        perp__copy3(linear, p);
-    if (angular)
-        perp__copy3(angular, L);
     return perp__leave(world->context, PERP_OK);
+}
+
+perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
+{
+    double energies[2] = {0.0}, p[3] = {0.0}, L[3] = {0.0};
+    const perp_status status = add_up(world, energies, p, L);
+
+    if (status == PERP_OK && kinetic)
+        *kinetic = energies[0];
+    if (status == PERP_OK && potential)
+        *potential = energies[1];
+    return status;
+}
+
+perp_status perp_world_momentum(const perp_world *world, double *linear, double *angular)
+{
+    double energies[2] = {0.0}, p[3] = {0.0}, L[3] = {0.0};
+    const perp_status status = add_up(world, energies, p, L);
+
+    if (status == PERP_OK && linear)
+        perp__copy3(linear, p);
+    if (status == PERP_OK && angular)
+        perp__copy3(angular, L);
+    return status;
 }

@@ -52,6 +52,11 @@ typedef struct perp__lcp_all {
     int32_t found;   /* which is left in solver->z, with w_high */
 } perp__lcp_all;
 
+static inline double *perp__row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
+{
+    return level->T + (size_t)i * (size_t)(all->n + 1);
+}
+
 /* Visits all index sets that are not ruled out on the way. */
 perp_status perp__lcp_all_search(perp__lcp_all *all);
 

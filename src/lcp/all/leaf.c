@@ -15,11 +15,6 @@ static const double same = 1e-8;
  * own: no other leaf can find it. */
 static const double clear_margin = 1e-6;
 
-static double *row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
-{
-    return level->T + (size_t)i * (size_t)(all->n + 1);
-}
-
 static double *direction(const perp__lcp_all *all, int32_t k)
 {
     return all->directions + (size_t)k * (size_t)all->n;
@@ -126,7 +121,7 @@ static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, c
             return 0;
     }
     for (int32_t i = 0; i < all->n; i++) {
-        const double *row = row_of(all, &all->levels[0], i);
+        const double *row = perp__row_of(all, &all->levels[0], i);
         double sum = constant ? row[all->n] : 0.0;
 
         if (places[i] != PERP__BETWEEN)
@@ -180,7 +175,7 @@ static void find_affine_set(perp__lcp_all *all, const perp__tableau *level)
                          : all->places[i] == PERP__AT_UPPER ? all->solver->upper_scaled[i]
                                                             : all->solver->lower_scaled[i];
     for (int32_t i = 0; i < n; i++) {
-        const double *T = row_of(all, level, i);
+        const double *T = perp__row_of(all, level, i);
 
         if (level->kind[i] != PERP__ROW_Z)
             continue;
@@ -275,7 +270,7 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     /* bounds of what is between them, signs of w at the others */
     for (int32_t i = 0; i < all->n; i++) {
         const double l = all->solver->lower_scaled[i], u = all->solver->upper_scaled[i];
-        const double *row = row_of(all, &all->levels[0], i);
+        const double *row = perp__row_of(all, &all->levels[0], i);
 
         memset(unit, 0, n * sizeof *unit);
         unit[i] = 1.0;

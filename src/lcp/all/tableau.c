@@ -16,11 +16,6 @@ static const double rank_tolerance = 1e-11;
 static const double slack = 1e-8;
 #define PERP__NODES_A_TICK 4096
 
-static double *row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
-{
-    return level->T + (size_t)i * (size_t)(all->n + 1);
-}
-
 /* The largest entry of the equations' rows in the pending columns that is large enough: on the way
  * beside its row, at the end beside the matrix's. */
 static int32_t find_pivot(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
@@ -29,7 +24,7 @@ static int32_t find_pivot(const perp__lcp_all *all, const perp__tableau *level, 
     double best = 0.0;
 
     for (int32_t i = 0; i < all->n; i++) {
-        const double *T = row_of(all, level, i);
+        const double *T = perp__row_of(all, level, i);
         double least = all->row_sizes[i] * rank_tolerance;
 
         if (level->kind[i] != PERP__ROW_EQUATION)
@@ -53,7 +48,7 @@ static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t dep
                      int32_t k)
 {
     const int32_t n = all->n, c = level->columns[k];
-    double *pivot_row = row_of(all, level, row);
+    double *pivot_row = perp__row_of(all, level, row);
     const double pivot = pivot_row[c];
 
     level->columns[k] = level->columns[--level->pending];
@@ -64,7 +59,7 @@ static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t dep
     for (int32_t p = 0; p < level->pending; p++)
         pivot_row[level->columns[p]] /= -pivot;
     for (int32_t i = 0; i < n; i++) {
-        double *T = row_of(all, level, i);
+        double *T = perp__row_of(all, level, i);
         const double factor = T[c];
 
         if (i == row || factor == 0.0)
@@ -80,7 +75,7 @@ static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t dep
 static double find_most(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
                         int32_t i, double sign)
 {
-    const double *T = row_of(all, level, i);
+    const double *T = perp__row_of(all, level, i);
     const double *lower = all->solver->lower_scaled, *upper = all->solver->upper_scaled;
     const double nothing = rank_tolerance * all->row_sizes[i];
     const int32_t undecided = all->n - depth, count = undecided + level->pending;
@@ -102,7 +97,8 @@ static int32_t is_possible(const perp__lcp_all *all, const perp__tableau *level,
 {
     for (int32_t i = 0; i < all->n; i++) {
         const int32_t kind = level->kind[i], b = level->basic[i];
-        const double noise = slack * (all->row_sizes[i] + fabs(row_of(all, level, i)[all->n]));
+        const double noise =
+            slack * (all->row_sizes[i] + fabs(perp__row_of(all, level, i)[all->n]));
         const double lower = kind == PERP__ROW_Z ? all->solver->lower_scaled[b] : 0.0;
         const double upper = kind == PERP__ROW_Z ? all->solver->upper_scaled[b] : 0.0;
 
@@ -168,7 +164,7 @@ static int32_t choose(void *user, int32_t d, int32_t choice)
     memcpy(to->columns, from->columns, n);
     to->pending = from->pending;
     for (int32_t i = 0; i < all->n && place != PERP__BETWEEN && value != 0.0; i++)
-        row_of(all, to, i)[n] += row_of(all, to, i)[d] * value;
+        perp__row_of(all, to, i)[n] += perp__row_of(all, to, i)[d] * value;
     /* 2. What its row stands for now. */
     to->kind[d] = place == PERP__BETWEEN    ? PERP__ROW_EQUATION
                   : place == PERP__AT_LOWER ? PERP__ROW_W_LOWER
@@ -196,7 +192,7 @@ static perp_status leaf(void *user)
                                                      : all->solver->lower_scaled[i];
     for (int32_t i = 0; i < all->n; i++)
         if (level->kind[i] == PERP__ROW_Z)
-            all->z[level->basic[i]] = row_of(all, level, i)[all->n];
+            all->z[level->basic[i]] = perp__row_of(all, level, i)[all->n];
     return perp__lcp_all_point(all);
 }
 

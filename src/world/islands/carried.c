@@ -54,14 +54,8 @@ int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
 
     carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
-    for (int32_t i = 0; i < island->contacts + island->joints && one; i++) {
-        const int32_t k = i - island->contacts;
-        const int32_t *body =
-            k < 0 ? world->island_set->ties[world->contact_order[island->first_contact + i]].body
-                  : perp__island_joint(world, island, k)->body;
-
-        one = takes_in(world, carrying, &any, body[0]) && takes_in(world, carrying, &any, body[1]);
-    }
+    for (int32_t k = 0; k < 2 * (island->contacts + island->joints) && one; k++)
+        one = takes_in(world, carrying, &any, perp__tied_body(world, island, k));
     return one;
 }
 

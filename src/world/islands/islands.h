@@ -29,6 +29,17 @@ static inline perp__world_contact *perp__island_contact(const perp_world *world,
     return &set->contacts[world->contact_order[island->first_contact + i]];
 }
 
+/* Body k of those that contacts, and after them joints, tie, two of each. */
+static inline int32_t perp__tied_body(const perp_world *world, const perp__island *island,
+                                      int32_t k)
+{
+    const int32_t i = k / 2, joint = i - island->contacts;
+
+    return joint < 0 ? world->island_set->ties[world->contact_order[island->first_contact + i]]
+                           .body[k % 2]
+                     : world->joints[world->joint_order[island->first_joint + joint]].body[k % 2];
+}
+
 static inline perp__tie *perp__step_tie(const perp_world *world, const perp__island *island,
                                         int32_t i)
 {
@@ -135,8 +146,6 @@ double perp__open_gap(const perp__world_contact *contact, double gap);
 /* The number of what a row is on: a body of the island, one that moves as it is told, or what
  * rests. */
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
-/* Before an island is numbered. */
-void perp__forget_number(perp_world *world, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
 /* J M^-1 J' of row k: what an impulse of 1 along it makes of its velocity. */

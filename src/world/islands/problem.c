@@ -139,17 +139,11 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     return motion->carrier;
 }
 
-void perp__forget_number(perp_world *world, int32_t body)
-{
-    if (world->bodies[body].kind == PERP_BODY_KINEMATIC)
-        world->motions[body].carrier = -1;
-}
-
 /* Bodies and carriers of the island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
+    const int32_t n = world->dof, ties = 2 * (island->contacts + island->joints);
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
@@ -168,13 +162,14 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         perp__copy3(work->origins + 3 * i, world->states[body].position);
     }
     work->carriers = 0;
-    for (int32_t i = 0; i < 2 * island->contacts; i++)
-        perp__forget_number(world, perp__step_tie(world, island, i / 2)->body[i % 2]);
+    for (int32_t k = 0; k < ties; k++)
+        if (!perp__is_dynamic(world, perp__tied_body(world, island, k)))
+            world->motions[perp__tied_body(world, island, k)].carrier = -1;
     if (island->joints > 0)
         (void)perp__join_parts(world, island);
-    perp__number_joint_bodies(world, island);
-    for (int32_t i = 0; i < 2 * island->contacts; i++)
-        perp__number_of(world, island, perp__step_tie(world, island, i / 2)->body[i % 2]);
+    perp__clear_joints(world, island);
+    for (int32_t k = 0; k < ties; k++)
+        perp__number_of(world, island, perp__tied_body(world, island, k));
 }
 
 double perp__row_velocity(const perp_world *world, int32_t i, int32_t k, const double *x,

@@ -100,8 +100,8 @@ perp_status perp__solve_equations(perp_world *world, const perp__island *island,
                                   double *residual);
 
 /* step.c */
-/* Numbers what moves as it is told among the bodies of the joints, afresh. */
-void perp__number_joint_bodies(perp_world *world, const perp__island *island);
+/* They have no impulses yet. */
+void perp__clear_joints(perp_world *world, const perp__island *island);
 /* work.parts: a forest of the bodies that joints join, by way of what impulses do not move as well.
  * Returns whether some are joined twice: in a tree no row says what others do. */
 int32_t perp__join_parts(const perp_world *world, const perp__island *island);

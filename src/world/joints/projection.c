@@ -22,8 +22,6 @@
  * more of contacts. */
 #define TOLERANCE 1e-12
 #define SWEPT 1e-9
-/* So often energy is taken back: each time leaves the rounding of the last, 300 digits in all. */
-#define REPEATS 24
 
 static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
 {
@@ -361,10 +359,7 @@ static int32_t keep_energy(perp_world *world, const perp__island *island, double
         perp__copy3(world->next[body].velocity, now.velocity);
         perp__copy3(world->next[body].angular_velocity, now.angular_velocity);
     }
-    for (int32_t k = 0; k < REPEATS && given > 0.0; k++) { /* of much more than all, what rounds */
-        take_energy(world, island, stays && k == 0 ? energy_given(world, island) : given);
-        given = energy_given(world, island);
-    }
+    take_energy(world, island, stays ? energy_given(world, island) : given);
     return stays;
 }
 

@@ -25,15 +25,11 @@
 
 /* ---- rows ---- */
 
-void perp__number_joint_bodies(perp_world *world, const perp__island *island)
+void perp__clear_joints(perp_world *world, const perp__island *island)
 {
-    for (int32_t k = 0; k < 2 * island->joints; k++)
-        perp__forget_number(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
     for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = perp__island_joint(world, island, i);
 
-        for (int32_t side = 0; side < 2; side++)
-            perp__number_of(world, island, joint->body[side]);
         joint->used = 0;
         memset(joint->impulse, 0, sizeof joint->impulse);
         memset(joint->told, 0, sizeof joint->told);
