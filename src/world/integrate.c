@@ -133,33 +133,12 @@ static void exchange(perp_world *world, int32_t i)
     world->next[i] = state;
 }
 
-/* Of what nothing is near: whether it does not turn by itself. */
-static int32_t is_alone(const perp_world *world, int32_t i)
-{
-    const perp__body *body = &world->bodies[i];
-    const perp__state *state = &world->states[i];
-
-    return body->kind == PERP_BODY_DYNAMIC && body->first_joint == 0 &&
-           (body->spherical ||
-            (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque)));
-}
-
-/* Its next state becomes its state, if that is another one. */
-static int32_t take_next(perp_world *world, int32_t i)
-{
-    if (perp__stays(world, i))
-        return 0;
-    world->motions[i].coasts = world->coasting;
-    world->roles[i].repeats = 0;
-    exchange(world, i);
-    return 1;
-}
-
 int32_t perp__glide(perp_world *world, int32_t i, double h)
 {
+    const perp__body *body = &world->bodies[i];
     double free[6], moving[6];
 
-    if (!world->bodies[i].spherical || !is_alone(world, i))
+    if (!body->spherical || body->kind != PERP_BODY_DYNAMIC || body->first_joint != 0)
         return 0;
     perp__push_freely(world, i, h, free);
     for (int32_t k = 0; k < 3; k++) {
@@ -170,18 +149,11 @@ int32_t perp__glide(perp_world *world, int32_t i, double h)
         return 0;
     world->next[i] = world->states[i];
     move_freely(world, i, h, free);
-    return is_finite(&world->next[i]) && take_next(world, i);
-}
-
-int32_t perp__coast(perp_world *world, int32_t i, double h)
-{
-    if (!is_alone(world, i))
-        return 1;
-    world->next[i] = world->states[i];
-    move_freely(world, i, h, world->motions[i].free);
-    if (!is_finite(&world->next[i]))
+    if (!is_finite(&world->next[i]) || perp__stays(world, i))
         return 0;
-    take_next(world, i);
+    world->motions[i].coasts = world->coasting;
+    world->roles[i].repeats = 0;
+    exchange(world, i);
     return 1;
 }
 
