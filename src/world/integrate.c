@@ -11,9 +11,6 @@
 
 #include "linalg/spatial.h"
 
-/* Bodies between one that is asked of memory and that at hand. */
-#define FETCHED 6
-
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 {
@@ -173,20 +170,6 @@ void perp__stop_all_coasting(perp_world *world)
         perp__stop_coasting(world, world->awake[i]);
 }
 
-/* Asks memory for a body that comes soon. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
-{
-    if (i + FETCHED < world->lively_count) {
-        const int32_t body = world->lively[i + FETCHED];
-
-        perp__fetch(&world->states[body], sizeof *world->states);
-        perp__fetch(&world->next[body], sizeof *world->next);
-        perp__fetch(&world->motions[body], offsetof(perp__motion, verdict));
-        perp__fetch(world->motions[body].moving, sizeof world->motions->moving);
-        perp__fetch(world->motions[body].after, sizeof world->motions->after);
-    }
-}
-
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -197,7 +180,6 @@ static void integrate(perp_world *world, perp__share *share, double h)
         perp__state *next = &world->next[body];
         perp__motion *motion = &world->motions[body];
 
-        fetch_ahead(world, i);
         *next = world->states[body];
         if (kind == PERP_BODY_STATIC) {
             motion->placed += motion->placed == world->coasting;
