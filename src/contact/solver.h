@@ -124,9 +124,9 @@ struct perp_contact_solver {
     double *diagonal, *trace;
     /* constraints: the contacts, then the bilateral rows */
     int32_t constraints, parts;
-    int32_t leaks;          /* some of the parts are coupled, by noise */
-    int32_t *constraint_of; /* size */
-    int32_t *part, *number; /* constraints: the part it is in; work */
+    int32_t leaks;                    /* some of the parts are coupled, by noise */
+    int32_t *constraint_of;           /* size */
+    int32_t *part, *number;           /* constraints: the part it is in; work */
     double *root;                     /* constraints: sqrt(trace) */
     double *omega;                    /* constraints: of its part */
     double *drive;                    /* parts: omega, 0 where q is */
