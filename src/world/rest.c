@@ -139,7 +139,7 @@ void perp__list_awake(perp_world *world)
     }
     world->awake_count = count;
     world->awake_changed = 0;
-    world->pairs_changed = 1;
+    world->pairs_changed = 2;
 }
 
 /* ---- what contacts are kept as ---- */

@@ -76,6 +76,7 @@ typedef struct perp__pair {
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t joined;       /* how often their points have come */
     int32_t waited;       /* a collision of theirs has */
+    int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
     int32_t made;         /* points at the start of the step */
     int32_t plain;        /* which did not depend on what pressed in the step before */
     int32_t changed;      /* memories are others than those of the step before */
@@ -407,7 +408,8 @@ struct perp_world {
     int32_t free_pair;
     int32_t pair_count;                /* of what is awake */
     perp__keyed *pair_order;           /* these, by their shapes; as much again for sorting */
-    int32_t pairs_changed;             /* since they were sorted */
+    int32_t pairs_added;               /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;             /* others ended; 2: all may be others */
     perp__watched_pair *watched_pairs; /* in their order; as much again for those that meet */
     int32_t watched_count;             /* -1: to be listed */
     perp__memory *memories;            /* pair by pair */

@@ -85,7 +85,14 @@ static void drop_pair(perp_world *world, int32_t number)
     pair->first = NONE;
     pair->next[0] = world->free_pair;
     world->free_pair = number;
-    world->pairs_changed = 1;
+    world->pairs_changed |= 1;
+}
+
+static uint64_t key_of(const perp_world *world, int32_t number)
+{
+    const perp__pair *pair = &world->pairs[number];
+
+    return (uint64_t)pair->first << 32 | (uint64_t)pair->second;
 }
 
 static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
@@ -108,9 +115,11 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     perp__pair *pair;
 
     /* 1. its number */
-    if (number == NONE && world->pair_slots == world->pair_capacity)
+    if (number == NONE && world->pair_slots == world->pair_capacity) {
+        world->pairs_changed = 2;
         status = perp__grow(world->context, "the pairs of shapes", &world->pair_capacity,
                             (int64_t)world->pair_slots + 1, arrays, 3);
+    }
     if (status != PERP_OK)
         return status;
     if (number != NONE)
@@ -140,36 +149,87 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
             perp__rouse(world, body);
     }
 
-    world->pairs_changed = 1;
+    /* 3. for the order of pairs: while those added are few, and nothing was roused */
+    if (world->awake_changed || world->pairs_added >= world->pair_capacity / 2)
+        world->pairs_changed = 2;
+    if (world->pairs_changed < 2) {
+        perp__keyed *added = &world->pair_order[world->pair_capacity + world->pairs_added++];
+
+        added->key = key_of(world, number);
+        added->value = number;
+        world->pairs_changed |= 1;
+    }
     return PERP_OK;
 }
 
-/* Pairs of what is awake by the slots of their shapes, each in the charge of one shape awake. Those
- * with what was roused within the step wait until that begins anew. */
-static void order_pairs(perp_world *world)
+/* ---- the order of pairs ---- */
+
+/* All of them anew: each in the charge of one shape awake. Pairs with what was roused within the
+ * step wait until that begins anew. */
+static void sort_pairs(perp_world *world)
 {
     perp__keyed *order = world->pair_order;
     int32_t count = 0;
 
-    if (!world->pairs_changed)
-        return;
     for (int32_t i = 0; i < world->awake_shape_count; i++)
         for (int32_t link = world->shapes[world->awake_shapes[i]].first_link; link != NONE;
              link = world->pairs[link / 2].next[link % 2]) {
-            const perp__pair *pair = &world->pairs[link / 2];
+            perp__pair *pair = &world->pairs[link / 2];
             const perp__body *other =
                 &world->bodies[world->shapes[shape_on(pair, 1 - link % 2)].body];
 
             if (other->awake ? link % 2 != 0 : other->kind == PERP_BODY_DYNAMIC)
                 continue;
-            order[count].key = (uint64_t)pair->first << 32 | (uint64_t)pair->second;
+            pair->listed = 1;
+            order[count].key = key_of(world, link / 2);
             order[count++].value = link / 2;
         }
     if (count > 0) /* NULL has no second half */
         perp__sort(order, order + world->pair_capacity, count);
     world->pair_count = count;
-    world->watched_count = -1;
-    world->pairs_changed = 0;
+}
+
+/* Keeps those of a list that still are what they were, and are listed or new. */
+static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, int32_t listed)
+{
+    int32_t kept = 0;
+
+    for (int32_t i = 0; i < count; i++) {
+        perp__pair *pair = &world->pairs[list[i].value];
+
+        if (i + PERP__PAIRS_AHEAD < count)
+            perp__fetch(&world->pairs[list[i + PERP__PAIRS_AHEAD].value], 1);
+        if (pair->first == NONE || pair->listed != listed ||
+            key_of(world, list[i].value) != list[i].key)
+            continue;
+        pair->listed = 1;
+        list[kept++] = list[i];
+    }
+    return kept;
+}
+
+/* Pairs of what is awake by the slots of their shapes. */
+static void order_pairs(perp_world *world)
+{
+    perp__keyed *order = world->pair_order;
+    perp__keyed *added = order ? order + world->pair_capacity : NULL; /* NULL has no second half */
+
+    if (world->pairs_changed >= 2) {
+        sort_pairs(world);
+    } else if (world->pairs_changed) { /* what came and went since they were sorted */
+        int32_t old = sift_pairs(world, order, world->pair_count, 1);
+        int32_t count = sift_pairs(world, added, world->pairs_added, 0);
+
+        if (count > 0)
+            perp__sort(added, added + count, count);
+        world->pair_count = old + count;
+        for (int32_t to = old + count; count > 0;)
+            order[--to] = old > 0 && order[old - 1].key > added[count - 1].key ? order[--old]
+                                                                               : added[--count];
+    }
+    if (world->pairs_changed)
+        world->watched_count = -1;
+    world->pairs_changed = world->pairs_added = 0;
 }
 
 /* ---- fat boxes ---- */
@@ -382,7 +442,7 @@ perp_status perp__enclose_motions(perp_world *world, double h)
         if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
             status = find_partners(world, i);
     if (world->planes_changed)
-        world->pairs_changed = 1; /* what sleeps has new ones too */
+        world->pairs_changed = 2; /* what sleeps has new ones too */
     if (status == PERP_OK)
         world->planes_changed = 0;
     /* 2. Bodies, each as a whole while it is at hand. */
