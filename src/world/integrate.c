@@ -11,9 +11,6 @@
 
 #include "linalg/spatial.h"
 
-/* Bodies between one that is asked of memory and that at hand. */
-#define FETCHED 6
-
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 {
@@ -133,33 +130,12 @@ static void exchange(perp_world *world, int32_t i)
     world->next[i] = state;
 }
 
-/* Of what nothing is near: whether it does not turn by itself. */
-static int32_t is_alone(const perp_world *world, int32_t i)
-{
-    const perp__body *body = &world->bodies[i];
-    const perp__state *state = &world->states[i];
-
-    return body->kind == PERP_BODY_DYNAMIC && body->first_joint == 0 &&
-           (body->spherical ||
-            (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque)));
-}
-
-/* Its next state becomes its state, if that is another one. */
-static int32_t take_next(perp_world *world, int32_t i)
-{
-    if (perp__stays(world, i))
-        return 0;
-    world->motions[i].coasts = world->coasting;
-    world->roles[i].repeats = 0;
-    exchange(world, i);
-    return 1;
-}
-
 int32_t perp__glide(perp_world *world, int32_t i, double h)
 {
+    const perp__body *body = &world->bodies[i];
     double free[6], moving[6];
 
-    if (!world->bodies[i].spherical || !is_alone(world, i))
+    if (!body->spherical || body->kind != PERP_BODY_DYNAMIC || body->first_joint != 0)
         return 0;
     perp__push_freely(world, i, h, free);
     for (int32_t k = 0; k < 3; k++) {
@@ -170,18 +146,11 @@ int32_t perp__glide(perp_world *world, int32_t i, double h)
         return 0;
     world->next[i] = world->states[i];
     move_freely(world, i, h, free);
-    return is_finite(&world->next[i]) && take_next(world, i);
-}
-
-int32_t perp__coast(perp_world *world, int32_t i, double h)
-{
-    if (!is_alone(world, i))
-        return 1;
-    world->next[i] = world->states[i];
-    move_freely(world, i, h, world->motions[i].free);
-    if (!is_finite(&world->next[i]))
+    if (!is_finite(&world->next[i]) || perp__stays(world, i))
         return 0;
-    take_next(world, i);
+    world->motions[i].coasts = world->coasting;
+    world->roles[i].repeats = 0;
+    exchange(world, i);
     return 1;
 }
 
@@ -201,20 +170,6 @@ void perp__stop_all_coasting(perp_world *world)
         perp__stop_coasting(world, world->awake[i]);
 }
 
-/* Asks memory for a body that comes soon. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
-{
-    if (i + FETCHED < world->lively_count) {
-        const int32_t body = world->lively[i + FETCHED];
-
-        perp__fetch(&world->states[body], sizeof *world->states);
-        perp__fetch(&world->next[body], sizeof *world->next);
-        perp__fetch(&world->motions[body], offsetof(perp__motion, verdict));
-        perp__fetch(world->motions[body].moving, sizeof world->motions->moving);
-        perp__fetch(world->motions[body].after, sizeof world->motions->after);
-    }
-}
-
 /* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
 static void integrate(perp_world *world, perp__share *share, double h)
 {
@@ -225,7 +180,6 @@ static void integrate(perp_world *world, perp__share *share, double h)
         perp__state *next = &world->next[body];
         perp__motion *motion = &world->motions[body];
 
-        fetch_ahead(world, i);
         *next = world->states[body];
         if (kind == PERP_BODY_STATIC) {
             motion->placed += motion->placed == world->coasting;

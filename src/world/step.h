@@ -57,12 +57,10 @@ double perp__asleep_residual(perp_world *world);
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
  * numbers are not finite, or -1. */
 int32_t perp__integrate(perp_world *world, double h);
-/* The same for a ball that nothing is near, or what turns like one, that stays in its fat boxes: of
- * its motion nothing else is made, as long as it coasts. Returns 0 where that is not so. */
+/* The same for a ball that nothing is near, or what turns like one, that stays in its fat boxes: it
+ * is in its next state at once, and of its motion nothing else is made, as long as it coasts.
+ * Returns 0 where that is not so. */
 int32_t perp__glide(perp_world *world, int32_t body, double h);
-/* Takes a body that is near nothing and moves on to its next state at once: no one has to look at
- * it again in the step. Returns 0 where its numbers are not finite. */
-int32_t perp__coast(perp_world *world, int32_t body, double h);
 /* Takes it back, if it did; all of them. */
 void perp__stop_coasting(perp_world *world, int32_t body);
 void perp__stop_all_coasting(perp_world *world);

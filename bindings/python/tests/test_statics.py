@@ -508,8 +508,10 @@ def test_units_that_are_powers_of_two(power):
         assert one.verdict == other.verdict and one.margin == other.margin
         if one:
             assert (np.ldexp(one.impulse, power) == other.impulse).all()
-        # where a first factor, far too large, had no double, another way leads there
-        assert other.safety == pytest.approx(one.safety, rel=1e-8, abs=1e-9)
+        # where a first factor, far too large, had no double, another way leads there: to what the
+        # verdict resolves of the forces, as above
+        least = 1e-9 * np.abs(f).max() / np.abs(load).max()
+        assert other.safety == pytest.approx(one.safety, rel=1e-8, abs=max(1e-9, least))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -905,3 +907,41 @@ def test_noise_of_rows_moves_nothing(noise):
         H = np.array([[s, c, noise], [-s, c, other]])
         disc = perp.statics(H, np.array([0, -1.0, 0.0]), [0, 0], dim=1)
         assert disc.verdict == "stands"
+
+
+def random_wedges(rng):
+    """Rows, coefficients and weights of up to five wedges in notches of any slope: what presses at
+    random on one below may be held, or be as tight as one likes beside what falls."""
+    count = rng.integers(1, 6)
+    H, mu = [], []
+    for body in range(count):
+        slope, friction = 10.0 ** rng.uniform(-3, 0.3), 10.0 ** rng.uniform(-2, 0.3)
+        for side in (1, -1):
+            if rng.random() < 0.05:
+                continue
+            normal = np.array([side, slope]) / np.hypot(1, slope)
+            for axis in (normal, np.array([normal[1], -normal[0]])):
+                row = np.zeros(3 * count)
+                row[3 * body : 3 * body + 2] = axis
+                if body > 0 and side == 1 and rng.random() < 0.5:
+                    row[3 * body - 3 : 3 * body - 1] -= axis
+                H.append(row)
+            mu.append(friction)
+    forces = np.zeros(3 * count)
+    forces[1::3] = -(10.0 ** rng.uniform(-2, 2, count))
+    return np.array(H), np.array(mu), forces
+
+
+def test_wedges_are_decided():
+    rng, stand = np.random.default_rng(1), 0
+    for _ in range(3000):
+        H, mu, forces = random_wedges(rng)
+        if len(mu) == 0:
+            continue
+        r = perp.statics(H, forces, mu=mu, dim=2)
+        if r.verdict == "stands":
+            check_balance(r, H, forces, mu, 2)
+            stand += 1
+        else:
+            check_certificate(r, H, forces, mu, 2)
+    assert 500 < stand < 2500

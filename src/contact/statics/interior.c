@@ -11,13 +11,6 @@
  *   K dy = rb - A S^-1 p - ds g,   p = B'rc + rd,   g = A k,   k = S^-1 B'G e,   K = A S^-1 A'
  *   dx = S^-1 (p + A'dy) + ds k
  *
- * The sum of all normals, in units of their weights, is limited by a number that matters to no one
- * but wedged parts: their impulses may grow without end, and their virtual velocities are 0, so
- * that nothing inside the dual's cones is at the end of the way. h of the sum comes as one column
- * more:
- *
- *   t_R = R - h'x,  tau_R its dual,   j = S^-1 h,  q = A j
- *
  * The same steps minimise |x|^2 / 2 from an x inside. Free rows, of joints, are proximal: S = rho
  * with a rho that vanishes. */
 #include <math.h>
@@ -47,11 +40,6 @@
 #define PROXIMAL 0.1
 
 /* ---- cones of units ---- */
-
-/* What a step changes beside vectors. */
-typedef struct perp__statics_step {
-    double s, tau, tau_R, t_R;
-} perp__statics_step;
 
 /* out += B'u */
 static void add_dual(const perp__cone *cone, const double *u, double *out)
@@ -173,15 +161,7 @@ void perp__statics_condense(perp__statics *s, double mean)
 
 /* ---- a step ---- */
 
-/* Whether the unit's normal is one of those whose sum is limited: h of a unit is 1 / weight there.
- */
-static int32_t is_limited(const perp__statics *s, int32_t u)
-{
-    return s->aim == PERP__AIM_MARGIN && s->rows->unit[u].kind == PERP__STATICS_CONE &&
-           s->rows->unit[u].rows > 0 && !s->idle[u];
-}
-
-/* rd := B'u + A'y - q x - tau_R h, what the dual lacks. */
+/* rd := B'u + A'y - q x, what the dual lacks. */
 static void find_dual_residual(perp__statics *s)
 {
     const double q = s->aim == PERP__AIM_LEAST ? 1.0 : 0.0;
@@ -197,56 +177,38 @@ static void find_dual_residual(perp__statics *s)
         }
         for (int32_t k = 0; k < unit->rows; k++)
             p[k] -= q * s->x[unit->row + k];
-        if (is_limited(s, u))
-            p[0] -= s->tau_R / s->weight[u];
         for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++)
             add_dual(&s->cones[c], s->cones[c].u, p);
     }
 }
 
-/* ds and theta = h'dx from two equations. */
-static void find_scalars(const perp__statics *s, double rs, const double rt[2], double sum,
-                         double *ds, double *theta)
+/* ds. */
+static double find_margin_step(const perp__statics *s, double rs, double rt, double sum)
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
-    const double rho = s->tau_R / s->t_R;
-    double a[2][2], c[2], det, kp = 0.0, jp = 0.0, hk = 0.0, hj = 0.0;
+    double kp = 0.0;
 
     for (int32_t u = 0; u < s->rows->units; u++) {
-        const int32_t row = s->rows->unit[u].row, rows = s->rows->unit[u].rows;
+        const int32_t row = s->rows->unit[u].row;
 
-        if (s->idle[u])
-            continue;
-        kp += perp__dot(s->k + row, s->p + row, rows);
-        jp += perp__dot(s->j + row, s->p + row, rows);
-        if (is_limited(s, u)) {
-            hk += s->k[row] / s->weight[u];
-            hj += s->j[row] / s->weight[u];
-        }
+        if (!s->idle[u])
+            kp += perp__dot(s->k + row, s->p + row, s->rows->unit[u].rows);
     }
-    a[0][0] = s->kappa + perp__dot(s->g, s->Kg, n) + s->tau / s->t;
-    a[0][1] = -rho * (perp__dot(s->g, s->Kq, n) - hk);
-    a[1][0] = perp__dot(s->q, s->Kg, n) - hk;
-    a[1][1] = 1.0 + rho * (hj - perp__dot(s->q, s->Kq, n));
-    c[0] = -rs + kp + perp__dot(s->g, s->Kr, n) - sum - rt[0] / s->t;
-    c[1] = jp + perp__dot(s->q, s->Kr, n);
-    det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
-    *ds = (c[0] * a[1][1] - a[0][1] * c[1]) / det;
-    *theta = (a[0][0] * c[1] - a[1][0] * c[0]) / det;
+    return (-rs + kp + perp__dot(s->g, s->Kr, n) - sum - rt / s->t) /
+           (s->kappa + perp__dot(s->g, s->Kg, n) + s->tau / s->t);
 }
 
-/* dz and du of a unit's cones, from dx and dy. */
-static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_step *d)
+/* dz and du of a unit's cones, from dx, dy and ds. */
+static void find_cone_steps(perp__statics *s, int32_t u, double ds)
 {
-    double *row = s->met + s->rows->unit[u].row; /* of a single one: exactly what the dual lacks */
+    /* of a single one: exactly what the dual lacks */
+    const double *row = s->met + s->rows->unit[u].row;
 
-    if (is_single(s, u) && is_limited(s, u))
-        row[0] -= d->tau_R / s->weight[u];
     for (int32_t c = s->unit_cone[u]; c < s->unit_cone[u + 1]; c++) {
         perp__cone *cone = &s->cones[c];
         double v[3];
 
-        perp__cone_place(s, cone, s->dx, -d->s * cone->e, cone->dz);
+        perp__cone_place(s, cone, s->dx, -ds * cone->e, cone->dz);
         for (int32_t i = 0; i < 3; i++)
             v[i] = perp__dot(cone->V + 3 * i, cone->dz, 3);
         for (int32_t i = 0; i < 3; i++)
@@ -259,15 +221,14 @@ static void find_cone_steps(perp__statics *s, int32_t u, const perp__statics_ste
     }
 }
 
-/* The step that the cones' rc ask for: dx, dy, dz, du, and those of s, tau and tau_R. */
-static void find_step(perp__statics *s, double rs, const double rt[2], perp__statics_step *d)
+/* The step that the cones' rc ask for: dx, dy, dz, du, and those of s and tau. */
+static void find_step(perp__statics *s, double rs, double rt, double *ds, double *dtau)
 {
     const size_t n = perp__statics_numbers(s);
     const int32_t margin = s->aim == PERP__AIM_MARGIN;
-    const double rho = margin ? s->tau_R / s->t_R : 0.0;
-    double theta = 0.0, ds = 0.0, sum = 0.0;
+    double sum = 0.0;
 
-    /* 1. p, less what the limit of the sum makes of it; Kr = K^-1 (rb - A S^-1 p); e'rc. */
+    /* 1. p; Kr = K^-1 (rb - A S^-1 p); e'rc. */
     memcpy(s->p, s->rd, (size_t)s->rows->size * sizeof *s->p);
     for (int32_t c = 0; c < s->cone_count; c++) {
         const perp__cone *cone = &s->cones[c];
@@ -275,23 +236,19 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
         add_dual(cone, cone->rc, s->p + s->rows->unit[cone->unit].row);
         sum += cone->e * cone->rc[0];
     }
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_limited(s, u))
-            s->p[s->rows->unit[u].row] -= rt[1] / s->t_R / s->weight[u];
     memcpy(s->Kr, s->rb, n * sizeof *s->Kr);
     memcpy(s->Kr_low, s->rb_low, n * sizeof *s->Kr);
     perp__statics_push(s, -1.0, 1, s->p, s->Kr, s->Kr_low);
     perp__statics_solve(s, s->Kr, s->Kr_low);
 
-    /* 2. The border's two equations, dy, dx. */
-    if (margin)
-        find_scalars(s, rs, rt, sum, &ds, &theta);
+    /* 2. The border's equation, dy, dx. */
+    *ds = margin ? find_margin_step(s, rs, rt, sum) : 0.0;
+    *dtau = margin ? (rt + s->tau * *ds) / s->t : 0.0;
     for (size_t i = 0; i < n; i++) {
         s->dy[i] = s->Kr[i];
         s->dy_low[i] = s->Kr_low[i];
-        perp__accumulate(&s->dy[i], &s->dy_low[i], -ds, s->Kg[i]);
-        perp__accumulate(&s->dy[i], &s->dy_low[i], rho * theta, s->Kq[i]);
-        s->dy_low[i] += rho * theta * s->Kq_low[i] - ds * s->Kg_low[i];
+        perp__accumulate(&s->dy[i], &s->dy_low[i], -*ds, s->Kg[i]);
+        s->dy_low[i] -= *ds * s->Kg_low[i];
         if (s->doubled)
             perp__round_sum(&s->dy[i], &s->dy_low[i]);
         else
@@ -299,19 +256,12 @@ static void find_step(perp__statics *s, double rs, const double rt[2], perp__sta
     }
     perp__statics_pull(s, s->p, s->dy, s->dy_low, s->dx);
     for (int32_t i = 0; i < s->rows->size; i++)
-        s->dx[i] += ds * s->k[i] - rho * theta * s->j[i];
+        s->dx[i] += *ds * s->k[i];
 
-    /* 3. The scalars, and the cones. */
-    *d = (perp__statics_step){.s = ds};
-    d->tau = margin ? (rt[0] + s->tau * ds) / s->t : 0.0;
-    d->tau_R = margin ? (rt[1] + s->tau_R * theta) / s->t_R : 0.0;
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_limited(s, u))
-            d->t_R += s->dx[s->rows->unit[u].row] / s->weight[u];
-    d->t_R = -d->t_R;
+    /* 3. The cones. */
     for (int32_t u = 0; u < s->rows->units; u++)
         if (!s->idle[u])
-            find_cone_steps(s, u, d);
+            find_cone_steps(s, u, *ds);
 }
 
 /* The largest step with t + step dt >= 0. */
@@ -320,7 +270,7 @@ static double longest(double t, double dt)
     return dt < 0.0 ? -t / dt : INFINITY;
 }
 
-static double longest_step(const perp__statics *s, const perp__statics_step *d)
+static double longest_step(const perp__statics *s, double ds, double dtau)
 {
     double most = INFINITY;
 
@@ -328,69 +278,52 @@ static double longest_step(const perp__statics *s, const perp__statics_step *d)
         most = fmin(most, perp__cone_longest(s->cones[c].z, s->cones[c].dz));
         most = fmin(most, perp__cone_longest(s->cones[c].u, s->cones[c].du));
     }
-    if (s->aim == PERP__AIM_MARGIN) {
-        most = fmin(most, fmin(longest(s->t, -d->s), longest(s->tau, d->tau)));
-        most = fmin(most, fmin(longest(s->t_R, d->t_R), longest(s->tau_R, d->tau_R)));
-    }
+    if (s->aim == PERP__AIM_MARGIN)
+        most = fmin(most, fmin(longest(s->t, -ds), longest(s->tau, dtau)));
     return most;
 }
 
-/* K^-1 of what s and the limited sum bring in: g = A k; q = A j, j = S^-1 h. */
-static void find_borders(perp__statics *s)
+/* K^-1 of what s brings in: g = A k. */
+static void find_border(perp__statics *s)
 {
-    const size_t n = perp__statics_numbers(s), bytes = n * sizeof(double);
+    const size_t bytes = perp__statics_numbers(s) * sizeof(double);
 
     memset(s->Kg, 0, bytes);
     memset(s->Kg_low, 0, bytes);
-    memset(s->Kq, 0, bytes);
-    memset(s->Kq_low, 0, bytes);
-    memset(s->j, 0, (size_t)s->rows->size * sizeof *s->j);
     if (s->aim == PERP__AIM_LEAST)
         return;
     perp__statics_push(s, 1.0, 0, s->k, s->Kg, s->Kg_low);
     memcpy(s->g, s->Kg, bytes);
-    memset(s->p, 0, (size_t)s->rows->size * sizeof *s->p);
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (is_limited(s, u))
-            s->p[s->rows->unit[u].row] = 1.0 / s->weight[u];
-    memset(s->dy, 0, bytes);
-    memset(s->dy_low, 0, bytes);
-    perp__statics_pull(s, s->p, s->dy, s->dy_low, s->j);
-    perp__statics_push(s, 1.0, 0, s->j, s->Kq, s->Kq_low);
-    memcpy(s->q, s->Kq, bytes);
     perp__statics_solve(s, s->Kg, s->Kg_low);
-    perp__statics_solve(s, s->Kq, s->Kq_low);
 }
 
 /* One iteration. Returns how far it went; 0 where numbers end. */
 static double iterate(perp__statics *s, double mean)
 {
     const int32_t n = (int32_t)perp__statics_numbers(s);
-    double rt[2] = {-s->t * s->tau, -s->t_R * s->tau_R}, rs = s->tau - 1.0, step, sigma;
-    perp__statics_step d;
+    double rt = -s->t * s->tau, rs = s->tau - 1.0, step, sigma, ds, dtau;
 
     /* 1. The equations; rs: what the dual's measure lacks, e'u + tau = 1. */
     perp__statics_condense(s, mean);
     if (!perp__statics_factor(s))
         return 0.0;
-    find_borders(s);
+    find_border(s);
     for (int32_t c = 0; c < s->cone_count; c++)
         rs += s->cones[c].e * s->cones[c].u[0];
 
     /* 2. The predictor, towards complementarity, and the corrector. */
     for (int32_t c = 0; c < s->cone_count; c++)
         perp__cone_aim(&s->cones[c], 0.0, 0.0);
-    find_step(s, rs, rt, &d);
-    step = fmin(longest_step(s, &d), 1.0);
+    find_step(s, rs, rt, &ds, &dtau);
+    step = fmin(longest_step(s, ds, dtau), 1.0);
     if (!(step >= 0.0))
         return 0.0;
     sigma = (1.0 - step) * (1.0 - step) * (1.0 - step);
     for (int32_t c = 0; c < s->cone_count; c++)
         perp__cone_aim(&s->cones[c], sigma * mean, 1.0);
-    rt[0] += d.s * d.tau + sigma * mean;
-    rt[1] += sigma * mean - d.t_R * d.tau_R;
-    find_step(s, rs, rt, &d);
-    step = fmin(PERP__CONE_REACH * longest_step(s, &d), 1.0);
+    rt += ds * dtau + sigma * mean;
+    find_step(s, rs, rt, &ds, &dtau);
+    step = fmin(PERP__CONE_REACH * longest_step(s, ds, dtau), 1.0);
     if (!(step >= 0.0))
         return 0.0;
 
@@ -399,11 +332,9 @@ static double iterate(perp__statics *s, double mean)
         s->x[i] += step * s->dx[i];
     for (int32_t i = 0; i < n; i++)
         s->y[i] += step * s->dy[i];
-    s->s += step * d.s;
-    s->tau += step * d.tau;
-    s->tau_R += step * d.tau_R;
-    s->t -= step * d.s;
-    s->t_R += step * d.t_R;
+    s->s += step * ds;
+    s->tau += step * dtau;
+    s->t -= step * ds;
     for (int32_t c = 0; c < s->cone_count; c++)
         for (int32_t j = 0; j < 3; j++) {
             s->cones[c].u[j] += step * s->cones[c].du[j];
@@ -422,8 +353,8 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
     int32_t since = 0, slow = 0;
 
     while (s->iterations < most) {
-        const int32_t margin = s->aim == PERP__AIM_MARGIN, count = s->cone_count + 2 * margin;
-        double gap = margin ? s->t * s->tau + s->t_R * s->tau_R : 0.0, whole, step;
+        const int32_t margin = s->aim == PERP__AIM_MARGIN, count = s->cone_count + margin;
+        double gap = margin ? s->t * s->tau : 0.0, whole, step;
 
         /* 1. The gap, u'z of all; with what x makes of the dual's residual: joints approach
          * theirs. */

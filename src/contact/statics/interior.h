@@ -41,15 +41,13 @@ struct perp__statics {
     double *weight;                       /* units: impulses of ordinary size */
     double *reach;                        /* nodes by width: the largest entry of A there */
     double *F, *P;                        /* S^-1 = F F' of each unit; A'F of one */
-    double *k, *j;                        /* size: S^-1 B'G e, S^-1 h */
+    double *k;                            /* size: S^-1 B'G e */
     double *x, *dx, *p, *rd, *met;        /* size; met: A'dy of the last pull */
     double *inside;                       /* size: strictly inside all cones */
-    double *b, *g, *q, *c, *rb, *y, *dy, *Kr, *Kg, *Kq, *shift, *terms,
-        *permuted; /* nodes by width */
-    double *rb_low, *dy_low, *Kr_low, *Kg_low, *Kq_low;
+    double *b, *g, *c, *rb, *y, *dy, *Kr, *Kg, *shift, *terms, *permuted; /* nodes by width */
+    double *rb_low, *dy_low, *Kr_low, *Kg_low;
     double scale, work; /* of b; what a proof does, in that unit */
     double s, t, tau;   /* the margin; t = 1 - s, its dual */
-    double t_R, tau_R;  /* the same of the sum of normals */
     double kappa;
     int32_t aim, doubled, iterations;
     int32_t pushes;  /* 1: 0 may not be within all bounds */

@@ -25,10 +25,6 @@ void perp__cone_place(const perp__statics *s, const perp__cone *cone, const doub
 #define LEAST_LOAD 1e-15
 #define LIGHTEST 1e-8
 
-/* Times the impulses of least squares: the sum of normals that no one but wedged parts comes near.
- */
-#define UNLIMITED 1e4
-
 /* What a certificate may lack in rows, beside their terms; and how many times the work that
  * impulses could do on that it must have. */
 #define ROW_ROUNDING 1e-10
@@ -137,23 +133,6 @@ double perp__statics_start_balanced(perp__statics *s)
     return perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
 }
 
-/* R: far above what x has by now; the first tau_R gives t_R tau_R = `mean`. */
-static void limit_sum(perp__statics *s, double mean)
-{
-    double sum = 0.0, size = 1.0;
-
-    for (int32_t u = 0; u < s->rows->units; u++)
-        if (s->rows->unit[u].kind == PERP__STATICS_CONE && s->rows->unit[u].rows > 0 &&
-            !s->idle[u]) {
-            const double normal = s->x[s->rows->unit[u].row] / s->weight[u];
-
-            sum += normal;
-            size += 1.0 + fabs(normal);
-        }
-    s->t_R = UNLIMITED * size - sum;
-    s->tau_R = mean / s->t_R;
-}
-
 /* The first z and u of the margin's way, s below the worst margin. */
 void perp__statics_start_margin(perp__statics *s, double room)
 {
@@ -167,7 +146,6 @@ void perp__statics_start_margin(perp__statics *s, double room)
     s->t = 1.0 - s->s;
     memset(s->y, 0, (size_t)(s->rows->nodes * s->rows->width) * sizeof *s->y);
     s->tau = 1.0 / count;
-    limit_sum(s, 1.0 / count);
     for (int32_t c = 0; c < s->cone_count; c++) {
         perp__cone *cone = &s->cones[c];
 
@@ -193,7 +171,6 @@ void perp__statics_start_inside(perp__statics *s, int32_t aim, double mean)
         cone->u[1] = -mean * cone->z[1] / det;
         cone->u[2] = -mean * cone->z[2] / det;
     }
-    limit_sum(s, mean);
 }
 
 double perp__statics_least(const perp__statics_unit *unit)

@@ -50,11 +50,10 @@ static void lay_out(perp__arena *arena, void *object)
     s->weight = perp__arena_take(arena, units, sizeof *s->weight);
     s->F = perp__arena_take(arena, s->squares, sizeof *s->F);
     s->P = perp__arena_take(arena, s->widest, sizeof *s->P);
-    PERP__DOUBLES(arena, size, &s->k, &s->j, &s->x, &s->dx, &s->p, &s->rd, &s->met, &s->base,
-                  &s->inside);
-    PERP__DOUBLES(arena, n, &s->b, &s->g, &s->q, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg,
-                  &s->Kq, &s->reach, &s->shift, &s->terms, &s->permuted);
-    PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low, &s->Kq_low);
+    PERP__DOUBLES(arena, size, &s->k, &s->x, &s->dx, &s->p, &s->rd, &s->met, &s->base, &s->inside);
+    PERP__DOUBLES(arena, n, &s->b, &s->g, &s->c, &s->rb, &s->y, &s->dy, &s->Kr, &s->Kg, &s->reach,
+                  &s->shift, &s->terms, &s->permuted);
+    PERP__DOUBLES(arena, n, &s->rb_low, &s->dy_low, &s->Kr_low, &s->Kg_low);
 }
 
 perp__statics *perp__statics_create(perp_context *context)

@@ -213,27 +213,6 @@ void perp__write_memory(const perp__contact_set *set, int32_t i, perp__memory *m
     perp__copy3(memory->base, set->responses[i].base);
 }
 
-/* Whether the memories from number i on, which are those of the step before the last, are of the
- * points of the pair. */
-static int32_t has_stood(const perp__pair *pair, int32_t i)
-{
-    return pair->same && pair->first_before >= 0 && pair->late < 0 && pair->had_first == i &&
-           pair->had == pair->made && pair->memories == pair->made;
-}
-
-/* What a point leaves to its memory, which is of it already; whether that is news. */
-static int32_t leave_impulse(const perp_world *world, int32_t k, const perp__memory *last,
-                             perp__memory *memory)
-{
-    const perp__response *response = &world->contacts.responses[k];
-
-    if (k + AHEAD < world->contacts.count)
-        perp__fetch(&response[AHEAD], offsetof(perp__response, impulse));
-    perp__copy3(memory->impulse, response->next);
-    perp__copy3(memory->base, response->base);
-    return memcmp(memory->impulse, last->impulse, 2 * sizeof memory->impulse) != 0;
-}
-
 /* Contacts of the first round are in the order of their pairs; later ones hang on these. */
 void perp__remember(perp_world *world)
 {
@@ -244,8 +223,6 @@ void perp__remember(perp_world *world)
     /* 1. the memories of each pair, in their order */
     for (int32_t i = 0; i < world->pair_count; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
-        const int32_t stood = has_stood(pair, count);
-        int32_t news = 0;
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
@@ -253,15 +230,12 @@ void perp__remember(perp_world *world)
         pair->first_before = pair->same ? pair->first_last : -1;
         pair->first_last = pair->first_now;
         pair->steps = world->coasting;
-        for (int32_t k = 0; k < pair->made && stood; k++, count++)
-            news |= leave_impulse(world, pair->first_now + k, &world->memories[pair->had_first + k],
-                                  &memories[count]);
-        for (int32_t k = 0; k < pair->made && !stood; k++)
+        for (int32_t k = 0; k < pair->made; k++)
             perp__write_memory(set, pair->first_now + k, &memories[count++]);
         for (int32_t k = pair->late; k >= 0; k = set->responses[k].later)
             perp__write_memory(set, k, &memories[count++]);
         pair->memories = count - pair->first_memory;
-        pair->changed = pair->first_kept >= 0 || (stood ? news : is_news(world, pair));
+        pair->changed = pair->first_kept >= 0 || is_news(world, pair);
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
         early += pair->made;

@@ -30,9 +30,6 @@ enum { NONE = -1 };
 /* Extents grow by a few roundings, so that shapes that exactly touch are found. */
 #define ROUNDING (8.0 * PERP__EPSILON)
 
-/* Bodies between one that is asked of memory and that at hand. */
-#define FETCHED 12
-
 static int32_t is_plane(const perp_world *world, int32_t shape)
 {
     return world->shapes[shape].geometry.kind == PERP__PLANE;
@@ -429,34 +426,6 @@ int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double
     return 1;
 }
 
-/* Bodies to come: their numbers first, then their shapes, which these tell. */
-PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
-{
-    if (i + FETCHED < world->awake_count) {
-        const int32_t body = world->awake[i + FETCHED];
-
-        perp__fetch(&world->bodies[body], offsetof(perp__body, mass));
-        perp__fetch(&world->states[body], sizeof *world->states);
-        perp__fetch(&world->next[body], sizeof *world->next);
-        perp__fetch(&world->motions[body], offsetof(perp__motion, verdict));
-    }
-    if (i + FETCHED / 2 < world->awake_count) {
-        const int32_t body = world->awake[i + FETCHED / 2];
-        const int32_t shape = world->bodies[body].first_shape;
-
-        if (shape >= 0)
-            perp__fetch(&world->shapes[shape], sizeof *world->shapes);
-        if (world->motions[body].coasts + 1 == world->coasting)
-            return; /* likely to go on so */
-        perp__fetch(&world->bodies[body].mass,
-                    offsetof(perp__body, given_mass) - offsetof(perp__body, mass));
-        perp__fetch(&world->motions[body].verdict,
-                    offsetof(perp__motion, trial) - offsetof(perp__motion, verdict));
-        if (shape >= 0)
-            perp__fetch(&world->placed[shape], sizeof *world->placed);
-    }
-}
-
 /* All of a body while it is at hand: what is awake may be more than a cache holds. */
 perp_status perp__enclose_motions(perp_world *world, double h)
 {
@@ -481,15 +450,11 @@ perp_status perp__enclose_motions(perp_world *world, double h)
     for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
         const int32_t body = world->awake[i];
 
-        fetch_ahead(world, i);
         if (!perp__has_pairs(world, body) && perp__glide(world, body, h))
             continue;
         status = check(world, body, perp__start_motion(world, body, h));
         PERP__THEN(status, enclose(world, body, h, 0.0));
-        if (status == PERP_OK && !perp__has_pairs(world, body))
-            status = check(world, body, perp__coast(world, body, h));
-        if (world->motions[body].coasts != world->coasting)
-            world->lively[world->lively_count++] = body;
+        world->lively[world->lively_count++] = body;
     }
     order_pairs(world);
     return status;
