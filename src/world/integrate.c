@@ -11,9 +11,6 @@
 
 #include "linalg/spatial.h"
 
-/* Bodies between one that is asked of memory and that at hand. */
-#define FETCHED 6
-
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 {
@@ -204,8 +201,8 @@ void perp__stop_all_coasting(perp_world *world)
 /* Asks memory for a body that comes soon. */
 PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
 {
-    if (i + FETCHED < world->lively_count) {
-        const int32_t body = world->lively[i + FETCHED];
+    if (i + PERP__FETCHED_AHEAD < world->lively_count) {
+        const int32_t body = world->lively[i + PERP__FETCHED_AHEAD];
 
         perp__fetch(&world->states[body], sizeof *world->states);
         perp__fetch(&world->next[body], sizeof *world->next);

@@ -9,9 +9,6 @@
 #include "base/arena.h"
 #include "linalg/spatial.h"
 
-/* Contacts between one that is asked of memory and that at hand. */
-#define AHEAD 16
-
 perp_status perp__reserve_memories(perp_world *world, int32_t count)
 {
     const perp__growing arrays[] = {PERP__GROWING(world->next_memories, world->memory_capacity, 1),
@@ -127,10 +124,10 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
     const int32_t from = pair->first_last + k;
     perp__response *response = &set->responses[i];
 
-    if (i + AHEAD < set->capacity)
-        perp__fetch(&set->responses[i + AHEAD], sizeof *set->responses);
-    if (from + AHEAD < last->capacity)
-        perp__fetch(last->responses[from + AHEAD].next, sizeof last->responses->next);
+    if (i + PERP__FETCHED_AHEAD < set->capacity)
+        perp__fetch(&set->responses[i + PERP__FETCHED_AHEAD], sizeof *set->responses);
+    if (from + PERP__FETCHED_AHEAD < last->capacity)
+        perp__fetch(last->responses[from + PERP__FETCHED_AHEAD].next, sizeof last->responses->next);
     if (!set->stands || i != pair->first_before + k)
         set->contacts[i] = last->contacts[from];
     memset(response, 0, sizeof *response);
@@ -227,8 +224,8 @@ static int32_t leave_impulse(const perp_world *world, int32_t k, const perp__mem
 {
     const perp__response *response = &world->contacts.responses[k];
 
-    if (k + AHEAD < world->contacts.count)
-        perp__fetch(&response[AHEAD], offsetof(perp__response, impulse));
+    if (k + PERP__FETCHED_AHEAD < world->contacts.count)
+        perp__fetch(&response[PERP__FETCHED_AHEAD], offsetof(perp__response, impulse));
     perp__copy3(memory->impulse, response->next);
     perp__copy3(memory->base, response->base);
     return memcmp(memory->impulse, last->impulse, 2 * sizeof memory->impulse) != 0;

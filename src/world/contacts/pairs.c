@@ -27,12 +27,6 @@ enum { NONE = -1 };
 #define AHEAD 4.0
 #define FARTHEST 2.0
 
-/* Extents grow by a few roundings, so that shapes that exactly touch are found. */
-#define ROUNDING (8.0 * PERP__EPSILON)
-
-/* Bodies between one that is asked of memory and that at hand. */
-#define FETCHED 12
-
 static int32_t is_plane(const perp_world *world, int32_t shape)
 {
     return world->shapes[shape].geometry.kind == PERP__PLANE;
@@ -251,7 +245,7 @@ static int32_t reaches_plane(const perp_world *world, const perp__bounds *box, i
                        normal[k] * (box->high[k] - placed->position[k]));
         size += fmax(fabs(box->low[k]), fabs(box->high[k])) + fabs(placed->position[k]);
     }
-    return lowest <= placed->geometry->offset + ROUNDING * size;
+    return lowest <= placed->geometry->offset + PERP__ROUNDING_LIMIT * size;
 }
 
 static const perp__bounds *fat_box(const perp_world *world, int32_t shape)
@@ -432,16 +426,16 @@ int32_t perp__stays_enclosed(const perp_world *world, int32_t body, const double
 /* Bodies to come: their numbers first, then their shapes, which these tell. */
 PERP__KERNEL static void fetch_ahead(const perp_world *world, int32_t i)
 {
-    if (i + FETCHED < world->awake_count) {
-        const int32_t body = world->awake[i + FETCHED];
+    if (i + PERP__FETCHED_AHEAD < world->awake_count) {
+        const int32_t body = world->awake[i + PERP__FETCHED_AHEAD];
 
         perp__fetch(&world->bodies[body], offsetof(perp__body, mass));
         perp__fetch(&world->states[body], sizeof *world->states);
         perp__fetch(&world->next[body], sizeof *world->next);
         perp__fetch(&world->motions[body], offsetof(perp__motion, verdict));
     }
-    if (i + FETCHED / 2 < world->awake_count) {
-        const int32_t body = world->awake[i + FETCHED / 2];
+    if (i + PERP__FETCHED_AHEAD / 2 < world->awake_count) {
+        const int32_t body = world->awake[i + PERP__FETCHED_AHEAD / 2];
         const int32_t shape = world->bodies[body].first_shape;
 
         if (shape >= 0)
