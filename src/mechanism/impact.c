@@ -234,27 +234,6 @@ static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem,
     return 1;
 }
 
-/* Takes the contacts that were hit alone through their impacts; m->together: the others. */
-static void collide_alone(perp_mechanism *m, const perp__velocity_problem *problem)
-{
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t first = m->starts[j];
-        double *r = m->compressed.r + first;
-        perp__hit_contact c;
-
-        m->together[j] = 1;
-        if (!is_impact(m, &m->compressed, j) || !isolate(m, problem, j, &c))
-            continue;
-        perp__stronge_impact(&c);
-        for (int32_t i = 0; i < m->dims[j]; i++) {
-            perp__add_row(m, problem->terms, first + i, c.r[i] - r[i], m->free);
-            r[i] = c.r[i];
-        }
-        m->pressure[j] = c.stuck;
-        m->together[j] = 0;
-    }
-}
-
 /* Corrects x_j c_j of the contacts that are hit together after the expansion in m->answer, and s
  * where they do not change any more and all of it gives too much; returns the largest change beside
  * the largest impulse. */
@@ -342,6 +321,22 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
     if (m->settings.law == PERP_MECHANISM_POISSON)
         return perp__expand(m, &stage);
     keep_compression(m, stage.terms);
-    collide_alone(m, &stage);
+    /* the contacts that were hit alone go through their impacts; m->together: the others */
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        double *r = m->compressed.r + row;
+        perp__hit_contact c;
+
+        m->together[j] = 1;
+        if (!is_impact(m, &m->compressed, j) || !isolate(m, &stage, j, &c))
+            continue;
+        perp__stronge_impact(&c);
+        for (int32_t i = 0; i < m->dims[j]; i++) {
+            perp__add_row(m, stage.terms, row + i, c.r[i] - r[i], m->free);
+            r[i] = c.r[i];
+        }
+        m->pressure[j] = c.stuck;
+        m->together[j] = 0;
+    }
     return expand_together(m, &stage);
 }

@@ -153,7 +153,7 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
         friction[j] = terms->mu[j];
         if (!(at_rest > terms->mu[j]) || m->dims[j] == 1)
             continue;
-        speed = perp__sliding_speed(m, terms, j, u, v, PERP__SPEED_ROUNDING);
+        speed = perp__sliding_speed(m, terms, j, u, v, PERP__SUM_ROUNDING);
         if (m->let_go[j] < 0 || (speed == 0.0 && m->let_go[j] == 0))
             friction[j] = at_rest;
         else if (m->stribeck[j] > 0.0)

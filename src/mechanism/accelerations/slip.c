@@ -22,16 +22,11 @@
 #include "mechanism/eigenvalues.h"
 #include "mechanism/accelerations/accelerations.h"
 
-#define MOST_ROUNDS 20
 #define LONGEST_TURN 0.5
-/* A turn below this that is not halved any more is the rounding of an ill-conditioned W. */
-#define STILL 1e-6
 /* Turns larger than this after so many rounds lead nowhere. */
 #define NEAR 0.1
 #define PATIENCE 7
 #define SAMPLES 5
-/* Double zeros come as pairs with an imaginary part of the square root of rounding. */
-#define REAL 1e-5
 
 /* ---- all of them -------------------------------------------------------------------------- */
 
@@ -122,12 +117,14 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
 
     perp__pattern_solve_roughly(a, singular, a->active);
     rank = a->linear.system.rank;
-    for (int32_t round = 0; round < MOST_ROUNDS; round++) {
+    for (int32_t round = 0; round < PERP__MOST_ITERATES; round++) {
         const double bent = perp__load_turn(a), turned = turn(a), largest = fmax(bent, turned);
 
         if (turned < 0.0 || (round >= PATIENCE && largest > NEAR))
             return -1;
-        if (largest <= PERP__LAST_DIGITS || (largest <= STILL && largest > 0.5 * before))
+        /* a small turn that is not halved any more is the rounding of an ill-conditioned W */
+        if (largest <= PERP__SUM_ROUNDING ||
+            (largest <= PERP__ROUGH_DIRECTIONS && largest > 0.5 * before))
             return perp__pattern_solve(a);
         before = largest;
         /* with the rank of the start, what is left without a pivot becomes consistent at the end */
@@ -155,8 +152,8 @@ static int32_t find_zeros(double a_0, double a_1, double b_1, double a_2, double
     }
     if (perp__eigenvalues(4, companion, real, imaginary) != 0)
         return -1;
-    for (k = 0; k < 4; k++)
-        if (fabs(imaginary[k]) <= REAL * (1.0 + fabs(real[k])))
+    for (k = 0; k < 4; k++) /* double zeros come as pairs with the root of rounding */
+        if (fabs(imaginary[k]) <= PERP__ROUGH_DIRECTIONS * (1.0 + fabs(real[k])))
             angles[count++] = 2.0 * atan(real[k]);
     return count;
 }
