@@ -197,12 +197,8 @@ enum { MOST_PASSES = 1000 };
 static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                      const double *x)
 {
-    const double *J = terms->J + (size_t)row * (size_t)m->n;
-    double size = 0.0;
-
-    for (int32_t k = 0; k < m->n; k++)
-        size += fabs(J[k] * x[k]);
-    return fabs(perp__row_times(m, terms, row, 0.0, x)) > PERP__NOTHING * size;
+    return fabs(perp__row_times(m, terms, row, 0.0, x)) >
+           PERP__NOTHING * perp__row_terms(m, terms, row, 0.0, x);
 }
 
 /* The impact of contact j; 0 where others that touch answer to its impulses. */

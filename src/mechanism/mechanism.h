@@ -176,8 +176,10 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
                                    const double *at, double h, const double *v);
 
 /* ---- rows.c: what rows make of velocities ---- */
-/* sum + J_row x; and x := x + s J_row'. */
+/* sum + J_row x, and with the sizes of the products; and x := x + s J_row'. */
 double perp__row_times(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
+                       const double *x);
+double perp__row_terms(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
                        const double *x);
 void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t row, double s,
                    double *x);

@@ -25,15 +25,20 @@ void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t ro
         x[k] += s * J[k];
 }
 
+double perp__row_terms(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
+                       const double *x)
+{
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
+
+    for (int32_t k = 0; k < m->n; k++)
+        sum += fabs(J[k] * x[k]);
+    return sum;
+}
+
 double perp__row_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                       const double *v)
 {
-    const double *J = terms->J + (size_t)row * (size_t)m->n;
-    double size = fabs(terms->drift[row]);
-
-    for (int32_t k = 0; k < m->n; k++)
-        size += fabs(J[k] * v[k]);
-    return size;
+    return perp__row_terms(m, terms, row, fabs(terms->drift[row]), v);
 }
 
 void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, double *u,

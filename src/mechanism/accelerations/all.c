@@ -5,8 +5,6 @@
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
-/* Of the directions of loads. */
-
 /* ---- why there are as many ------------------------------------------------------------------
  *
  * Each pattern's system has a determinant, a principal minor of the contact matrix; in the plane

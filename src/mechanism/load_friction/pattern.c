@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "base/outcome.h"
+#include "linalg/doubled.h"
 #include "mechanism/load_friction/load_friction.h"
 
 /* With entries up to here elimination with complete pivoting does not overflow. */
@@ -24,15 +25,6 @@ static double sign_of(const perp_load_friction *f, int32_t mode, int32_t i)
 
 /* ---- doubled precision --------------------------------------------------------------------- */
 
-/* sum += x, with what is lost in *low */
-static void add(double *sum, double *low, double x)
-{
-    const double s = *sum + x, back = s - *sum;
-
-    *low += (*sum - (s - back)) + (x - back);
-    *sum = s;
-}
-
 /* Normal forces N = C x + d, and residual_i = tau_i - b_i - (A x)_i - t_i N_i. */
 static void find_residual(perp_load_friction *f)
 {
@@ -42,12 +34,11 @@ static void find_residual(perp_load_friction *f)
     perp__multiply_doubled(&f->A_view, p->x, f->b, f->product, f->product_low);
     perp__multiply_doubled(&f->C_view, p->x, f->d, normal, f->normal_low);
     for (int32_t i = 0; i < f->n; i++) {
-        const double t = p->slope[i], product = t * normal[i];
-        double sum = f->question.tau[i], low = 0.0;
+        const double t = p->slope[i];
+        double sum = f->question.tau[i], low = -(f->product_low[i] + t * f->normal_low[i]);
 
-        add(&sum, &low, -f->product[i]);
-        add(&sum, &low, -product);
-        low -= f->product_low[i] + fma(t, normal[i], -product) + t * f->normal_low[i];
+        perp__accumulate(&sum, &low, -1.0, f->product[i]);
+        perp__accumulate(&sum, &low, -t, normal[i]);
         p->residual[i] = sum + low;
     }
 }

@@ -86,23 +86,6 @@ static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
 
 /* ---- forces at an instant -------------------------------------------------------------------- */
 
-/* The largest acceleration of a row that takes part, in free motion, term by term. */
-static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
-{
-    double *x = m->work, largest = 0.0;
-
-    perp__solve_mass(m, &m->begin, x, m->begin.k);
-    for (int32_t i = 0; i < m->rows; i++) {
-        const double *J = m->begin.J + (size_t)i * (size_t)m->n;
-        double size = fabs(a->bias[i]);
-
-        for (int32_t k = 0; k < m->n; k++)
-            size += fabs(J[k] * x[k]);
-        largest = fmax(largest, size);
-    }
-    return largest;
-}
-
 perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, double t,
                                        const perp__motion *state, const int8_t *does)
 {
@@ -129,7 +112,11 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
     problem = perp__pose(m, &terms);
     problem.momentum = m->begin.k;
     problem.dry = m->begin.bound;
-    a->free = free_acceleration(m, a);
+    /* the largest acceleration of a row in free motion, term by term */
+    a->free = 0.0;
+    perp__solve_mass(m, &m->begin, m->work, m->begin.k);
+    for (int32_t i = 0; i < m->rows; i++)
+        a->free = fmax(a->free, perp__row_terms(m, &m->begin, i, fabs(a->bias[i]), m->work));
     memcpy(a->drift, a->bias, (size_t)m->rows * sizeof *a->drift);
     for (int32_t pass = 0; pass < PERP__MOST_ITERATES && again && status == PERP_OK; pass++) {
         /* the drift of what slides: its slip, less the accelerations of the last pass; again: slips
