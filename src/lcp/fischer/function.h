@@ -14,7 +14,7 @@
 
 /* Full steps that a watch allows to let Psi grow, and by how much, before it goes back. */
 #define PERP__WATCH 5
-#define PERP__WATCH_GROWTH 1e3
+#define PERP__WATCH_GROWTH 1e4
 
 /* Partial derivatives; both in [0, 2] for phi, >= 0 for the composition. */
 typedef struct perp__slopes {
