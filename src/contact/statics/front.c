@@ -10,7 +10,6 @@
 #include "contact/contact.h"
 #include "contact/bounded.h"
 #include "contact/statics/statics.h"
-#include "contact/statics/tuning.h"
 #include "linalg/matrix.h"
 #include "linalg/spatial.h"
 

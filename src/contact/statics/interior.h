@@ -6,7 +6,6 @@
 
 #include "contact/cones.h"
 #include "contact/statics/statics.h"
-#include "contact/statics/tuning.h"
 
 /* What is maximised: the margin s; nothing, but least squares are minimised. */
 enum { PERP__AIM_MARGIN, PERP__AIM_LEAST };

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/outcome.h"
-#include "contact/statics/tuning.h"
 #include "linalg/spatial.h"
 #include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
