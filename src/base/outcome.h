@@ -2,11 +2,12 @@
 #ifndef PERP_BASE_OUTCOME_H
 #define PERP_BASE_OUTCOME_H
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include <perp/base.h>
+
+#include "base/rounding.h"
 
 /* What the residuals recomputed from the caller's own data say of a point (docs/lcp.md).
  * Two witnesses, because each alone is fooled: the tested residual by a row that hides behind a
@@ -17,10 +18,6 @@ typedef struct perp__evidence {
     double backward; /* row-wise backward error; INFINITY where the class has none */
     int32_t sound;   /* all that would be returned is finite, and nothing else speaks against it */
 } perp__evidence;
-
-/* A backward error that no double betters by more than a constant: each product and sum of a row
- * rounds once, and refinement with doubled residuals ends within a few units of that. */
-#define PERP__ROUNDING_LIMIT (16.0 * DBL_EPSILON)
 
 /* What a row may always miss of the largest terms around it, in units of tol: below 1e-5 the far
  * tail of a solution that fades out would fail at loose tolerances, below the other all would that

@@ -13,10 +13,7 @@
 
 /* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
  * the quotient of two such. */
-#define SMALL 1e-150
-
-/* Of the radius: r nearer to the edge of its disc than this is on it. */
-#define EDGE (8.0 * DBL_EPSILON)
+#define SMALL sqrt(DBL_MIN)
 
 int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
                             perp__contact_part parts[3])
@@ -47,7 +44,6 @@ int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
 
 void perp__contact_direction(int32_t edges, int32_t j, double d[2])
 {
-    const double pi = 3.14159265358979323846;
     const int32_t opposite = edges % 2 == 0 && j >= edges / 2;
     const int32_t i = opposite ? j - edges / 2 : j;
 
@@ -55,8 +51,8 @@ void perp__contact_direction(int32_t edges, int32_t j, double d[2])
         d[0] = i == 0 ? 1.0 : 4 * i == 2 * edges ? -1.0 : 0.0;
         d[1] = 4 * i == edges ? 1.0 : 4 * i == 3 * edges ? -1.0 : 0.0;
     } else {
-        d[0] = cos(2.0 * pi * i / edges);
-        d[1] = sin(2.0 * pi * i / edges);
+        d[0] = cos(2.0 * PERP__PI * i / edges);
+        d[1] = sin(2.0 * PERP__PI * i / edges);
     }
     if (opposite) {
         d[0] = 0.0 - d[0];
@@ -69,9 +65,8 @@ void perp__contact_direction(int32_t edges, int32_t j, double d[2])
 static int32_t polygon_excess(int32_t edges, double radius, const double x[2], double nearest[2],
                               double excess[2])
 {
-    const double pi = 3.14159265358979323846;
     double angle = atan2(x[1], x[0]), a[2], b[2], normal[2], length, out, along, span;
-    int32_t j = isnan(angle) ? 0 : (int32_t)floor(angle * edges / (2.0 * pi));
+    int32_t j = isnan(angle) ? 0 : (int32_t)floor(angle * edges / (2.0 * PERP__PI));
 
     j = (j % edges + edges) % edges;
     perp__contact_direction(edges, j, a);
@@ -87,7 +82,7 @@ static int32_t polygon_excess(int32_t edges, double radius, const double x[2], d
         return 0;
     /* along the edge, from its middle; beyond its ends the vertex is nearest */
     along = normal[0] * x[1] - normal[1] * x[0];
-    span = radius * sin(pi / edges);
+    span = radius * sin(PERP__PI / edges);
     if (fabs(along) <= span) {
         nearest[0] = radius * (0.5 * length) * normal[0] - along * normal[1];
         nearest[1] = radius * (0.5 * length) * normal[1] + along * normal[0];
@@ -175,24 +170,24 @@ static int32_t part_map(const perp__contact_problem *problem, const perp__contac
  * all between the normals of its two edges at a vertex. */
 static double polygon_change(int32_t edges, double radius, const double *r, const double *u)
 {
-    const double pi = 3.14159265358979323846;
     const double speed = perp__length2(u[0], u[1]);
-    int32_t j = (int32_t)floor(atan2(r[1], r[0]) * edges / (2.0 * pi));
-    double angle = pi * (2 * j + 1) / edges, width = 0.0, along;
+    int32_t j = (int32_t)floor(atan2(r[1], r[0]) * edges / (2.0 * PERP__PI));
+    double angle = PERP__PI * (2 * j + 1) / edges, width = 0.0, along;
 
-    if (r[0] * cos(angle) + r[1] * sin(angle) < radius * (cos(pi / edges) - EDGE))
+    if (r[0] * cos(angle) + r[1] * sin(angle) <
+        radius * (cos(PERP__PI / edges) - PERP__ROUNDING_LIMIT))
         return speed;
     along = r[1] * cos(angle) - r[0] * sin(angle);
-    if (fabs(along) > radius * (sin(pi / edges) - EDGE)) {
-        angle += along > 0.0 ? pi / edges : -pi / edges;
-        width = pi / edges;
+    if (fabs(along) > radius * (sin(PERP__PI / edges) - PERP__ROUNDING_LIMIT)) {
+        angle += along > 0.0 ? PERP__PI / edges : -PERP__PI / edges;
+        width = PERP__PI / edges;
     }
     /* angle from there to -u */
     angle =
         fabs(atan2(u[0] * sin(angle) - u[1] * cos(angle), -u[0] * cos(angle) - u[1] * sin(angle)));
     if (angle <= width)
         return 0.0;
-    return angle - width < 0.5 * pi ? speed * sin(angle - width) : speed;
+    return angle - width < 0.5 * PERP__PI ? speed * sin(angle - width) : speed;
 }
 
 /* Smallest change of the part's u for which -u is in the normal cone of the disc at r. */
@@ -206,7 +201,7 @@ static double part_change(const perp__contact_problem *problem, const perp__cont
         return 0.0;
     if (part->size == 2 && problem->cone > 0)
         return polygon_change(problem->cone, radius, r, u);
-    if (length < radius * (1.0 - EDGE))
+    if (length < radius * (1.0 - PERP__ROUNDING_LIMIT))
         return speed;
     for (int32_t i = 0; i < part->size; i++)
         against += r[i] * u[i] / length;

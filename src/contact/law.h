@@ -75,9 +75,6 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
-/* What a velocity that should be 0 may come out as, of its terms. */
-#define PERP__STILL (256.0 * DBL_EPSILON)
-
 /* Friction from which a contact is judged normal and tangents apart, as those with discs are: the
  * map onto its cone, next to a half-space, has 1 / mu of a closing speed, and less of sliding. */
 #define PERP__STEEP 1e3

@@ -532,7 +532,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         start_from(solver, z0);
         worth = perp__evaluate(solver);
         if (worth.tested < solver->best.worth.tested &&
-            !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
+            !(solver->best.worth.backward <= PERP__ROUNDING_LIMIT))
             keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
                  solver->best.method);
     }

@@ -10,15 +10,13 @@
 #include <perp/lcp.h>
 
 #include "base/arena.h"
+#include "base/sweeps.h"
 #include "linalg/matrix.h"
 #include "linalg/sparse_block.h"
 
-/* Default limits: of iterations that take factors, and of sweeps, products or exchanges, which do
- * not. Stagnation: so many of the latter took off less than 1 % of the residual. */
+/* The default limit of iterations that take factors; and how many sweeps stagnation takes. */
 #define PERP__ITERATIONS 500
-#define PERP__CHEAP_ITERATIONS 10000
 #define PERP__STAGNATION 1000
-#define PERP__STAGNATION_FACTOR 0.99
 
 /* Pivots below this part of their column's largest entry make no good basis to start from. */
 #define PERP__POOR_PIVOT 1e-8

@@ -171,7 +171,7 @@ static int32_t repair(perp_lcp_solver *solver)
     for (i = 0; i < solver->n; i++) {
         int8_t before = places[i];
         double noise =
-            16.0 * DBL_EPSILON *
+            PERP__ROUNDING_LIMIT *
             (solver->row_norms[i] * solver->reach[solver->part[i]] + fabs(solver->q_scaled[i]));
         double w = perp__w_scaled(solver, i, solver->w_high[i]);
 

@@ -455,7 +455,7 @@ static perp_status solve(projected *p, double *z, double *w, perp_lcp_result *re
 
     if (status != PERP_OK)
         return status;
-    p->limit = p->settings.max_iterations > 0 ? p->settings.max_iterations : PERP__CHEAP_ITERATIONS;
+    p->limit = p->settings.max_iterations > 0 ? p->settings.max_iterations : PERP__SWEEPS_MOST;
     p->control = (perp__lcp_control){
         .monitor = p->settings.monitor,
         .monitor_user = p->settings.monitor_user,

@@ -30,7 +30,6 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
         p->columns[i] = p->rows[i] = i;
     p->sign = 1;
     p->product = 1.0;
-    p->least = INFINITY;
     for (p->rank = 0; p->rank < n; p->rank++) {
         const int32_t k = p->rank;
         double *pivot_row = K + k * n, largest = -1.0, pivot;
@@ -64,7 +63,6 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
         if (((row != k) != (column != k)) != (pivot < 0.0))
             p->sign = -p->sign;
         p->product *= fabs(pivot);
-        p->least = fmin(p->least, fabs(pivot));
         /* 3. Column k is a column of E from here on. */
         pivot_row[k] = 1.0;
         for (int32_t j = 0; j < n; j++)

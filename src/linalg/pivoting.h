@@ -12,7 +12,6 @@ typedef struct perp__pivoting {
     int32_t rank;
     int32_t sign;     /* of the determinant; 0 where the rank is below n */
     double product;   /* of the pivots, without that sign */
-    double least;     /* the smallest pivot; infinity where there is none */
     double *K;        /* overwritten: E's columns of the pivots' rows, then X */
     int32_t *columns; /* n: filled */
     int32_t *rows;    /* in the order of their pivots; n: filled */

@@ -5,12 +5,10 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/rounding.h"
 
 /* ---- what a sparse matrix is like, as far as one pass tells ---- */
 
-/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
- * an order that rounds the two triangles differently. The solver refines with M itself. */
-#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
 /* Largest sum of a row's positive entries beside the diagonal, relative to it. */
 #define PERP__POSITIVE_SHARE 0.25
 
@@ -87,7 +85,7 @@ int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, doub
 int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
 {
     return has_positive_diagonal(M) && is_nearly_z(M, NULL) &&
-           perp__has_symmetric_entries(M, cursor, PERP__ASYMMETRY);
+           perp__has_symmetric_entries(M, cursor, PERP__ROUNDING_LIMIT);
 }
 
 /* ---- its blocks ---- */
@@ -155,7 +153,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     status = perp__arena_fit(&block->arena, block->context, layout, block);
     if (status != PERP_OK)
         return status;
-    symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ASYMMETRY);
+    symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ROUNDING_LIMIT);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
         perp__tridiagonal_read(&block->T, M, scale);
     else if (symmetric)

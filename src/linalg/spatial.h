@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdint.h>
 
+#define PERP__PI 3.14159265358979323846
+
 /* Of two numbers; b where one is none. In line, which fmin and fmax are not. */
 static inline double perp__lesser(double a, double b)
 {

@@ -41,7 +41,7 @@
 #include "linalg/scale.h"
 
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
-#define NOISE 0x1p-40
+#define NOISE perp__power_of_two(-PERP__NOISE)
 
 /* A diagonal below this is noise beside a coupling; log2 of an entry that no unit explains. */
 #define NOISE_DIAGONAL 0x1p-38

@@ -12,9 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Seconds that count as a time limit that has passed: 0 would be none. */
-#define SHORTEST 1e-9
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__assembly *a = object;
@@ -84,8 +81,8 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     dynamics.H = &H;
     dynamics.G = bilateral > 0 ? &G : NULL;
     if (m->deadline > 0.0 || a->settings.time_limit > 0.0) {
-        a->settings.time_limit =
-            m->deadline > 0.0 ? fmax(m->deadline - perp__now(), SHORTEST) : 0.0;
+        a->settings.time_limit = /* 0 would be none */
+            m->deadline > 0.0 ? fmax(m->deadline - perp__now(), DBL_MIN) : 0.0;
         PERP__ASK(status, m->context, perp_contact_solver_set(a->solver, &a->settings));
     }
     PERP__ASK(status, m->context, perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics));

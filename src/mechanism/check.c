@@ -10,7 +10,6 @@
  * fourth order; the others are for what is small or turns fast. */
 static const double steps[] = {0x1p-11, 0x1p-17, 0x1p-24};
 
-#define CERTAIN 8.0   /* times the estimated error */
 #define RELATIVE 1e-5 /* of the row's largest entry */
 
 typedef struct look {
@@ -86,7 +85,7 @@ static perp_status sample(look *a, int32_t column, double step, int32_t *suffice
             a->uncertainty[entry] = uncertainty;
             a->difference[entry] = best;
         }
-        if (CERTAIN * a->uncertainty[entry] > 0.1 * RELATIVE * largest_entry(m, row))
+        if (PERP__CERTAIN * a->uncertainty[entry] > 0.1 * RELATIVE * largest_entry(m, row))
             *suffices = 0;
     }
     return status == PERP_ERROR_NOT_FINITE || status == PERP_ERROR_ARGUMENT ? PERP__OUTSIDE
@@ -151,15 +150,16 @@ static void compare(look *a, int32_t j, int32_t row, double *worst)
     int32_t changes = 0, column;
 
     for (column = 0; column <= m->n; column++)
-        changes |= fmax(fabs(a->difference[first + (size_t)column]),
-                        CERTAIN * a->uncertainty[first + (size_t)column]) > RELATIVE * largest;
+        changes |=
+            fmax(fabs(a->difference[first + (size_t)column]),
+                 PERP__CERTAIN * a->uncertainty[first + (size_t)column]) > RELATIVE * largest;
     a->result.constant += !changes && largest > 0.0;
     for (column = 0; column <= m->n && changes; column++) {
         const double found = a->difference[first + (size_t)column];
         const double uncertainty = a->uncertainty[first + (size_t)column];
         const double given = column < m->n ? J[column] : m->begin.drift[row];
         const double size = column < m->n ? largest : fmax(fabs(given), fabs(found));
-        const double allowed = fmax(CERTAIN * uncertainty, RELATIVE * size);
+        const double allowed = fmax(PERP__CERTAIN * uncertainty, RELATIVE * size);
         const int32_t part = column == m->n ? PERP_MECHANISM_DRIFT
                              : bilateral    ? PERP_MECHANISM_GRADIENT
                                             : PERP_MECHANISM_NORMAL;

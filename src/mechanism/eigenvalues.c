@@ -21,23 +21,8 @@ static double *at(const square *A, int32_t i, int32_t j)
     return A->a + (size_t)i + (size_t)A->n * (size_t)j;
 }
 
-/* The e that brings 4^e column into [row / 2, 2 row), and is nearest to 0. On exponents: no number
- * on the way overflows, and there is nothing to iterate. */
-static int32_t balancing_exponent(double row, double column)
-{
-    int row_exponent, column_exponent;
-    const double r = frexp(row, &row_exponent), c = frexp(column, &column_exponent);
-    const int up = row_exponent - 1 - column_exponent, down = column_exponent - row_exponent - 1;
-
-    if (column < 0.5 * row)
-        return up % 2 == 0 ? up / 2 + (c < r) : (up + 1) / 2;
-    if (column >= 2.0 * row)
-        return -(down % 2 == 0 ? down / 2 + (c >= r) : (down + 1) / 2);
-    return 0;
-}
-
 /* Scales rows by 1/f and their columns by f, f powers of two that bring their norms together, as
- * long as that is worth it. */
+ * long as that is worth it. On exponents: no number on the way overflows. */
 static void balance(const square *A)
 {
     int32_t changed = 1;
@@ -54,7 +39,7 @@ static void balance(const square *A)
                 }
             if (!(row > 0.0 && column > 0.0 && row + column <= DBL_MAX))
                 continue;
-            f = ldexp(1.0, balancing_exponent(row, column));
+            f = ldexp(1.0, (ilogb(row) - ilogb(column)) / 2); /* 4^e column is near row */
             if (!(row / f + column * f < 0.95 * (row + column)) || !isfinite(f) || f <= DBL_MIN)
                 continue;
             for (int32_t j = 0; j < A->n; j++)

@@ -194,8 +194,7 @@ perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q
  * removes (C. J. F. Ridders, Advances in Engineering Software 4 (1982)). Of all entries of the
  * scheme the one that agrees best with its neighbours is taken. */
 
-#define RATIO 1.4142135623730951 /* of a span and the next one: their squares are halved */
-#define LEVELS_WITHOUT_GAIN 16
+#define RATIO sqrt(2.0) /* of a span and the next one: their squares are halved */
 
 perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, double t,
                                 const double *q, const double *v, double first, int32_t levels)
@@ -213,7 +212,7 @@ perp_status perp__evaluate_bias(perp_mechanism *m, double *bias, double *error, 
         status = judge(m, "curvature", m->model.curvature(bias, t, q, v, m->model.user));
         status = check(m, status, &(filled){"bias", bias, rows, 0}, 1);
     }
-    while (wrong > 0.0 && level < levels && level < gained + LEVELS_WITHOUT_GAIN) {
+    while (wrong > 0.0 && level < levels && level < gained + PERP__BIAS_COLUMNS) {
         double *const swap = last;
         const double before = wrong;
         double power = 1.0;

@@ -197,12 +197,8 @@ enum { MOST_PASSES = 1000 };
 static int32_t moves(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                      const double *x)
 {
-    const double *J = terms->J + (size_t)row * (size_t)m->n;
-    double size = 0.0;
-
-    for (int32_t k = 0; k < m->n; k++)
-        size += fabs(J[k] * x[k]);
-    return fabs(perp__row_times(m, terms, row, 0.0, x)) > PERP__NOTHING * size;
+    return fabs(perp__row_times(m, terms, row, 0.0, x)) >
+           PERP__NOTHING * perp__row_terms(m, terms, row, 0.0, x);
 }
 
 /* The impact of contact j; 0 where others that touch answer to its impulses. */
@@ -232,27 +228,6 @@ static int32_t isolate(perp_mechanism *m, const perp__velocity_problem *problem,
     c->mu = m->dims[j] > 1 ? problem->friction[j] : 0.0;
     c->e = m->restitution[j];
     return 1;
-}
-
-/* Takes the contacts that were hit alone through their impacts; m->together: the others. */
-static void collide_alone(perp_mechanism *m, const perp__velocity_problem *problem)
-{
-    for (int32_t j = 0; j < m->contacts; j++) {
-        const int32_t first = m->starts[j];
-        double *r = m->compressed.r + first;
-        perp__hit_contact c;
-
-        m->together[j] = 1;
-        if (!is_impact(m, &m->compressed, j) || !isolate(m, problem, j, &c))
-            continue;
-        perp__stronge_impact(&c);
-        for (int32_t i = 0; i < m->dims[j]; i++) {
-            perp__add_row(m, problem->terms, first + i, c.r[i] - r[i], m->free);
-            r[i] = c.r[i];
-        }
-        m->pressure[j] = c.stuck;
-        m->together[j] = 0;
-    }
 }
 
 /* Corrects x_j c_j of the contacts that are hit together after the expansion in m->answer, and s
@@ -342,6 +317,22 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
     if (m->settings.law == PERP_MECHANISM_POISSON)
         return perp__expand(m, &stage);
     keep_compression(m, stage.terms);
-    collide_alone(m, &stage);
+    /* the contacts that were hit alone go through their impacts; m->together: the others */
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        double *r = m->compressed.r + row;
+        perp__hit_contact c;
+
+        m->together[j] = 1;
+        if (!is_impact(m, &m->compressed, j) || !isolate(m, &stage, j, &c))
+            continue;
+        perp__stronge_impact(&c);
+        for (int32_t i = 0; i < m->dims[j]; i++) {
+            perp__add_row(m, stage.terms, row + i, c.r[i] - r[i], m->free);
+            r[i] = c.r[i];
+        }
+        m->pressure[j] = c.stuck;
+        m->together[j] = 0;
+    }
     return expand_together(m, &stage);
 }

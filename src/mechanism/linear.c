@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/spatial.h"
+
 /* Column j of B, of its first or second block. */
 static const double *column_of(const perp__linear *p, int32_t block, int32_t j)
 {
@@ -228,7 +230,7 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
                               int32_t homogeneous, double spread, int32_t *at_vertex)
 {
-    const double tolerance = PERP__FAMILY_TOLERANCE;
+    const double tolerance = PERP__AGREEMENT;
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
     double largest = 0.0;

@@ -16,17 +16,8 @@
 #include "linalg/matrix.h"
 #include "mechanism/tuning.h"
 
-/* The velocities of an answer and its impulses belong together up to this, beside the terms of
- * their balance: impulses are known up to tol times what bodies and levers make of that.
- * Velocities that hold.c finds have to be as near to the solution's; where they are not (a problem
- * stopped early) the solution's stand. */
-#define PERP__AGREEMENT 1e-8
-
 /* What bodies and levers make of a residual: up to 6 was seen in random problems. */
 #define PERP__LEVERS 16.0
-
-/* Sliding speed relative to its terms that counts as none: rounding of the sum. */
-#define PERP__SPEED_ROUNDING (64.0 * DBL_EPSILON)
 
 /* In a problem in accelerations a slip is a drift faster than these by this factor. */
 #define PERP__FAST 64.0
@@ -185,8 +176,10 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
                                    const double *at, double h, const double *v);
 
 /* ---- rows.c: what rows make of velocities ---- */
-/* sum + J_row x; and x := x + s J_row'. */
+/* sum + J_row x, and with the sizes of the products; and x := x + s J_row'. */
 double perp__row_times(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
+                       const double *x);
+double perp__row_terms(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
                        const double *x);
 void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t row, double s,
                    double *x);

@@ -16,8 +16,6 @@
 #include <math.h>
 #include <string.h>
 
-#define MOST_PASSES 6
-
 double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                       const double *q)
 {
@@ -177,7 +175,7 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__mo
     status = perp__evaluate_rows(m, &m->end, t, q, v);
     for (int32_t pass = 0;
          status == PERP_OK && (perp__measure_overlap(m, step, q) || lifted(m, to) > 0.0) && helps &&
-         pass < MOST_PASSES && !(pass > 0 && perp__mechanism_is_late(m));
+         pass < PERP__MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
          pass++) {
         const double penetration = step->penetration, drift = step->drift, gap = lifted(m, to);
         int32_t found = 0;

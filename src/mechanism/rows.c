@@ -25,15 +25,20 @@ void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t ro
         x[k] += s * J[k];
 }
 
+double perp__row_terms(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
+                       const double *x)
+{
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
+
+    for (int32_t k = 0; k < m->n; k++)
+        sum += fabs(J[k] * x[k]);
+    return sum;
+}
+
 double perp__row_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                       const double *v)
 {
-    const double *J = terms->J + (size_t)row * (size_t)m->n;
-    double size = fabs(terms->drift[row]);
-
-    for (int32_t k = 0; k < m->n; k++)
-        size += fabs(J[k] * v[k]);
-    return size;
+    return perp__row_terms(m, terms, row, fabs(terms->drift[row]), v);
 }
 
 void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, double *u,
@@ -153,7 +158,7 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
         friction[j] = terms->mu[j];
         if (!(at_rest > terms->mu[j]) || m->dims[j] == 1)
             continue;
-        speed = perp__sliding_speed(m, terms, j, u, v, PERP__SPEED_ROUNDING);
+        speed = perp__sliding_speed(m, terms, j, u, v, PERP__SUM_ROUNDING);
         if (m->let_go[j] < 0 || (speed == 0.0 && m->let_go[j] == 0))
             friction[j] = at_rest;
         else if (m->stribeck[j] > 0.0)

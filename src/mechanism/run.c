@@ -8,16 +8,6 @@
 #include "base/context.h"
 #include "mechanism/schemes/adaptive.h"
 
-/* How far a span may be from a whole number of steps and count as one, in steps. */
-#define WHOLE 1e-9
-
-/* Roundings between t + h and t0 + k h, relative. */
-#define SAME 1e-15
-
-/* Penetration and drift that are no more than this beside what gaps and constraints are sums of are
- * what projection may leave. */
-#define LET_THROUGH 1e-3
-
 /* Shows m->now; PERP_OK, or PERP_ERROR_CALLBACK. */
 static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
 {
@@ -92,7 +82,7 @@ static int32_t overlaps(perp__run *run, const perp_mechanism_step *step, const d
 
     if (settings->overlap > 0.0)
         return found > settings->overlap;
-    return settings->project && found > fmax(LET_THROUGH * size_of_gaps(run, q), run->overlaps);
+    return settings->project && found > fmax(PERP__LITTLE * size_of_gaps(run, q), run->overlaps);
 }
 
 perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, double h,
@@ -129,7 +119,9 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
 {
     perp_mechanism *m = run->m;
     const double exact = (t1 - t0) / h, near = nearbyint(exact);
-    const int32_t whole = fabs(exact - near) <= WHOLE && near >= 1.0;
+    /* up to the rounding of t0, t1 and h */
+    const int32_t whole =
+        fabs(exact - near) <= PERP__SUM_ROUNDING * (fabs(t0) + fabs(t1)) / h && near >= 1.0;
     const double count = whole ? near : ceil(exact), length = whole ? h : (t1 - t0) / count;
     perp_mechanism_step step;
     perp_status status = PERP_OK;
@@ -140,7 +132,8 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
         const perp__start from = {run->t, length, m->now.q, m->now.v};
 
         status = perp__advance_from(m, &m->next, &step, &from);
-        if (m->kept_t != t && fabs(m->kept_t - t) <= SAME * fmax(fabs(run->t), fabs(t)))
+        if (m->kept_t != t &&
+            fabs(m->kept_t - t) <= PERP__ROUNDING_LIMIT * fmax(fabs(run->t), fabs(t)))
             m->kept_t = t; /* the same instant, summed in another way */
         PERP__THEN(status, perp__run_take(run, &m->next, t, length, &step));
     }

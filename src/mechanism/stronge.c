@@ -147,7 +147,7 @@ void perp__stronge_impact(perp__hit_contact *c)
         if (!next.sticks)
             memcpy(c->r, r, sizeof r);
         /* 2. what comes then */
-        if (length != left || (next.turns && fabs(left) > PERP__LAST_DIGITS * r[0]))
+        if (length != left || (next.turns && fabs(left) > PERP__SUM_ROUNDING * r[0]))
             continue;
         if (expands || c->e == 0.0 || !(work < 0.0))
             break;

@@ -2,8 +2,6 @@
 #ifndef PERP_MECHANISM_TUNING_H
 #define PERP_MECHANISM_TUNING_H
 
-#define PERP__PI 3.14159265358979323846
-
 /* What is no more than this beside the terms that it is a sum of is nothing: rounding of what the
  * caller's functions tell. Of gaps, velocities, accelerations, forces and determinants. */
 #define PERP__NOTHING 1e-12
@@ -11,25 +9,25 @@
 /* A pivot of so many times what the system is known to is none: an inertia may be 0. */
 #define PERP__SINGULAR 4.0
 
-/* A change that is no more than this beside what changes is the last. */
-#define PERP__LAST_DIGITS 1e-14
-
 /* Directions of slips are found to this, and the forces that follow from them. */
 #define PERP__SAME_DIRECTION 1e-10
 
-/* Points of a family, which the double description method gives to 1e-9 or so, are the same where
- * they differ by less. */
-#define PERP__FAMILY_TOLERANCE 1e-8
+/* What is found in two ways is the same where it differs by no more: the velocities of an answer
+ * and its impulses, beside the terms of their balance (impulses are known up to tol times what
+ * bodies and levers make of that); velocities that hold.c finds and the solution's, which stand
+ * where a problem was stopped early; the points of a family, which the double description method
+ * gives to 1e-9 or so; a friction force and its bound. */
+#define PERP__AGREEMENT 1e-8
 
-/* Of implicit steps: iterations that gain less than this factor are given a matrix of their own,
- * by differences over this share of a velocity, the root of rounding; an answer is near, or there
- * is none. */
+/* Of implicit steps: iterations that gain less than this factor are given a matrix of their own. */
 #define PERP__SLOW 0.1
-#define PERP__DIFFERENCE 0x1p-26
+
+/* Newton's method, secants and cuts of polygons end by themselves, or lead nowhere. */
 enum { PERP__MOST_ITERATES = 60 };
 
-/* What is smaller than this share of the largest counts as if it had it. */
-#define PERP__FLOOR 1e-3
+/* A share that does not show: what is smaller than this beside the largest counts as if it had it;
+ * iterations leave this of a run's error; a run may leave as much of its gaps. */
+#define PERP__LITTLE 1e-3
 
 /* Halves, or steps that gain as much, after which doubles have no more digits. */
 enum { PERP__MOST_HALVES = 60 };

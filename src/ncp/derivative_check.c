@@ -8,10 +8,7 @@
 #include "base/context.h"
 #include "ncp/solver.h"
 
-#define STEP 0x1p-11  /* near eps^(1/5), for an error of the fourth order */
-#define CERTAIN 8.0   /* times the estimated error */
 #define RELATIVE 1e-7 /* of the entry */
-#define SHRINKS 8
 
 /* F at the four points of a column, and its value and error by differences. */
 typedef struct column {
@@ -32,9 +29,9 @@ static perp_status look(perp_ncp_solver *solver, int32_t j, double *step, double
     perp_status status = PERP__NCP_OUTSIDE;
 
     *step = perp__ncp_fit_step(m, j, *step);
-    for (int32_t k = 0; k < SHRINKS && *step != 0.0 && status == PERP__NCP_OUTSIDE; k++) {
+    for (int32_t k = 0; k < PERP__NCP_SHRINKS && *step != 0.0 && status == PERP__NCP_OUTSIDE; k++) {
         if (k > 0)
-            *step = perp__ncp_fit_step(m, j, 0.25 * *step);
+            *step = perp__ncp_fit_step(m, j, PERP__NCP_SHRINK * *step);
         z[j] = here + *step;
         status = perp__ncp_call(m, z, far);
         if (status == PERP_OK) {
@@ -54,7 +51,7 @@ static perp_status look(perp_ncp_solver *solver, int32_t j, double *step, double
 /* PERP_OK, PERP__NCP_OUTSIDE if neither side is defined, or an error. */
 static perp_status sample(perp_ncp_solver *solver, column *c)
 {
-    const double h = perp__ncp_size(&solver->model, c->j) * STEP;
+    const double h = perp__ncp_size(&solver->model, c->j) * perp__difference_step(5);
     perp_status status;
 
     c->high = h;
@@ -91,7 +88,7 @@ static void compare(perp_ncp_check *check, const column *c, int32_t i, double gi
 {
     double uncertainty;
     const double found = difference(c, i, &uncertainty);
-    const double allowed = CERTAIN * uncertainty + RELATIVE * fmax(fabs(given), fabs(found));
+    const double allowed = PERP__CERTAIN * uncertainty + RELATIVE * fmax(fabs(given), fabs(found));
     const double apart = fabs(given - found);
     const double ratio = apart > 0.0 ? apart / allowed : 0.0;
 
@@ -123,7 +120,7 @@ static void compare_column(const perp__ncp_model *m, perp_ncp_check *check, cons
             double uncertainty;
             const double found = difference(c, i, &uncertainty);
 
-            if (!(fabs(found) > CERTAIN * uncertainty))
+            if (!(fabs(found) > PERP__CERTAIN * uncertainty))
                 continue;
             check->missing++;
             if (fabs(found) > fabs(check->missing_difference)) {

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/rounding.h"
 #include "ncp/model.h"
 
 /* ---- columns that can be differenced together: Curtis, Powell & Reid, "On the estimation of
@@ -60,13 +61,7 @@ static void colour(perp__ncp_model *m)
 
 /* ---- differences ---- */
 
-#define FORWARD 0x1p-26 /* about sqrt(eps): the errors of truncation and rounding balance */
-#define NOISE (4.0 * DBL_EPSILON)
-#define CENTRAL 0x1p-17     /* about cbrt(eps) */
-#define NEGLIGIBLE 0x1p-30  /* of a row: less than differences can tell from 0 */
-#define KEPT 1e-3           /* of the largest value a variable had, where it is near 0 now */
-#define SHRINKS 6           /* tries, each to the other side of z_j or */
-#define SHRINK (1.0 / 32.0) /* with a shorter step */
+#define KEPT 1e-3 /* of the largest value a variable had, where it is near 0 now */
 
 double perp__ncp_size(const perp__ncp_model *m, int32_t j)
 {
@@ -95,7 +90,7 @@ static double quotient(double high, double low, double width)
 {
     const double difference = high - low;
 
-    if (fabs(difference) <= NOISE * fmax(fabs(high), fabs(low)))
+    if (fabs(difference) <= PERP__ROUNDING_LIMIT * fmax(fabs(high), fabs(low)))
         return 0.0;
     return difference / width;
 }
@@ -160,11 +155,11 @@ static perp_status difference_together(perp__ncp_model *m, const int32_t *column
         double wanted = m->step[j];
 
         status = PERP__NCP_OUTSIDE;
-        for (int32_t s = 0; s < SHRINKS && status == PERP__NCP_OUTSIDE; s++) {
+        for (int32_t s = 0; s < PERP__NCP_SHRINKS && status == PERP__NCP_OUTSIDE; s++) {
             m->step[j] = perp__ncp_fit_step(m, j, wanted);
             if (m->step[j] != 0.0)
                 status = shift(m, &j, 1, 1.0, m->w_shifted);
-            wanted *= s % 2 == 0 ? -1.0 : SHRINK;
+            wanted *= s % 2 == 0 ? -1.0 : PERP__NCP_SHRINK;
         }
         if (status == PERP_OK)
             put(m, j, m->w_shifted, m->w_caller, m->step[j]);
@@ -186,6 +181,7 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
     const perp__ncp_colours *c = &m->colours;
     const perp__matrix J = perp__ncp_given(m);
     const int32_t by_rows = perp__lines_are_rows(&J);
+    const double forward = perp__difference_step(2), central = perp__difference_step(3);
     double *largest = m->w_shifted;
     perp_status status = PERP_OK;
 
@@ -196,9 +192,9 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
     for (int32_t j = 0; j < m->n; j++)
         m->largest[j] = fmax(m->largest[j], fabs(m->z_caller[j]));
     for (int32_t j = 0; j < m->n; j++) {
-        const double size = perp__ncp_size(m, j), wide = size * CENTRAL, z = m->z_caller[j];
-        const double up = perp__ncp_fit_step(m, j, size * FORWARD);
-        const double down = perp__ncp_fit_step(m, j, -(size * FORWARD));
+        const double size = perp__ncp_size(m, j), wide = size * central, z = m->z_caller[j];
+        const double up = perp__ncp_fit_step(m, j, size * forward);
+        const double down = perp__ncp_fit_step(m, j, -(size * forward));
 
         m->sizes[j] = size;
         m->step[j] = fabs(up) >= 0.5 * fabs(down) ? up : down;
@@ -210,7 +206,8 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
     for (int32_t k = 0; k < c->count && status == PERP_OK; k++)
         status = difference_together(m, c->order + c->starts[k], c->starts[k + 1] - c->starts[k]);
     /* 3. Entries with which z_j, as large as it is, would move F_i by next to nothing beside the
-     * other entries of the row are zero: at z = 0, z^3 has the slope 0, and by differences h^2. */
+     * other entries of the row, less than differences can tell from 0, are zero: at z = 0, z^3 has
+     * the slope 0, and by differences h^2. */
     for (int32_t i = 0; i < m->n; i++)
         largest[i] = 0.0;
     for (int32_t pass = 0; pass < 2 && status == PERP_OK; pass++)
@@ -225,7 +222,7 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
 
                 if (pass == 0)
                     largest[row] = fmax(largest[row], moved);
-                else if (moved < NEGLIGIBLE * largest[row])
+                else if (moved < forward * largest[row])
                     *entry = 0.0;
             }
         }

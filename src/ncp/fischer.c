@@ -5,9 +5,6 @@
  * singular or its step does not help: S + rho I, then down the gradient. */
 #include "ncp/newton.h"
 
-#define CRASHES 50 /* most active-set steps at the start */
-#define HALVINGS 12
-
 /* rho, one after the other until a direction serves. */
 static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3, 1e-1};
 
@@ -21,7 +18,8 @@ static perp_status newton_step(perp__newton_run *f)
             return status;
         if (status != PERP_OK)
             continue;
-        status = perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
+        status =
+            perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, PERP__NCP_HALVINGS);
         if (status != 0)
             return status;
     }
@@ -40,7 +38,7 @@ static perp_status step(perp__newton_run *f, void *own)
             moved = perp__ncp_line_search(f, f->psi + (PERP__PROGRESS - 1.0) * f->psi, 0.0, 3);
         else if (moved > 0)
             moved = 0;
-        *crashing = moved == 1 && f->iterations < CRASHES;
+        *crashing = moved == 1;
     }
     if (moved != 0)
         return moved;

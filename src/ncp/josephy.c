@@ -13,10 +13,6 @@
 #include "linalg/sparse_block.h"
 #include "ncp/newton.h"
 
-#define TRUST 5     /* full steps before the watchdog looks */
-#define TOO_FAR 1e4 /* the factor of Psi at which it looks at once */
-#define HALVINGS 20
-
 /* Iterations of a linear problem with so many rows where trust has led away. */
 enum { AWAY = 25, CLOSE = 32 };
 
@@ -76,7 +72,7 @@ static perp_status go_back(perp__newton_run *f, perp__ncp_linear *l)
     perp__ncp_sharpen(f->model);
     l->since = -1; /* the next point is kept */
     if (status == PERP_OK)
-        status = perp__ncp_line_search(f, f->psi, -2.0 * f->psi, HALVINGS);
+        status = perp__ncp_line_search(f, f->psi, -2.0 * f->psi, PERP__NCP_HALVINGS);
     else if (status > 0)
         return 0;
     if (status != 0)
@@ -114,14 +110,14 @@ static perp_status step(perp__newton_run *f, void *own)
         perp__copy(l->kept_d, f->d, f->model->n);
         l->kept_psi = f->psi;
         l->since = 0;
-    } else if (l->since >= TRUST || f->psi > TOO_FAR * l->kept_psi) {
+    } else if (l->since >= PERP__WATCH || f->psi > PERP__WATCH_GROWTH * l->kept_psi) {
         return go_back(f, l);
     }
     l->since++;
     moved = perp__ncp_full_step(f);
     if (moved != 0)
         return moved;
-    return perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
+    return perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, PERP__NCP_HALVINGS);
 }
 
 perp_status perp__ncp_josephy(perp__newton_run *f, perp__ncp_linear *l)

@@ -18,6 +18,10 @@
 /* Beside PERP_OK and the negative statuses: not defined here. */
 enum { PERP__NCP_OUTSIDE = 1 };
 
+/* Of a step of differences that leaves the domain of F: tries, and how much shorter it gets. */
+#define PERP__NCP_SHRINKS 6
+#define PERP__NCP_SHRINK (1.0 / 32.0)
+
 /* How the columns of a pattern are evaluated together: those of a colour share no row. */
 typedef struct perp__ncp_colours {
     int32_t known; /* the rest is of this problem's pattern */

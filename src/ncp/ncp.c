@@ -17,8 +17,6 @@
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
  * perturbations of it from a generator with a fixed seed ---- */
 
-#define START_TRIES 40 /* to find a point of the domain: 2^-20 .. 2^19 units */
-
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 static perp_status find_start(perp_ncp_solver *solver, const double *z0)
 {
@@ -38,7 +36,7 @@ static perp_status find_start(perp_ncp_solver *solver, const double *z0)
     m->control.deadline = 0.0; /* one call of F, come what may */
     status = perp__ncp_call(m, solver->start, m->w_caller);
     m->control.deadline = deadline;
-    for (int32_t k = 0; k < START_TRIES && status == PERP__NCP_OUTSIDE; k++) {
+    for (int32_t k = 0; k < PERP__HALVINGS && status == PERP__NCP_OUTSIDE; k++) {
         const double size = ldexp(unit, k % 2 == 0 ? k / 2 : -(k + 1) / 2); /* 1, 1/2, 2, ... */
 
         /* off its bounds by about that, elsewhere at random */
@@ -87,9 +85,8 @@ static void hold_others(perp_ncp_solver *solver, int32_t p)
 
 /* ---- runs ---- */
 
-#define ITERATIONS 200       /* the default limit of a run */
-#define FIRST_ITERATIONS 100 /* of the first method under auto */
-#define FRUITLESS 20         /* iterations of it that have to gain a digit, of large problems */
+#define ITERATIONS 200 /* the default limit of a run; half of it of the first method under auto */
+#define FRUITLESS 20   /* iterations of that one that have to gain a digit, of large problems */
 /* What all restarts of a call may take by default: as much as three runs of each method that find
  * nothing. Those that find something take few; of a problem without a solution all take all. */
 #define RESTART_ITERATIONS (6 * ITERATIONS)
@@ -164,7 +161,7 @@ static perp_status write_bounds(perp_ncp_solver *solver)
         return status < 0 ? status : PERP_OK;
     worth.said = solver->best.said;
     if (perp__is_good(verdict(solver, &worth)) &&
-        objection(&worth) <= fmax(objection(&solver->best), PERP__NCP_ROUNDING))
+        objection(&worth) <= fmax(objection(&solver->best), PERP__ROUNDING_LIMIT))
         keep(solver, &worth);
     return PERP_OK;
 }
@@ -188,7 +185,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     f->target = 0.25 * share * settings->tol;
     f->finish = settings->polish;
     if (settings->max_iterations == 0)
-        f->limit = shared ? FIRST_ITERATIONS : ITERATIONS;
+        f->limit = shared ? ITERATIONS / 2 : ITERATIONS;
     else
         f->limit = shared ? (left + 1) / 2 : left;
     f->fruitless = shared && m->n >= PERP__LARGE_MATRIX ? FRUITLESS : 0;

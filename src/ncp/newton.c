@@ -7,8 +7,6 @@
 #include "lcp/lcp.h"
 #include "linalg/blas.h"
 
-#define FAR 0x1p24
-
 void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
@@ -189,7 +187,7 @@ perp_status perp__ncp_newton_direction(perp__newton_run *f, double rho)
     for (int32_t i = 0; i < 2 * m->n; i++)
         largest = fmax(largest, m->omega[i]);
     for (int32_t i = 0; i < m->n; i++)
-        if (!(fabs(f->d[i]) <= FAR * largest))
+        if (!(sqrt(DBL_EPSILON) * fabs(f->d[i]) <= largest))
             return PERP__FACTOR_SINGULAR;
     return PERP_OK;
 }
@@ -222,7 +220,7 @@ perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *ow
         f->outcome = PERP_OUTCOME_SOLVED;
         if (f->residual == 0.0 ||
             (f->relative <= f->target && (!f->finish || f->residual > 0.5 * last ||
-                                          (isinf(last) && f->relative <= PERP__NCP_ROUNDING))))
+                                          (isinf(last) && f->relative <= PERP__ROUNDING_LIMIT))))
             return PERP_OK;
         /* 2. The limits. */
         f->outcome = PERP_OUTCOME_ITERATION_LIMIT;

@@ -12,14 +12,14 @@
 #include "linalg/factor/factor.h"
 #include "ncp/model.h"
 
-/* A residual over omega that further steps do not make smaller: rounding of F. */
-#define PERP__NCP_ROUNDING (8.0 * DBL_EPSILON)
-
 /* Which equation the slopes are of. */
 enum perp__ncp_equation {
     PERP__NCP_FISCHER_BURMEISTER,
     PERP__NCP_NATURAL /* mid(z - l, z - u, w): its Newton step is that of an active set */
 };
+
+/* Halvings of a step, each of which calls F. */
+#define PERP__NCP_HALVINGS 12
 
 typedef struct perp__newton_run {
     perp__ncp_model *model;

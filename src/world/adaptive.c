@@ -10,10 +10,8 @@
 
 #include "base/context.h"
 #include "linalg/spatial.h"
+#include "step/length.h"
 
-#define SAFETY 0.8
-#define GROWTH 4.0
-#define SHRINKING 0.1
 #define SHORTEST 0x1p-30 /* of dt */
 
 typedef struct attempt {
@@ -130,9 +128,9 @@ static void add(perp_step_result *result, const attempt *trial)
 /* How long the next step may be, where one of length h has this error. */
 static double next_length(const perp_world *world, double h, double error)
 {
-    const double factor = SAFETY * cbrt(world->settings.error / error);
+    const double factor = PERP__STEP_SAFETY * cbrt(world->settings.error / error);
 
-    return h * fmin(fmax(factor, SHRINKING), GROWTH);
+    return h * fmin(fmax(factor, PERP__STEP_SHRINKING), PERP__STEP_GROWTH);
 }
 
 static perp_status follow(perp_world *world, perp_step_result *result, double dt)

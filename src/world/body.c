@@ -28,7 +28,7 @@ perp_status perp__check_quaternion(perp_context *context, const char *name, doub
     if (!(fabs(norm - 1.0) <= UNIT_TOLERANCE))
         return perp__refuse(context, "%s has norm %.9g, 1 expected to %g", name, norm,
                             UNIT_TOLERANCE);
-    if (fabs(norm - 1.0) > 2.0 * PERP__EPSILON)
+    if (fabs(norm - 1.0) > 2.0 * DBL_EPSILON)
         perp__quaternion_normalise(q);
     return PERP_OK;
 }

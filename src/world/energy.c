@@ -4,9 +4,6 @@
 #include "base/context.h"
 #include "linalg/spatial.h"
 
-/* Of sums of some ten terms. */
-#define ROUNDING (64.0 * PERP__EPSILON)
-
 /* I w in the world frame. */
 static void spin_of(const perp_world *world, int32_t i, const perp__state *state, double *spin)
 {
@@ -51,7 +48,7 @@ double perp__energy_rounding(const perp_world *world, int32_t i, const double *f
         sum += fabs(world->bodies[i].mass * world->settings.gravity[k] + from->force[k]) *
                    (fabs(from->position[k]) + fabs(to->position[k])) +
                fabs(from->torque[k]);
-    return ROUNDING * sum;
+    return PERP__SUM_ROUNDING * sum;
 }
 
 double perp__work_needed(const perp_world *world, int32_t i, const double *shift)

@@ -56,7 +56,7 @@ static perp_status check_inertia(perp_context *context, const double *I)
     if (fabs(I[1] - I[3]) > symmetry * scale || fabs(I[2] - I[6]) > symmetry * scale ||
         fabs(I[5] - I[7]) > symmetry * scale)
         return perp__refuse(context, "settings.inertia is not symmetric");
-    if (!cholesky3(L, I, 0.0, 16.0 * PERP__EPSILON))
+    if (!cholesky3(L, I, 0.0, PERP__ROUNDING_LIMIT))
         return perp__refuse(context, "settings.inertia is not positive definite");
     /* A mass distribution has I = (trace S) E - S with S its second moments, which are positive
      * semidefinite: S = (trace I / 2) E - I. In principal axes this is the triangle inequality. */
@@ -104,11 +104,10 @@ static void spatial_inertia(perp__body *body, const double *I)
 /* A capsule: the cylinder along x, and two halves of a ball (of a disc) moved along it. */
 static double capsule_volume(double l, double r, int32_t planar, double *moments)
 {
-    const double pi = 3.14159265358979323846;
-    const double shaft = planar ? 4.0 * l * r : 2.0 * pi * r * r * l;
-    const double caps = planar ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
+    const double shaft = planar ? 4.0 * l * r : 2.0 * PERP__PI * r * r * l;
+    const double caps = planar ? PERP__PI * r * r : 4.0 / 3.0 * PERP__PI * r * r * r;
     /* of a half about the whole's centre, its own centre lies c from the flat side */
-    const double c = planar ? 4.0 * r / (3.0 * pi) : 0.375 * r;
+    const double c = planar ? 4.0 * r / (3.0 * PERP__PI) : 0.375 * r;
     const double round = (planar ? 0.25 : 0.2) * r * r; /* of x^2 over the caps */
     const double along = shaft * l * l / 3.0 + caps * (round + 2.0 * c * l + l * l);
     const double across = shaft * (planar ? r * r / 3.0 : 0.25 * r * r) + caps * round;
@@ -122,12 +121,11 @@ static double capsule_volume(double l, double r, int32_t planar, double *moments
 static double shape_volume(const perp_world *world, const perp__geometry *geometry, double *moments)
 {
     const double *half = geometry->half_extents, r = geometry->radius;
-    const double pi = 3.14159265358979323846;
     double volume = 0.0;
 
     memset(moments, 0, 9 * sizeof *moments);
     if (geometry->kind == PERP__SPHERE) {
-        volume = world->settings.planar ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
+        volume = world->settings.planar ? PERP__PI * r * r : 4.0 / 3.0 * PERP__PI * r * r * r;
         for (int32_t k = 0; k < 3; k++)
             moments[4 * k] = (world->settings.planar ? 0.5 : 0.4) * volume * r * r;
     } else if (geometry->kind == PERP__BOX) {

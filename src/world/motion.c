@@ -115,13 +115,13 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
         return;
     for (int32_t k = 0; k < MAX_NEWTON_STEPS; k++) {
         size = newton_step(body->inertia, h, w, torque, w_next);
-        if (!(size >= 0.0) || (size <= 64.0 * PERP__EPSILON && size >= 0.5 * previous))
+        if (!(size >= 0.0) || (size <= PERP__SUM_ROUNDING && size >= 0.5 * previous))
             break; /* singular, not a number, or down to rounding */
         if (size == 0.0)
             break;
         previous = size;
     }
-    if (!(size >= 0.0 && size <= 64.0 * PERP__EPSILON)) {
+    if (!(size >= 0.0 && size <= PERP__SUM_ROUNDING)) {
         perp__copy3(w_next, w);
         perp__add3(w_next, h, change);
     }

@@ -15,9 +15,6 @@
 #include "world/islands/standing.h"
 #include "world/joints/joints.h"
 
-/* Overlap, relative to the bodies' size, that is worth removing. */
-#define OVERLAP_TOLERANCE 1e-12
-
 /* Iterations of a method for the ways, and passes of what has joints; and contacts beyond which
  * sweeps alone are made: what is left of an overlap comes again. */
 #define ITERATIONS 50
@@ -28,7 +25,7 @@
 
 static double allowed(double size, double rounding)
 {
-    return fmax(OVERLAP_TOLERANCE * size, rounding);
+    return fmax(PERP__IN_PLACE * size, rounding);
 }
 
 /* The overlaps of the next states, of a range of pairs. */

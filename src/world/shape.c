@@ -266,7 +266,7 @@ static perp_status unit_normal(const perp_world *world, double *unit, const doub
     if (status != PERP_OK)
         return status;
     perp__copy3(unit, normal);
-    if (!(fabs(perp__length3(unit) - 1.0) <= 2.0 * PERP__EPSILON) && perp__normalise3(unit) == 0.0)
+    if (!(fabs(perp__length3(unit) - 1.0) <= 2.0 * DBL_EPSILON) && perp__normalise3(unit) == 0.0)
         return perp__refuse(world->context, "normal is zero");
     return PERP_OK;
 }

@@ -6,10 +6,9 @@
 #include "base/clock.h"
 #include "base/context.h"
 
-/* Where no more bodies than these are awake, one step of so many is timed for all of them: looking
+/* Where no more bodies than these are awake, one step of as many is timed for all of them: looking
  * at the clock is a tenth of what a step of one box takes. */
 #define FEW_AWAKE 16
-#define TIMED 16
 
 /* Parts of a step in which joints turn far, at most; and of one that has no answer, which shorter
  * ones mostly lack as well. */
@@ -241,7 +240,7 @@ static perp_status step_awake(perp_world *world, perp_step_result *result, doubl
     perp_status status;
 
     world->untimed++;
-    clock = world->awake_count > FEW_AWAKE || stats.steps % TIMED == 0 ? perp__now() : 0.0;
+    clock = world->awake_count > FEW_AWAKE || stats.steps % FEW_AWAKE == 0 ? perp__now() : 0.0;
     perp__open_velocities(world);
     do {
         status = try_step(world, result, &stats, h, &clock);

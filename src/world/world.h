@@ -15,12 +15,10 @@
 #include "world/collide/collision.h"
 #include "world/collide/tree.h"
 #include "world/joints/joint.h"
+#include "world/tuning.h"
 
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
-
-/* Unit of rounding, 2^-52. */
-#define PERP__EPSILON 2.220446049250313e-16
 
 /* What a caller did to a body, or to what it touches, since the last step; and what it is known for
  * until it comes apart from what it was put deep into. */

@@ -159,9 +159,9 @@ static void test_rest_on_a_belt(void **state)
     (void)state;
     pose(&f, 1.0);
     u[1] = 2.0 * RIG_EPS;
-    assert_true(perp__sliding_speed(f.m, &f.m->begin, 0, u, v, PERP__SPEED_ROUNDING) == 0.0);
+    assert_true(perp__sliding_speed(f.m, &f.m->begin, 0, u, v, PERP__SUM_ROUNDING) == 0.0);
     u[1] = 1e-12;
-    assert_true(perp__sliding_speed(f.m, &f.m->begin, 0, u, v, PERP__SPEED_ROUNDING) == 1e-12);
+    assert_true(perp__sliding_speed(f.m, &f.m->begin, 0, u, v, PERP__SUM_ROUNDING) == 1e-12);
     release(&f);
 }
 

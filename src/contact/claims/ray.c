@@ -21,9 +21,6 @@
 #include "linalg/blas.h"
 #include "linalg/doubled.h"
 
-/* Of |W| |y|: what rounding leaves of a sum that is 0. */
-#define NOTHING (64.0 * DBL_EPSILON)
-
 /* Most rows of N: it is dense. */
 enum { MOST = 3000 };
 
@@ -69,7 +66,7 @@ static int32_t annihilates(perp_contact_solver *solver, const double *y)
         perp__absolute_transposed(&d->G, y + d->H.rows, absolute);
     }
     for (int32_t j = 0; j < n; j++)
-        if (!(fabs(high[j] + (low ? low[j] : 0.0)) <= NOTHING * absolute[j]))
+        if (!(fabs(high[j] + (low ? low[j] : 0.0)) <= PERP__SUM_ROUNDING * absolute[j]))
             return 0;
     return 1;
 }
@@ -122,7 +119,7 @@ void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction
         perp__accumulate(&sum, &error, y[i], solver->scale[i]);
         absolute += fabs(y[i] * solver->scale[i]);
     }
-    if (!(sum + error < -NOTHING * absolute))
+    if (!(sum + error < -PERP__SUM_ROUNDING * absolute))
         return;
 
     /* 3. y'W = 0; a soft row gives way, and must have no part. */

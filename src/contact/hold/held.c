@@ -32,12 +32,12 @@ static int32_t holds(const perp_contact_solver *solver, int32_t k, const double 
     for (int32_t i = begin; i < first; i++)
         if (!(fabs(u[i]) <= slack))
             return i - begin;
-    if (mode == PERP_CONTACT_SEPARATE && !(fabs(u[begin]) <= PERP__STILL * terms[begin]))
+    if (mode == PERP_CONTACT_SEPARATE && !(fabs(u[begin]) <= PERP__SUM_ROUNDING * terms[begin]))
         return 0;
     if (mode == PERP_CONTACT_SLIP && end > first && !(fabs(u[first]) <= slack))
         return normals;
     for (int32_t i = first; i < end; i++)
-        if (mode != PERP_CONTACT_STICK && !(fabs(u[i]) <= PERP__STILL * terms[i]))
+        if (mode != PERP_CONTACT_STICK && !(fabs(u[i]) <= PERP__SUM_ROUNDING * terms[i]))
             return normals;
     for (int32_t i = first; i < end; i++)
         if (!(fabs(u[i]) <= slack))
@@ -156,7 +156,7 @@ static void find_slack(perp_contact_solver *solver)
     for (int32_t k = 0; k < solver->constraints; k++) {
         const double size = perp__contact_length(scale, rows[k], rows[k + 1]);
         const int32_t opens = k < solver->contacts && best->modes[k] == PERP_CONTACT_SEPARATE &&
-                              best->u[rows[k]] > PERP__STILL * scale[rows[k]];
+                              best->u[rows[k]] > PERP__SUM_ROUNDING * scale[rows[k]];
 
         for (int32_t i = rows[k]; i < rows[k + 1]; i++)
             x[i] = opens ? 0.0 : size / solver->trace[k];

@@ -3,9 +3,7 @@
 
 #include "base/groups.h"
 #include "contact/hold/hold.h"
-
-/* What is left of a row of length 1 beside others, for it to be independent of them. */
-#define INDEPENDENT 1e-7
+#include "linalg/held_rows.h"
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -435,8 +433,9 @@ static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *ro
                 x[i] -= share * basis[k * width + i];
         }
         square = perp__dot(x, x, width);
-    } while (square < 0.25 * before && square > 1e-3 * (INDEPENDENT * INDEPENDENT));
-    if (!(square > INDEPENDENT * INDEPENDENT))
+    } while (square < 0.25 * before &&
+             square > 1e-3 * (PERP__RANK_TOLERANCE * PERP__RANK_TOLERANCE));
+    if (!(square > PERP__RANK_TOLERANCE * PERP__RANK_TOLERANCE))
         return 0;
     for (int32_t i = 0; i < width; i++)
         basis[h->rank[block] * width + i] = x[i] / sqrt(square);

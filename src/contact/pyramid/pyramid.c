@@ -26,6 +26,7 @@
 #include "base/outcome.h"
 #include "contact/law.h"
 #include "lcp/lcp.h"
+#include "linalg/spatial.h"
 
 /* Unknown of the LCP: z_j acts on `row` and, with size 2, the next, along d. Slip speeds and the
  * negative parts of e'r_N act on nothing: size 0. */
@@ -330,7 +331,7 @@ static void set_windows(perp__pyramid *p, const double *r, const double *u)
             if (parts[c].size != 2)
                 continue;
             *angle = x[0] != 0.0 || x[1] != 0.0 ? atan2(x[1], x[0]) : atan2(0.0 - y[1], 0.0 - y[0]);
-            turn = fabs(remainder(*angle - last, 2.0 * 3.14159265358979323846));
+            turn = fabs(remainder(*angle - last, 2.0 * PERP__PI));
             *width = p->regular       ? WIDTH
                      : turn <= *width ? fmax(LEAST, NARROWER * *width)
                                       : fmin(WIDTH, turn);

@@ -14,8 +14,9 @@
 #include "linalg/held_rows.h"
 #include "linalg/lanes/multiversion.h"
 
-/* Squares of numbers between this and its inverse lose nothing to the range of doubles. */
-#define LEAST 1e-100
+/* Squares of numbers between this and its inverse lose nothing to the range of doubles, nor do
+ * those squares' products with a third. */
+#define LEAST cbrt(DBL_MIN)
 
 enum { MOST = 8, AXES = 3, WIDTH = 6, ROWS = MOST * AXES };
 
@@ -163,7 +164,7 @@ static int32_t find_held(single *s)
 
         for (int32_t a = 0; a < s->dims[k] && is_near; a++) {
             const double speed = fabs(s->u[first + a]);
-            const int32_t is_still = speed <= PERP__STILL * s->scale[first + a];
+            const int32_t is_still = speed <= PERP__SUM_ROUNDING * s->scale[first + a];
 
             is_near =
                 speed <= slack * s->root[k] &&

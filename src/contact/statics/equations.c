@@ -169,7 +169,7 @@ int32_t perp__statics_factor(perp__statics *s)
             most = fmax(most, *diagonal_of(s, node, i));
     for (int32_t node = 0; node < rows->nodes; node++) {
         const double *reach = s->reach + node * width;
-        const double least = ROUNDED * perp__largest(reach, width);
+        const double least = PERP__BALANCED_AT_BEST * perp__largest(reach, width);
 
         for (int32_t i = 0; i < width; i++) { /* entries of rounding count as none */
             double *entry = diagonal_of(s, node, i);

@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/rounding.h"
 #include "contact/contact.h"
 #include "contact/bounded.h"
 #include "contact/statics/statics.h"
@@ -18,17 +19,8 @@ PERP__INIT(perp_statics_problem)
 
 PERP__WORDS(perp_statics_verdict_text, "unknown verdict", "stands", "falls", "indeterminate")
 
-/* Factorisations of a decision at most: some 30 do. */
-#define MOST_ITERATIONS 100
-
 /* The gap of a margin that is told, beside it. */
 #define MEASURED 1e-2
-
-/* Beside the largest entry of H and G, what a column consists of that is not brought to size 1. */
-#define NOISE 1e-12
-
-/* Of a coefficient of friction whose normal is a sum: what rounding of that may take. */
-#define TURNED (8.0 * DBL_EPSILON)
 
 /* Beside the least work of a factorisation, what nodes of more coordinates may cost. */
 #define LITTLE_MORE 4.0
@@ -118,7 +110,7 @@ perp_status perp__statics_read_settings(perp_context *context, perp__statics_aim
                                          PERP__FIRST(perp_statics_settings)));
     PERP__THEN(status, PERP__CHECK_FIELDS(context, "settings", &own, fields));
     aim->objective = own.objective;
-    aim->max_iterations = own.max_iterations > 0 ? own.max_iterations : MOST_ITERATIONS;
+    aim->max_iterations = own.max_iterations > 0 ? own.max_iterations : PERP__STATICS_ITERATIONS;
     aim->gap = MEASURED;
     return status;
 }
@@ -173,9 +165,9 @@ static void list_rows(front *a)
         most = fmax(most, fabs(a->entry[e]));
     }
     for (int32_t j = 0; j < a->n; j++)
-        a->scale[j] = ldexp(1.0, -ilogb(a->scale[j] > NOISE * most ? a->scale[j]
-                                        : most > 0.0               ? most
-                                                                   : 1.0));
+        a->scale[j] = ldexp(1.0, -ilogb(a->scale[j] > PERP__BALANCED * most ? a->scale[j]
+                                        : most > 0.0                        ? most
+                                                                            : 1.0));
 }
 
 /* `count` of the caller's rows for the unit that is being listed. */
@@ -226,7 +218,7 @@ static perp_status list_contact(front *a, int32_t u, int32_t *row)
         return PERP_OK;
     }
     unit->kind = both > 0 && !turned ? PERP__STATICS_FREE : PERP__STATICS_CONE;
-    unit->mu *= both > 1 ? 1.0 - TURNED : 1.0;
+    unit->mu *= both > 1 ? 1.0 - PERP__ROUNDING_LIMIT : 1.0;
     if (turned)
         take_turned(a, first, both, 0);
     else
@@ -488,7 +480,7 @@ perp_status perp__statics_rests(perp_context *context, front **kept, const perp_
                                 const perp__dynamics *dynamics, const double *f, const double *w,
                                 double seconds, double *r, int32_t *rests)
 {
-    const perp__statics_aim aim = {PERP_STATICS_LEAST, MOST_ITERATIONS, 0, NULL};
+    const perp__statics_aim aim = {PERP_STATICS_LEAST, PERP__STATICS_ITERATIONS, 0, NULL};
     perp__statics_answer answer = {0};
     front *a = *kept;
     perp_status status;

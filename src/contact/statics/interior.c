@@ -26,13 +26,6 @@
 #define ROOMY 0.05
 #define ROOMY_ITERATIONS 2
 
-/* The gap of least squares beside their sum. */
-#define LEAST_GAP 1e-12
-
-/* Beside the limit 1 of s: the gap at which s is 0 to doubles, and to doubled precision. */
-#define NO_MARGIN 1e-12
-#define NO_MARGIN_DOUBLED 1e-15
-
 /* A step that leads nowhere. */
 #define SHORT 1e-6
 
@@ -349,7 +342,8 @@ static double iterate(perp__statics *s, double mean)
 perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answer *answer,
                                             const perp__statics_aim *aim, int32_t most)
 {
-    const double none = s->doubled ? NO_MARGIN_DOUBLED : NO_MARGIN;
+    /* beside the limit 1 of s: the gap at which s is 0 */
+    const double none = s->doubled ? PERP__BALANCED_AT_BEST : PERP__BALANCED;
     int32_t since = 0, slow = 0;
 
     while (s->iterations < most) {
@@ -381,7 +375,7 @@ perp__statics_end perp__statics_follow_path(perp__statics *s, perp__statics_answ
             return PERP__STATICS_PROVED;
         if (margin && gap <= none)
             return PERP__STATICS_ENDED;
-        if (!margin && gap <= LEAST_GAP * perp__dot(s->x, s->x, s->rows->size))
+        if (!margin && gap <= PERP__BALANCED * perp__dot(s->x, s->x, s->rows->size))
             return PERP__STATICS_FOUND;
 
         /* 3. On. */

@@ -7,10 +7,6 @@
 #include "contact/cones.h"
 #include "contact/statics/statics.h"
 
-/* What bodies' terms may lack in the end, and at best. */
-#define BALANCED 1e-12
-#define ROUNDED 1e-15
-
 /* What is maximised: the margin s; nothing, but least squares are minimised. */
 enum { PERP__AIM_MARGIN, PERP__AIM_LEAST };
 

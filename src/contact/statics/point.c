@@ -21,8 +21,7 @@ void perp__cone_place(const perp__statics *s, const perp__cone *cone, const doub
     z[2] = cone->dim > 2 ? cone->scale * own[cone->first + 1] : 0.0;
 }
 
-/* Of the smallest load beside the largest: what counts as none. */
-#define LEAST_LOAD 1e-15
+/* Of the smallest load beside the largest: what counts. */
 #define LIGHTEST 1e-8
 
 /* What a certificate may lack in rows, beside their terms; and how many times the work that
@@ -31,7 +30,7 @@ void perp__cone_place(const perp__statics *s, const perp__cone *cone, const doub
 #define WORK_BESIDE 10.0
 
 /* Beside a body without forces: the rounding of what its part carries is none of its own. */
-#define FLOOR (16.0 * DBL_EPSILON / BALANCED)
+#define FLOOR (PERP__ROUNDING_LIMIT / PERP__BALANCED)
 
 /* ---- forces and cones, and the first point ---- */
 
@@ -130,7 +129,7 @@ double perp__statics_start_balanced(perp__statics *s)
         return INFINITY;
     perp__statics_clear(s);
     memset(s->y, 0, n * sizeof *s->y);
-    return perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
+    return perp__statics_refine(s, perp__statics_unbalance(s, 0), PERP__BALANCED_AT_BEST);
 }
 
 /* The first z and u of the margin's way, s below the worst margin. */
@@ -234,7 +233,7 @@ void perp__statics_set_forces(perp__statics *s, const double *forces, double fac
         for (int32_t l = 0; l < rows->unit[u].links; l++) {
             const double carried = s->terms[rows->link[rows->unit[u].link + l].node];
 
-            if (carried > LEAST_LOAD)
+            if (carried > PERP__BALANCED_AT_BEST)
                 least = fmin(least, carried);
             largest = fmax(largest, carried);
         }
@@ -371,7 +370,7 @@ static int32_t proves(perp__statics *s, const double *y, double *work)
         undone += (fmax(lack, 0.0) + DBL_EPSILON * made) * carried;
     }
     *work = sum;
-    return sum > WORK_BESIDE * undone + 64.0 * DBL_EPSILON * size;
+    return sum > WORK_BESIDE * undone + PERP__SUM_ROUNDING * size;
 }
 
 int32_t perp__statics_prove(perp__statics *s, perp__statics_answer *answer, const double *y)

@@ -18,17 +18,12 @@
 #include "linalg/matrix.h"
 #include "linalg/spatial.h"
 
-/* What bodies' terms may lack of other forces; what shows that forces are not in the rows' range.
- */
-#define ADJUSTED 1e-13
-#define OUT_OF_RANGE 1e-11
-
 /* Of a load's factor: the first one, beside that which makes the load as large as the forces; the
  * gap of proofs that it is too large, and so what a step down to the next leaves, besides its
- * square; and the last step. */
+ * square; and the last step, which is that square. */
 #define FAR 1024.0
 #define NEAR 1e-4
-#define LAST 5e-9
+#define LAST (NEAR * NEAR / 2.0)
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -173,7 +168,8 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
     perp__statics_clear(s);
     for (int32_t i = 0; i < n; i++)
         s->y[i] =
-            s->reach[i] > ROUNDED * perp__largest(s->reach + i - i % width, width) || s->b[i] == 0.0
+            s->reach[i] > PERP__BALANCED_AT_BEST * perp__largest(s->reach + i - i % width, width) ||
+                    s->b[i] == 0.0
                 ? 0.0
                 : copysign(1.0, s->b[i]);
     if (perp__statics_prove(s, answer, s->y))
@@ -184,7 +180,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 
     /* 2. Forces that no row can answer: of (A A' + shift) y = b, nearly all of y is in the null
      * space of A', for what b has there is divided by the shift; once more, and all of it is. */
-    if (left > OUT_OF_RANGE) {
+    if (left > PERP__BALANCED) {
         perp__copy(s->y, s->b, n);
         for (int32_t round = 0; round < 2; round++) {
             for (int32_t i = 0; i < n && round > 0; i++)
@@ -198,7 +194,7 @@ static perp__statics_end find_margin(perp__statics *s, perp__statics_answer *ans
 
     /* 3. The margin, unless least squares are inside. */
     *room = perp__statics_room(s);
-    if (*room > 0.0 && left <= BALANCED && aim->gap == 0.0)
+    if (*room > 0.0 && left <= PERP__BALANCED && aim->gap == 0.0)
         return PERP__STATICS_FOUND;
     perp__statics_start_margin(s, *room);
     end = perp__statics_follow_path(s, answer, aim, most);
@@ -212,15 +208,17 @@ static int32_t is_inside(perp__statics *s, perp__statics_answer *answer)
 {
     const int32_t aim = s->aim;
 
-    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
-    if (!(answer->unbalance <= BALANCED) && perp__statics_room(s) > 0.0) {
+    answer->unbalance =
+        perp__statics_refine(s, perp__statics_unbalance(s, 0), PERP__BALANCED_AT_BEST);
+    if (!(answer->unbalance <= PERP__BALANCED) && perp__statics_room(s) > 0.0) {
         perp__statics_start_inside(s, PERP__AIM_MARGIN, 1.0);
         perp__statics_condense(s, 1.0);
         if (perp__statics_factor(s))
-            answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 0), ROUNDED);
+            answer->unbalance =
+                perp__statics_refine(s, perp__statics_unbalance(s, 0), PERP__BALANCED_AT_BEST);
         s->aim = aim;
     }
-    return answer->unbalance <= BALANCED && perp__statics_room(s) > 0.0;
+    return answer->unbalance <= PERP__BALANCED && perp__statics_room(s) > 0.0;
 }
 
 /* Doubles end where the margin is 0. Nearly always contacts that carry nothing are the reason: they
@@ -269,9 +267,6 @@ static perp_status find_inside(perp__statics *s, perp__statics_answer *answer,
     return status;
 }
 
-/* A share of the way back to impulses inside: what the end of the path is known to. */
-#define EDGE 1e-12
-
 /* The least impulses that balance the forces, from those inside. */
 static void find_least(perp__statics *s, perp__statics_answer *answer, const perp__statics_aim *aim)
 {
@@ -288,8 +283,9 @@ static void find_least(perp__statics *s, perp__statics_answer *answer, const per
     }
     perp__statics_start_inside(s, PERP__AIM_LEAST, mean);
     end = perp__statics_follow_path(s, answer, aim, s->iterations + aim->max_iterations);
-    for (int32_t i = 0; i < s->rows->size; i++) /* from the edge, where rounding may take it out */
-        s->x[i] += EDGE * (s->inside[i] - s->x[i]);
+    for (int32_t i = 0; i < s->rows->size; i++) /* from the edge, where rounding may take it out:
+                                                   what the end of the path is known to */
+        s->x[i] += PERP__BALANCED * (s->inside[i] - s->x[i]);
     if (end != PERP__STATICS_FOUND || !is_inside(s, answer)) {
         memcpy(s->x, s->inside, bytes);
         s->aim = PERP__AIM_MARGIN;
@@ -337,7 +333,7 @@ static perp_status find_factor(perp__statics *s, perp__statics_answer *answer,
             above = slope > 0.0 ? a : above;
             a = slope > 0.0 ? next : FAR * a;
         } else if (above < INFINITY) {
-            const double rounding = 16.0 * DBL_EPSILON * above;
+            const double rounding = PERP__ROUNDING_LIMIT * above;
 
             if (stood || rounding <= LAST * fabs(a))
                 answer->safety = a / unit;
@@ -504,6 +500,6 @@ int32_t perp__statics_adjust(perp__statics *s, perp__statics_answer *answer, con
         s->rb[i] = s->b[i] + s->g[i];
     }
     memcpy(s->x, s->base, (size_t)s->rows->size * sizeof *s->x);
-    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), ADJUSTED);
-    return answer->unbalance <= BALANCED && write_impulses(s, answer) > 0.0;
+    answer->unbalance = perp__statics_refine(s, perp__statics_unbalance(s, 1), PERP__BALANCED);
+    return answer->unbalance <= PERP__BALANCED && write_impulses(s, answer) > 0.0;
 }

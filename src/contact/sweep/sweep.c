@@ -13,17 +13,13 @@
 
 #include <perp/contact.h>
 
-/* Default limit: that many sweeps, less where these make more than VISITS_MOST visits. */
-#define SWEEPS_MOST 10000
-#define SWEEPS_LEAST 200
+#include "base/sweeps.h"
+
+/* The default limit is less where sweeps make more visits than these. */
 #define VISITS_MOST 1e9
 
-/* Growth of the change over its smallest that is divergence. */
-#define DIVERGENCE 1e8
-
-/* Stagnation: the smallest change fell by less than 1 % within so many sweeps. */
+/* Sweeps in which the smallest change has to fall. */
 #define STAGNATION_SWEEPS 500
-#define STAGNATION_FACTOR 0.99
 
 /* The rate is looked at after so many sweeps, and whenever they have doubled; what is slow by then
  * may still come to an end before so many, which are cheap beside what follows. */
@@ -146,9 +142,10 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 {
     perp__sweep_work *work = object;
     const perp__contact_problem *problem = work->common.problem;
-    const double affordable = fmin(VISITS_MOST / (work->constraints + 1.0), SWEEPS_MOST);
-    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit
-                                                       : (int64_t)fmax(affordable, SWEEPS_LEAST);
+    const double affordable = fmin(VISITS_MOST / (work->constraints + 1.0), PERP__SWEEPS_MOST);
+    const int64_t limit = problem->iteration_limit > 0
+                              ? problem->iteration_limit
+                              : (int64_t)fmax(affordable, PERP__SWEEPS_LEAST);
     perp_outcome outcome = -1;
 
     start(work, iterate);
@@ -175,9 +172,9 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
         if (is_solved(work, change)) {
             outcome = PERP_OUTCOME_SOLVED;
         } else {
-            is_hopeless = !(change <= DBL_MAX) || change > DIVERGENCE * work->least;
+            is_hopeless = !(change <= DBL_MAX) || change > PERP__DIVERGENCE * work->least;
             if (!is_hopeless && work->sweeps % STAGNATION_SWEEPS == 0) {
-                is_hopeless = work->least > STAGNATION_FACTOR * work->least_before;
+                is_hopeless = work->least > PERP__STAGNATION_FACTOR * work->least_before;
                 work->least_before = work->least;
             }
             if (!is_hopeless && is_too_slow(work, limit))

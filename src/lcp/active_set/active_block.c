@@ -1,3 +1,4 @@
+#include "base/rounding.h"
 #include "lcp/active_set/active_set.h"
 
 #include <float.h>
@@ -294,7 +295,7 @@ int32_t perp__is_symmetric(const perp__lcp_problem *problem)
                     const double a = line[i], b = across[i * step];
 
                     if (a != b && !(fabs(a * (d[i] * d[j]) - b * (d[i] * d[j])) <=
-                                    64.0 * DBL_EPSILON * problem->row_norms[i]))
+                                    PERP__SUM_ROUNDING * problem->row_norms[i]))
                         return 0;
                 }
             }

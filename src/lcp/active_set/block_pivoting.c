@@ -7,14 +7,12 @@
  * (Judice & Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
  * complementarity problems", Computers & Operations Research 21, 1994; bounds: the same authors,
  * "Basic-set algorithm for a generalized linear complementarity problem", JOTA 74, 1992). */
+#include "base/rounding.h"
 #include "lcp/active_set/active_set.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-/* Rounding that a sign must exceed, in units of the terms of its row. */
-#define PERP__NOISE (64.0 * DBL_EPSILON)
 
 void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, int32_t n,
                                  int32_t lent)
@@ -102,14 +100,15 @@ static int32_t find_next(perp__block_pivoting *b)
     for (int32_t i = 0; i < p->n; i++) {
         const int8_t place = b->trial_places[i];
         const double wrong = place == PERP__AT_LOWER ? -w[i] : place == PERP__AT_UPPER ? w[i] : 0.0;
-        const double noise = PERP__NOISE * z_largest;
+        const double noise = PERP__SUM_ROUNDING * z_largest;
         int8_t to = place;
 
         if (place == PERP__BETWEEN && z[i] < p->lower[i] - noise)
             to = PERP__AT_LOWER;
         else if (place == PERP__BETWEEN && z[i] > p->upper[i] + noise)
             to = PERP__AT_UPPER;
-        else if (wrong > 0.0 && wrong > PERP__NOISE * (p->row_norms[i] * z_largest + fabs(p->q[i])))
+        else if (wrong > 0.0 &&
+                 wrong > PERP__SUM_ROUNDING * (p->row_norms[i] * z_largest + fabs(p->q[i])))
             to = PERP__BETWEEN; /* released */
         b->next[i] = to;
         count += to != place;
@@ -221,8 +220,7 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     b->patience = b->patience_of_few = PERP__PATIENCE;
     b->few = 0;
     b->single_patience = 20 + 2 * (int32_t)n;
-    b->round_limit =
-        a->dense.iteration_limit > 0 ? a->dense.iteration_limit : PERP__CHEAP_ITERATIONS;
+    b->round_limit = a->dense.iteration_limit > 0 ? a->dense.iteration_limit : PERP__SWEEPS_MOST;
     if (iterate->warm)
         perp__places_of(&a->dense, iterate->z, b->places);
     else

@@ -16,6 +16,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/rounding.h"
 #include "lcp/active_set/active_set.h"
 #include "linalg/sparse_block.h"
 
@@ -109,7 +110,7 @@ static exchange find_exchange(perp__sparse_active_set *work, const int8_t *place
     exchange e = {0, -1, 0.0};
 
     for (int32_t i = 0; i < p->n; i++) {
-        const double noise = 16.0 * DBL_EPSILON * (p->row_norms[i] * z_largest + fabs(p->q[i])) +
+        const double noise = PERP__ROUNDING_LIMIT * (p->row_norms[i] * z_largest + fabs(p->q[i])) +
                              4.0 * work->residual;
         double violation = 0.0;
         int8_t next = places[i];

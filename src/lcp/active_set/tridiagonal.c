@@ -19,6 +19,7 @@
  * Positive couplings and bounds on the other side are left out of account at first: where there are
  * few, as in option prices by central differences or with a cap, the index set is near the right
  * one. Whether it is right the signs tell in the end, with all of the problem. */
+#include "base/rounding.h"
 #include "lcp/active_set/active_set.h"
 
 #include <float.h>
@@ -300,7 +301,7 @@ perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
             const double w = s.sign * (row_times(&problem->block->T, i, z) + problem->q[i]);
             const double size = problem->row_norms[i] * z_largest + fabs(problem->q[i]);
 
-            wrong += !(w >= -16.0 * DBL_EPSILON * size);
+            wrong += !(w >= -PERP__ROUNDING_LIMIT * size);
         }
     }
     *found = wrong == 0                 ? PERP__TRIDIAGONAL_SOLVED

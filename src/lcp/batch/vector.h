@@ -164,7 +164,7 @@ static TARGET lanes NAME(find_changes)(const perp__batch_group *g, int32_t z_is_
         const lanes rest = load(g->rest + i * LANES);
         const lanes size =
             add(multiply(load(g->norm + i * LANES), largest), absolute(load(g->q + i * LANES)));
-        const lanes noise = multiply(spread(16.0 * DBL_EPSILON), size);
+        const lanes noise = multiply(spread(PERP__ROUNDING_LIMIT), size);
         const truth is_active = less(half, load(g->active + i * LANES));
         const lanes leaves = pick(less(z, low), one, pick(less(up, z), one, zero));
         /* at its lower bound and not at its upper one, w too small; or the other way round */

@@ -12,6 +12,10 @@
 #define PERP__HALVINGS 40
 #define PERP__PROGRESS 0.9
 
+/* Full steps that a watch allows to let Psi grow, and by how much, before it goes back. */
+#define PERP__WATCH 5
+#define PERP__WATCH_GROWTH 1e4
+
 /* Partial derivatives; both in [0, 2] for phi, >= 0 for the composition. */
 typedef struct perp__slopes {
     double z, w;

@@ -26,9 +26,7 @@
 #define RHO 0.1 /* the first that is not 0, of a unit diagonal, and from one to the next */
 #define RHO_LEAST 1e-9
 #define TRIALS 3   /* values of rho in a step */
-#define GROWTH 1e3 /* of Psi, that a step is allowed */
 #define FALL 0.5   /* of Psi, that ends a watch */
-#define WATCH 5    /* steps without it */
 #define FAILURES 3 /* in a row, then comes a pause of as many steps */
 
 /* rho, one after the other until a direction serves. */
@@ -152,13 +150,13 @@ perp_status perp__fischer_active_step(perp__fischer_state *f)
         f->places[i] = perp__place(p->lower[i] == p->upper[i], f->z[i] - p->lower[i],
                                    f->z[i] - p->upper[i], f->w[i]);
     /* 2. The trials; one that serves is gone to. */
-    for (int32_t trial = 0; trial < TRIALS && f->watched < WATCH && rho <= 1.0; trial++) {
+    for (int32_t trial = 0; trial < TRIALS && f->watched < PERP__WATCH && rho <= 1.0; trial++) {
         const perp_status status = try_places(f, rho, &psi);
         int8_t *places = f->places;
 
         if (status != PERP_OK)
             return status;
-        if (!(psi <= GROWTH * f->kept_psi)) {
+        if (!(psi <= PERP__WATCH_GROWTH * f->kept_psi)) {
             rho = fmax(rho / RHO, RHO);
             continue;
         }

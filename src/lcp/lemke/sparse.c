@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/rounding.h"
 #include "lcp/lemke/lemke.h"
 
 /* Pivots between refactorisations at most. */
@@ -231,7 +232,7 @@ static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
         const double size =
             l->basic[k] < l->pairs ? x_largest : p->row_norms[i] * x_largest + fabs(p->q[i]);
 
-        violated += perp__lemke_violation(l, k) > 16.0 * DBL_EPSILON * size;
+        violated += perp__lemke_violation(l, k) > PERP__ROUNDING_LIMIT * size;
     }
     if (violated <= FEW + l->pairs / CLOSE)
         *guess = PERP__GUESS_BASIS;

@@ -18,15 +18,9 @@
 #include "base/outcome.h"
 #include "lcp/pgs/sweep.h"
 
-/* A residual this much above the best one seen is divergence. Where S is symmetric and positive
- * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
- * such a problem would stagnate all the same. */
-#define DIVERGENCE 1e6
-
 /* Stagnation is of 2 n sweeps at least: news travels against the sweep's direction by one row a
  * sweep, and a residual may be flat until it has arrived. The default limit is less where sweeps
- * would touch more entries than these, and at least so many. */
-#define SWEEPS_LEAST 200
+ * would touch more entries than these. */
 #define ENTRIES_MOST 1e10
 
 #define SWEEPS_BETWEEN_TESTS 10
@@ -312,7 +306,7 @@ static int32_t is_settled(pgs_work *work)
 static perp_outcome look_at(pgs_work *work, const double *residuals, int32_t count)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    const double growth = work->restarts < RESTARTS_MOST ? INFINITY : DIVERGENCE;
+    const double growth = work->restarts < RESTARTS_MOST ? INFINITY : PERP__DIVERGENCE;
     pgs_progress *progress = &work->progress;
     const int64_t before = work->sweeps;
 
@@ -354,7 +348,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     const double entries =
         problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
     const double most =
-        fmin(fmax(ENTRIES_MOST / (entries + 1.0), SWEEPS_LEAST), PERP__CHEAP_ITERATIONS);
+        fmin(fmax(ENTRIES_MOST / (entries + 1.0), PERP__SWEEPS_LEAST), PERP__SWEEPS_MOST);
     const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : (int64_t)most;
     const size_t bytes = (size_t)problem->n * sizeof(double);
     pgs_progress *progress = &work->progress;

@@ -101,7 +101,7 @@ perp_status perp__acceleration_open(perp_mechanism *m)
         a->answers.holds = perp__acceleration_holds;
         a->answers.user = a;
         a->polyhedron.rounding = a->polyhedron.row_rounding = PERP__NOTHING;
-        a->polyhedron.least = PERP__FAMILY_TOLERANCE;
+        a->polyhedron.least = PERP__AGREEMENT;
         memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
     }
     a->asked = a->has_singular = a->has_negative = a->bent = 0;

@@ -5,9 +5,6 @@
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
-/* Of the directions of loads. */
-#define MOST_ROUNDS 30
-
 /* ---- why there are as many ------------------------------------------------------------------
  *
  * Each pattern's system has a determinant, a principal minor of the contact matrix; in the plane
@@ -166,9 +163,9 @@ static perp_status try_loads(perp__acceleration *a)
         memcpy(a->pattern.direction, a->chosen, size);
         return status;
     }
-    for (int32_t round = 0; round < MOST_ROUNDS; round++) {
+    for (int32_t round = 0; round < PERP__MOST_ITERATES; round++) {
         dimension = perp__pattern_solve(a);
-        if (perp__load_turn(a) <= PERP__LAST_DIGITS)
+        if (perp__load_turn(a) <= PERP__SUM_ROUNDING)
             return keep(a, dimension);
     }
     a->answers.incomplete = 1;

@@ -10,11 +10,6 @@
 #include "mechanism/accelerations/accelerations.h"
 #include "mechanism/eigenvalues.h"
 
-/* Turns of the polygons until the middle is in the discs. */
-#define MOST_CUTS 24
-/* Polyhedra of more have too many vertices. */
-#define LARGEST_DIMENSION 10
-
 /* ---- stability ------------------------------------------------------------------------------
  *
  * The contacts give way a little: displacements y of the normals that press and of the tangents
@@ -252,7 +247,7 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
                               k >= inner->vertices, 1.0, &at_vertex);
         return holds;
     }
-    same = is_turned(a, outer) || is_turned(a, inner) ? PERP__SAME_DIRECTION : PERP__LAST_DIGITS;
+    same = is_turned(a, outer) || is_turned(a, inner) ? PERP__SAME_DIRECTION : PERP__SUM_ROUNDING;
     for (int32_t i = 0; i < a->active; i++)
         largest = fmax(largest, fabs(outer->points[a->row_of[i]]) / a->scale[i]);
     for (int32_t i = 0; i < a->active && holds; i++) {
@@ -282,7 +277,7 @@ static void keep(perp__acceleration *a, perp__answer *answer)
                      perp__all_finite(answer->middle, rows) &&
                      perp__all_finite(perp__answer_row_acceleration(a, answer), rows) &&
                      perp__all_finite(answer->points, points * rows);
-    if (perp__is_good(perp__gate(&evidence, PERP__FAMILY_TOLERANCE, -1))) {
+    if (perp__is_good(perp__gate(&evidence, PERP__AGREEMENT, -1))) {
         perp__answers_keep(&a->answers, answer);
     } else {
         perp__answer_release(&a->answers, answer);
@@ -359,17 +354,13 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
     perp__linear_cut(&a->linear, &a->pattern, &a->polyhedron);
     if (a->polyhedron.empty)
         return PERP_OK;
-    if (dimension > LARGEST_DIMENSION) {
-        a->answers.incomplete = 1;
-        return PERP_OK;
-    }
     status = perp__polyhedron_enumerate(&a->polyhedron, &a->answers);
     PERP__THEN(status, perp__polyhedron_list(&a->polyhedron, &a->answers, made));
     if (!*made)
         return status;
     set_pattern(a, *made);
     for (int32_t i = 0; i < a->m->rows; i++)
-        (*made)->width[i] = PERP__FAMILY_TOLERANCE * fabs((*made)->middle[i]);
+        (*made)->width[i] = PERP__AGREEMENT * fabs((*made)->middle[i]);
     return PERP_OK;
 }
 
@@ -395,7 +386,7 @@ static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, int32_
             perp__linear_rows(&a->linear, d, NULL, difference, 1);
         for (size_t i = 0; i < active; i++)
             d[i] = accelerations ? d[i] * a->scale[i] : difference[i] / a->scale[i];
-        rank = perp__rank_add(a->work, rank, a->active, PERP__FAMILY_TOLERANCE * largest);
+        rank = perp__rank_add(a->work, rank, a->active, PERP__AGREEMENT * largest);
     }
     return rank;
 }
@@ -417,7 +408,7 @@ perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimens
         a->linear.null[i] *= size;
     memset(a->linear.angle, 0, (size_t)a->elements * sizeof *a->linear.angle);
     /* 2. within polygons around them, turned to where the middle is until that is inside */
-    for (int32_t round = 0; round < MOST_CUTS && !holds; round++) {
+    for (int32_t round = 0; round < PERP__MOST_ITERATES && !holds; round++) {
         if (answer)
             perp__answer_release(&a->answers, answer);
         status = enumerate(a, dimension, discs, 0, &answer);

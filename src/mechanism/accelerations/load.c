@@ -18,10 +18,10 @@
 #include "mechanism/accelerations/accelerations.h"
 
 /* A box of this size that is not settled holds an answer that two branches share, or nearly. */
-#define SMALLEST 0x1p-22
 #define MOST_BOXES 200000
 /* Halves of one coordinate, so that boxes do not outgrow their room. */
 #define HALVES 24
+#define SMALLEST ldexp(1.0, 2 - HALVES)
 #define CONTRACTION 0.5
 
 typedef struct loads {
@@ -189,7 +189,7 @@ static int32_t invert(loads *l, const double *half, double *off)
             top = fmax(top, fabs(entry));
         }
     }
-    perp__pivoting_eliminate(system, PERP__LAST_DIGITS * top, p);
+    perp__pivoting_eliminate(system, PERP__SUM_ROUNDING * top, p);
     for (int32_t k = 0; k < p && system->rank == p; k++) {
         memset(l->g, 0, (size_t)p * sizeof *l->g);
         l->g[k] = 1.0;
@@ -215,7 +215,7 @@ static perp_status take(loads *l, const double *z)
     for (int32_t f = 0; f <= l->count; f++)
         if (z[f] < -SMALLEST)
             return PERP_OK;
-    if (!(z[l->count] > PERP__LAST_DIGITS)) {
+    if (!(z[l->count] > PERP__SUM_ROUNDING)) {
         a->answers.incomplete = 1;
         return PERP_OK;
     }
@@ -225,7 +225,7 @@ static perp_status take(loads *l, const double *z)
         double *load = a->pattern.load + PERP__MOST_NORMALS * (size_t)l->index[e];
 
         memset(load, 0, PERP__MOST_NORMALS * sizeof *load);
-        if (size > PERP__LAST_DIGITS * spread_of(l, e, z))
+        if (size > PERP__SUM_ROUNDING * spread_of(l, e, z))
             set_load(load, l->N + 3 * e, PERP__MOST_NORMALS);
     }
     return l->found(a);
@@ -241,7 +241,7 @@ static int32_t settle(loads *l, double *z, const double *half, perp_status *stat
     evaluate(l, z);
     for (int32_t e = 0; e < p; e++)
         if (fabs(l->g[e]) >
-            spread_of(l, e, half) + half[e] + PERP__LAST_DIGITS * (spread_of(l, e, z) + z[e]))
+            spread_of(l, e, half) + half[e] + PERP__SUM_ROUNDING * (spread_of(l, e, z) + z[e]))
             return 1;
     /* 2. there is at most one: how much the Jacobian times Y can differ from 1, in its widths */
     if (!invert(l, half, off))
@@ -258,7 +258,7 @@ static int32_t settle(loads *l, double *z, const double *half, perp_status *stat
     evaluate(l, z);
     find_step(l);
     for (int32_t k = 0; k < p; k++)
-        if (fabs(l->step[k]) > (1.0 + contraction) * half[column_of(l, k)] + PERP__LAST_DIGITS)
+        if (fabs(l->step[k]) > (1.0 + contraction) * half[column_of(l, k)] + PERP__SUM_ROUNDING)
             return 1;
     /* 3. Newton's method */
     for (int32_t round = 0; round < PERP__MOST_HALVES; round++) {

@@ -68,31 +68,6 @@ static void direct(perp__acceleration *a, int32_t index, double sign, const doub
                                       : i == 0; /* without a size it doesn't matter */
 }
 
-/* The pattern's own point or family; of one that is too large, the solution that was found. */
-static perp_status try_solution(perp__acceleration *a, const double *force)
-{
-    const int32_t dimension = perp__pattern_solve(a);
-    perp__linear *p = &a->linear;
-    const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 1, 0};
-    int32_t at_vertex;
-
-    if (dimension <= 0 || perp__slip_count(a) > 0)
-        return perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS);
-    memset(p->y, 0, (size_t)p->system.n * sizeof *p->y);
-    for (int32_t i = 0; i < a->active; i++)
-        p->known[i] = p->x[i] = force[a->row_of[i]];
-    perp__linear_evaluate(p);
-    perp__linear_correct(p);
-    perp__linear_evaluate(p);
-    for (int32_t i = 0; i < a->active; i++) {
-        p->u_width[i] = PERP__FAMILY_TOLERANCE * p->u_size[i];
-        p->x_width[i] = p->u_width[i] * a->scale[i] * a->scale[i];
-    }
-    return perp__linear_holds(p, &a->pattern, &point, &at_vertex)
-               ? perp__acceleration_keep_point(a, 0, dimension)
-               : PERP_OK;
-}
-
 perp_status perp__acceleration_seed(perp__acceleration *a)
 {
     perp_mechanism *m = a->m;
@@ -129,7 +104,9 @@ perp_status perp__acceleration_seed(perp__acceleration *a)
             a->pattern.mode[i] = PERP_MECHANISM_SLIP;
         direct(a, i, 1.0, answer->u + a->row_of[element->row] + !element->dry);
     }
-    return a->complete && perp__slip_count(a) == 0 ? PERP_OK : try_solution(a, answer->r);
+    return a->complete && perp__slip_count(a) == 0
+               ? PERP_OK
+               : perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS);
 }
 
 /* ---- from pattern to pattern ------------------------------------------------------------------

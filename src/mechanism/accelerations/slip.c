@@ -22,16 +22,11 @@
 #include "mechanism/eigenvalues.h"
 #include "mechanism/accelerations/accelerations.h"
 
-#define MOST_ROUNDS 20
 #define LONGEST_TURN 0.5
-/* A turn below this that is not halved any more is the rounding of an ill-conditioned W. */
-#define STILL 1e-6
 /* Turns larger than this after so many rounds lead nowhere. */
 #define NEAR 0.1
 #define PATIENCE 7
 #define SAMPLES 5
-/* Double zeros come as pairs with an imaginary part of the square root of rounding. */
-#define REAL 1e-5
 
 /* ---- all of them -------------------------------------------------------------------------- */
 
@@ -122,12 +117,14 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
 
     perp__pattern_solve_roughly(a, singular, a->active);
     rank = a->linear.system.rank;
-    for (int32_t round = 0; round < MOST_ROUNDS; round++) {
+    for (int32_t round = 0; round < PERP__MOST_ITERATES; round++) {
         const double bent = perp__load_turn(a), turned = turn(a), largest = fmax(bent, turned);
 
         if (turned < 0.0 || (round >= PATIENCE && largest > NEAR))
             return -1;
-        if (largest <= PERP__LAST_DIGITS || (largest <= STILL && largest > 0.5 * before))
+        /* a small turn that is not halved any more is the rounding of an ill-conditioned W */
+        if (largest <= PERP__SUM_ROUNDING ||
+            (largest <= PERP__ROUGH_DIRECTIONS && largest > 0.5 * before))
             return perp__pattern_solve(a);
         before = largest;
         /* with the rank of the start, what is left without a pivot becomes consistent at the end */
@@ -137,41 +134,19 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
     return -1;
 }
 
-/* Zeros of the polynomial in the basis of cos and sin above; the value at the angle PERP__PI is not
- * 0. */
-static int32_t find_zeros(double a_0, double a_1, double b_1, double a_2, double b_2,
-                          double *angles)
-{
-    const double top = a_0 - a_1 + a_2;
-    const double c[4] = {a_0 + a_1 + a_2, 2.0 * b_1 + 4.0 * b_2, 2.0 * a_0 - 6.0 * a_2,
-                         2.0 * b_1 - 4.0 * b_2};
-    double companion[16] = {0}, real[4], imaginary[4];
-    int32_t count = 0, k;
-
-    for (k = 0; k < 4; k++) {
-        companion[k + 12] = -c[k] / top;
-        if (k > 0)
-            companion[k + 4 * (k - 1)] = 1.0;
-    }
-    if (perp__eigenvalues(4, companion, real, imaginary) != 0)
-        return -1;
-    for (k = 0; k < 4; k++)
-        if (fabs(imaginary[k]) <= REAL * (1.0 + fabs(real[k])))
-            angles[count++] = 2.0 * atan(real[k]);
-    return count;
-}
-
 int32_t perp__slip_angles(perp__acceleration *a, double angles[4])
 {
     double value[SAMPLES], a_0 = 0.0, a_1 = 0.0, b_1 = 0.0, a_2 = 0.0, b_2 = 0.0, origin;
+    double companion[16] = {[1] = 1.0, [6] = 1.0, [11] = 1.0}, real[4], imaginary[4];
     const perp__pivoting *system = &a->linear.system;
-    int32_t index = 0, largest = 0, count, k;
+    int32_t index = 0, largest = 0, count = 0, k;
     double *direction;
 
     while (!perp__slip_starts(a, index))
         index++;
     direction = a->pattern.direction + 2 * (size_t)index;
-    for (k = 0; k < SAMPLES; k++) { /* det K s x u_t' */
+    /* 1. det K s x u_t' in the basis of cos and sin above; the largest value is at the angle pi */
+    for (k = 0; k < SAMPLES; k++) {
         direction[0] = cos(2.0 * PERP__PI * k / SAMPLES);
         direction[1] = sin(2.0 * PERP__PI * k / SAMPLES);
         perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
@@ -184,8 +159,7 @@ int32_t perp__slip_angles(perp__acceleration *a, double angles[4])
     }
     if (value[largest] == 0.0)
         return -1;
-    origin = 2.0 * PERP__PI * largest / SAMPLES -
-             PERP__PI; /* the largest value is at PERP__PI from it */
+    origin = 2.0 * PERP__PI * largest / SAMPLES - PERP__PI;
     for (k = 0; k < SAMPLES; k++) {
         const double angle = 2.0 * PERP__PI * k / SAMPLES - origin;
 
@@ -195,8 +169,15 @@ int32_t perp__slip_angles(perp__acceleration *a, double angles[4])
         a_2 += 2.0 * value[k] * cos(2.0 * angle) / SAMPLES;
         b_2 += 2.0 * value[k] * sin(2.0 * angle) / SAMPLES;
     }
-    count = find_zeros(a_0, a_1, b_1, a_2, b_2, angles);
-    for (k = 0; k < count; k++)
-        angles[k] += origin;
+    /* 2. its zeros: double ones come as pairs with an imaginary part of the root of rounding */
+    companion[12] = -(a_0 + a_1 + a_2) / (a_0 - a_1 + a_2);
+    companion[13] = -(2.0 * b_1 + 4.0 * b_2) / (a_0 - a_1 + a_2);
+    companion[14] = -(2.0 * a_0 - 6.0 * a_2) / (a_0 - a_1 + a_2);
+    companion[15] = -(2.0 * b_1 - 4.0 * b_2) / (a_0 - a_1 + a_2);
+    if (perp__eigenvalues(4, companion, real, imaginary) != 0)
+        return -1;
+    for (k = 0; k < 4; k++)
+        if (fabs(imaginary[k]) <= PERP__ROUGH_DIRECTIONS * (1.0 + fabs(real[k])))
+            angles[count++] = 2.0 * atan(real[k]) + origin;
     return count;
 }

@@ -9,7 +9,6 @@
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
-#define LEVELS 64
 /* The first step moves the coordinates by this, beside the largest of them or 1 (an angle's unit);
  * what is too long is no harm. Not a round number: motion with a period must not look as if it
  * stood still. */
@@ -71,9 +70,9 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
     }
     if (status == PERP__OUTSIDE)
         status = PERP_OK;
-    PERP__THEN(status,
-               perp__evaluate_bias(m, a->bias, a->size, t, q, v,
-                                   FIRST_MOVE * (fastest > 0.0 ? largest / fastest : 1.0), LEVELS));
+    PERP__THEN(status, perp__evaluate_bias(m, a->bias, a->size, t, q, v,
+                                           FIRST_MOVE * (fastest > 0.0 ? largest / fastest : 1.0),
+                                           PERP__MOST_HALVES));
     for (int32_t i = 0; i < m->rows; i++)
         a->size[i] = fabs(a->bias[i]) + a->size[i] / PERP__NOTHING;
     return status;
@@ -111,7 +110,7 @@ static void hold_bilateral(perp__acceleration *a)
                 sum -= term;
                 size += fabs(term);
             }
-            a->held[i * active + j] = fabs(sum) <= PERP__LAST_DIGITS * size ? 0.0 : sum;
+            a->held[i * active + j] = fabs(sum) <= PERP__SUM_ROUNDING * size ? 0.0 : sum;
         }
     }
 }

@@ -20,10 +20,7 @@
 #include "linalg/matrix.h"
 #include "mechanism/compliant/compliant.h"
 
-/* Beside |tangent| |v|: what a state is given to is at rest with less than this. */
-#define REST (64.0 * DBL_EPSILON)
 /* A friction force that had to give, and still comes as close to its bound, gives. */
-#define CLOSE 1e-9
 
 static size_t at(const perp_compliant *c, int32_t row, int32_t column)
 {
@@ -37,7 +34,7 @@ int32_t perp__compliant_rests(const perp_compliant *c, int32_t k)
     for (int32_t i = 0; i < c->n; i++)
         size += fabs(c->tangent[at(c, k, i)] * c->v[i]);
     return c->mu_static[k] > 0.0 &&
-           fabs(perp__compliant_row(c, c->tangent, k, c->v)) <= REST * size;
+           fabs(perp__compliant_row(c, c->tangent, k, c->v)) <= PERP__SUM_ROUNDING * size;
 }
 
 /* A one-sided contact presses where it overlaps and is not pulled. */
@@ -159,7 +156,7 @@ static void slide(perp_compliant *c, int32_t k, double sense)
 /* Whether F of what rests is at a bound. */
 static int32_t is_at_bound(const perp_compliant *c, int32_t k)
 {
-    const double bound = c->gives[k] ? c->upper[k] * (1.0 - CLOSE) : c->upper[k];
+    const double bound = c->gives[k] ? c->upper[k] * (1.0 - PERP__AGREEMENT) : c->upper[k];
 
     return !(fabs(c->friction[k]) < bound);
 }

@@ -39,7 +39,7 @@ static int32_t choose(void *user, int32_t i, int32_t choice)
 static perp_status try_pattern(void *user)
 {
     perp_load_friction *f = user;
-    const int32_t dimension = perp__friction_solve_pattern(f, 0);
+    const int32_t dimension = perp__friction_solve_pattern(f);
     int32_t at_vertex;
 
     if (dimension > 0)
@@ -56,7 +56,7 @@ static perp_status iterate(perp_load_friction *f, int64_t *patterns)
 
     for (int32_t round = 0; changed && round < 3 * f->n + 10; round++) {
         ++*patterns;
-        if (perp__friction_solve_pattern(f, 1) != 0)
+        if (perp__friction_solve_pattern(f) != 0)
             return PERP_OK;
         if (perp__friction_holds(f, &at_vertex))
             return perp__friction_keep_point(f, at_vertex);

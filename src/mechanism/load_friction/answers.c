@@ -9,9 +9,6 @@
 #include "mechanism/load_friction/load_friction.h"
 #include "mechanism/eigenvalues.h"
 
-/* What friction may miss beside the terms of its row and of its load. */
-#define HELD 1e-9
-
 static size_t at(const perp_load_friction *f, int32_t i, int32_t j)
 {
     return (size_t)i + (size_t)f->n * (size_t)j;
@@ -138,7 +135,7 @@ static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
     const double *N = a->own, *friction = a->own + f->n;
 
     holds = holds && perp__all_finite(a->points, points * n) && perp__all_finite(a->middle, n) &&
-            perp__all_finite(a->own, 2 * n) && a->residual <= HELD;
+            perp__all_finite(a->own, 2 * n) && a->residual <= PERP__SAME_DIRECTION;
     for (int32_t i = 0; i < f->n && holds; i++) {
         double terms = fabs(f->d[i]), size = fabs(f->b[i]) + fabs(f->question.tau[i]);
 
@@ -149,7 +146,8 @@ static void keep(perp_load_friction *f, perp__answer *a, int32_t holds)
             size += fabs(f->A[at(f, i, j)] * a->middle[j]);
         }
         holds = fabs(friction[i]) <=
-                f->question.mu_stick[i] * (fabs(N[i]) + HELD * terms) + HELD * size;
+                f->question.mu_stick[i] * (fabs(N[i]) + PERP__SAME_DIRECTION * terms) +
+                    PERP__SAME_DIRECTION * size;
     }
     if (holds) {
         perp__answers_keep(&f->answers, a);
@@ -208,7 +206,7 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
             continue;
         /* its middle is described; the other sides start from the point, too */
         for (int32_t i = 0; i < f->n; i++)
-            a->width[i] = PERP__FAMILY_TOLERANCE * fabs(a->middle[i]);
+            a->width[i] = PERP__AGREEMENT * fabs(a->middle[i]);
         a->dimension = a->vertices + a->rays == 1 ? 0 : f->polyhedron.dimension;
         a->at_vertex = 1;
         memcpy(f->origin, f->linear.x, size);

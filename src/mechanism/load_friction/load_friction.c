@@ -179,7 +179,7 @@ static perp_status make(perp_context *context, perp_load_friction **made,
         f->answers.holds = perp__friction_holds_answer;
         f->polyhedron.origin = p->x;
         f->polyhedron.directions = p->null;
-        f->polyhedron.least = PERP__FAMILY_TOLERANCE;
+        f->polyhedron.least = PERP__AGREEMENT;
         status = take(f, system);
     }
     PERP__HAND_OUT(status, f, made);

@@ -55,9 +55,8 @@ struct perp_load_friction {
 };
 
 /* Solves the pattern: f->linear has the solution with its widths and 0 is returned; else the
- * dimension of the null space, or -1 where the equations contradict each other, or, unless
- * `insist`, where the pattern is clearly wrong. */
-int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist);
+ * dimension of the null space, or -1 where the equations contradict each other. */
+int32_t perp__friction_solve_pattern(perp_load_friction *f);
 
 /* u, residual and load of f->linear.x in the pattern, in doubled precision. */
 void perp__friction_evaluate(perp_load_friction *f);

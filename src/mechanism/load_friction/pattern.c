@@ -8,12 +8,9 @@
 #include <math.h>
 
 #include "base/outcome.h"
+#include "linalg/doubled.h"
 #include "mechanism/load_friction/load_friction.h"
 
-/* Patterns that are wrong by this much, relatively, are not worth a bound of the error ... */
-static const double clearly = 1e-3;
-/* ... if no pivot is smaller than this. */
-static const double regular = 1e-8;
 /* With entries up to here elimination with complete pivoting does not overflow. */
 static const double largest = 0x1p1000;
 
@@ -28,15 +25,6 @@ static double sign_of(const perp_load_friction *f, int32_t mode, int32_t i)
 
 /* ---- doubled precision --------------------------------------------------------------------- */
 
-/* sum += x, with what is lost in *low */
-static void add(double *sum, double *low, double x)
-{
-    const double s = *sum + x, back = s - *sum;
-
-    *low += (*sum - (s - back)) + (x - back);
-    *sum = s;
-}
-
 /* Normal forces N = C x + d, and residual_i = tau_i - b_i - (A x)_i - t_i N_i. */
 static void find_residual(perp_load_friction *f)
 {
@@ -46,12 +34,11 @@ static void find_residual(perp_load_friction *f)
     perp__multiply_doubled(&f->A_view, p->x, f->b, f->product, f->product_low);
     perp__multiply_doubled(&f->C_view, p->x, f->d, normal, f->normal_low);
     for (int32_t i = 0; i < f->n; i++) {
-        const double t = p->slope[i], product = t * normal[i];
-        double sum = f->question.tau[i], low = 0.0;
+        const double t = p->slope[i];
+        double sum = f->question.tau[i], low = -(f->product_low[i] + t * f->normal_low[i]);
 
-        add(&sum, &low, -f->product[i]);
-        add(&sum, &low, -product);
-        low -= f->product_low[i] + fma(t, normal[i], -product) + t * f->normal_low[i];
+        perp__accumulate(&sum, &low, -1.0, f->product[i]);
+        perp__accumulate(&sum, &low, -t, normal[i]);
         p->residual[i] = sum + low;
     }
 }
@@ -67,27 +54,7 @@ void perp__friction_evaluate(perp_load_friction *f)
             p->u[i] = -p->residual[i];
 }
 
-/* Whether normal forces miss their sides by far more than rounding with these pivots does. */
-static int32_t is_clearly_wrong(const perp_load_friction *f)
-{
-    const perp__linear *p = &f->linear;
-    double load = 0.0, noise;
-
-    for (int32_t i = 0; i < f->n; i++)
-        perp__raise_to(&load, f->size[i] * p->load[i]);
-    noise = 1e3 * f->n * DBL_EPSILON * load / p->system.least;
-    for (int32_t i = 0; i < f->n; i++) {
-        double limit = clearly * p->u_size[f->n + i];
-
-        for (int32_t j = 0; j < f->n; j++)
-            limit += fabs(f->C[(size_t)i + (size_t)f->n * (size_t)j]) * f->size[j] * noise;
-        if (f->pattern.side[i] * p->u[f->n + i] < -limit)
-            return 1;
-    }
-    return 0;
-}
-
-int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
+int32_t perp__friction_solve_pattern(perp_load_friction *f)
 {
     static const double alone[3] = {1.0, 0.0, 0.0};
     perp__linear *p = &f->linear;
@@ -110,11 +77,6 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f, int32_t insist)
     perp__pivoting_eliminate(&p->system, PERP__SINGULAR * f->settings.tol * top, f->n);
     perp__linear_evaluate(p);
     perp__linear_correct(p);
-    if (p->system.rank == p->system.n && p->system.least > regular * top && !insist) {
-        perp__linear_evaluate(p);
-        if (is_clearly_wrong(f))
-            return -1;
-    }
     for (int32_t round = 0; round < 2; round++) {
         find_residual(f);
         perp__linear_correct(p);

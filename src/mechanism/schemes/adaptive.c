@@ -12,18 +12,14 @@
 #include <math.h>
 #include <string.h>
 
-#define SAFETY 0.9
-#define GROWTH 5.0
-#define SHRINKING 0.1
+#include "step/length.h"
 
 /* The share of what may be late that a step is planned to come late to an impact. */
 #define BEHIND 0.25
 
-/* Attempts without a solution, in a row, before what there is counts. */
-#define MOST_UNSOLVED 3
-
-/* Attempts after which velocities that still differ by half of what they did are said to jump. */
-#define STUBBORN 4
+/* Attempts in a row after which what there is counts without a solution, and velocities that still
+ * differ by half of what they did are said to jump. */
+#define STUBBORN 3
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -258,7 +254,9 @@ static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t s
                 a->h = h;
             }
         } else
-            a->h = h * fmin(fmax(SAFETY * pow(tolerance / error, power), SHRINKING), SAFETY);
+            a->h = h * fmin(fmax(PERP__STEP_SAFETY * pow(tolerance / error, power),
+                                 PERP__STEP_SHRINKING),
+                            PERP__STEP_SAFETY);
         if (a->refused++ == 0)
             a->first_speed = a->speed;
     }
@@ -291,20 +289,21 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
     const double h = last ? left : asked ? a->h : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
     perp_status status = attempt(m, a, run->t, h);
     const double error = verdict(a);
-    double factor = GROWTH;
+    double factor = PERP__STEP_GROWTH;
     int32_t fine;
 
     if (status == PERP__OUTSIDE)
         a->full.outcome = PERP_OUTCOME_EVALUATION_FAILED;
     else if (status != PERP_OK)
         return status;
-    fine = moves(a) && (is_solved(a) || a->refused >= MOST_UNSOLVED) && a->release == 0 &&
+    fine = moves(a) && (is_solved(a) || a->refused >= STUBBORN) && a->release == 0 &&
            error <= m->settings.error;
     if (!fine)
         return refuse(run, a, h, moves(a) && error > m->settings.error);
     if (error > 0.0)
-        factor = fmin(GROWTH, SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
-    a->h = h * fmax(factor, SHRINKING);
+        factor = fmin(PERP__STEP_GROWTH,
+                      PERP__STEP_SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
+    a->h = h * fmax(factor, PERP__STEP_SHRINKING);
     if (a->event.late > 0.0 || a->cut || a->plans)
         a->h = fmax(a->h, a->proper);
     a->proper = 0.0;

@@ -14,9 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-/* A slip that is slower than this many times what closes a gap may come from that. */
-#define CLOSING 10.0
-
 /* ---- scales -------------------------------------------------------------------------------- */
 
 double perp__adaptive_beside(const perp_mechanism *m, const double *x, const double *scale)
@@ -70,14 +67,14 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
     for (int32_t i = 0; i < m->coordinates; i++)
         largest = fmax(largest, a->scale[i]);
     for (int32_t i = 0; i < m->coordinates; i++)
-        a->scale[i] = fmax(a->scale[i], PERP__FLOOR * largest);
+        a->scale[i] = fmax(a->scale[i], PERP__LITTLE * largest);
     return status;
 }
 
 /* ---- differences --------------------------------------------------------------------------- */
 
 /* Whether a contact presses in some of the answers only, or sticks in some of them only while what
- * it slips is no faster than what closes its gap. */
+ * it slips may come from what closes its gap. */
 static int32_t chatters(const perp_mechanism *m)
 {
     const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
@@ -96,7 +93,7 @@ static int32_t chatters(const perp_mechanism *m)
                 slip = fmax(slip, fabs(u[i]));
         }
         if (m->two_sided[j] == 0 &&
-            (open % 3 != 0 || (sticks % 3 != 0 && CLOSING * closing > slip)))
+            (open % 3 != 0 || (sticks % 3 != 0 && closing > PERP__SLOW * slip)))
             return 1;
     }
     return 0;

@@ -23,8 +23,6 @@
 #include <math.h>
 #include <string.h>
 
-#define MOST_PASSES 12 /* of secants: b is quadratic in v */
-
 /* a->difference := how the jam changes v, with m->begin; its impulse. */
 static double find_jump(perp_mechanism *m, perp__adaptive *a, int32_t j)
 {
@@ -100,7 +98,8 @@ static perp_status find_lift(perp_mechanism *m, perp__adaptive *a, double t,
     return status;
 }
 
-/* What the sliding before it still lacks of its impulse, so that b = 0: no compression. */
+/* What the sliding before it still lacks of its impulse, so that b = 0: no compression. Found by
+ * secants, as b is quadratic in v. */
 static perp_status finish_sliding(perp_mechanism *m, perp__adaptive *a, perp__motion *to, double t)
 {
     const double impulse = find_jump(m, a, a->jam);
@@ -108,7 +107,7 @@ static perp_status finish_sliding(perp_mechanism *m, perp__adaptive *a, perp__mo
     double x = 0.0, step = 1e-3, b, last = 0.0;
     perp_status status = find_lift(m, a, t, to, &b);
 
-    for (int32_t pass = 0; pass < MOST_PASSES && status == PERP_OK && step != 0.0; pass++) {
+    for (int32_t pass = 0; pass < PERP__MOST_ITERATES && status == PERP_OK && step != 0.0; pass++) {
         for (int32_t i = 0; i < m->n; i++)
             to->v[i] += step * a->difference[i];
         x += step;

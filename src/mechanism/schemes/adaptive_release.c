@@ -16,13 +16,8 @@
 #include <math.h>
 #include <string.h>
 
-/* In three dimensions the direction of a slip is made exact by repetition. */
-#define MOST_PASSES 8
-
-/* Differences, of order 4, are taken over this share of a step, or of a run's unit of time. */
+/* Differences are of order 4. */
 #define BIAS_LEVELS 2
-#define SHARE (1.0 / 32.0)
-#define SHARE_OF_UNIT 1e-3
 
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
@@ -91,23 +86,6 @@ static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
 
 /* ---- forces at an instant -------------------------------------------------------------------- */
 
-/* The largest acceleration of a row that takes part, in free motion, term by term. */
-static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
-{
-    double *x = m->work, largest = 0.0;
-
-    perp__solve_mass(m, &m->begin, x, m->begin.k);
-    for (int32_t i = 0; i < m->rows; i++) {
-        const double *J = m->begin.J + (size_t)i * (size_t)m->n;
-        double size = fabs(a->bias[i]);
-
-        for (int32_t k = 0; k < m->n; k++)
-            size += fabs(J[k] * x[k]);
-        largest = fmax(largest, size);
-    }
-    return largest;
-}
-
 perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, double t,
                                        const perp__motion *state, const int8_t *does)
 {
@@ -134,9 +112,13 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
     problem = perp__pose(m, &terms);
     problem.momentum = m->begin.k;
     problem.dry = m->begin.bound;
-    a->free = free_acceleration(m, a);
+    /* the largest acceleration of a row in free motion, term by term */
+    a->free = 0.0;
+    perp__solve_mass(m, &m->begin, m->work, m->begin.k);
+    for (int32_t i = 0; i < m->rows; i++)
+        a->free = fmax(a->free, perp__row_terms(m, &m->begin, i, fabs(a->bias[i]), m->work));
     memcpy(a->drift, a->bias, (size_t)m->rows * sizeof *a->drift);
-    for (int32_t pass = 0; pass < MOST_PASSES && again && status == PERP_OK; pass++) {
+    for (int32_t pass = 0; pass < PERP__MOST_ITERATES && again && status == PERP_OK; pass++) {
         /* the drift of what slides: its slip, less the accelerations of the last pass; again: slips
          * in three dimensions still turn */
         again = 0;
@@ -265,7 +247,7 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
     int32_t calm = 1;
     perp_status status = PERP_OK;
 
-    a->span = fmax(SHARE * h, SHARE_OF_UNIT * a->unit);
+    a->span = fmax(PERP__LITTLE * h, PERP__LITTLE * a->unit);
     a->length = 0.5 * h;
     for (int32_t k = 0; k < 2; k++) {
         read_state(m, a, states[k], a->does[k + 1]);
@@ -416,6 +398,6 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
             now->modes[j] = rests ? PERP_MECHANISM_STICK : PERP_MECHANISM_SLIP;
         a->does[0][j] = touches ? held(m, j, rests, now->r) : (int8_t)PERP__FREE;
     }
-    a->span = SHARE_OF_UNIT * a->unit;
+    a->span = PERP__LITTLE * a->unit;
     return look(m, a, t, now, a->does[0], a->tried, a->does[0]);
 }

@@ -18,7 +18,7 @@ void perp__prepare_contacts(perp_mechanism *m, const perp__start *from)
             m->begin.gap[j] = 0.0;
         if (m->settings.law >= PERP_MECHANISM_POISSON || m->two_sided[j] > 0) /* nobody else asks */
             m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, from->v,
-                                                    PERP__SPEED_ROUNDING);
+                                                    PERP__SUM_ROUNDING);
         m->shift[j] = fmax(m->begin.gap[j], 0.0) / from->h;
         m->included[j] = !m->apart[j] && m->begin.gap[j] <= 0.0;
     }

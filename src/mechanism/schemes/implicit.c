@@ -23,8 +23,6 @@
 #include "base/context.h"
 #include "linalg/blas.h"
 
-#define MOST_RETREATS 8 /* from where the model is not defined, half the way back each */
-
 struct perp__implicit {
     PERP__WORK;
     perp__start from;                   /* of the step */
@@ -79,7 +77,7 @@ static perp_status pose(perp_mechanism *m, perp__implicit *s)
 {
     perp_status status = evaluate(m, s, s->v);
 
-    for (int32_t retreat = 0; status == PERP__OUTSIDE && retreat < MOST_RETREATS; retreat++) {
+    for (int32_t retreat = 0; status == PERP__OUTSIDE && retreat < PERP__MOST_HALVES; retreat++) {
         for (int32_t i = 0; i < m->n; i++)
             s->v[i] *= 0.5;
         status = evaluate(m, s, s->v);
@@ -127,7 +125,7 @@ static perp_status find_matrix(perp_mechanism *m, perp__implicit *s, int32_t *fo
     for (size_t j = 0; j < n && status == PERP_OK; j++) {
         const double unit = (speed > 0.0 ? speed : 1.0) / sqrt(m->begin.M[j * (n + 1)]);
 
-        s->moved[j] = s->v[j] + PERP__DIFFERENCE * fmax(fabs(s->v[j]), unit);
+        s->moved[j] = s->v[j] + perp__difference_step(2) * fmax(fabs(s->v[j]), unit);
         status = evaluate(m, s, s->moved);
         balance(m, s, s->sum, s->moved);
         for (size_t i = 0; i < n; i++)

@@ -24,10 +24,6 @@
 
 #include "linalg/blas.h"
 
-/* Of the error of an adaptive run's step: what the iteration may lack, which thousands of steps add
- * up. */
-#define UNSEEN 1e-3
-
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
 
@@ -111,26 +107,6 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
     return status;
 }
 
-static perp_status prepare(perp_mechanism *m, perp__theta *w)
-{
-    perp_status status = perp__evaluate_force(m, m->begin.k, w->from.t, w->from.q, w->from.v);
-
-    PERP__THEN(status, perp__evaluate_rows(m, &m->begin, w->from.t, w->from.q, w->from.v));
-    if (status != PERP_OK)
-        return status;
-    perp__prepare_contacts(m, &w->from);
-    status = evaluate_geometry(m, w);
-    if (status != PERP_OK)
-        return status;
-    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, w->from.v);
-    for (int32_t j = 0; j < m->dry; j++)
-        m->dry_bound[j] = w->from.h * m->begin.bound[j];
-    w->terms = m->begin;
-    w->has_matrix = w->tried_matrix = 0;
-    memset(w->mean, 0, (size_t)(m->contacts + m->dry));
-    return PERP_OK;
-}
-
 /* ---- forces at the end -----------------------------------------------------------------------
  *
  * k(t+h, q+, v+) is found by fixed-point iteration. Where k depends on q and v so strongly that
@@ -177,10 +153,10 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
         largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->from.v[i])));
     memcpy(w->x, w->v, n * sizeof *w->x);
     for (size_t j = 0; j < n && status == PERP_OK; j++) {
-        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->from.v[j])), PERP__FLOOR * largest);
+        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->from.v[j])), PERP__LITTLE * largest);
         double delta;
 
-        w->x[j] = w->v[j] + PERP__DIFFERENCE * size;
+        w->x[j] = w->v[j] + perp__difference_step(2) * size;
         delta = w->x[j] - w->v[j];
         status = move(m, w, w->probe, w->x);
         PERP__THEN(status, perp__evaluate_force(m, w->y, w->from.t + w->from.h, w->probe, w->x));
@@ -341,7 +317,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 {
     const double rounding = PERP__ROUNDING_LIMIT, tol = fmax(m->settings.tol, rounding);
     const double wanted =
-        m->settings.error > 0.0 ? fmax(UNSEEN * m->settings.error, rounding) : tol;
+        m->settings.error > 0.0 ? fmax(PERP__LITTLE * m->settings.error, rounding) : tol;
     const double start = perp__energy_norm(m, &m->begin, w->y, w->from.v);
     perp_status status;
     double lacking = 0.0;
@@ -406,8 +382,23 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
         return PERP_ERROR_MEMORY;
     w->from = *from;
     step->scheme = PERP_MECHANISM_THETA;
-    status = prepare(m, w);
-    PERP__THEN(status, iterate(m, w, step));
+    /* 1. what is fixed during the step */
+    status = perp__evaluate_force(m, m->begin.k, from->t, from->q, from->v);
+    PERP__THEN(status, perp__evaluate_rows(m, &m->begin, from->t, from->q, from->v));
+    if (status != PERP_OK)
+        return status;
+    perp__prepare_contacts(m, from);
+    status = evaluate_geometry(m, w);
+    if (status != PERP_OK)
+        return status;
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, from->v);
+    for (int32_t j = 0; j < m->dry; j++)
+        m->dry_bound[j] = from->h * m->begin.bound[j];
+    w->terms = m->begin;
+    w->has_matrix = w->tried_matrix = 0;
+    memset(w->mean, 0, (size_t)(m->contacts + m->dry));
+    /* 2. its end */
+    status = iterate(m, w, step);
     if (status != PERP_OK)
         return status;
     if (jumps(m)) /* there is no mean: those after the jump stop at the contact */

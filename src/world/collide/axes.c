@@ -6,10 +6,6 @@
 #include "linalg/lanes/multiversion.h"
 #include "linalg/spatial.h"
 
-/* Boxes whose axes are parallel to 1e-6 have no edge products of their own: what they separate more
- * than the faces is no more than that of an edge's length. */
-#define ALIGNED (1.0 - 1e-12)
-
 /* An axis takes over from one preferred only where it is better by this share of the size. */
 #define BIAS 1e-6
 
@@ -142,7 +138,7 @@ PERP__KERNEL static int are_aligned(const view *v)
     for (int i = 0; i < 3; i++) {
         const perp__lanes s = v->size[i];
 
-        if (s[0] < ALIGNED && s[1] < ALIGNED && s[2] < ALIGNED)
+        if (!perp__is_same_way(s[0]) && !perp__is_same_way(s[1]) && !perp__is_same_way(s[2]))
             return 0;
     }
     return 1;
@@ -217,7 +213,7 @@ int32_t perp__middle_of_faces(const perp__axes *axes, double touching, double *n
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++) {
         int32_t touches = fabs(axes->axis[k].separation) <= touching, another = touches;
         for (int32_t i = 0; i < count && another; i++)
-            another = perp__dot3(found[i], axes->axis[k].normal) < ALIGNED;
+            another = !perp__is_same_way(perp__dot3(found[i], axes->axis[k].normal));
         flush |= touches && !another;
         if (!another)
             continue;

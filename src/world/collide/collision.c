@@ -22,8 +22,6 @@
 /* Radians between two looks at the axes. */
 #define STRIDE 0.125
 
-#define MAX_LOOKS 160
-
 /* After so many, which one corner that stays and another that comes down can need for next to no
  * way, the end of the stretch is looked at, and the closing found from both sides. */
 #define MANY_LOOKS 16
@@ -404,7 +402,7 @@ static int32_t collide_along_axes(const perp__moving *a, const perp__moving *b, 
     on.planar = planar;
     on.turning = angle > 0.0;
     ends = set_out(&on);
-    for (int look = 0; look < MAX_LOOKS && t < 1.0 && !met && !ends; look++) {
+    for (int look = 0; look < PERP__MAX_LOOKS && t < 1.0 && !met && !ends; look++) {
         const double last = t, before = lacks;
         const int32_t axis = on.last;
 
@@ -460,7 +458,7 @@ static double ball_entry(const double *half, int dimension, double radius, const
             double first = sign * from[j] - half[j] - radius + gate;
             narrow(first, first + sign * displacement[j], &t, &leave);
         }
-    for (int look = 0; look < MAX_LOOKS && t <= leave; look++) {
+    for (int look = 0; look < PERP__MAX_LOOKS && t <= leave; look++) {
         double at[3], gradient[3], aside;
         perp__along3(at, from, t, displacement);
         double gap = box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
@@ -502,7 +500,7 @@ static int32_t collide_ball(const perp__moving *a, const perp__moving *b, int32_
     double bend = 0.125 * turn * (2.0 * displacement + turn * (sum(from) + displacement));
     double least = BEND * fmin(a->reach, b->reach), stride = 1.0;
     if (boxed)
-        stride = fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / MAX_LOOKS);
+        stride = fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / PERP__MAX_LOOKS);
 
     /* 3. chord by chord */
     while (t < 1.0) {

@@ -99,12 +99,20 @@ typedef struct perp__axes {
     perp__axis axis[PERP__MAX_AXES];
 } perp__axes;
 
+/* Looks along one way, at most: of a turn of a fast body, and of an arc. */
+#define PERP__MAX_LOOKS 160
+
 /* Cosine of the angle from which on two axes count as different directions. */
 #define PERP__ASIDE 0.9
 
-/* Sine of the angle between two edges below which their product is no axis of its own: its
- * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
-#define PERP__PARALLEL 1e-7
+/* Sine of the angle below which two directions are one. The product of such edges is no axis of its
+ * own: its direction would be rounding, and the face normals stand in for it to 1e-6 of an edge's
+ * length. A normal is made by the faces with whose normals it has more than this in common. */
+#define PERP__PARALLEL 1e-6
+static inline int32_t perp__is_same_way(double cosine)
+{
+    return cosine >= 1.0 - PERP__PARALLEL * PERP__PARALLEL;
+}
 
 /* Angle between a direction and a face's normal, or two edges, below which faces or stretches of
  * edges meet rather than points. What rests on others tilts by less; its support then is a polygon

@@ -1,14 +1,12 @@
 /* The points in which two convex shapes touch along an axis: the face of one, and what lies over it
  * of the other's face, edge or corner opposite (Sutherland & Hodgman 1974); the point where two
  * edges cross; the closest points of rounded edges and corners. */
+#include "base/rounding.h"
 #include "world/collide/convex.h"
 
 #include <float.h>
 
 #include "linalg/spatial.h"
-
-/* What faces that touch may be apart by rounding, of the largest coordinate. */
-#define PLACED (256.0 * DBL_EPSILON)
 
 /* A face's corners, and one more for each line that cuts it. */
 enum { MAX_RIM = 2 * PERP__MAX_CORNERS };
@@ -284,9 +282,10 @@ int32_t perp__convex_points(const perp__convex_pair *pair, int32_t axis_number, 
     /* 1. the normal: of a face, of a product of edges, of the middle of several faces that touch,
      * or the line between the closest points */
     if (number == PERP__MIDDLE_AXIS && perp__convex_axes(pair, INFINITY, &axes) &&
-        perp__middle_of_faces(
-            &axes, PERP__ON_FACE * pair->size + PLACED * perp__largest3(pair->frame->position),
-            axis.normal, NULL)) {
+        perp__middle_of_faces(&axes,
+                              PERP__ON_FACE * pair->size +
+                                  PERP__SUM_ROUNDING * perp__largest3(pair->frame->position),
+                              axis.normal, NULL)) {
         separation = 0.0;
     } else if (of_face) {
         perp__convex_face(pair, side, face, &axis);

@@ -3,9 +3,6 @@
 
 #include "linalg/spatial.h"
 
-/* A normal is made by the faces with whose normals it has more than this in common. */
-#define SUPPORT 1e-6
-
 int32_t perp__holds(const perp__placed *shape, const double *point, double depth)
 {
     const perp__geometry *geometry = shape->geometry;
@@ -52,7 +49,7 @@ int32_t perp__probe_faces(const perp__placed *shape, const perp__footing *at, do
     /* 1. the faces within the rim of the point that make the normal */
     perp__polytope_of(geometry, at->planar, &room, &polytope);
     for (int32_t f = 0; f < polytope.faces && count < PERP__MAX_PROBES; f++)
-        if (perp__dot3(polytope.normal + 3 * f, out) > SUPPORT &&
+        if (perp__dot3(polytope.normal + 3 * f, out) > PERP__PARALLEL &&
             perp__dot3(polytope.normal + 3 * f, local) > polytope.offset[f] - at->rim)
             faces[count++] = f;
     if (count < at->least)

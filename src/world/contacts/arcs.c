@@ -10,9 +10,6 @@
 
 #include "linalg/spatial.h"
 
-/* Looks along an arc, each as far as it is open for sure, before it counts as closed. */
-#define MAX_LOOKS 64
-
 /* Whether the arc of a point comes to a half-space that does not turn, over which it is by
  *
  *   f(t) = gap + t n.v + n.(R(t w) - 1) r = gap + t a + b sin(t |w|) + c (1 - cos(t |w|)),
@@ -37,7 +34,7 @@ static int32_t meets_plane(const perp_world *world, const perp__world_contact *c
     perp__subtract3(way, v, beside);
     const double a = perp__dot3(n, way), b = perp__dot3(n, rate), c = perp__dot3(n, bend);
     const double most = angle * angle * sqrt(b * b + c * c);
-    for (int32_t look = 0; look < MAX_LOOKS; look++) {
+    for (int32_t look = 0; look < PERP__MAX_LOOKS; look++) {
         const double s = sin(t * angle), d = cos(t * angle);
         const double apart = contact->gap + t * a + b * s + c * (1.0 - d);
         const double slope = a + angle * (b * d + c * s);

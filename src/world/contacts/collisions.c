@@ -15,9 +15,6 @@
  */
 #define CRACK 1e-4
 
-/* Directions whose cosine lacks less than the square of this are one. */
-#define SUPPORT 1e-6
-
 /* Along a face's normal shapes overlap by less than this share of their thickness if it is the one
  * that they meet with: what a turn of a third of a radian in a step sinks corners by. A deeper face
  * would part shapes by all that they reach over each other, which may be half of their length. */
@@ -205,7 +202,7 @@ static int32_t points_of_faces(const encounter *e, perp__collision *collision, d
         best = -1;
         for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
             if (axes.axis[k].separation > -INFINITY && axes.axis[k].separation >= least &&
-                fabs(perp__dot3(axes.axis[k].normal, own)) < 1.0 - SUPPORT * SUPPORT &&
+                !perp__is_same_way(fabs(perp__dot3(axes.axis[k].normal, own))) &&
                 (best < 0 || axes.axis[k].separation > axes.axis[best].separation) &&
                 came_through(e, &a, &begun.axis[k], &axes.axis[k]))
                 best = k;
@@ -309,11 +306,11 @@ static int32_t presses_on(const encounter *e, perp__pair *pair, const perp__axes
     perp__apply_transposed3(own, e->a.start->rotation, normal);
     pair->collision.axis = PERP__MIDDLE_AXIS;
     int32_t found = perp__middle_of_faces(axes, e->near.touching, middle, NULL) &&
-                    fabs(perp__dot3(middle, own)) >= 1.0 - SUPPORT * SUPPORT;
+                    perp__is_same_way(fabs(perp__dot3(middle, own)));
     for (int32_t k = 0; k < axes->count && !found; k++) {
         pair->collision.axis = axes->axis[k].number;
         found = fabs(axes->axis[k].separation) <= far &&
-                fabs(perp__dot3(axes->axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT;
+                perp__is_same_way(fabs(perp__dot3(axes->axis[k].normal, own)));
     }
     pair->collision.time = 0.0;
     pair->collision.doubtful = 1;

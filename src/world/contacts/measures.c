@@ -6,14 +6,11 @@
 /* Beside its thickness, by how much shapes that touch may be apart. */
 #define RELATIVE_SLACK 1e-9
 
-/* A gap is a difference of coordinates: this many units of rounding of the largest of them. */
-#define GAP_ROUNDING (64.0 * PERP__EPSILON)
-
 static double rounding_of(const perp_world *world, int32_t shape)
 {
     const perp__shape *at = &world->shapes[shape];
 
-    return GAP_ROUNDING *
+    return PERP__SUM_ROUNDING *
            (perp__largest3(world->placed[shape].position) + at->radius + fabs(at->geometry.offset));
 }
 

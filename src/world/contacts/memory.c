@@ -9,9 +9,6 @@
 #include "base/arena.h"
 #include "linalg/spatial.h"
 
-/* Contacts between one that is asked of memory and that at hand. */
-#define AHEAD 16
-
 perp_status perp__reserve_memories(perp_world *world, int32_t count)
 {
     const perp__growing arrays[] = {PERP__GROWING(world->next_memories, world->memory_capacity, 1),
@@ -127,10 +124,10 @@ void perp__repeat_contact(const perp_world *world, const perp__pair *pair, int32
     const int32_t from = pair->first_last + k;
     perp__response *response = &set->responses[i];
 
-    if (i + AHEAD < set->capacity)
-        perp__fetch(&set->responses[i + AHEAD], sizeof *set->responses);
-    if (from + AHEAD < last->capacity)
-        perp__fetch(last->responses[from + AHEAD].next, sizeof last->responses->next);
+    if (i + PERP__FETCHED_AHEAD < set->capacity)
+        perp__fetch(&set->responses[i + PERP__FETCHED_AHEAD], sizeof *set->responses);
+    if (from + PERP__FETCHED_AHEAD < last->capacity)
+        perp__fetch(last->responses[from + PERP__FETCHED_AHEAD].next, sizeof last->responses->next);
     if (!set->stands || i != pair->first_before + k)
         set->contacts[i] = last->contacts[from];
     memset(response, 0, sizeof *response);

@@ -27,9 +27,6 @@ enum { NONE = -1 };
 #define AHEAD 4.0
 #define FARTHEST 2.0
 
-/* Extents grow by a few roundings, so that shapes that exactly touch are found. */
-#define ROUNDING (8.0 * PERP__EPSILON)
-
 static int32_t is_plane(const perp_world *world, int32_t shape)
 {
     return world->shapes[shape].geometry.kind == PERP__PLANE;
@@ -248,7 +245,7 @@ static int32_t reaches_plane(const perp_world *world, const perp__bounds *box, i
                        normal[k] * (box->high[k] - placed->position[k]));
         size += fmax(fabs(box->low[k]), fabs(box->high[k])) + fabs(placed->position[k]);
     }
-    return lowest <= placed->geometry->offset + ROUNDING * size;
+    return lowest <= placed->geometry->offset + PERP__ROUNDING_LIMIT * size;
 }
 
 static const perp__bounds *fat_box(const perp_world *world, int32_t shape)

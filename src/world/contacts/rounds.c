@@ -200,7 +200,7 @@ static perp_status look_for_new_motions(perp_world *world, double h)
             const double size = k < 3 ? world->bodies[body].radius : 1.0;
 
             covered = covered && ((moving[k] >= low && moving[k] <= high) ||
-                                  h * fabs(moving[k]) <= 0.5 * PERP__EPSILON * size);
+                                  h * fabs(moving[k]) <= 0.5 * DBL_EPSILON * size);
         }
         memcpy(motion->tried, moving, sizeof motion->tried);
         world->moved[body] = world->rounds;

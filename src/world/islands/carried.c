@@ -10,12 +10,6 @@
 #include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
 
-/* What the impulses of the last step may leave of each body's terms, and what rounding does. */
-#define BALANCED 1e-12
-
-/* Roundings of velocities that two bodies have of one turn. */
-#define TURNED (16.0 * PERP__EPSILON)
-
 /* ---- what carries an island ---- */
 
 static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32_t *any,
@@ -42,7 +36,7 @@ static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32
     perp__subtract3(arm, world->states[body].position, world->states[carrying->body].position);
     perp__cross(turned, other + 3, arm);
     for (int32_t k = 0; k < 3; k++) /* turning adds what rounds */
-        if (fabs(twist[k] - other[k] - turned[k]) > TURNED * perp__length3(turned))
+        if (fabs(twist[k] - other[k] - turned[k]) > PERP__ROUNDING_LIMIT * perp__length3(turned))
             return 0;
     return 1;
 }
@@ -297,7 +291,7 @@ static double last_unbalance(perp_world *world, const perp__island *island,
         perp__copy3(response->next, response->remembered);
         press(world, contact, response->next, sums);
     }
-    for (int32_t i = 0; i < island->bodies && left <= BALANCED; i++) {
+    for (int32_t i = 0; i < island->bodies && left <= PERP__BALANCED; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         if (all || !world->roles[body].repeats)
@@ -317,11 +311,11 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
         !perp__begins_standing(world, island, &carrying))
         return PERP_OK;
     left = last_unbalance(world, island, &carrying, swept, 0);
-    if (left <= 2.0 * BALANCED) /* their sums are in another order there */
+    if (left <= 2.0 * PERP__BALANCED) /* their sums are in another order there */
         left = last_unbalance(world, island, &carrying, swept, 1);
-    if (!(left <= BALANCED))
+    if (!(left <= PERP__BALANCED))
         status = perp__stand_as_decided(world, island, &carrying, swept, &left);
-    if (status != PERP_OK || !(left <= BALANCED))
+    if (status != PERP_OK || !(left <= PERP__BALANCED))
         return status;
     lie(world, island, &carrying);
     verdict->outcome = PERP_OUTCOME_SOLVED;

@@ -19,9 +19,6 @@
 #define QUICK 100
 #define FEW 64
 
-/* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
-#define SMALL 8
-
 double perp__exact_tol(const perp_world *world)
 {
     return world->settings.tol > 0.0 ? world->settings.tol : EXACT_TOL;
@@ -69,7 +66,7 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     problem->tol = SHARPER * problem->enough;
     problem->brief =
         thorough ? world->work.count > FEW && !perp__begins_standing(world, island, &carrying)
-                 : problem->contacts > SMALL;
+                 : problem->contacts > PERP__FEW_CONTACTS;
     if (!thorough && (limit == 0 || limit > QUICK))
         problem->max_iterations = QUICK;
     status = perp__rigid_solve(world->solver, answer, problem);

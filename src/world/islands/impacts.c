@@ -33,9 +33,6 @@
 /* The least share of restitution that is tried where impacts give energy. */
 #define LEAST_SHARE 0.25
 
-/* Beside what forces and motion make of it, a normal velocity that counts as none. */
-#define NO_APPROACH 1e-9
-
 /* Time until gap + t u + t^2 a / 2 is 0, going down; INFINITY if it is not reached. */
 static double time_to(double gap, double u, double a)
 {
@@ -98,7 +95,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 
         if (!(work->impulse[3 * i] > 0.0) ||
             !(speed > slow * perp__forced_speed(world, i, island->bodies, lies) +
-                          NO_APPROACH * normal_terms(world, i, work->now, island->bodies)))
+                          PERP__STILL * normal_terms(world, i, work->now, island->bodies)))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
@@ -160,7 +157,7 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
             continue;
         terms = normal_terms(world, i, work->now, island->bodies) +
                 normal_terms(world, i, work->gain, island->bodies);
-        if (way > tol * terms || fabs(work->came[i]) > fmax(NO_APPROACH, tol) * terms)
+        if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__STILL, tol) * terms)
             return 0;
     }
     return perp__limits_last(world);

@@ -8,7 +8,6 @@
 
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
  * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */
-#define FEW_IN_ISLANDS 128
 #define FEW 128
 #define RUNS 4
 
@@ -81,7 +80,7 @@ int32_t perp__shares_islands(const perp_world *world)
     const perp__island *last = world->islands + world->island_count - 1;
 
     return world->lane_count > 0 && world->island_count > 1 &&
-           last->first_body + last->first_contact >= FEW_IN_ISLANDS && !world->budget.limited &&
+           last->first_body + last->first_contact >= FEW && !world->budget.limited &&
            world->budget.iterations == INT64_MAX;
 }
 

@@ -11,8 +11,6 @@
 #include "world/islands/contact_rows.h"
 #include "world/joints/joints.h"
 
-#define MOST_ITERATIONS 60
-
 /* Products of a factorisation up to which it is asked whether an island stands: some .4 s, for a
  * heap in space of about 1500 bodies. */
 #define MOST_PRODUCTS 2e9
@@ -358,7 +356,7 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
                         const perp__carrying *carrying, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp__statics_aim aim = {PERP_STATICS_INTERIOR, MOST_ITERATIONS, 0.0, NULL};
+    perp__statics_aim aim = {PERP_STATICS_INTERIOR, PERP__STATICS_ITERATIONS, 0.0, NULL};
     perp__statics_answer answer = {.r = work->stand_r};
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;

@@ -13,9 +13,8 @@
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
 
-/* Bodies, and contacts of more of them, that are solved exactly at once. */
+/* Bodies that are solved exactly at once. */
 #define FEW_BODIES 2
-#define FEW 8
 
 /* Beside a contact's size: an overlap that is left as it is; and the overlap, in these, of what is
  * at rest that is not. */
@@ -90,7 +89,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
     return (settings->accuracy == PERP_ACCURACY_EXACT && !world->sketches &&
             !perp__is_time_over(world)) ||
            (settings->cone != 0 && !settings->planar) || island->contacts == 0 ||
-           ((island->bodies <= FEW_BODIES || is_few(world, island, FEW)) &&
+           ((island->bodies <= FEW_BODIES || is_few(world, island, PERP__FEW_CONTACTS)) &&
             !sweeps_few(world, island)) ||
            (island->joints == 0 && mass_ratio(world, island, 1) >= LARGE_RATIO);
 }
@@ -227,7 +226,7 @@ static int32_t goes_nowhere(const perp_world *world, const perp__island *island,
 
         perp__twist_of(world, work->moving + world->dof * i, twist);
         if (!(h * (perp__length3(twist) + radius * perp__length3(twist + 3)) <=
-              PERP__EPSILON * radius))
+              DBL_EPSILON * radius))
             return 0;
     }
     return 1;

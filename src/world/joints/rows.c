@@ -24,11 +24,6 @@
 
 #include "linalg/spatial.h"
 
-#define TURN 6.28318530717958647692
-
-/* Roundings of coordinates that an error of position may be made of. */
-#define ROUNDING (32.0 * PERP__EPSILON)
-
 /* Two bodies in place, or on their ways. */
 typedef struct pair_of_poses {
     const perp__path *path[2];
@@ -140,7 +135,8 @@ static double coordinate_row(const perp__joint *joint, const pair_of_poses *at, 
                                    perp__dot3(at->axes[0][1], at->axes[1][1]));
 
         spin_row(rows, at);
-        return before + remainder(angle - before, TURN); /* the angle nearest to where it was */
+        return before +
+               remainder(angle - before, 2.0 * PERP__PI); /* the angle nearest to where it was */
     }
     if (joint->kind == PERP_JOINT_PRISMATIC || joint->kind == PERP_JOINT_CYLINDRICAL)
         return slide_row(rows, at, 0, view);
@@ -218,8 +214,8 @@ void perp__view_joint(const perp_world *world, const perp__joint *joint, double 
     pair_of_poses at;
     int32_t i;
 
-    view->rounding = ROUNDING * (place_side(joint, 0, paths[0], &at, view) +
-                                 place_side(joint, 1, paths[1], &at, view));
+    view->rounding = PERP__SUM_ROUNDING * (place_side(joint, 0, paths[0], &at, view) +
+                                           place_side(joint, 1, paths[1], &at, view));
     view->size = perp__length3(view->arms[0]) + perp__length3(view->arms[1]);
     memcpy(view->mean, paths[1]->mean, sizeof view->mean);
     perp__subtract3(at.d, at.p[1], at.p[0]);

@@ -11,17 +11,13 @@
 #include "base/groups.h"
 #include "linalg/spatial.h"
 
-/* Beside the terms of a velocity, what rounding makes of one that is 0; and what counts as none. */
-#define ROUNDING (64.0 * DBL_EPSILON)
-#define STILL 1e-9
-
 /* Joints are out of place by less than this, as an angle. Rows that repeat others, as those of
  * hinges in a loop do, come near to them by that times the number of rows, over which it adds up.
  */
 #define PLACED 1e-6
 
 /* Places farther off than this may have no difference. */
-#define FAR 1e300
+#define FAR (DBL_MAX / 4.0)
 
 /* ---- rows ---- */
 
@@ -332,7 +328,7 @@ static double remaining_motion(const perp_world *world, const perp__island *isla
 
 void perp__stop_still(perp_world *world, const perp__island *island)
 {
-    if (remaining_motion(world, island) <= ROUNDING)
+    if (remaining_motion(world, island) <= PERP__SUM_ROUNDING)
         memset(world->work.v, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
@@ -349,7 +345,7 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
     if (island->joints == 0 || work->carriers > 0)
         return PERP_OK;
     left = remaining_motion(world, island);
-    if (left > ROUNDING && left <= STILL && work->inequalities == 0) {
+    if (left > PERP__SUM_ROUNDING && left <= PERP__STILL && work->inequalities == 0) {
         perp__rigid_answer refined = *answer;
         perp__rigid_problem rest = *problem;
 

@@ -33,9 +33,6 @@
  * an angle is too much to be unsure of when rounds end. */
 #define FAR 0.25
 
-/* Beside the terms of a rate, what counts as none. */
-#define STILL 1e-9
-
 /* At a time t after the interval at hand began. */
 static void pose_along(const perp_world *world, int32_t body, double t, perp__placement *pose)
 {
@@ -405,12 +402,12 @@ void perp__find_limits(perp_world *world, const perp__island *island, double ahe
                 terms += fabs(term);
             }
         }
-        rounding = turns ? 64.0 * DBL_EPSILON : view.rounding;
+        rounding = turns ? PERP__SUM_ROUNDING : view.rounding;
         for (int32_t which = 0; which < 2; which++) {
             const double gap = gap_of(perp__state_of(world, joint), &view, which);
 
             joint->gap[which] = gap > rounding ? gap : 0.0;
-            joint->came[which] = (which == 0 ? rate : -rate) < -STILL * terms;
+            joint->came[which] = (which == 0 ? rate : -rate) < -PERP__STILL * terms;
             joint->reached[which] =
                 gap <= rounding ||
                 (ahead > 0.0 && gap < fmax((which == 0 ? -2.0 : 2.0) * ahead * rate, 0.0) +

@@ -1,0 +1,18 @@
+/* Iterations that cost little, in lcp and contact: sweeps, products with M, exchanges. */
+#ifndef PERP_BASE_SWEEPS_H
+#define PERP_BASE_SWEEPS_H
+
+/* The default limit; and the least, where so many would touch more numbers than a method allows. */
+#define PERP__SWEEPS_MOST 10000
+#define PERP__SWEEPS_LEAST 200
+
+/* Stagnation: within a number of them that a method knows, the residual fell to no less than this.
+ */
+#define PERP__STAGNATION_FACTOR 0.99
+
+/* A residual this much above the best one seen is divergence. Where M is symmetric and positive
+ * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
+ * such a problem would stagnate all the same. */
+#define PERP__DIVERGENCE 1e6
+
+#endif
