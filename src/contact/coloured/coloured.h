@@ -34,9 +34,10 @@ typedef struct perp__lane_point {
     double bias[PERP__GROUP];            /* of the normal row, as it is swept */
     double inverse_normal[PERP__GROUP];  /* 1 / W_nn */
     double inverse_tangent[PERP__GROUP]; /* 1 / L */
+    double across[2][PERP__GROUP];       /* W_nt */
     double mu[PERP__GROUP];
     double shift[PERP__GROUP]; /* normal pushes of the pass over positions */
-    int32_t contact[PERP__GROUP];
+    int32_t contact[PERP__GROUP], pad[PERP__GROUP];
 } perp__lane_point;
 
 typedef struct perp__lane_group {
