@@ -225,25 +225,18 @@ static void push_start(job *at)
         judge_start(c, &c->part[k]);
 }
 
-/* The impulses of the passes so far, and what is asked to be measured of them. */
-static void read_answers(const perp__coloured *c)
+/* The impulses of the passes so far. */
+static void read_impulses(const perp__coloured *c, const perp__coloured_part *part)
 {
-    for (int32_t p = 0; p < c->parts; p++) {
-        const perp__coloured_part *part = &c->part[p];
-        const perp__rigid_problem *problem = part->problem;
-        double *r = part->answer->impulse;
+    const perp__rigid_problem *problem = part->problem;
+    double *r = part->answer->impulse;
 
-        if (part->ended)
-            continue;
-        for (int32_t k = part->first_contact; k < part->end_contact; k++)
-            for (int32_t i = 0; i < 3; i++, r++)
-                *r = c->point[c->place[k] / PERP__GROUP].r[i][c->place[k] % PERP__GROUP];
-        for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
-            for (int32_t i = 0; i < 3; i++, r++)
-                *r = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
-    }
-    if (c->part->step->measures)
-        perp__coloured_measure(c);
+    for (int32_t k = part->first_contact; k < part->end_contact; k++)
+        for (int32_t i = 0; i < 3; i++, r++)
+            *r = c->point[c->place[k] / PERP__GROUP].r[i][c->place[k] % PERP__GROUP];
+    for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < 3; i++, r++)
+            *r = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
 }
 
 /* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
@@ -268,37 +261,42 @@ static void keep_momentum(job *at)
     run_over_bodies(at, go_on);
 }
 
-/* Whether the passes end with this one, the last of a round: with the budget, or with a residual
- * that is good, and of which nothing sinks: what a step leaves is beside what drives, and where
- * that is a load far above the weights, more than is taken back of what is two guards deep. */
-static int32_t is_last(const perp__coloured_part *part, int32_t passes)
+/* Whether the budget ends the passes with this round, whatever they have come to. */
+static int32_t is_spent(const perp__coloured_part *part, int32_t passes)
 {
     const perp__rigid_problem *problem = part->problem;
     const perp__passes *step = part->step;
 
     return !step->measures || passes >= step->rounds * step->passes ||
-           (part->answer->tested <= problem->tol && part->sinks <= PERP__CLEARED_SHARE) ||
            (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
            (problem->deadline > 0.0 && perp__now() >= problem->deadline);
 }
 
 /* Ends the parts that are at their last pass, or all; returns how many go on. What ended stays in
- * `moved`. */
+ * `moved`. Others end with a residual that is good, and of which nothing sinks: what a step leaves
+ * is beside what drives, and where that is a load far above the weights, more than is taken back of
+ * what is two guards deep. */
 static int32_t end_parts(perp__coloured *c, int32_t passes, int32_t all)
 {
     int32_t left = 0;
 
+    for (int32_t k = 0; k < c->parts; k++)
+        c->part[k].ends = all || is_spent(&c->part[k], passes);
+    if (c->part->step->measures)
+        perp__coloured_measure(c);
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
         const size_t first = 8 * (size_t)part->first_body, end = 8 * (size_t)part->end_body;
 
         if (part->ended)
             continue;
-        part->ended = all || is_last(part, passes);
+        part->ended = part->ends || (part->answer->tested <= part->problem->tol &&
+                                     part->sinks <= PERP__CLEARED_SHARE);
         left += !part->ended;
         if (!part->ended)
             continue;
         part->answer->iterations = passes;
+        read_impulses(c, part);
         memcpy(c->moved + first, c->y + first, (end - first) * sizeof *c->y);
     }
     for (int32_t g = 0; g < c->groups && left > 0; g++) {
@@ -335,7 +333,6 @@ static void run_passes(job *at)
             lack = perp__joint_block_solve(&c->joints, c->part->momentum, c->y);
             ends = c->points == 0 && !(lack > 0.0 && lack < 0.5 * before);
         }
-        read_answers(c);
     } while (end_parts(c, passes, ends) > 0);
     memcpy(c->y, c->moved, 8 * (size_t)c->bodies * sizeof *c->y);
 }
@@ -414,6 +411,8 @@ perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, 
     c->parts = count;
     for (int32_t k = 0; k < count; k++) {
         parts[k].ended = 0;
+        parts[k].worst = -1;
+        parts[k].drive = INFINITY;
         parts[k].theta = 1.0;
         parts[k].momentum = 0.0;
     }

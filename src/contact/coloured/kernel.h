@@ -245,14 +245,20 @@ TARGET static void NAME(invert)(perp__lane_point *p)
     }
 }
 
-/* sqrt(a^2 + b^2), whose squares may be beyond the range of doubles. */
+/* sqrt(a^2 + b^2); where squares may be beyond the range of doubles, by way of shares. */
 TARGET static inline lanes NAME(length)(lanes a, lanes b)
 {
     const lanes zero = spread(0.0), most = larger(absolute(a), absolute(b));
     const lanes size = pick(less(zero, most), most, spread(1.0));
-    const lanes x = divide(a, size), y = divide(b, size);
+    const truth plain = both(less(spread(1e-140), size), less(size, spread(1e140)));
+    lanes length = root(plus_fused(multiply(a, a), b, b));
 
-    return multiply(size, root(plus_fused(multiply(x, x), y, y)));
+    if (!all_of(plain)) {
+        const lanes x = divide(a, size), y = divide(b, size);
+
+        length = pick(plain, length, multiply(size, root(plus_fused(multiply(x, x), y, y))));
+    }
+    return length;
 }
 
 /* The natural residual of Coulomb's law, |r - P(r - d)| with d = (u_n + mu |u_t|, u_t) / t and the
@@ -267,11 +273,11 @@ TARGET static inline lanes NAME(natural)(lanes mu, lanes t, const lanes *r, cons
     const lanes two = spread(2.0), zero = spread(0.0), sum = add(x, friction);
     const truth opens = at_most(multiply(mu, x), subtract(zero, x_n));
     const truth sticks = at_most(x, multiply(mu, x_n));
-    lanes over = add(subtract(friction, multiply(mu, r[0])), multiply(mu, d_n)), share, slides;
+    lanes over = multiply(d_s, minus_product(d_s, two, r[1])), share, slides;
 
     /* 1. What takes r - d back to the cone where it slips. */
-    over = add(over, divide(multiply(d_s, minus_product(d_s, two, r[1])), sum));
-    over = add(over, divide(multiply(d_t, minus_product(d_t, two, r[2])), sum));
+    over = divide(plus_fused(over, d_t, minus_product(d_t, two, r[2])), sum);
+    over = add(add(subtract(friction, multiply(mu, r[0])), multiply(mu, d_n)), over);
     over = divide(over, plus_fused(spread(1.0), mu, mu));
     share = divide(over, x);
     slides = NAME(length)(plus_fused(d_s, share, x_s), plus_fused(d_t, share, x_t));

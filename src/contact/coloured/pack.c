@@ -4,10 +4,7 @@
 #include "contact/coloured/coloured.h"
 
 /* Of a colour: by points, then by those that press. */
-enum {
-    RANKS = PERP__PAIR_POINTS * (PERP__PAIR_POINTS + 1),
-    KEYS = PERP__COLOURS * RANKS
-};
+enum { RANKS = PERP__PAIR_POINTS * (PERP__PAIR_POINTS + 1), KEYS = PERP__COLOURS * RANKS };
 
 /* Points, of eight contacts each, from which on a problem is large; and how many are worth a
  * piece of their own. */
@@ -81,8 +78,7 @@ static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
         for (int32_t side = 0; side < 2 && ~taken != 0; side++)
             if (body[side] >= 0)
                 c->colours[body[side]] |= UINT64_C(1) << found;
-        c->pair_key[i] =
-            ~taken == 0 ? KEYS : RANKS * found + rank(c, i);
+        c->pair_key[i] = ~taken == 0 ? KEYS : RANKS * found + rank(c, i);
         starts[c->pair_key[i] + 1]++;
     }
     for (int32_t i = 0; i <= KEYS; i++)
