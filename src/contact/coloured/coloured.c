@@ -147,7 +147,8 @@ PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 
 /* ---- passes ---- */
 
-/* y := C^-1 v of the free velocities. */
+/* y := C^-1 v of the free velocities; no zero has a sign, which it would lose or keep as others do
+ * beside it. */
 static void start_bodies(int32_t i, void *data)
 {
     const job *at = data;
@@ -169,6 +170,8 @@ static void start_bodies(int32_t i, void *data)
         for (int32_t k = 0; k < block; k++)
             y[k] /= C[7 * k];
         perp__solve_small(C + (width + 1) * block, 3, width, y + block, 1);
+        for (int32_t k = 0; k < width; k++)
+            y[k] += 0.0;
         memcpy(c->y + 8 * body, y, 8 * sizeof *y);
     }
 }

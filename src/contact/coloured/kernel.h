@@ -141,8 +141,8 @@ TARGET PERP__KERNEL static inline void NAME(visit)(perp__lane_point *p, int32_t 
     if (any_of(outside)) {
         const lanes slips = divide(most, root(length));
 
-        s = pick(outside, multiply(s, slips), s);
-        t = pick(outside, multiply(t, slips), t);
+        s = pick(outside, plus_fused(zero, s, slips), s); /* 0 without a sign */
+        t = pick(outside, plus_fused(zero, t, slips), t);
     }
     store(p->r[1] + at, s);
     NAME(push)(P + 12, width, subtract(s, s0), A, B);
