@@ -112,37 +112,55 @@ static void run_pass(job *at, int32_t what, double *y)
 
 /* ---- momentum ---- */
 
-/* How much of the pass led back, of a piece of the bodies. */
+/* How much of the way from `before`, where the pass began, to y led back from where the last one
+ * went; and y, moved on. `numbers` of each body's eight are used. */
+PERP__KERNEL static double weigh_numbers(const perp__coloured *c, size_t i, size_t end,
+                                         size_t numbers)
+{
+    double back[8] = {0.0};
+
+    for (; i < end; i += 8)
+        for (size_t l = 0; l < numbers; l++)
+            back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
+    return ((back[0] + back[4]) + (back[2] + back[6])) +
+           ((back[1] + back[5]) + (back[3] + back[7]));
+}
+
+PERP__KERNEL static void move_numbers(const perp__coloured *c, size_t i, size_t end, double beta,
+                                      size_t numbers)
+{
+    for (; i < end; i += 8) {
+        for (size_t l = 0; l < numbers; l++) {
+            const double now = c->y[i + l];
+
+            c->before[i + l] = c->y[i + l] = now + beta * (now - c->moved[i + l]);
+            c->moved[i + l] = now;
+        }
+        c->before[i + numbers - 1] = c->y[i + numbers - 1] = beta;
+    }
+}
+
 PERP__MULTIVERSION(weigh_way, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
-    const size_t end = 8 * (size_t)end_body(c, piece);
-    double back[8] = {0.0};
+    const size_t first = 8 * (size_t)first_body(c, piece), end = 8 * (size_t)end_body(c, piece);
 
-    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8)
-        for (size_t l = 0; l < 8; l++) /* before: where the pass began; moved: where the last */
-            back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
     c->back[piece] =
-        ((back[0] + back[4]) + (back[2] + back[6])) + ((back[1] + back[5]) + (back[3] + back[7]));
+        c->width == 3 ? weigh_numbers(c, first, end, 4) : weigh_numbers(c, first, end, 8);
 }
 
 PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
-    const size_t end = 8 * (size_t)end_body(c, piece);
-    const size_t first = 8 * (size_t)first_body(c, piece);
-    const double beta = part_of(c, piece)->momentum;
+    const size_t first = 8 * (size_t)first_body(c, piece), end = 8 * (size_t)end_body(c, piece);
+    const perp__coloured_part *part = part_of(c, piece);
 
-    if (part_of(c, piece)->ended)
+    if (part->ended)
         return;
-    for (size_t i = first; i < end; i++) {
-        const double now = c->y[i];
-
-        c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
-        c->moved[i] = now;
-    }
-    for (size_t i = first + 7; i < end; i += 8)
-        c->before[i] = c->y[i] = beta;
+    if (c->width == 3)
+        move_numbers(c, first, end, part->momentum, 4);
+    else
+        move_numbers(c, first, end, part->momentum, 8);
 }
 
 /* ---- passes ---- */

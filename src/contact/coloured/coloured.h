@@ -22,6 +22,9 @@
 #include "contact/coloured/joint_block.h"
 #include "contact/contact.h"
 
+/* Which of the 8 numbers of a body is its part's momentum: the plane has all in the first four. */
+#define PERP__MOMENTUM(width) ((width) > 3 ? 7 : 3)
+
 enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };
 
 /* A contact of each of the eight pairs. Where a pair has none all is 0 and `contact` is -1. */
@@ -69,7 +72,7 @@ typedef struct perp__coloured {
     perp__lane_point *point;
     int32_t *piece_first; /* in `group` */
     perp__joint_block joints;
-    double *y, *free, *before, *moved; /* rows by 8; y[7]: the momentum of its part */
+    double *y, *free, *before, *moved; /* rows by 8; y[PERP__MOMENTUM]: that of its part */
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
     uint64_t *colours;                 /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts of its part */

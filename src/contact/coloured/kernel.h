@@ -2,7 +2,7 @@
  * all sums is that of eight lanes whatever the width of the vectors, so that every set of
  * instructions gives the same bits. */
 
-/* LANES bodies, 8 numbers each, into 8 vectors of one number each; and back. */
+/* LANES bodies, 8 numbers each, into 8 vectors of one number each, and back; or four of each. */
 #if LANES == 8
 TARGET static inline void NAME(transpose)(lanes *x)
 {
@@ -12,63 +12,91 @@ TARGET static inline void NAME(transpose)(lanes *x)
         t[i] = _mm512_unpacklo_pd(x[i], x[i + 1]);
         t[i + 1] = _mm512_unpackhi_pd(x[i], x[i + 1]);
     }
-    for (int32_t i = 0; i < 8; i += 4) {
-        u[i] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0x88);
-        u[i + 1] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0x88);
-        u[i + 2] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0xdd);
-        u[i + 3] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0xdd);
+    for (int32_t i = 0; i < 4; i++) {
+        const int32_t k = i / 2 * 4 + i % 2;
+
+        u[k] = _mm512_shuffle_f64x2(t[k], t[k + 2], 0x88);
+        u[k + 2] = _mm512_shuffle_f64x2(t[k], t[k + 2], 0xdd);
     }
     for (int32_t i = 0; i < 4; i++) {
         x[i] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0x88);
         x[i + 4] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0xdd);
     }
 }
-#elif LANES == 4
-TARGET static inline void NAME(transpose4)(lanes *x, int32_t stride)
+
+TARGET static inline void NAME(transpose4)(lanes *x)
 {
-    const lanes a = x[0], b = x[stride], c = x[2 * stride], d = x[3 * stride];
-    const lanes ab = _mm256_unpacklo_pd(a, b), AB = _mm256_unpackhi_pd(a, b);
-    const lanes cd = _mm256_unpacklo_pd(c, d), CD = _mm256_unpackhi_pd(c, d);
+    const lanes ab = _mm512_unpacklo_pd(x[0], x[1]), AB = _mm512_unpackhi_pd(x[0], x[1]);
+    const lanes cd = _mm512_unpacklo_pd(x[2], x[3]), CD = _mm512_unpackhi_pd(x[2], x[3]);
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+    const __m512i high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+
+    x[0] = _mm512_permutex2var_pd(ab, low, cd);
+    x[1] = _mm512_permutex2var_pd(AB, low, CD);
+    x[2] = _mm512_permutex2var_pd(ab, high, cd);
+    x[3] = _mm512_permutex2var_pd(AB, high, CD);
+}
+#elif LANES == 4
+TARGET static inline void NAME(transpose4)(lanes *x)
+{
+    const lanes ab = _mm256_unpacklo_pd(x[0], x[1]), AB = _mm256_unpackhi_pd(x[0], x[1]);
+    const lanes cd = _mm256_unpacklo_pd(x[2], x[3]), CD = _mm256_unpackhi_pd(x[2], x[3]);
 
     x[0] = _mm256_permute2f128_pd(ab, cd, 0x20);
-    x[stride] = _mm256_permute2f128_pd(AB, CD, 0x20);
-    x[2 * stride] = _mm256_permute2f128_pd(ab, cd, 0x31);
-    x[3 * stride] = _mm256_permute2f128_pd(AB, CD, 0x31);
+    x[1] = _mm256_permute2f128_pd(AB, CD, 0x20);
+    x[2] = _mm256_permute2f128_pd(ab, cd, 0x31);
+    x[3] = _mm256_permute2f128_pd(AB, CD, 0x31);
 }
 #endif
 
-TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, const double *y)
+/* The numbers of bodies by lanes: the plane has all in the first four. */
+TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, int32_t width,
+                                     const double *y)
 {
 #if LANES == 8
-    for (int32_t l = 0; l < 8; l++)
+    for (int32_t l = 0; l < 8 && width > 3; l++)
         x[l] = load(y + 8 * (size_t)bodies[l]);
-    NAME(transpose)(x);
+    for (int32_t l = 0; l < 4 && width == 3; l++)
+        x[l] =
+            _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(y + 8 * (size_t)bodies[l])),
+                               _mm256_loadu_pd(y + 8 * (size_t)bodies[4 + l]), 1);
+    if (width > 3)
+        NAME(transpose)(x);
+    else
+        NAME(transpose4)(x);
 #elif LANES == 4
-    for (int32_t l = 0; l < 4; l++) {
-        x[l] = load(y + 8 * (size_t)bodies[l]);
-        x[4 + l] = load(y + 8 * (size_t)bodies[l] + 4);
+    for (int32_t half = 0; half < (width > 3 ? 8 : 4); half += 4) {
+        for (int32_t l = 0; l < 4; l++)
+            x[half + l] = load(y + 8 * (size_t)bodies[l] + half);
+        NAME(transpose4)(x + half);
     }
-    NAME(transpose4)(x, 1);
-    NAME(transpose4)(x + 4, 1);
 #else
+    (void)width;
     memcpy(x, y + 8 * (size_t)bodies[0], 8 * sizeof *x);
 #endif
 }
 
-TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, double *y)
+TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, int32_t width, double *y)
 {
 #if LANES == 8
-    NAME(transpose)(x);
-    for (int32_t l = 0; l < 8; l++)
+    if (width > 3)
+        NAME(transpose)(x);
+    else
+        NAME(transpose4)(x);
+    for (int32_t l = 0; l < 8 && width > 3; l++)
         store(y + 8 * (size_t)bodies[l], x[l]);
+    for (int32_t l = 0; l < 4 && width == 3; l++) {
+        _mm256_storeu_pd(y + 8 * (size_t)bodies[l], _mm512_castpd512_pd256(x[l]));
+        _mm256_storeu_pd(y + 8 * (size_t)bodies[4 + l], _mm512_extractf64x4_pd(x[l], 1));
+    }
 #elif LANES == 4
-    NAME(transpose4)(x, 1);
-    NAME(transpose4)(x + 4, 1);
-    for (int32_t l = 0; l < 4; l++) {
-        store(y + 8 * (size_t)bodies[l], x[l]);
-        store(y + 8 * (size_t)bodies[l] + 4, x[4 + l]);
+    for (int32_t half = 0; half < (width > 3 ? 8 : 4); half += 4) {
+        NAME(transpose4)(x + half);
+        for (int32_t l = 0; l < 4; l++)
+            store(y + 8 * (size_t)bodies[l] + half, x[half + l]);
     }
 #else
+    (void)width;
     memcpy(y + 8 * (size_t)bodies[0], x, 8 * sizeof *x);
 #endif
 }
@@ -153,22 +181,25 @@ TARGET PERP__KERNEL static inline void NAME(visit)(perp__lane_point *p, int32_t 
 }
 
 /* Their impulses alone. */
-TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
+TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t width, int32_t at,
+                                             lanes *A, lanes *B)
 {
-    for (int32_t i = 0; i < 3; i++)
-        NAME(push)((const double(*)[PERP__GROUP]) & p->P[12 * i][at], 6, load(p->r[i] + at), A, B);
+    for (int32_t i = 0; i < (width > 3 ? 3 : 2); i++)
+        NAME(push)
+    ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], width, load(p->r[i] + at), A, B);
 }
 
 /* The normal row alone, from a push of its own, towards u_n >= -bias. */
-TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
+TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t width, int32_t at,
+                                             lanes *A, lanes *B)
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes old = load(p->shift + at);
-    const lanes u = NAME(along)(P, 6, load(p->bias + at), A, B);
+    const lanes u = NAME(along)(P, width, load(p->bias + at), A, B);
     const lanes n = larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
 
     store(p->shift + at, n);
-    NAME(push)(P, 6, subtract(n, old), A, B);
+    NAME(push)(P, width, subtract(n, old), A, B);
 }
 
 /* One of the three for each contact, with y; `width` is known where this is compiled. */
@@ -183,21 +214,21 @@ TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t w
         for (int32_t at = 0; at < group->pairs; at += LANES) {
             lanes A[8], B[8], momentum;
 
-            NAME(take)(A, group->a + at, y);
-            NAME(take)(B, group->b + at, y);
-            momentum = larger(A[7], B[7]);
+            NAME(take)(A, group->a + at, width, y);
+            NAME(take)(B, group->b + at, width, y);
+            momentum = larger(A[PERP__MOMENTUM(width)], B[PERP__MOMENTUM(width)]);
             for (int32_t k = 0; k < group->points; k++) {
                 perp__lane_point *p = &c->point[group->first + k];
 
                 if (what == PERP__COLOURED_SWEEP)
                     NAME(visit)(p, width, at, momentum, A, B);
                 else if (what == PERP__COLOURED_ADD)
-                    NAME(add_impulses)(p, at, A, B);
+                    NAME(add_impulses)(p, width, at, A, B);
                 else
-                    NAME(visit_normal)(p, at, A, B);
+                    NAME(visit_normal)(p, width, at, A, B);
             }
-            NAME(put)(A, group->a + at, y);
-            NAME(put)(B, group->b + at, y);
+            NAME(put)(A, group->a + at, width, y);
+            NAME(put)(B, group->b + at, width, y);
         }
     }
 }
@@ -292,8 +323,10 @@ TARGET static inline lanes NAME(natural)(lanes mu, lanes t, const lanes *r, cons
 /* What the passes have come to: see perp__lane_measure. A gap that nothing closes is no velocity,
  * however short the step: it drives nothing. Nor does a slip drive more than friction can do about
  * it: that is mu times what presses, however fast it is. */
-TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group *group,
-                                 const perp__lane_point *p, double share, perp__lane_measure *found)
+TARGET PERP__KERNEL static void NAME(measure_of_width)(const perp__coloured *c, int32_t width,
+                                                       const perp__lane_group *group,
+                                                       const perp__lane_point *p, double share,
+                                                       perp__lane_measure *found)
 {
     const lanes zero = spread(0.0);
 
@@ -301,10 +334,10 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
         lanes A[8], B[8], a[8], b[8], u[3], r[3], speed[3], sizes[3], trace = zero, drive = zero;
         lanes most, mode, natural, size;
 
-        NAME(take)(A, group->a + at, c->y);
-        NAME(take)(B, group->b + at, c->y);
-        NAME(take)(a, group->a + at, c->free);
-        NAME(take)(b, group->b + at, c->free);
+        NAME(take)(A, group->a + at, width, c->y);
+        NAME(take)(B, group->b + at, width, c->y);
+        NAME(take)(a, group->a + at, width, c->free);
+        NAME(take)(b, group->b + at, width, c->free);
         for (int32_t i = 0; i < 3; i++) {
             const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[12 * i][at];
             const lanes w = load((i == 0 ? p->bias : p->w[i]) + at);
@@ -314,10 +347,12 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
             u[i] = w;
             sizes[i] = absolute(w);
             r[i] = load(p->r[i] + at);
-            for (int32_t k = 0; k < 12; k++) {
-                const lanes row = load(P[k]), term = multiply(row, k < 6 ? a[k] : b[k - 6]);
+            for (int32_t k = 0; k < 2 * width && (i < 2 || width > 3); k++) {
+                const int32_t j = k < width ? k : k - width;
+                const lanes row = load(P[k < width ? j : 6 + j]);
+                const lanes term = multiply(row, k < width ? a[j] : b[j]);
 
-                u[i] = plus_fused(u[i], row, k < 6 ? A[k] : B[k - 6]);
+                u[i] = plus_fused(u[i], row, k < width ? A[j] : B[j]);
                 q = add(q, term);
                 sizes[i] = add(sizes[i], absolute(term));
                 trace = plus_fused(trace, row, row);
@@ -338,4 +373,13 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
         store(found->drive + at, pick(less(zero, trace), divide(drive, size), zero));
         store(found->natural + at, pick(less(zero, trace), multiply(size, natural), zero));
     }
+}
+
+TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group *group,
+                                 const perp__lane_point *p, double share, perp__lane_measure *found)
+{
+    if (c->width == 3)
+        NAME(measure_of_width)(c, 3, group, p, share, found);
+    else
+        NAME(measure_of_width)(c, 6, group, p, share, found);
 }
