@@ -166,9 +166,14 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
                 for (int32_t k = 0; k < width; k++)
                     p->w[i][lane] += J[k] * problem->free[width * body + k];
             } else if (width == 6) {
+                const double x = J[3], y = J[4], z = J[5];
+                const double turned[3] = {x * C[21] + y * C[27] + z * C[33],
+                                          x * C[22] + y * C[28] + z * C[34],
+                                          x * C[23] + y * C[29] + z * C[35]};
+
                 for (int32_t j = 0; j < 3; j++) {
                     P[j][0] = J[j] * C[0];
-                    P[3 + j][0] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
+                    P[3 + j][0] = turned[j];
                 }
             } else {
                 for (int32_t j = 0; j < 3; j++)
