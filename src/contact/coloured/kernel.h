@@ -2,29 +2,19 @@
  * all sums is that of eight lanes whatever the width of the vectors, so that every set of
  * instructions gives the same bits. */
 
-/* LANES bodies, 8 numbers each, into 8 vectors of one number each, and back; or four of each. */
+/* Four numbers of LANES bodies into four vectors of one number each, and back; halves of eight. */
 #if LANES == 8
-TARGET static inline void NAME(transpose)(lanes *x)
+TARGET static inline void NAME(halve)(lanes *x)
 {
-    lanes t[8], u[8];
+    for (int32_t l = 0; l < 4; l++) {
+        const lanes low = _mm512_shuffle_f64x2(x[l], x[4 + l], 0x44);
 
-    for (int32_t i = 0; i < 8; i += 2) {
-        t[i] = _mm512_unpacklo_pd(x[i], x[i + 1]);
-        t[i + 1] = _mm512_unpackhi_pd(x[i], x[i + 1]);
-    }
-    for (int32_t i = 0; i < 4; i++) {
-        const int32_t k = i / 2 * 4 + i % 2;
-
-        u[k] = _mm512_shuffle_f64x2(t[k], t[k + 2], 0x88);
-        u[k + 2] = _mm512_shuffle_f64x2(t[k], t[k + 2], 0xdd);
-    }
-    for (int32_t i = 0; i < 4; i++) {
-        x[i] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0x88);
-        x[i + 4] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0xdd);
+        x[4 + l] = _mm512_shuffle_f64x2(x[l], x[4 + l], 0xee);
+        x[l] = low;
     }
 }
 
-TARGET static inline void NAME(transpose4)(lanes *x)
+TARGET static inline void NAME(transpose)(lanes *x)
 {
     const lanes ab = _mm512_unpacklo_pd(x[0], x[1]), AB = _mm512_unpackhi_pd(x[0], x[1]);
     const lanes cd = _mm512_unpacklo_pd(x[2], x[3]), CD = _mm512_unpackhi_pd(x[2], x[3]);
@@ -37,7 +27,7 @@ TARGET static inline void NAME(transpose4)(lanes *x)
     x[3] = _mm512_permutex2var_pd(AB, high, CD);
 }
 #elif LANES == 4
-TARGET static inline void NAME(transpose4)(lanes *x)
+TARGET static inline void NAME(transpose)(lanes *x)
 {
     const lanes ab = _mm256_unpacklo_pd(x[0], x[1]), AB = _mm256_unpackhi_pd(x[0], x[1]);
     const lanes cd = _mm256_unpacklo_pd(x[2], x[3]), CD = _mm256_unpackhi_pd(x[2], x[3]);
@@ -60,44 +50,44 @@ TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, int32_t wi
         x[l] =
             _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(y + 8 * (size_t)bodies[l])),
                                _mm256_loadu_pd(y + 8 * (size_t)bodies[4 + l]), 1);
-    if (width > 3)
-        NAME(transpose)(x);
-    else
-        NAME(transpose4)(x);
-#elif LANES == 4
-    for (int32_t half = 0; half < (width > 3 ? 8 : 4); half += 4) {
-        for (int32_t l = 0; l < 4; l++)
-            x[half + l] = load(y + 8 * (size_t)bodies[l] + half);
-        NAME(transpose4)(x + half);
+    if (width > 3) {
+        NAME(halve)(x);
+        NAME(transpose)(x + 4);
     }
+    NAME(transpose)(x);
 #else
-    (void)width;
-    memcpy(x, y + 8 * (size_t)bodies[0], 8 * sizeof *x);
+    for (int32_t at = 0; at < (width > 3 ? 8 : 4); at += LANES) {
+        for (int32_t l = 0; l < LANES; l++)
+            x[at + l] = load(y + 8 * (size_t)bodies[l] + at);
+#if LANES == 4
+        NAME(transpose)(x + at);
+#endif
+    }
 #endif
 }
 
 TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, int32_t width, double *y)
 {
 #if LANES == 8
-    if (width > 3)
-        NAME(transpose)(x);
-    else
-        NAME(transpose4)(x);
+    NAME(transpose)(x);
+    if (width > 3) {
+        NAME(transpose)(x + 4);
+        NAME(halve)(x);
+    }
     for (int32_t l = 0; l < 8 && width > 3; l++)
         store(y + 8 * (size_t)bodies[l], x[l]);
     for (int32_t l = 0; l < 4 && width == 3; l++) {
         _mm256_storeu_pd(y + 8 * (size_t)bodies[l], _mm512_castpd512_pd256(x[l]));
         _mm256_storeu_pd(y + 8 * (size_t)bodies[4 + l], _mm512_extractf64x4_pd(x[l], 1));
     }
-#elif LANES == 4
-    for (int32_t half = 0; half < (width > 3 ? 8 : 4); half += 4) {
-        NAME(transpose4)(x + half);
-        for (int32_t l = 0; l < 4; l++)
-            store(y + 8 * (size_t)bodies[l] + half, x[half + l]);
-    }
 #else
-    (void)width;
-    memcpy(y + 8 * (size_t)bodies[0], x, 8 * sizeof *x);
+    for (int32_t at = 0; at < (width > 3 ? 8 : 4); at += LANES) {
+#if LANES == 4
+        NAME(transpose)(x + at);
+#endif
+        for (int32_t l = 0; l < LANES; l++)
+            store(y + 8 * (size_t)bodies[l] + at, x[at + l]);
+    }
 #endif
 }
 
