@@ -84,7 +84,7 @@ static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
 void perp__coloured_measure(const perp__coloured *c)
 {
     const double share = fmin(1.0, PERP__ROUNDING_LIMIT / c->part->problem->tol);
-    int32_t open = 0, all = 0;
+    int32_t open = 0;
 
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
@@ -92,10 +92,9 @@ void perp__coloured_measure(const perp__coloured *c)
         part->drove = part->drive;
         part->bound = part->ends ? INFINITY : part->problem->tol * part->drive;
         part->drive = part->residual = part->sinks = 0.0;
-        all += !part->ended;
+        open += !part->ended;
     }
     /* 1. What was worst last tells most that the passes go on, which is all that is asked then. */
-    open = all;
     for (int32_t k = 0; k < c->parts && open > 0; k++)
         if (!c->part[k].ended && c->part[k].worst >= 0)
             open -= measure_group(c, c->part[k].worst, share);
@@ -108,7 +107,7 @@ void perp__coloured_measure(const perp__coloured *c)
 
         if (part->ended)
             continue;
-        if (all > 0 && open == 0)
+        if (part->residual > part->bound)
             part->drive = part->drove;
         measure_joints(c, part, share);
         answer->tested = part->residual == 0.0 ? 0.0 : part->residual / part->drive;
