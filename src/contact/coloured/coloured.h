@@ -40,7 +40,7 @@ typedef struct perp__lane_point {
     double across[2][PERP__GROUP];       /* W_nt */
     double mu[PERP__GROUP];
     double shift[PERP__GROUP]; /* normal pushes of the pass over positions */
-    int32_t contact[PERP__GROUP], pad[PERP__GROUP];
+    int32_t contact[PERP__GROUP], unused[PERP__GROUP]; /* whole cache lines, as rows are read */
 } perp__lane_point;
 
 typedef struct perp__lane_group {
