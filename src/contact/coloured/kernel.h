@@ -127,8 +127,8 @@ TARGET static inline lanes NAME(go_on)(perp__lane_point *p, int32_t i, int32_t a
 /* One contact of each pair: the normal, then the tangents, of which the plane has one. The fixed
  * point is Coulomb's law. What the normal's change does to the tangents is known (`across`), so
  * that all three velocities are read at once. Where none presses nothing changes. */
-TARGET PERP__KERNEL static inline void NAME(visit)(perp__lane_point *p, int32_t width, int32_t at,
-                                                   lanes momentum, lanes *A, lanes *B)
+TARGET PERP__KERNEL static void NAME(visit)(perp__lane_point *p, int32_t width, int32_t at,
+                                            lanes momentum, lanes *A, lanes *B)
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes zero = spread(0.0), step = load(p->inverse_tangent + at);
