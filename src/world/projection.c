@@ -83,10 +83,11 @@ static double deepest(perp_world *world)
 static double reach_of(const perp_world *world, const perp__world_contact *contact)
 {
     const double deep = perp__deep_overlap(contact);
-    const perp__moving a = perp__moving_shape(world, contact->shape_a, world->step_length);
-    const perp__moving b = perp__moving_shape(world, contact->shape_b, world->step_length);
+    perp__moving a, b;
     const int32_t put = world->roles[contact->body_a].put || world->roles[contact->body_b].put;
 
+    perp__moving_shape(world, contact->shape_a, world->step_length, &a);
+    perp__moving_shape(world, contact->shape_b, world->step_length, &b);
     return fmax(fmax(deep, perp__cleared(-contact->gap, 0.5 * deep)),
                 put ? 0.0 : perp__relative_displacement(&a, &b));
 }

@@ -320,6 +320,7 @@ static void test_warm(void **state)
 static void test_rounds(void **state)
 {
     static const double half[3] = {0.5, 0.5, 0.5};
+    int32_t ended;
     double left;
     fixture f;
 
@@ -341,7 +342,15 @@ static void test_rounds(void **state)
     f.step.rounds = 100;
     run(&f);
     assert_true(f.answer.tested <= f.problem.tol);
-    assert_true(f.answer.iterations % 4 == 0 && f.answer.iterations < 400);
+    ended = (int32_t)f.answer.iterations;
+    assert_true(ended % 4 == 0 && ended > 8 && ended < 400);
+    f.step.rounds = 1; /* none of as many passes that are measured as a whole was good before */
+    for (f.step.passes = 4; f.step.passes <= ended; f.step.passes += 4) {
+        run(&f);
+        assert_true((f.answer.tested <= f.problem.tol) == (f.step.passes == ended));
+    }
+    f.step.passes = 4;
+    f.step.rounds = 100;
     f.problem.max_iterations = 6;
     run(&f);
     assert_int_equal(f.answer.iterations, 8);

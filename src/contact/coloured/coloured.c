@@ -112,42 +112,61 @@ static void run_pass(job *at, int32_t what, double *y)
 
 /* ---- momentum ---- */
 
-/* How much of the pass led back, of a piece of the bodies. */
+/* How much of the way from `before`, where the pass began, to y led back from where the last one
+ * went; and y, moved on. `numbers` of each body's eight are used. */
+PERP__KERNEL static double weigh_numbers(const perp__coloured *c, size_t i, size_t end,
+                                         size_t numbers)
+{
+    double back[8] = {0.0};
+
+    for (; i < end; i += 8)
+        for (size_t l = 0; l < numbers; l++)
+            back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
+    return ((back[0] + back[4]) + (back[2] + back[6])) +
+           ((back[1] + back[5]) + (back[3] + back[7]));
+}
+
+PERP__KERNEL static void move_numbers(const perp__coloured *c, size_t i, size_t end, double beta,
+                                      size_t numbers)
+{
+    for (; i < end; i += 8) {
+        for (size_t l = 0; l < numbers; l++) {
+            const double now = c->y[i + l];
+
+            c->before[i + l] = c->y[i + l] = now + beta * (now - c->moved[i + l]);
+            c->moved[i + l] = now;
+        }
+        c->before[i + numbers - 1] = c->y[i + numbers - 1] = beta;
+    }
+}
+
 PERP__MULTIVERSION(weigh_way, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
-    const size_t end = 8 * (size_t)end_body(c, piece);
-    double back[8] = {0.0};
+    const size_t first = 8 * (size_t)first_body(c, piece), end = 8 * (size_t)end_body(c, piece);
 
-    for (size_t i = 8 * (size_t)first_body(c, piece); i < end; i += 8)
-        for (size_t l = 0; l < 8; l++) /* before: where the pass began; moved: where the last */
-            back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
     c->back[piece] =
-        ((back[0] + back[4]) + (back[2] + back[6])) + ((back[1] + back[5]) + (back[3] + back[7]));
+        c->width == 3 ? weigh_numbers(c, first, end, 4) : weigh_numbers(c, first, end, 8);
 }
 
 PERP__MULTIVERSION(go_on, (int32_t piece, void *data), (piece, data))
 {
     const perp__coloured *c = ((const job *)data)->c;
-    const size_t end = 8 * (size_t)end_body(c, piece);
-    const size_t first = 8 * (size_t)first_body(c, piece);
-    const double beta = part_of(c, piece)->momentum;
+    const size_t first = 8 * (size_t)first_body(c, piece), end = 8 * (size_t)end_body(c, piece);
+    const perp__coloured_part *part = part_of(c, piece);
 
-    if (part_of(c, piece)->ended)
+    if (part->ended)
         return;
-    for (size_t i = first; i < end; i++) {
-        const double now = c->y[i];
-
-        c->before[i] = c->y[i] = now + beta * (now - c->moved[i]);
-        c->moved[i] = now;
-    }
-    for (size_t i = first + 7; i < end; i += 8)
-        c->before[i] = c->y[i] = beta;
+    if (c->width == 3)
+        move_numbers(c, first, end, part->momentum, 4);
+    else
+        move_numbers(c, first, end, part->momentum, 8);
 }
 
 /* ---- passes ---- */
 
-/* y := C^-1 v of the free velocities. */
+/* y := C^-1 v of the free velocities; no zero has a sign, which it would lose or keep as others do
+ * beside it. */
 static void start_bodies(int32_t i, void *data)
 {
     const job *at = data;
@@ -169,6 +188,8 @@ static void start_bodies(int32_t i, void *data)
         for (int32_t k = 0; k < block; k++)
             y[k] /= C[7 * k];
         perp__solve_small(C + (width + 1) * block, 3, width, y + block, 1);
+        for (int32_t k = 0; k < width; k++)
+            y[k] += 0.0;
         memcpy(c->y + 8 * body, y, 8 * sizeof *y);
     }
 }
@@ -225,25 +246,18 @@ static void push_start(job *at)
         judge_start(c, &c->part[k]);
 }
 
-/* The impulses of the passes so far, and what is asked to be measured of them. */
-static void read_answers(const perp__coloured *c)
+/* The impulses of the passes so far. */
+static void read_impulses(const perp__coloured *c, const perp__coloured_part *part)
 {
-    for (int32_t p = 0; p < c->parts; p++) {
-        const perp__coloured_part *part = &c->part[p];
-        const perp__rigid_problem *problem = part->problem;
-        double *r = part->answer->impulse;
+    const perp__rigid_problem *problem = part->problem;
+    double *r = part->answer->impulse;
 
-        if (part->ended)
-            continue;
-        for (int32_t k = part->first_contact; k < part->end_contact; k++)
-            for (int32_t i = 0; i < 3; i++, r++)
-                *r = c->point[c->place[k] / PERP__GROUP].r[i][c->place[k] % PERP__GROUP];
-        for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
-            for (int32_t i = 0; i < 3; i++, r++)
-                *r = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
-    }
-    if (c->part->step->measures)
-        perp__coloured_measure(c);
+    for (int32_t k = part->first_contact; k < part->end_contact; k++)
+        for (int32_t i = 0; i < 3; i++, r++)
+            *r = c->point[c->place[k] / PERP__GROUP].r[i][c->place[k] % PERP__GROUP];
+    for (int32_t k = problem->contacts, n = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < 3; i++, r++)
+            *r = i < problem->rows[k].dim ? c->joints.r[n++] : 0.0;
 }
 
 /* y goes on in the direction that it took, as r will when it is swept next; or both stay where that
@@ -268,37 +282,42 @@ static void keep_momentum(job *at)
     run_over_bodies(at, go_on);
 }
 
-/* Whether the passes end with this one, the last of a round: with the budget, or with a residual
- * that is good, and of which nothing sinks: what a step leaves is beside what drives, and where
- * that is a load far above the weights, more than is taken back of what is two guards deep. */
-static int32_t is_last(const perp__coloured_part *part, int32_t passes)
+/* Whether the budget ends the passes with this round, whatever they have come to. */
+static int32_t is_spent(const perp__coloured_part *part, int32_t passes)
 {
     const perp__rigid_problem *problem = part->problem;
     const perp__passes *step = part->step;
 
     return !step->measures || passes >= step->rounds * step->passes ||
-           (part->answer->tested <= problem->tol && part->sinks <= PERP__CLEARED_SHARE) ||
            (problem->max_iterations > 0 && passes >= problem->max_iterations) ||
            (problem->deadline > 0.0 && perp__now() >= problem->deadline);
 }
 
 /* Ends the parts that are at their last pass, or all; returns how many go on. What ended stays in
- * `moved`. */
+ * `moved`. Others end with a residual that is good, and of which nothing sinks: what a step leaves
+ * is beside what drives, and where that is a load far above the weights, more than is taken back of
+ * what is two guards deep. */
 static int32_t end_parts(perp__coloured *c, int32_t passes, int32_t all)
 {
     int32_t left = 0;
 
+    for (int32_t k = 0; k < c->parts; k++)
+        c->part[k].ends = all || is_spent(&c->part[k], passes);
+    if (c->part->step->measures)
+        perp__coloured_measure(c);
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
         const size_t first = 8 * (size_t)part->first_body, end = 8 * (size_t)part->end_body;
 
         if (part->ended)
             continue;
-        part->ended = all || is_last(part, passes);
+        part->ended = part->ends || (part->answer->tested <= part->problem->tol &&
+                                     part->sinks <= PERP__CLEARED_SHARE);
         left += !part->ended;
         if (!part->ended)
             continue;
         part->answer->iterations = passes;
+        read_impulses(c, part);
         memcpy(c->moved + first, c->y + first, (end - first) * sizeof *c->y);
     }
     for (int32_t g = 0; g < c->groups && left > 0; g++) {
@@ -335,7 +354,6 @@ static void run_passes(job *at)
             lack = perp__joint_block_solve(&c->joints, c->part->momentum, c->y);
             ends = c->points == 0 && !(lack > 0.0 && lack < 0.5 * before);
         }
-        read_answers(c);
     } while (end_parts(c, passes, ends) > 0);
     memcpy(c->y, c->moved, 8 * (size_t)c->bodies * sizeof *c->y);
 }
@@ -414,6 +432,8 @@ perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, 
     c->parts = count;
     for (int32_t k = 0; k < count; k++) {
         parts[k].ended = 0;
+        parts[k].worst = -1;
+        parts[k].drive = INFINITY;
         parts[k].theta = 1.0;
         parts[k].momentum = 0.0;
     }

@@ -22,6 +22,9 @@
 #include "contact/coloured/joint_block.h"
 #include "contact/contact.h"
 
+/* Which of the 8 numbers of a body is its part's momentum: the plane has all in the first four. */
+#define PERP__MOMENTUM(width) ((width) > 3 ? 7 : 3)
+
 enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64, PERP__COLOURED_PIECES = 64 };
 
 /* A contact of each of the eight pairs. Where a pair has none all is 0 and `contact` is -1. */
@@ -34,9 +37,10 @@ typedef struct perp__lane_point {
     double bias[PERP__GROUP];            /* of the normal row, as it is swept */
     double inverse_normal[PERP__GROUP];  /* 1 / W_nn */
     double inverse_tangent[PERP__GROUP]; /* 1 / L */
+    double across[2][PERP__GROUP];       /* W_nt */
     double mu[PERP__GROUP];
     double shift[PERP__GROUP]; /* normal pushes of the pass over positions */
-    int32_t contact[PERP__GROUP];
+    int32_t contact[PERP__GROUP], unused[PERP__GROUP]; /* whole cache lines, as rows are read */
 } perp__lane_point;
 
 typedef struct perp__lane_group {
@@ -68,7 +72,7 @@ typedef struct perp__coloured {
     perp__lane_point *point;
     int32_t *piece_first; /* in `group` */
     perp__joint_block joints;
-    double *y, *free, *before, *moved; /* rows by 8; y[7]: the momentum of its part */
+    double *y, *free, *before, *moved; /* rows by 8; y[PERP__MOMENTUM]: that of its part */
     double *back;                      /* of pieces of the bodies: how much of a pass led back */
     uint64_t *colours;                 /* bodies: those of their pairs */
     int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts of its part */
@@ -113,13 +117,16 @@ typedef struct perp__coloured_part {
     const perp__rigid_problem *problem;
     const perp__passes *step;
     int32_t first_body, end_body, first_contact, end_contact; /* these are the passes' own */
-    int32_t ended;
+    int32_t ends, ended;    /* with this round, whatever it came to; with one */
+    int32_t worst;          /* the group that was, when it was measured; -1: it was not */
+    double bound, drove;    /* a residual from which on it goes on; and what drove it before */
     double theta, momentum; /* the share of its last way by which r goes on before it is swept */
     double drive, residual, sinks; /* how far a contact sinks in the step, in guards, at most */
 } perp__coloured_part;
 perp_status perp__coloured_parts(perp__coloured *c, perp__coloured_part *parts, int32_t count);
 
-/* What the passes have come to in the parts that go on, before overlap is taken out: measure.c. */
+/* What the passes have come to in the parts that go on, before overlap is taken out: measure.c. Of
+ * those that do so in any case, beside what drove them in the round before, no more than that. */
 void perp__coloured_measure(const perp__coloured *c);
 
 /* What a pass does with each contact: its impulses change; its push apart does; y += P'r alone. */

@@ -2,82 +2,100 @@
  * all sums is that of eight lanes whatever the width of the vectors, so that every set of
  * instructions gives the same bits. */
 
-/* LANES bodies, 8 numbers each, into 8 vectors of one number each; and back. */
+/* Four numbers of LANES bodies into four vectors of one number each, and back; halves of eight. */
 #if LANES == 8
+TARGET static inline void NAME(halve)(lanes *x)
+{
+    for (int32_t l = 0; l < 4; l++) {
+        const lanes low = _mm512_shuffle_f64x2(x[l], x[4 + l], 0x44);
+
+        x[4 + l] = _mm512_shuffle_f64x2(x[l], x[4 + l], 0xee);
+        x[l] = low;
+    }
+}
+
 TARGET static inline void NAME(transpose)(lanes *x)
 {
-    lanes t[8], u[8];
+    const lanes ab = _mm512_unpacklo_pd(x[0], x[1]), AB = _mm512_unpackhi_pd(x[0], x[1]);
+    const lanes cd = _mm512_unpacklo_pd(x[2], x[3]), CD = _mm512_unpackhi_pd(x[2], x[3]);
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+    const __m512i high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
 
-    for (int32_t i = 0; i < 8; i += 2) {
-        t[i] = _mm512_unpacklo_pd(x[i], x[i + 1]);
-        t[i + 1] = _mm512_unpackhi_pd(x[i], x[i + 1]);
-    }
-    for (int32_t i = 0; i < 8; i += 4) {
-        u[i] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0x88);
-        u[i + 1] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0x88);
-        u[i + 2] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0xdd);
-        u[i + 3] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0xdd);
-    }
-    for (int32_t i = 0; i < 4; i++) {
-        x[i] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0x88);
-        x[i + 4] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0xdd);
-    }
+    x[0] = _mm512_permutex2var_pd(ab, low, cd);
+    x[1] = _mm512_permutex2var_pd(AB, low, CD);
+    x[2] = _mm512_permutex2var_pd(ab, high, cd);
+    x[3] = _mm512_permutex2var_pd(AB, high, CD);
 }
 #elif LANES == 4
-TARGET static inline void NAME(transpose4)(lanes *x, int32_t stride)
+TARGET static inline void NAME(transpose)(lanes *x)
 {
-    const lanes a = x[0], b = x[stride], c = x[2 * stride], d = x[3 * stride];
-    const lanes ab = _mm256_unpacklo_pd(a, b), AB = _mm256_unpackhi_pd(a, b);
-    const lanes cd = _mm256_unpacklo_pd(c, d), CD = _mm256_unpackhi_pd(c, d);
+    const lanes ab = _mm256_unpacklo_pd(x[0], x[1]), AB = _mm256_unpackhi_pd(x[0], x[1]);
+    const lanes cd = _mm256_unpacklo_pd(x[2], x[3]), CD = _mm256_unpackhi_pd(x[2], x[3]);
 
     x[0] = _mm256_permute2f128_pd(ab, cd, 0x20);
-    x[stride] = _mm256_permute2f128_pd(AB, CD, 0x20);
-    x[2 * stride] = _mm256_permute2f128_pd(ab, cd, 0x31);
-    x[3 * stride] = _mm256_permute2f128_pd(AB, CD, 0x31);
+    x[1] = _mm256_permute2f128_pd(AB, CD, 0x20);
+    x[2] = _mm256_permute2f128_pd(ab, cd, 0x31);
+    x[3] = _mm256_permute2f128_pd(AB, CD, 0x31);
 }
 #endif
 
-TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, const double *y)
+/* The numbers of bodies by lanes: the plane has all in the first four. */
+TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, int32_t width,
+                                     const double *y)
 {
 #if LANES == 8
-    for (int32_t l = 0; l < 8; l++)
+    for (int32_t l = 0; l < 8 && width > 3; l++)
         x[l] = load(y + 8 * (size_t)bodies[l]);
-    NAME(transpose)(x);
-#elif LANES == 4
-    for (int32_t l = 0; l < 4; l++) {
-        x[l] = load(y + 8 * (size_t)bodies[l]);
-        x[4 + l] = load(y + 8 * (size_t)bodies[l] + 4);
+    for (int32_t l = 0; l < 4 && width == 3; l++)
+        x[l] =
+            _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(y + 8 * (size_t)bodies[l])),
+                               _mm256_loadu_pd(y + 8 * (size_t)bodies[4 + l]), 1);
+    if (width > 3) {
+        NAME(halve)(x);
+        NAME(transpose)(x + 4);
     }
-    NAME(transpose4)(x, 1);
-    NAME(transpose4)(x + 4, 1);
+    NAME(transpose)(x);
 #else
-    memcpy(x, y + 8 * (size_t)bodies[0], 8 * sizeof *x);
+    for (int32_t at = 0; at < (width > 3 ? 8 : 4); at += LANES) {
+        for (int32_t l = 0; l < LANES; l++)
+            x[at + l] = load(y + 8 * (size_t)bodies[l] + at);
+#if LANES == 4
+        NAME(transpose)(x + at);
+#endif
+    }
 #endif
 }
 
-TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, double *y)
+TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, int32_t width, double *y)
 {
 #if LANES == 8
     NAME(transpose)(x);
-    for (int32_t l = 0; l < 8; l++)
+    if (width > 3) {
+        NAME(transpose)(x + 4);
+        NAME(halve)(x);
+    }
+    for (int32_t l = 0; l < 8 && width > 3; l++)
         store(y + 8 * (size_t)bodies[l], x[l]);
-#elif LANES == 4
-    NAME(transpose4)(x, 1);
-    NAME(transpose4)(x + 4, 1);
-    for (int32_t l = 0; l < 4; l++) {
-        store(y + 8 * (size_t)bodies[l], x[l]);
-        store(y + 8 * (size_t)bodies[l] + 4, x[4 + l]);
+    for (int32_t l = 0; l < 4 && width == 3; l++) {
+        _mm256_storeu_pd(y + 8 * (size_t)bodies[l], _mm512_castpd512_pd256(x[l]));
+        _mm256_storeu_pd(y + 8 * (size_t)bodies[4 + l], _mm512_extractf64x4_pd(x[l], 1));
     }
 #else
-    memcpy(y + 8 * (size_t)bodies[0], x, 8 * sizeof *x);
+    for (int32_t at = 0; at < (width > 3 ? 8 : 4); at += LANES) {
+#if LANES == 4
+        NAME(transpose)(x + at);
+#endif
+        for (int32_t l = 0; l < LANES; l++)
+            store(y + 8 * (size_t)bodies[l] + at, x[at + l]);
+    }
 #endif
 }
 
-/* P_i y of the pairs, whose bodies have `width` coordinates. */
-TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], int32_t width,
+/* P_i y + w of the pairs, whose bodies have `width` coordinates. */
+TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], int32_t width, lanes w,
                                        const lanes *A, const lanes *B)
 {
-    lanes a = multiply(load(P[0]), A[0]), b = multiply(load(P[6]), B[0]);
+    lanes a = plus_fused(w, load(P[0]), A[0]), b = multiply(load(P[6]), B[0]);
 
     for (int32_t i = 1; i < width; i++) {
         a = plus_fused(a, load(P[i]), A[i]);
@@ -107,7 +125,8 @@ TARGET static inline lanes NAME(go_on)(perp__lane_point *p, int32_t i, int32_t a
 }
 
 /* One contact of each pair: the normal, then the tangents, of which the plane has one. The fixed
- * point is Coulomb's law. */
+ * point is Coulomb's law. What the normal's change does to the tangents is known (`across`), so
+ * that all three velocities are read at once. Where none presses nothing changes. */
 TARGET PERP__KERNEL static void NAME(visit)(perp__lane_point *p, int32_t width, int32_t at,
                                             lanes momentum, lanes *A, lanes *B)
 {
@@ -115,23 +134,33 @@ TARGET PERP__KERNEL static void NAME(visit)(perp__lane_point *p, int32_t width, 
     const lanes zero = spread(0.0), step = load(p->inverse_tangent + at);
     const lanes n0 = NAME(go_on)(p, 0, at, momentum), s0 = NAME(go_on)(p, 1, at, momentum);
     const lanes t0 = width > 3 ? NAME(go_on)(p, 2, at, momentum) : zero;
-    lanes u, n, s, t = zero, most, length;
+    lanes u[3], n, s, t = zero, most, length, change;
+    truth outside;
 
-    u = add(NAME(along)(P, width, A, B), load(p->bias + at));
-    n = larger(minus_fused(n0, u, load(p->inverse_normal + at)), zero);
-    NAME(push)(P, width, subtract(n, n0), A, B);
+    u[0] = NAME(along)(P, width, load(p->bias + at), A, B);
+    n = larger(minus_fused(n0, u[0], load(p->inverse_normal + at)), zero);
     store(p->r[0] + at, n);
-    s = minus_fused(s0, add(NAME(along)(P + 12, width, A, B), load(p->w[1] + at)), step);
+    length = add(add(n, absolute(n0)), add(absolute(s0), absolute(t0)));
+    if (!any_of(less(zero, length))) {
+        store(p->r[1] + at, zero);
+        store(p->r[2] + at, zero);
+        return;
+    }
+    u[1] = NAME(along)(P + 12, width, load(p->w[1] + at), A, B);
+    u[2] = width > 3 ? NAME(along)(P + 24, width, load(p->w[2] + at), A, B) : zero;
+    change = subtract(n, n0);
+    NAME(push)(P, width, change, A, B);
+    s = minus_fused(s0, plus_fused(u[1], load(p->across[0] + at), change), step);
     if (width > 3)
-        t = minus_fused(t0, add(NAME(along)(P + 24, width, A, B), load(p->w[2] + at)), step);
+        t = minus_fused(t0, plus_fused(u[2], load(p->across[1] + at), change), step);
     most = multiply(load(p->mu + at), n);
     length = plus_fused(multiply(s, s), t, t);
-    if (any_of(less(multiply(most, most), length))) {
+    outside = less(multiply(most, most), length);
+    if (any_of(outside)) {
         const lanes slips = divide(most, root(length));
-        const truth outside = less(multiply(most, most), length);
 
-        s = pick(outside, multiply(s, slips), s);
-        t = pick(outside, multiply(t, slips), t);
+        s = pick(outside, plus_fused(zero, s, slips), s); /* 0 without a sign */
+        t = pick(outside, plus_fused(zero, t, slips), t);
     }
     store(p->r[1] + at, s);
     NAME(push)(P + 12, width, subtract(s, s0), A, B);
@@ -142,22 +171,25 @@ TARGET PERP__KERNEL static void NAME(visit)(perp__lane_point *p, int32_t width, 
 }
 
 /* Their impulses alone. */
-TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
+TARGET static inline void NAME(add_impulses)(perp__lane_point *p, int32_t width, int32_t at,
+                                             lanes *A, lanes *B)
 {
-    for (int32_t i = 0; i < 3; i++)
-        NAME(push)((const double(*)[PERP__GROUP]) & p->P[12 * i][at], 6, load(p->r[i] + at), A, B);
+    for (int32_t i = 0; i < (width > 3 ? 3 : 2); i++)
+        NAME(push)
+    ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], width, load(p->r[i] + at), A, B);
 }
 
 /* The normal row alone, from a push of its own, towards u_n >= -bias. */
-TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
+TARGET static inline void NAME(visit_normal)(perp__lane_point *p, int32_t width, int32_t at,
+                                             lanes *A, lanes *B)
 {
     const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
     const lanes old = load(p->shift + at);
-    const lanes u = add(NAME(along)(P, 6, A, B), load(p->bias + at));
+    const lanes u = NAME(along)(P, width, load(p->bias + at), A, B);
     const lanes n = larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
 
     store(p->shift + at, n);
-    NAME(push)(P, 6, subtract(n, old), A, B);
+    NAME(push)(P, width, subtract(n, old), A, B);
 }
 
 /* One of the three for each contact, with y; `width` is known where this is compiled. */
@@ -172,21 +204,21 @@ TARGET PERP__KERNEL static void NAME(pass_of_width)(perp__coloured *c, int32_t w
         for (int32_t at = 0; at < group->pairs; at += LANES) {
             lanes A[8], B[8], momentum;
 
-            NAME(take)(A, group->a + at, y);
-            NAME(take)(B, group->b + at, y);
-            momentum = larger(A[7], B[7]);
+            NAME(take)(A, group->a + at, width, y);
+            NAME(take)(B, group->b + at, width, y);
+            momentum = larger(A[PERP__MOMENTUM(width)], B[PERP__MOMENTUM(width)]);
             for (int32_t k = 0; k < group->points; k++) {
                 perp__lane_point *p = &c->point[group->first + k];
 
                 if (what == PERP__COLOURED_SWEEP)
                     NAME(visit)(p, width, at, momentum, A, B);
                 else if (what == PERP__COLOURED_ADD)
-                    NAME(add_impulses)(p, at, A, B);
+                    NAME(add_impulses)(p, width, at, A, B);
                 else
-                    NAME(visit_normal)(p, at, A, B);
+                    NAME(visit_normal)(p, width, at, A, B);
             }
-            NAME(put)(A, group->a + at, y);
-            NAME(put)(B, group->b + at, y);
+            NAME(put)(A, group->a + at, width, y);
+            NAME(put)(B, group->b + at, width, y);
         }
     }
 }
@@ -217,7 +249,7 @@ TARGET static inline lanes NAME(inverse)(lanes x)
     return pick(both(less(zero, x), less(inverse, spread(INFINITY))), inverse, zero);
 }
 
-/* W_nn, and the larger eigenvalue of W_tt. */
+/* W_nn, W_nt, and the larger eigenvalue of W_tt. */
 TARGET static void NAME(invert)(perp__lane_point *p)
 {
     for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
@@ -227,19 +259,27 @@ TARGET static void NAME(invert)(perp__lane_point *p)
         const lanes most = add(
             add(a, b), root(add(multiply(apart, apart), multiply(multiply(spread(4.0), d), d))));
 
+        store(p->across[0] + at, NAME(dot)(P, P + 12));
+        store(p->across[1] + at, NAME(dot)(P, P + 24));
         store(p->inverse_normal + at, NAME(inverse)(NAME(dot)(P, P)));
         store(p->inverse_tangent + at, NAME(inverse)(multiply(spread(0.5), most)));
     }
 }
 
-/* sqrt(a^2 + b^2), whose squares may be beyond the range of doubles. */
+/* sqrt(a^2 + b^2); where squares may be beyond the range of doubles, by way of shares. */
 TARGET static inline lanes NAME(length)(lanes a, lanes b)
 {
     const lanes zero = spread(0.0), most = larger(absolute(a), absolute(b));
     const lanes size = pick(less(zero, most), most, spread(1.0));
-    const lanes x = divide(a, size), y = divide(b, size);
+    const truth plain = both(less(spread(1e-140), size), less(size, spread(1e140)));
+    lanes length = root(plus_fused(multiply(a, a), b, b));
 
-    return multiply(size, root(plus_fused(multiply(x, x), y, y)));
+    if (!all_of(plain)) {
+        const lanes x = divide(a, size), y = divide(b, size);
+
+        length = pick(plain, length, multiply(size, root(plus_fused(multiply(x, x), y, y))));
+    }
+    return length;
 }
 
 /* The natural residual of Coulomb's law, |r - P(r - d)| with d = (u_n + mu |u_t|, u_t) / t and the
@@ -254,11 +294,11 @@ TARGET static inline lanes NAME(natural)(lanes mu, lanes t, const lanes *r, cons
     const lanes two = spread(2.0), zero = spread(0.0), sum = add(x, friction);
     const truth opens = at_most(multiply(mu, x), subtract(zero, x_n));
     const truth sticks = at_most(x, multiply(mu, x_n));
-    lanes over = add(subtract(friction, multiply(mu, r[0])), multiply(mu, d_n)), share, slides;
+    lanes over = multiply(d_s, minus_product(d_s, two, r[1])), share, slides;
 
     /* 1. What takes r - d back to the cone where it slips. */
-    over = add(over, divide(multiply(d_s, minus_product(d_s, two, r[1])), sum));
-    over = add(over, divide(multiply(d_t, minus_product(d_t, two, r[2])), sum));
+    over = divide(plus_fused(over, d_t, minus_product(d_t, two, r[2])), sum);
+    over = add(add(subtract(friction, multiply(mu, r[0])), multiply(mu, d_n)), over);
     over = divide(over, plus_fused(spread(1.0), mu, mu));
     share = divide(over, x);
     slides = NAME(length)(plus_fused(d_s, share, x_s), plus_fused(d_t, share, x_t));
@@ -273,8 +313,10 @@ TARGET static inline lanes NAME(natural)(lanes mu, lanes t, const lanes *r, cons
 /* What the passes have come to: see perp__lane_measure. A gap that nothing closes is no velocity,
  * however short the step: it drives nothing. Nor does a slip drive more than friction can do about
  * it: that is mu times what presses, however fast it is. */
-TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group *group,
-                                 const perp__lane_point *p, double share, perp__lane_measure *found)
+TARGET PERP__KERNEL static void NAME(measure_of_width)(const perp__coloured *c, int32_t width,
+                                                       const perp__lane_group *group,
+                                                       const perp__lane_point *p, double share,
+                                                       perp__lane_measure *found)
 {
     const lanes zero = spread(0.0);
 
@@ -282,10 +324,10 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
         lanes A[8], B[8], a[8], b[8], u[3], r[3], speed[3], sizes[3], trace = zero, drive = zero;
         lanes most, mode, natural, size;
 
-        NAME(take)(A, group->a + at, c->y);
-        NAME(take)(B, group->b + at, c->y);
-        NAME(take)(a, group->a + at, c->free);
-        NAME(take)(b, group->b + at, c->free);
+        NAME(take)(A, group->a + at, width, c->y);
+        NAME(take)(B, group->b + at, width, c->y);
+        NAME(take)(a, group->a + at, width, c->free);
+        NAME(take)(b, group->b + at, width, c->free);
         for (int32_t i = 0; i < 3; i++) {
             const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[12 * i][at];
             const lanes w = load((i == 0 ? p->bias : p->w[i]) + at);
@@ -295,10 +337,12 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
             u[i] = w;
             sizes[i] = absolute(w);
             r[i] = load(p->r[i] + at);
-            for (int32_t k = 0; k < 12; k++) {
-                const lanes row = load(P[k]), term = multiply(row, k < 6 ? a[k] : b[k - 6]);
+            for (int32_t k = 0; k < 2 * width && (i < 2 || width > 3); k++) {
+                const int32_t j = k < width ? k : k - width;
+                const lanes row = load(P[k < width ? j : 6 + j]);
+                const lanes term = multiply(row, k < width ? a[j] : b[j]);
 
-                u[i] = plus_fused(u[i], row, k < 6 ? A[k] : B[k - 6]);
+                u[i] = plus_fused(u[i], row, k < width ? A[j] : B[j]);
                 q = add(q, term);
                 sizes[i] = add(sizes[i], absolute(term));
                 trace = plus_fused(trace, row, row);
@@ -319,4 +363,13 @@ TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group
         store(found->drive + at, pick(less(zero, trace), divide(drive, size), zero));
         store(found->natural + at, pick(less(zero, trace), multiply(size, natural), zero));
     }
+}
+
+TARGET static void NAME(measure)(const perp__coloured *c, const perp__lane_group *group,
+                                 const perp__lane_point *p, double share, perp__lane_measure *found)
+{
+    if (c->width == 3)
+        NAME(measure_of_width)(c, 3, group, p, share, found);
+    else
+        NAME(measure_of_width)(c, 6, group, p, share, found);
 }

@@ -7,14 +7,14 @@
 #include "contact/coloured/coloured.h"
 
 /* A row between two bounds: its distance from the impulse that its velocity asks for. */
-static void measure_bounded(const perp__rigid_rows *rows, const double *r, double *u, double t,
-                            double *natural, int32_t *mode)
+static void measure_bounded(const perp__lane_point *p, int32_t l, perp__lane_measure *found)
 {
-    const double most = rows->mu * r[0], aim = fmin(fmax(r[1] - u[1] / t, -most), most);
+    const double t = found->trace[l], most = p->mu[l] * p->r[0][l], r = p->r[1][l];
+    const double aim = fmin(fmax(r - found->u[1][l] / t, -most), most);
 
-    *mode = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
-    *natural = t > 0.0 ? sqrt(t) * fabs(r[1] - aim) : 0.0;
-    u[0] = 0.0;
+    found->mode[l] = fabs(aim) < most ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP;
+    found->natural[l] = t > 0.0 ? sqrt(t) * fabs(r - aim) : 0.0;
+    found->u[0][l] = 0.0;
 }
 
 /* The joints' equations: their velocities, which are rounding, and what they bear. */
@@ -46,47 +46,71 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
     perp__raise_to(&part->residual, answer->joints);
 }
 
+/* The contacts of a group. Returns of how many parts one is the first that is over the bound. */
+static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
+{
+    const perp__lane_group *group = &c->group[g];
+    int32_t over = 0;
+
+    for (int32_t i = 0; i < group->points && !group->rests; i++) {
+        const perp__lane_point *p = &c->point[group->first + i];
+        perp__lane_measure found;
+
+        c->kernels->measure(c, group, p, share, &found);
+        for (int32_t l = 0; l < group->pairs; l++) {
+            perp__coloured_part *part = &c->part[c->pair_part[group->pair[l]]];
+            const int32_t k = p->contact[l];
+
+            if (k < 0 || part->ended)
+                continue;
+            if (part->problem->rows[k].bounded)
+                measure_bounded(p, l, &found);
+            for (int32_t row = 0; row < 3; row++)
+                part->answer->velocity[3 * k + row] = found.u[row][l];
+            part->answer->modes[k] = (int32_t)found.mode[l];
+            if (p->guard[l] > 0.0)
+                perp__raise_to(&part->sinks, part->step->h * -found.u[0][l] / p->guard[l]);
+            perp__raise_to(&part->drive, found.drive[l]);
+            if (found.natural[l] <= part->residual)
+                continue;
+            over += part->residual <= part->bound && found.natural[l] > part->bound;
+            part->worst = g;
+            perp__raise_to(&part->residual, found.natural[l]);
+        }
+    }
+    return over;
+}
+
 void perp__coloured_measure(const perp__coloured *c)
 {
     const double share = fmin(1.0, PERP__ROUNDING_LIMIT / c->part->problem->tol);
+    int32_t open = 0;
 
-    for (int32_t k = 0; k < c->parts; k++)
-        c->part[k].drive = c->part[k].residual = c->part[k].sinks = 0.0;
-    for (int32_t g = 0; g < c->groups; g++)
-        for (int32_t i = 0; i < c->group[g].points && !c->group[g].rests; i++) {
-            const perp__lane_point *p = &c->point[c->group[g].first + i];
-            perp__lane_measure found;
+    for (int32_t k = 0; k < c->parts; k++) {
+        perp__coloured_part *part = &c->part[k];
 
-            c->kernels->measure(c, &c->group[g], p, share, &found);
-            for (int32_t l = 0; l < c->group[g].pairs; l++) {
-                perp__coloured_part *part = &c->part[c->pair_part[c->group[g].pair[l]]];
-                const perp__rigid_problem *problem = part->problem;
-                perp__rigid_answer *answer = part->answer;
-                const int32_t k = p->contact[l];
-
-                if (k < 0 || part->ended)
-                    continue;
-                for (int32_t row = 0; row < 3; row++)
-                    answer->velocity[3 * k + row] = found.u[row][l];
-                answer->modes[k] = (int32_t)found.mode[l];
-                if (problem->rows[k].bounded)
-                    measure_bounded(&problem->rows[k], answer->impulse + 3 * k,
-                                    answer->velocity + 3 * k, found.trace[l], &found.natural[l],
-                                    &answer->modes[k]);
-                if (p->guard[l] > 0.0)
-                    perp__raise_to(&part->sinks, part->step->h * -found.u[0][l] / p->guard[l]);
-                perp__raise_to(&part->drive, found.drive[l]);
-                perp__raise_to(&part->residual, found.natural[l]);
-            }
-        }
+        part->drove = part->drive;
+        part->bound = part->ends ? INFINITY : part->problem->tol * part->drive;
+        part->drive = part->residual = part->sinks = 0.0;
+        open += !part->ended;
+    }
+    /* 1. What was worst last tells most that the passes go on, which is all that is asked then. */
+    for (int32_t k = 0; k < c->parts && open > 0; k++)
+        if (!c->part[k].ended && c->part[k].worst >= 0)
+            open -= measure_group(c, c->part[k].worst, share);
+    for (int32_t g = 0; g < c->groups && open > 0; g++)
+        open -= measure_group(c, g, share);
+    /* 2. The answers. */
     for (int32_t k = 0; k < c->parts; k++) {
         perp__coloured_part *part = &c->part[k];
         perp__rigid_answer *answer = part->answer;
 
         if (part->ended)
             continue;
+        if (part->residual > part->bound)
+            part->drive = part->drove;
         measure_joints(c, part, share);
-        answer->tested = part->residual > 0.0 ? part->residual / part->drive : 0.0;
+        answer->tested = part->residual == 0.0 ? 0.0 : part->residual / part->drive;
         answer->joints = answer->joints > 0.0 ? answer->joints / part->drive : 0.0;
         answer->drive = part->drive;
     }

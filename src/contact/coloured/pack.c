@@ -3,7 +3,8 @@
 
 #include "contact/coloured/coloured.h"
 
-enum { KEYS = PERP__COLOURS * PERP__PAIR_POINTS };
+/* Of a colour: by points, then by those that press. */
+enum { RANKS = PERP__PAIR_POINTS * (PERP__PAIR_POINTS + 1), KEYS = PERP__COLOURS * RANKS };
 
 /* Points, of eight contacts each, from which on a problem is large; and how many are worth a
  * piece of their own. */
@@ -38,8 +39,28 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
     return body >= 0 && body < problem->bodies;
 }
 
-/* Pairs by colour, the first one that neither body has, those of most points first, so that a
- * group's have about as many. Pairs without a colour come last. */
+/* Whether the impulse that a contact starts from presses. */
+static int32_t presses(const perp__coloured *c, int32_t pair, int32_t k)
+{
+    const double *warm = c->part[c->pair_part[pair]].problem->warm;
+
+    return !warm || warm[3 * (c->pair_first[pair] + k)] > 0.0;
+}
+
+/* Among the pairs of a colour: those of most points first, so that a group's have about as many,
+ * and of these those of which most press, so that those that do not are side by side. */
+static int32_t rank(const perp__coloured *c, int32_t pair)
+{
+    int32_t pressing = 0;
+
+    for (int32_t k = 0; k < c->pair_points[pair]; k++)
+        pressing += presses(c, pair, k);
+    return (PERP__PAIR_POINTS - c->pair_points[pair]) * (PERP__PAIR_POINTS + 1) +
+           PERP__PAIR_POINTS - pressing;
+}
+
+/* Pairs by colour, the first one that neither body has, and rank. Pairs without a colour come last.
+ */
 static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
 {
     memset(c->colours, 0, (size_t)c->bodies * sizeof *c->colours);
@@ -57,8 +78,7 @@ static void order_pairs(perp__coloured *c, int32_t pairs, int32_t *starts)
         for (int32_t side = 0; side < 2 && ~taken != 0; side++)
             if (body[side] >= 0)
                 c->colours[body[side]] |= UINT64_C(1) << found;
-        c->pair_key[i] =
-            ~taken == 0 ? KEYS : PERP__PAIR_POINTS * found + PERP__PAIR_POINTS - c->pair_points[i];
+        c->pair_key[i] = ~taken == 0 ? KEYS : RANKS * found + rank(c, i);
         starts[c->pair_key[i] + 1]++;
     }
     for (int32_t i = 0; i <= KEYS; i++)
@@ -79,8 +99,8 @@ static void form_groups(perp__coloured *c, int32_t pairs, const int32_t *starts,
 
     c->groups = c->points = c->colour_count = 0;
     while (i < pairs) {
-        const int32_t key = c->pair_key[c->pair_order[i]], now = key / PERP__PAIR_POINTS;
-        const int32_t end = key == KEYS ? i + 1 : starts[(now + 1) * PERP__PAIR_POINTS];
+        const int32_t key = c->pair_key[c->pair_order[i]], now = key / RANKS;
+        const int32_t end = key == KEYS ? i + 1 : starts[(now + 1) * RANKS];
         const int32_t count = end - i < PERP__GROUP ? end - i : PERP__GROUP;
 
         if (now != last)
@@ -146,9 +166,14 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
                 for (int32_t k = 0; k < width; k++)
                     p->w[i][lane] += J[k] * problem->free[width * body + k];
             } else if (width == 6) {
+                const double x = J[3], y = J[4], z = J[5];
+                const double turned[3] = {x * C[21] + y * C[27] + z * C[33],
+                                          x * C[22] + y * C[28] + z * C[34],
+                                          x * C[23] + y * C[29] + z * C[35]};
+
                 for (int32_t j = 0; j < 3; j++) {
                     P[j][0] = J[j] * C[0];
-                    P[3 + j][0] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
+                    P[3 + j][0] = turned[j];
                 }
             } else {
                 for (int32_t j = 0; j < 3; j++)
@@ -165,25 +190,34 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     c->place[part->first_contact + contact] = PERP__GROUP * (int32_t)(p - c->point) + lane;
 }
 
+/* A pair's points, those that press first. */
+static void fill_pair(perp__coloured *c, const perp__lane_group *group, int32_t lane)
+{
+    const int32_t pair = group->pair[lane];
+    int32_t to = group->first;
+
+    for (int32_t pressing = 1; pressing >= 0; pressing--)
+        for (int32_t k = 0; k < c->pair_points[pair]; k++)
+            if (presses(c, pair, k) == pressing)
+                fill_lane(c, &c->point[to++], lane, c->pair_first[pair] + k,
+                          &c->part[c->pair_part[pair]]);
+}
+
 void perp__coloured_fill(perp__coloured *c, int32_t first, int32_t end)
 {
     for (int32_t g = first; g < end; g++) {
         const perp__lane_group *group = &c->group[g];
+        perp__lane_point *p = &c->point[group->first];
 
         for (int32_t k = 0; k < group->points; k++) {
-            perp__lane_point *p = &c->point[group->first + k];
-
-            memset(p, 0, sizeof *p);
-            for (int32_t l = 0; l < PERP__GROUP; l++) {
-                const int32_t pair = group->pair[l];
-                const perp__coloured_part *part = pair < 0 ? NULL : &c->part[c->pair_part[pair]];
-
-                p->contact[l] = -1;
-                if (part && k < c->pair_points[pair])
-                    fill_lane(c, p, l, c->pair_first[pair] + k, part);
-            }
-            c->kernels->invert(p);
+            memset(&p[k], 0, sizeof *p);
+            for (int32_t l = 0; l < PERP__GROUP; l++)
+                p[k].contact[l] = -1;
         }
+        for (int32_t l = 0; l < group->pairs; l++)
+            fill_pair(c, group, l);
+        for (int32_t k = 0; k < group->points; k++)
+            c->kernels->invert(&p[k]);
     }
 }
 

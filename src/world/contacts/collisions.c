@@ -51,8 +51,9 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
         if (at->geometry.kind != PERP__PLANE && perp__dot3(between, between) > reach * reach)
             continue; /* it comes nowhere near the point */
         if (t > 0.0) {
-            const perp__moving moving = perp__moving_shape(world, other, h);
+            perp__moving moving;
 
+            perp__moving_shape(world, other, h, &moving);
             perp__moved(&moving, t, &placed);
             there = &placed;
         }
@@ -73,19 +74,19 @@ typedef struct encounter {
     perp__point *points;
 } encounter;
 
-static encounter encounter_of(const perp_world *world, const perp__pair *pair, double h,
-                              perp__point *points)
+static void begin_encounter(encounter *e, const perp_world *world, const perp__pair *pair, double h,
+                            perp__point *points)
 {
-    const double rounding = perp__pair_rounding(world, pair);
-    encounter e = {.world = world, .pair = pair, .h = h, .points = points};
-
-    e.a = perp__moving_shape(world, pair->first, h);
-    e.b = perp__moving_shape(world, pair->second, h);
-    e.displacement = perp__relative_displacement(&e.a, &e.b);
-    e.near.touching = perp__pair_touching(world, pair, rounding);
-    e.near.grazing = rounding + RELATIVE_GRAZING * e.displacement;
-    e.near.rounding = rounding;
-    return e;
+    e->world = world;
+    e->pair = pair;
+    e->h = h;
+    e->points = points;
+    perp__moving_shape(world, pair->first, h, &e->a);
+    perp__moving_shape(world, pair->second, h, &e->b);
+    e->displacement = perp__relative_displacement(&e->a, &e->b);
+    e->near.rounding = perp__pair_rounding(world, pair);
+    e->near.touching = perp__pair_touching(world, pair, e->near.rounding);
+    e->near.grazing = e->near.rounding + RELATIVE_GRAZING * e->displacement;
 }
 
 /* Whether one of the faces of `owner` that make the footing's normal is covered there, at the share
@@ -418,7 +419,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                 return made;
         return 0;
     }
-    e = encounter_of(world, pair, h, points);
+    begin_encounter(&e, world, pair, h, points);
     reach = perp__greater(touching, perp__greater(near, perp__way_of(&e.a) + perp__way_of(&e.b)));
     axes.count = 0;
     if (perp__are_near(world, pair, reach)) {
@@ -434,9 +435,10 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
     const int32_t planar = world->settings.planar;
     perp__point points[PERP__MAX_POINTS];
     perp__axes axes;
-    encounter e = encounter_of(world, pair, h, points);
     int32_t met = 0, made;
+    encounter e;
 
+    begin_encounter(&e, world, pair, h, points);
     pair->collision.begun = -INFINITY;
     /* 1. other shapes than half-spaces */
     if (!pair->plane) {
@@ -468,9 +470,10 @@ int32_t perp__pair_collides(const perp_world *world, perp__pair *pair, double h)
 
 int32_t perp__pair_meets(const perp_world *world, const perp__pair *pair, double h)
 {
-    const encounter e = encounter_of(world, pair, h, NULL);
     perp__collision collision;
+    encounter e;
 
+    begin_encounter(&e, world, pair, h, NULL);
     return perp__find_collision(&e.a, &e.b, world->settings.planar, &e.near, &collision);
 }
 
@@ -523,7 +526,7 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
     if (pair->plane ||
         perp__shape_turning(world, first, h) + perp__shape_turning(world, second, h) <= deep)
         return 0;
-    e = encounter_of(world, pair, h, NULL);
+    begin_encounter(&e, world, pair, h, NULL);
     passes = e.displacement > first->thickness + second->thickness;
     end = overlap_at(&e, 1.0, passes ? INFINITY : -deep);
     if (!(end.separation < -deep) && !passes)
@@ -552,7 +555,8 @@ int32_t perp__pair_sinks(const perp_world *world, perp__pair *pair, double h)
 int32_t perp__collision_points(const perp_world *world, perp__pair *pair, double h,
                                perp__point *points)
 {
-    const encounter e = encounter_of(world, pair, h, points);
+    encounter e;
 
+    begin_encounter(&e, world, pair, h, points);
     return open_points(&e, &pair->collision, 1.0);
 }

@@ -103,7 +103,7 @@ static inline double perp__turning(const perp_world *world, int32_t body, double
 }
 double perp__shape_turning(const perp_world *world, const perp__shape *shape, double h);
 /* A shape on the way of its body's motion, and how far its points go, at most. */
-perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
+void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving);
 double perp__way_of(const perp__moving *shape);
 
 /* collisions.c */

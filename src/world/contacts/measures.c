@@ -67,18 +67,19 @@ double perp__shape_turning(const perp_world *world, const perp__shape *shape, do
     return perp__turning(world, shape->body, perp__turning_reach(shape), h);
 }
 
-perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h)
+void perp__moving_shape(const perp_world *world, int32_t shape, double h, perp__moving *moving)
 {
     const perp__shape *at = &world->shapes[shape];
     const double *twist = world->motions[at->body].moving;
-    perp__moving moving = {.start = &world->placed[shape], .reach = at->reach};
+    const int32_t turns = rotates(at);
 
-    perp__copy3(moving.centre, world->states[at->body].position);
+    moving->start = &world->placed[shape];
+    moving->reach = at->reach;
+    perp__copy3(moving->centre, world->states[at->body].position);
     for (int32_t k = 0; k < 3; k++) {
-        moving.displacement[k] = h * twist[k];
-        moving.turn[k] = rotates(at) ? h * twist[3 + k] : 0.0;
+        moving->displacement[k] = h * twist[k];
+        moving->turn[k] = turns ? h * twist[3 + k] : 0.0;
     }
-    return moving;
 }
 
 double perp__way_of(const perp__moving *shape)

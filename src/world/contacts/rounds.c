@@ -68,13 +68,14 @@ static int32_t has_points(const perp__pair *pair)
 /* Appends the points in which a pair meets; a feature that has one has another, as it lies then. */
 static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 {
-    const perp__moving a = perp__moving_shape(world, pair->first, h);
-    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    perp__moving a, b;
     perp__point points[PERP__MAX_POINTS];
     int32_t i, made = perp__collision_points(world, pair, h, points);
     perp_status status =
         perp__reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
+    perp__moving_shape(world, pair->first, h, &a);
+    perp__moving_shape(world, pair->second, h, &b);
     for (i = 0; i < made && status == PERP_OK; i++) {
         perp__contact_set *set = &world->contacts;
         perp__world_contact *contact = perp__append_contact(world, set, pair, &points[i]);
