@@ -426,8 +426,11 @@ PERP_API perp_status perp_contact_solver_step(
 PERP_API perp_status perp_contact_solver_hand_back(perp_contact_solver *solver,
                                                    perp_contact_step *step) PERP_WARN_UNUSED;
 
-/* Functions of the simulator's: a stage of its step, and place := place moved by velocity for h. */
+/* Functions of the simulator's: a stage of its step; acceleration := M^-1 force, of `count` forces;
+ * and place := place moved by velocity for h. */
 typedef void (*perp_contact_stage)(const void *model, void *data);
+typedef void (*perp_contact_invert)(const void *model, void *data, double *acceleration,
+                                    const double *force, int32_t count);
 typedef void (*perp_contact_integrate)(const void *model, double *place, const double *velocity,
                                        double h);
 
@@ -453,7 +456,8 @@ enum perp_contact_phase {
 /* Steps one after the other, without the caller. Each is: inputs are copied; `before`, up to mass,
  * J, gaps and force; where there is `metric`, that, and then source := to of what `kept` copied
  * before it, and metric_mass = metric_M - h metric_D[metric_places]; perp_contact_solver_step;
- * `after`; `advance` or else *time += h, with place as it was before it; velocity := v; integrate
+ * `after`, meanwhile, where there is `invert`, with the step's acceleration as M alone has it, without
+ * what is implicit, unless that is 0; `advance` or else *time += h, with place as it was before it; velocity := v; integrate
  * with v, and `shift` where that is; outputs are copied. Where a step is known and nothing of it
  * moves but time, place and velocity stay. Arrays are the caller's. */
 typedef struct perp_contact_run {
@@ -470,7 +474,7 @@ typedef struct perp_contact_run {
     int32_t metric_count, kept_count;
     const perp_contact_copy *kept;
     double *place, *velocity, *time;
-    double *room; /* places and velocities: work */
+    double *room; /* places and velocities, and twice velocities with `invert`: work */
     perp_contact_integrate integrate;
     const perp_contact_copy *inputs, *outputs;
     int32_t input_count, output_count;
@@ -484,6 +488,7 @@ typedef struct perp_contact_run {
     const double *drive; /* n; or NULL: rest is not looked at */
     int64_t unsolved;    /* in and out: steps without a good outcome */
     double residual;     /* in and out: the largest */
+    perp_contact_invert invert; /* or NULL */
 } perp_contact_run;
 
 PERP_API perp_status perp_contact_run_init(perp_contact_run *run, size_t size);

@@ -61,12 +61,29 @@ static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int
     return s->fastest > 0.0 && s->fastest < run->look_rest * s->h * drive;
 }
 
+/* `after`, which may read accelerations. */
+static void look_back(const perp_contact_run *run, const perp_contact_step *s)
+{
+    double *force = run->room, *kept = force + s->n;
+    const int32_t inverts = run->invert && !perp__is_zero(s->acceleration, s->n);
+
+    for (int32_t i = 0; i < s->n && inverts; i++) {
+        force[i] = s->force[i] + s->force_of_rows[i];
+        kept[i] = s->acceleration[i];
+    }
+    if (inverts)
+        run->invert(run->model, run->data, s->acceleration, force, 1);
+    call_stages(run, run->after, run->after_count);
+    for (int32_t i = 0; i < s->n && inverts; i++)
+        s->acceleration[i] = kept[i];
+}
+
 static void move(perp_contact_run *run, const perp_contact_step *s)
 {
     double *velocity = run->room + run->places;
     const int32_t shifts = s->shift && s->shifts;
 
-    call_stages(run, run->after, run->after_count);
+    look_back(run, s);
     if (s->was_known && !shifts && run->advance_count == 0) {
         *run->time += s->h; /* place and velocity would become what they are */
         return;

@@ -8,7 +8,8 @@ perp_contact_solver_step in perp/contact.h.
 from __future__ import annotations
 
 from ctypes import addressof, byref, c_double, c_int32, c_void_p, pointer
-from typing import Any, NamedTuple, Optional
+from functools import partial
+from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,10 +135,19 @@ class RowSolver(Handle):
         )  # fmt: skip
         self.how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self.patience = self._pause = 0
-        self.known = self.is_other = False
         self._watched: Any = [], None, []
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
+
+    @property
+    def known(self) -> bool:
+        """Whether the last step's answer is, to the bit, that of the one before."""
+        return bool(self.numbers.was_known)
+
+    @property
+    def is_other(self) -> bool:
+        """Whether other things touch than are arranged."""
+        return bool(self.numbers.is_other)
 
     @property
     def shift(self) -> Optional[Array]:
@@ -318,27 +328,29 @@ class RowSolver(Handle):
             status = library.perp_contact_solver_step(self._alive(), *self._by_reference)
             if status:
                 self._context.check(status)
-        self.known = bool(numbers.was_known)
-        if self.known:
-            self.is_other = False
-            return self.how
-        self.is_other = bool(numbers.is_other)
-        if not self.is_other:
+        if not (numbers.was_known or numbers.is_other):
             self.how = self._ended()
         return self.how
 
-    def run(self, run: ContactRun) -> Solved:
+    def runs(self, run: ContactRun) -> Callable[[], Solved]:
         """Steps within a run, as far as it goes without help: perp_contact_solver_run. Returns how
-        the last one ended."""
-        solver, structs = self._alive(), self._by_reference
-        with self._lock:
-            status = library.perp_contact_solver_run(solver, byref(run), *structs)
-            if status:
-                self._context.check(status)
-        self.known, self.is_other = bool(self.numbers.was_known), bool(self.numbers.is_other)
-        if not self.is_other and not self.known:
-            self.how = self._ended()
-        return self.how
+        the last one ended. What is called is made once, as ctypes takes longer for the arguments
+        than the library for a small robot."""
+        function = library["perp_contact_solver_run"]
+        function.restype = c_int32
+        call = partial(function, self._alive(), byref(run), *self._by_reference)
+        numbers, lock, check = self.numbers, self._lock, self._context.check
+
+        def go_on() -> Solved:
+            with lock:
+                status = call()
+                if status:
+                    check(status)
+            if not (numbers.was_known or numbers.is_other):
+                self.how = self._ended()
+            return self.how
+
+        return go_on
 
     def watch_nothing(self) -> None:
         """No rows are arranged yet: the next step is told that they are others."""

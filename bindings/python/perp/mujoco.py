@@ -135,11 +135,25 @@ class Stepper:
     def _run(self, data: Any, count: int, phase: int = 0) -> Runner:
         """So many steps in one call of the library, of the first what comes from `phase` on."""
         self.bind(data)
-        self.solver.numbers.h, self.solver.numbers.slop = self._options.timestep, self.slop
+        self.set_times()
         if self._runner is None:
             self._runner = Runner(self, data)
         self._runner(count, [], [], phase)
         return self._runner
+
+    def set_times(self) -> None:
+        """What the step has of its length and of overlaps: users change it from step to step."""
+        numbers = self.solver.numbers
+        numbers.h, numbers.slop = self._options.timestep, self.slop
+
+    @property
+    def warm(self) -> bool:
+        """Whether the next step has a start."""
+        return bool(self.solver.numbers.warm)
+
+    @warm.setter
+    def warm(self, warm: bool) -> None:
+        self.solver.numbers.warm = warm
 
     def begin_anew(self) -> None:
         """As if nothing had been stepped before."""
@@ -157,10 +171,13 @@ class Stepper:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
         with self.borrowed:
-            if Runner.can(self, data):
-                self._run(data, 1)
-                return self.solver.how
-            return self._step(data)
+            runner = self._runner
+            if runner is not None and runner.fits(data):
+                return runner.one()
+            if not Runner.can(self, data):
+                return self._step(data)
+            self._run(data, 1).fit()
+            return self.solver.how
 
     def gather(self, data: Any) -> None:
         """All of a step before its contacts are solved."""
@@ -327,7 +344,7 @@ class Stepper:
             self._linearise(data, h)
         elif self.damping.changes:
             self.damping.update(data.qvel)
-        self.solver.numbers.h, self.solver.numbers.slop = h, self.slop
+        self.set_times()
 
     def bind(self, data: Any) -> None:
         options, solver = self._options, self.solver
