@@ -456,10 +456,11 @@ enum perp_contact_phase {
 /* Steps one after the other, without the caller. Each is: inputs are copied; `before`, up to mass,
  * J, gaps and force; where there is `metric`, that, and then source := to of what `kept` copied
  * before it, and metric_mass = metric_M - h metric_D[metric_places]; perp_contact_solver_step;
- * `after`, meanwhile, where there is `invert`, with the step's acceleration as M alone has it, without
- * what is implicit, unless that is 0; `advance` or else *time += h, with place as it was before it; velocity := v; integrate
- * with v, and `shift` where that is; outputs are copied. Where a step is known and nothing of it
- * moves but time, place and velocity stay. Arrays are the caller's. */
+ * `after`, meanwhile, where there is `invert`, with the step's acceleration as M alone has it,
+ * without what is implicit, unless that is 0; `advance` or else *time += h, with place as it was
+ * before it; velocity := v; integrate with v, and `shift` where that is; outputs are copied. Where
+ * a step is known and nothing of it moves but time, place and velocity stay. Arrays are the
+ * caller's. */
 typedef struct perp_contact_run {
     size_t struct_size;
     const void *model;
@@ -485,9 +486,9 @@ typedef struct perp_contact_run {
     int32_t patience; /* in and out: steps with slips before slow ones are looked at again */
     double look_slip; /* slips slower than this times step.driven are slow, where step.first is */
     double look_rest; /* faster than 0 and slower than this times h |drive| is nearly at rest */
-    const double *drive; /* n; or NULL: rest is not looked at */
-    int64_t unsolved;    /* in and out: steps without a good outcome */
-    double residual;     /* in and out: the largest */
+    const double *drive;        /* n; or NULL: rest is not looked at */
+    int64_t unsolved;           /* in and out: steps without a good outcome */
+    double residual;            /* in and out: the largest */
     perp_contact_invert invert; /* or NULL */
 } perp_contact_run;
 

@@ -357,8 +357,8 @@ static void refuse_friction(simulator *sim)
     look(NULL, sim);
 }
 
-/* Damped masses: m v' + h c v' = m v + h f. What looks behind a step sees f / m, what is left behind
- * is (v' - v) / h, and what rests is left as it is. */
+/* Damped masses: m v' + h c v' = m v + h f. What looks behind a step sees f / m, what is left
+ * behind is (v' - v) / h, and what rests is left as it is. */
 static void test_sensors_see_accelerations_without_damping(void **state)
 {
     simulator *sim = *state;

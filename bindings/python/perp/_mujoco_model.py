@@ -35,19 +35,18 @@ class _Lent:
 
     def __init__(self, model: Any) -> None:
         self.options, self.lock, self.users = model.opt, threading.Lock(), 0
-        self._jacobian = _AS_DENSE if model.nv <= DENSE else _AS_SPARSE
         begin, end, first, last = place_of_options()
         self._cells = (ctypes.c_char * (end - begin)).from_address(model._address + begin)
         self._taken = (ctypes.c_char * (last - first)).from_address(model._address + first)
-        self.mine, self._own, self._theirs = b"", b"", b""
+        self.mine, self._own, self._theirs, self._jacobian = b"", b"", b"", -1
 
-    def take(self) -> None:
+    def take(self, jacobian: int) -> None:
         found, options = self._cells.raw, self.options
-        if found == self.mine:
+        if found == self.mine and jacobian == self._jacobian:
             self._taken.raw = self._theirs
             return
-        self.mine, self._own = found, self._taken.raw
-        options.cone, options.jacobian = _ELLIPTIC, self._jacobian
+        self.mine, self._own, self._jacobian = found, self._taken.raw, jacobian
+        options.cone, options.jacobian = _ELLIPTIC, jacobian
         options.integrator = _TAKEN.get(options.integrator, options.integrator)
         self._theirs = self._taken.raw
 
@@ -64,12 +63,13 @@ class Borrowed:
             lent = _Lent.of.get(model._address)
             self._lent = lent = lent or _Lent(model)
             _Lent.of[model._address] = lent
+        self._jacobian = _AS_DENSE if model.nv <= DENSE else _AS_SPARSE
 
     def __enter__(self) -> None:
         lent = self._lent
         with lent.lock:
             if not lent.users:
-                lent.take()
+                lent.take(self._jacobian)
             lent.users += 1
 
     def __exit__(self, *_: Any) -> None:
@@ -81,7 +81,7 @@ class Borrowed:
 
     @property
     def options(self) -> bytes:
-        """The user's own, with the flags, as long as this is entered."""
+        """The user's own, with timestep and flags, as long as this is entered."""
         return self._lent.mine
 
 
@@ -195,18 +195,18 @@ def layout() -> Layout:
 
 @functools.lru_cache(maxsize=None)
 def place_of_options() -> tuple[int, int, int, int]:
-    """Where a model has its integrator, cone, Jacobian and flags, from and to, in bytes; and where
-    all of these but the flags. Reading them there costs a tenth of asking for each."""
+    """Where a model has its timestep, flags, integrator, cone and Jacobian, from and to, in bytes;
+    and where the last three. Reading them there costs a tenth of asking for each."""
     model = mj.MjModel.from_xml_string(_SCENE)
     places = []
-    for name in "integrator", "cone", "jacobian", "disableflags":
+    for name in "timestep", "disableflags", "integrator", "cone", "jacobian":
         seen = []
-        for value in 0, 1:
+        for value in (0.1, 0.3) if name == "timestep" else (0, 1):
             setattr(model.opt, name, value)
             seen.append(np.frombuffer(ctypes.string_at(model._address, _OPTIONS_BEFORE), np.int32))
         places.append(4 * int(np.flatnonzero(seen[0] != seen[1])[0]))
-    first, last = min(places), max(places)
-    return first, last + 4, min(places[:3]), max(places[:3]) + 4
+    lent = places[2:]
+    return min(places), max(places) + 4, min(lent), max(lent) + 4
 
 
 _OPTIONS_BEFORE = 2048  # a model begins with some hundred sizes, and then the options

@@ -102,7 +102,6 @@ class Runner:
         stepper.bind(data)
         self._stepper, self._data = stepper, data
         self._run, self._begun = sized(ContactRun), False
-        self._go_on = stepper.solver.runs(self._run)
         self._fit, self._room = b"", data.narena // 2
         self._kept: list[Any] = []
         run, model = self._run, stepper.model
@@ -205,7 +204,7 @@ class Runner:
             if not stepper.dense and stepper.touching is None:
                 stepper.solver.watch_nothing()
             try:
-                how = self._go_on()
+                how = stepper.solver.run(run)
             except ValueError:
                 if run.phase != _SOLVE:
                     raise
@@ -217,28 +216,6 @@ class Runner:
                 stepper.solver.patience = run.patience + 1
                 self._moved(how, run)
 
-    def fits(self, data: Any) -> bool:
-        """Whether one() does for the next step, which can() said it does at the last one."""
-        return (
-            self._data is data
-            and self._stepper.borrowed.options == self._fit
-            and data.maxuse_arena <= self._room
-            and not has_callbacks()
-        )
-
-    def one(self) -> Solved:
-        """The next step, where nothing is new but data's state."""
-        run, stepper = self._run, self._stepper
-        stepper.set_times()
-        run.done = run.phase = 0
-        self._make()
-        how: Solved = stepper.solver.how
-        return how
-
-    def fit(self) -> None:
-        """can() says so, of the model's options as they are."""
-        self._fit = self._stepper.borrowed.options
-
     def _moved(self, how: Any, run: Any) -> None:
         """Solved here: the rest of the step is the run's."""
         stepper = self._stepper
@@ -246,6 +223,27 @@ class Runner:
             stepper.look(self._data, how)
         run.patience = max(stepper.solver.patience, 0)
         run.phase = _MOVE
+
+    def fit(self) -> None:
+        """can() says so, of the model's options as they are."""
+        self._fit = self._stepper.borrowed.options
+
+    def fits(self, data: Any) -> bool:
+        """Whether one() does for the next step: nothing is new but data's state."""
+        return (
+            self._data is data
+            and self._stepper.borrowed.options == self._fit
+            and data.maxuse_arena <= self._room
+            and not _callbacks().are_there()
+        )
+
+    def one(self) -> Solved:
+        """The next step."""
+        run, solver = self._run, self._stepper.solver
+        run.done = run.phase = 0
+        self._make()
+        how: Solved = solver.how
+        return how
 
     @property
     def unsolved(self) -> int:

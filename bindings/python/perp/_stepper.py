@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ctypes import addressof, byref, c_double, c_int32, c_void_p, pointer
 from functools import partial
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,7 @@ class RowSolver(Handle):
         self.how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self.patience = self._pause = 0
         self._watched: Any = [], None, []
+        self._running: Optional[ContactRun] = None
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
 
@@ -332,25 +333,22 @@ class RowSolver(Handle):
             self.how = self._ended()
         return self.how
 
-    def runs(self, run: ContactRun) -> Callable[[], Solved]:
+    def run(self, run: ContactRun) -> Solved:
         """Steps within a run, as far as it goes without help: perp_contact_solver_run. Returns how
-        the last one ended. What is called is made once, as ctypes takes longer for the arguments
-        than the library for a small robot."""
-        function = library["perp_contact_solver_run"]
-        function.restype = c_int32
-        call = partial(function, self._alive(), byref(run), *self._by_reference)
-        numbers, lock, check = self.numbers, self._lock, self._context.check
-
-        def go_on() -> Solved:
-            with lock:
-                status = call()
-                if status:
-                    check(status)
-            if not (numbers.was_known or numbers.is_other):
-                self.how = self._ended()
-            return self.how
-
-        return go_on
+        the last one ended."""
+        if run is not self._running:  # for a small robot ctypes takes longer than the library does
+            function = library["perp_contact_solver_run"]
+            function.restype = c_int32
+            self._call_run = partial(function, self._alive(), byref(run), *self._by_reference)
+            self._running = run
+        with self._lock:
+            status = self._call_run()
+            if status:
+                self._context.check(status)
+        numbers = self.numbers
+        if not (numbers.was_known or numbers.is_other):
+            self.how = self._ended()
+        return self.how
 
     def watch_nothing(self) -> None:
         """No rows are arranged yet: the next step is told that they are others."""
@@ -359,8 +357,9 @@ class RowSolver(Handle):
 
     def _ended(self) -> Solved:
         end = self.result
+        outcome = end.outcome
         return Solved(
-            OUTCOMES[end.outcome], end.outcome in GOOD_OUTCOMES, end.residual, end.iterations,
+            OUTCOMES[outcome], outcome in GOOD_OUTCOMES, end.residual, end.iterations,
             CONTACT_METHODS[end.method],
         )  # fmt: skip
 

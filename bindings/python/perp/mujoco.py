@@ -104,7 +104,7 @@ class Stepper:
             raise argument_error(f"restitution is {restitution}, expected 0 to 1")
         self.model = model
         self.correction, self.restitution = correction, restitution
-        self.slop = 1e-3 * model.stat.meansize if slop is None else slop
+        self._slop = 1e-3 * model.stat.meansize if slop is None else slop
         self.dense = model.nv <= _model.DENSE
         self._entries = _model.entries_of_mass(model)
         self._places_of_mass = places_of_mass(model, self._entries)
@@ -135,16 +135,20 @@ class Stepper:
     def _run(self, data: Any, count: int, phase: int = 0) -> Runner:
         """So many steps in one call of the library, of the first what comes from `phase` on."""
         self.bind(data)
-        self.set_times()
+        self.solver.numbers.h = self._options.timestep
         if self._runner is None:
             self._runner = Runner(self, data)
         self._runner(count, [], [], phase)
         return self._runner
 
-    def set_times(self) -> None:
-        """What the step has of its length and of overlaps: users change it from step to step."""
-        numbers = self.solver.numbers
-        numbers.h, numbers.slop = self._options.timestep, self.slop
+    @property
+    def slop(self) -> float:
+        """The overlap that contacts and limits keep."""
+        return self._slop
+
+    @slop.setter
+    def slop(self, slop: float) -> None:
+        self._slop = self.solver.numbers.slop = slop
 
     @property
     def warm(self) -> bool:
@@ -159,7 +163,7 @@ class Stepper:
         """As if nothing had been stepped before."""
         self.solver = RowSolver(self.model.nv, *self._settings)
         self.solver.set_mass(*self._places_of_mass)
-        self.solver.numbers.correction = self.correction
+        self.solver.numbers.correction, self.solver.numbers.slop = self.correction, self._slop
         self.solver.numbers.restitution = self.restitution
         self._runner: Optional[Runner] = None
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
@@ -344,7 +348,7 @@ class Stepper:
             self._linearise(data, h)
         elif self.damping.changes:
             self.damping.update(data.qvel)
-        self.set_times()
+        self.solver.numbers.h = h
 
     def bind(self, data: Any) -> None:
         options, solver = self._options, self.solver

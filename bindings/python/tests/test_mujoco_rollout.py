@@ -9,6 +9,8 @@ import perp.mujoco  # noqa: E402
 from perp._mujoco_run import Runner  # noqa: E402
 
 STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+FAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 WALKER = """
 <mujoco><option timestep=".004" {option}/><worldbody><geom type="plane" size="9 9 .1"/>
 <body pos="0 0 .6"><freejoint/><geom type="box" size=".2 .1 .05"/>
@@ -81,19 +83,46 @@ def test_bits_are_those_of_steps_at_any_number_of_threads(name, monkeypatch):
     assert data.ncon > 0  # it fell
 
 
-def test_what_a_sensor_raises_comes_back(monkeypatch):
+def test_what_changes_between_steps_counts():
+    """A step that is one call reads it all the same: what follows is a fresh stepper's from there."""
     model, states, controls = setup("accelerometers", 1, 3)
-    stepper, data = perp.mujoco.Stepper(model), mujoco.MjData(model)
-    stepper.step(data)
+    stepper, data, calls = perp.mujoco.Stepper(model), mujoco.MjData(model), []
+    mine = model.opt.cone, model.opt.jacobian, model.opt.integrator
 
-    def sense(data):
-        raise ZeroDivisionError("of the sensor")
+    def both():
+        fresh, other = perp.mujoco.Stepper(model), mujoco.MjData(model)
+        mujoco.mj_setState(model, other, state, STATE)
+        for one, at in (stepper, data), (fresh, other):
+            assert one.step(at).ok
+        assert data.time == other.time
+        np.testing.assert_allclose(data.qvel, other.qvel, atol=1e-7)  # tol is 1e-8
 
-    monkeypatch.setattr(stepper, "sense", sense)
-    with pytest.raises(ZeroDivisionError, match="of the sensor"):
+    def keep():
+        mujoco.mj_getState(model, data, state, STATE)
+
+    state = states[0].copy()
+    mujoco.mj_setState(model, data, state, STATE)
+    for _ in range(3):
         stepper.step(data)
-    monkeypatch.undo()
-    assert stepper.step(data).ok
+    for name, value in ("timestep", 0.001), ("disableflags", GRAVITY), ("integrator", FAST):
+        keep()
+        before = data.time, getattr(model.opt, name)
+        setattr(model.opt, name, value)
+        both()
+        assert data.time - before[0] == pytest.approx(model.opt.timestep, abs=1e-12)
+        setattr(model.opt, name, before[1])
+        keep()
+        both()
+    mujoco.set_mjcb_control(lambda m, d: calls.append(d.time))
+    try:
+        stepper.step(data)
+    finally:
+        mujoco.set_mjcb_control(None)
+    assert len(calls) == 1
+    stepper.slop = 0.01
+    stepper.step(data)
+    assert len(calls) == 1 and stepper.solver.numbers.slop == 0.01
+    assert (model.opt.cone, model.opt.jacobian, model.opt.integrator) == mine
 
 
 def test_in_the_air_they_are_mujocos():
