@@ -475,7 +475,7 @@ typedef struct perp_contact_run {
     int32_t metric_count, kept_count;
     const perp_contact_copy *kept;
     double *place, *velocity, *time;
-    double *room; /* places and velocities, and twice velocities with `invert`: work */
+    double *room; /* places and velocities: work */
     perp_contact_integrate integrate;
     const perp_contact_copy *inputs, *outputs;
     int32_t input_count, output_count;

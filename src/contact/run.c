@@ -61,21 +61,18 @@ static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int
     return s->fastest > 0.0 && s->fastest < run->look_rest * s->h * drive;
 }
 
-/* `after`, which may read accelerations. */
+/* `after`, with the accelerations of forces. */
 static void look_back(const perp_contact_run *run, const perp_contact_step *s)
 {
-    double *force = run->room, *kept = force + s->n;
-    const int32_t inverts = run->invert && !perp__is_zero(s->acceleration, s->n);
+    const int32_t count = run->invert && !perp__is_zero(s->acceleration, s->n) ? s->n : 0;
 
-    for (int32_t i = 0; i < s->n && inverts; i++) {
-        force[i] = s->force[i] + s->force_of_rows[i];
-        kept[i] = s->acceleration[i];
-    }
-    if (inverts)
-        run->invert(run->model, run->data, s->acceleration, force, 1);
+    for (int32_t i = 0; i < count; i++)
+        run->room[i] = s->force[i] + s->force_of_rows[i];
+    if (count > 0)
+        run->invert(run->model, run->data, s->acceleration, run->room, 1);
     call_stages(run, run->after, run->after_count);
-    for (int32_t i = 0; i < s->n && inverts; i++)
-        s->acceleration[i] = kept[i];
+    for (int32_t i = 0; i < count; i++)
+        s->acceleration[i] = (s->v[i] - s->velocity[i]) / s->h;
 }
 
 static void move(perp_contact_run *run, const perp_contact_step *s)

@@ -107,7 +107,7 @@ class Runner:
         run, model = self._run, stepper.model
         run.model, run.data = model._address, data._address
         run.places, run.time = model.nq, data._address + _model.layout().time
-        room = self._keep(np.zeros(model.nq + 2 * model.nv))
+        room = self._keep(np.zeros(model.nq + model.nv))
         for name, array in ("place", data.qpos), ("velocity", data.qvel), ("room", room):
             setattr(run, name, _arrays.address(array))
         run.integrate = ctypes.cast(_functions().mj_integratePos, ContactIntegrate)
