@@ -7,7 +7,7 @@ perp_contact_solver_step in perp/contact.h.
 
 from __future__ import annotations
 
-from ctypes import addressof, byref, c_double, c_int32, c_void_p, pointer
+from ctypes import addressof, byref, c_double, c_int32, c_void_p, memmove, pointer, sizeof
 from functools import partial
 from typing import Any, NamedTuple, Optional
 
@@ -385,7 +385,7 @@ class RowSolver(Handle):
         if speeds.max() > 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
-        laws = self.laws
+        ended, laws = CResult.from_buffer_copy(self.result), self.laws
         turns = laws.rolling.any() or laws.spinning.any()
         again = self.solve_by("auto" if turns else "newton", 1e-3 * tol)
         if again.ok and self.numbers.slips < slips.sum():
@@ -393,6 +393,7 @@ class RowSolver(Handle):
         self.patience = _PATIENCE
         self.v[:], self.r[:], self.u[:], self.modes[:] = kept
         self.how = how
+        memmove(byref(self.result), byref(ended), sizeof(ended))
         self._hand_back()
         return how
 

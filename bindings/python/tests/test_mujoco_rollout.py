@@ -135,8 +135,8 @@ def test_in_the_air_they_are_mujocos():
     np.testing.assert_allclose(ours.sensors, sensors, atol=1e-9)
 
 
-def test_what_rests_stays_at_rest():
-    """Slides to rest within the run: the slow slips are looked at, as in steps."""
+def slider():
+    """A box that slides to rest; its model, data and state."""
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option gravity="3 0 -9.4"/><worldbody><geom type="plane" size="9 9 .1"/>'
         '<body pos="0 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
@@ -146,9 +146,36 @@ def test_what_rests_stays_at_rest():
     data.qvel[:2] = 0.3, 0.2
     state = np.zeros(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
+    return model, data, state
+
+
+def test_what_rests_stays_at_rest():
+    """Slides to rest within the run: the slow slips are looked at, as in steps."""
+    model, _, state = slider()
     run = perp.mujoco.rollout(model, state, steps=400)
     assert run.ok and run.states.shape == (1, 400, 14)
     assert (run.states[0, -50:, 8:] == 0.0).all()
+
+
+def test_a_look_that_finds_nothing_leaves_the_answer(monkeypatch):
+    """No look at slow slips is ever content here: the steps say what they said before it."""
+    model, data, _ = slider()
+    model.opt.gravity[:] = 9.4, 0.0, -9.4  # on the edge of friction
+    data.qvel[:2] = 1e-9, 0.0
+    stepper, looks = perp.mujoco.Stepper(model), []
+    solve_by = stepper.solver.solve_by
+
+    def sharper(method, _):
+        looks.append(solve_by(method, 1e-300))
+        return looks[-1]._replace(ok=False)
+
+    monkeypatch.setattr(stepper.solver, "solve_by", sharper)
+    for _ in range(100):
+        before = len(looks)
+        how = stepper.step(data)
+        assert how.ok
+        assert len(looks) == before or how != looks[-1]
+    assert looks
 
 
 @pytest.mark.parametrize("name", CASES)
