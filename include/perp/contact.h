@@ -426,8 +426,11 @@ PERP_API perp_status perp_contact_solver_step(
 PERP_API perp_status perp_contact_solver_hand_back(perp_contact_solver *solver,
                                                    perp_contact_step *step) PERP_WARN_UNUSED;
 
-/* Functions of the simulator's: a stage of its step, and place := place moved by velocity for h. */
+/* Functions of the simulator's: a stage of its step; acceleration := M^-1 force, of `count` forces;
+ * and place := place moved by velocity for h. */
 typedef void (*perp_contact_stage)(const void *model, void *data);
+typedef void (*perp_contact_invert)(const void *model, void *data, double *acceleration,
+                                    const double *force, int32_t count);
 typedef void (*perp_contact_integrate)(const void *model, double *place, const double *velocity,
                                        double h);
 
@@ -453,9 +456,11 @@ enum perp_contact_phase {
 /* Steps one after the other, without the caller. Each is: inputs are copied; `before`, up to mass,
  * J, gaps and force; where there is `metric`, that, and then source := to of what `kept` copied
  * before it, and metric_mass = metric_M - h metric_D[metric_places]; perp_contact_solver_step;
- * `after`; `advance` or else *time += h, with place as it was before it; velocity := v; integrate
- * with v, and `shift` where that is; outputs are copied. Where a step is known and nothing of it
- * moves but time, place and velocity stay. Arrays are the caller's. */
+ * `after`, meanwhile, where there is `invert`, with the step's acceleration as M alone has it,
+ * without what is implicit, unless that is 0; `advance` or else *time += h, with place as it was
+ * before it; velocity := v; integrate with v, and `shift` where that is; outputs are copied. Where
+ * a step is known and nothing of it moves but time, place and velocity stay. Arrays are the
+ * caller's. */
 typedef struct perp_contact_run {
     size_t struct_size;
     const void *model;
@@ -481,9 +486,10 @@ typedef struct perp_contact_run {
     int32_t patience; /* in and out: steps with slips before slow ones are looked at again */
     double look_slip; /* slips slower than this times step.driven are slow, where step.first is */
     double look_rest; /* faster than 0 and slower than this times h |drive| is nearly at rest */
-    const double *drive; /* n; or NULL: rest is not looked at */
-    int64_t unsolved;    /* in and out: steps without a good outcome */
-    double residual;     /* in and out: the largest */
+    const double *drive;        /* n; or NULL: rest is not looked at */
+    int64_t unsolved;           /* in and out: steps without a good outcome */
+    double residual;            /* in and out: the largest */
+    perp_contact_invert invert; /* or NULL */
 } perp_contact_run;
 
 PERP_API perp_status perp_contact_run_init(perp_contact_run *run, size_t size);

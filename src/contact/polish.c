@@ -38,6 +38,7 @@
 #define SOFT 3e-4
 
 enum { START_STEPS = 30, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
+enum { MOST_SETS = START_STEPS + 1, RETURNS = 2 };
 
 /* The search: sets that are drawn, and the steps from each. */
 enum { DRAWS = 3000, DRAWN_STEPS = 16 };
@@ -50,8 +51,9 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
     PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights, &p->then);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
-    p->presses = perp__arena_take(arena, n, 1);
-    p->parts = perp__arena_take(arena, 3 * n, 1);
+    p->presses = perp__arena_take(arena, 4 * n, 1);
+    p->parts = p->presses ? p->presses + n : NULL;
+    p->seen = perp__arena_take(arena, MOST_SETS * n, 4);
 }
 
 /* Whether the one row of such a contact is at its bound: no row of the system, either. */
@@ -316,10 +318,21 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
     return changes;
 }
 
-/* From set to set. Returns whether that ended, within so many, with one that stays. */
-static int32_t follow_sets(perp_contact_solver *solver, perp__contact_polish *p, int32_t most)
+/* From set to set. Returns whether that ended with one that stays. Sets that come back go round in
+ * a circle; once they may, as slips have turned meanwhile. */
+static int32_t follow_sets(perp_contact_solver *solver, perp__contact_polish *p)
 {
-    for (int32_t sets = 0; sets < most; sets++) { /* two may take turns without any step */
+    const size_t bytes = 4 * (size_t)p->room;
+    int8_t *now = p->seen;
+    int32_t returns = 0;
+
+    for (int32_t sets = 0; sets < MOST_SETS && returns < RETURNS; sets++, now += bytes) {
+        int32_t earlier = 0;
+
+        memcpy(now, p->presses, bytes);
+        while (memcmp(p->seen + (size_t)earlier * bytes, now, bytes) != 0)
+            earlier++;
+        returns += earlier < sets && memcmp(now - bytes, now, bytes) != 0;
         number_rows(p, &solver->problem, solver->r);
         if (!follow(solver, p))
             return 0;
@@ -362,7 +375,7 @@ static void begin(perp_contact_solver *solver, perp__contact_polish *p, double e
 
     p->enough = enough;
     p->last = solver->polished + most;
-    memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
+    memset(p->presses, PERP__PART_NONE, 4 * (size_t)p->room);
     for (int32_t k = 0; k < problem->contacts; k++) { /* the side of the kink on which each lies */
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
@@ -452,7 +465,7 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     p->enough = ENOUGH * solver->settings.tol;
     velocities(solver);
     begin(solver, p, p->enough, START_STEPS);
-    if (!follow_sets(solver, p, START_STEPS + 1))
+    if (!follow_sets(solver, p))
         return PERP_OK;
     write_modes(p, &solver->problem, solver->modes);
     status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
@@ -491,7 +504,7 @@ perp_status perp__contact_polish_search(perp_contact_solver *solver)
                                                                           : PERP__PART_STICKS;
             perp__contact_clip(problem, k, solver->r);
         }
-        if (!follow_sets(solver, p, ROUNDS))
+        if (!follow_sets(solver, p))
             continue;
         write_modes(p, problem, solver->modes);
         status = perp__contact_consider(solver, solver->running, solver->modes, &worth);

@@ -19,7 +19,8 @@ typedef struct perp__contact_polish {
     int32_t *place;  /* of a row in the system, -1: r is 0 there */
     int32_t *rows;   /* the other way round */
     int8_t *presses; /* contacts */
-    int8_t *parts;   /* 3 contacts: enum perp__part_state */
+    int8_t *parts;   /* 3 contacts, behind those: enum perp__part_state */
+    int8_t *seen;    /* these of the sets that were */
     int32_t *pivots;
     double *K, *factors;                          /* n by n; factors of K + a regularisation */
     double *rhs, *step, *error, *units, *weights; /* n */

@@ -61,12 +61,26 @@ static int32_t wants_look(perp_contact_run *run, const perp_contact_step *s, int
     return s->fastest > 0.0 && s->fastest < run->look_rest * s->h * drive;
 }
 
+/* `after`, with the accelerations of forces. */
+static void look_back(const perp_contact_run *run, const perp_contact_step *s)
+{
+    const int32_t count = run->invert && !perp__is_zero(s->acceleration, s->n) ? s->n : 0;
+
+    for (int32_t i = 0; i < count; i++)
+        run->room[i] = s->force[i] + s->force_of_rows[i];
+    if (count > 0)
+        run->invert(run->model, run->data, s->acceleration, run->room, 1);
+    call_stages(run, run->after, run->after_count);
+    for (int32_t i = 0; i < count; i++)
+        s->acceleration[i] = (s->v[i] - s->velocity[i]) / s->h;
+}
+
 static void move(perp_contact_run *run, const perp_contact_step *s)
 {
     double *velocity = run->room + run->places;
     const int32_t shifts = s->shift && s->shifts;
 
-    call_stages(run, run->after, run->after_count);
+    look_back(run, s);
     if (s->was_known && !shifts && run->advance_count == 0) {
         *run->time += s->h; /* place and velocity would become what they are */
         return;

@@ -46,35 +46,22 @@ static int32_t gather_rows(double *to, const double *J, const int32_t *rows, con
     return changes;
 }
 
-/* Entries of M between two of its diagonal, without branches: which are there has no order. */
-static int32_t gather_some(const perp_contact_step *s, int32_t begin, int32_t end)
-{
-    int32_t changes = 0;
-
-    for (int32_t k = begin; k < end; k++) {
-        const int32_t source = s->mass_sources[k];
-        const double *from = source < 0 ? &s->M[k] : &s->mass[source];
-
-        changes |= put(&s->M[k], *from);
-    }
-    return changes;
-}
-
-/* M, with the damping before it is compared. */
+/* M, with the damping before it is compared; no branch asks which entries are there, as that has no
+ * order. */
 static int32_t gather_mass(const perp_contact_step *s)
 {
-    int32_t changes = 0, begin = 0;
+    int32_t changes = 0, next = 0;
 
-    for (int32_t i = 0; i < s->n; i++) {
-        const int32_t k = s->mass_diagonal[i];
+    for (int32_t k = 0; k < s->M_entries; k++) {
+        const int32_t source = s->mass_sources[k];
+        const double *from = source < 0 ? &s->M[k] : &s->mass[source];
+        const int32_t on = next < s->n && k == s->mass_diagonal[next];
 
-        changes |= gather_some(s, begin, k);
-        if (s->mass_sources[k] >= 0)
-            changes |= put(&s->M[k],
-                           s->mass[s->mass_sources[k]] + (s->damping ? s->h * s->damping[i] : 0.0));
-        begin = k + 1;
+        changes |= put(&s->M[k],
+                       on && s->damping && source >= 0 ? *from + s->h * s->damping[next] : *from);
+        next += on;
     }
-    return changes | gather_some(s, begin, s->M_entries);
+    return changes;
 }
 
 static void hand_back(perp_contact_solver *solver, perp_contact_step *s)

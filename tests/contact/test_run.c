@@ -31,7 +31,7 @@ typedef struct simulator {
     double mass[N], M[N * N], place[N], velocity[N], force[N], push[N], time, room[2 * N];
     double f[N], v[N], acceleration[N], force_of_rows[N];
     double J[MOST_ROWS * N], gaps[MOST_ROWS], row_force[MOST_ROWS], bounds[MOST_ROWS];
-    double speeds[MOST_ROWS], belt;
+    double speeds[MOST_ROWS], belt, damping[N], seen[N];
     int32_t counts[5], kinds[MOST_ROWS], ids[MOST_ROWS];
     int32_t mass_sources[N * N], diagonal[N];
     record records[BODIES];
@@ -72,6 +72,25 @@ static void look(const void *model, void *data)
         row += 3;
     }
     sim->counts[4] = row;
+}
+
+/* A mass of 2 each. */
+static void invert(const void *model, void *data, double *acceleration, const double *force,
+                   int32_t count)
+{
+    assert_null(model);
+    assert_non_null(data);
+    assert_int_equal(count, 1);
+    for (int32_t i = 0; i < N; i++)
+        acceleration[i] = force[i] / 2.0;
+}
+
+static void see(const void *model, void *data)
+{
+    simulator *sim = data;
+
+    assert_null(model);
+    memcpy(sim->seen, sim->acceleration, sizeof sim->seen);
 }
 
 static void integrate(const void *model, double *place, const double *velocity, double h)
@@ -338,6 +357,30 @@ static void refuse_friction(simulator *sim)
     look(NULL, sim);
 }
 
+/* Damped masses: m v' + h c v' = m v + h f. What looks behind a step sees f / m, what is left
+ * behind is (v' - v) / h, and what rests is left as it is. */
+static void test_sensors_see_accelerations_without_damping(void **state)
+{
+    simulator *sim = *state;
+    const perp_contact_stage after = see;
+
+    for (int32_t i = 0; i < N; i++)
+        sim->mass[i] = 2.0, sim->damping[i] = 3.0;
+    sim->step.damping = sim->damping, sim->run.invert = invert;
+    sim->run.after = &after, sim->run.after_count = 1;
+    sim->push[0] = 1.0, sim->place[2] = sim->place[5] = 1.0;
+    assert_int_equal(steps(sim, 1), PERP_OK);
+    near(sim->seen[0], 1.0 / 2.0, 1e-15);
+    near(sim->acceleration[0], 1.0 / (2.0 + 3.0 * H_STEP), 1e-14);
+    near(sim->seen[2], -G / 2.0, 1e-14);
+    sim->push[0] = 0.0, sim->place[2] = sim->place[5] = 0.0;
+    memset(sim->velocity, 0, sizeof sim->velocity);
+    assert_int_equal(steps(sim, 1), PERP_OK);
+    for (int32_t i = 0; i < N; i++)
+        assert_true(sim->seen[i] == 0.0 && sim->acceleration[i] == 0.0);
+    sim->run.after_count = 0;
+}
+
 static void refuse_stages(simulator *sim)
 {
     const perp_contact_stage none = NULL;
@@ -468,6 +511,7 @@ int main(void)
         TEST(test_surfaces_move),
         TEST(test_inputs_and_outputs_have_a_row_a_step),
         TEST(test_slow_slips_are_looked_at),
+        TEST(test_sensors_see_accelerations_without_damping),
         TEST(test_names),
         TEST(test_too_many_numbers_are_refused),
         TEST(test_refusals),

@@ -516,6 +516,9 @@ class ContactStep(Structure):
 ContactStage = CFUNCTYPE(None, c_void_p, c_void_p)
 
 
+ContactInvert = CFUNCTYPE(None, c_void_p, c_void_p, c_void_p, c_void_p, c_int32)
+
+
 ContactIntegrate = CFUNCTYPE(None, c_void_p, c_void_p, c_void_p, c_double)
 
 
@@ -567,6 +570,7 @@ class ContactRun(Structure):
         ("drive", c_void_p),
         ("unsolved", c_int64),
         ("residual", c_double),
+        ("invert", ContactInvert),
     ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import threading
+import weakref
 from typing import Any, NamedTuple
 
 import mujoco as mj  # type: ignore[import-untyped]
@@ -26,36 +27,62 @@ _TAKEN = {int(mj.mjtIntegrator.mjINT_IMPLICIT): FAST}
 NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 
 
+class _Lent:
+    """A model's options while steppers have them: one for each model, of all its steppers."""
+
+    of: weakref.WeakValueDictionary[int, _Lent] = weakref.WeakValueDictionary()  # by address
+    making = threading.Lock()
+
+    def __init__(self, model: Any) -> None:
+        self.options, self.lock, self.users = model.opt, threading.Lock(), 0
+        begin, end, first, last = place_of_options()
+        self._cells = (ctypes.c_char * (end - begin)).from_address(model._address + begin)
+        self._taken = (ctypes.c_char * (last - first)).from_address(model._address + first)
+        self.mine, self._own, self._theirs, self._jacobian = b"", b"", b"", -1
+
+    def take(self, jacobian: int) -> None:
+        found, options = self._cells.raw, self.options
+        if found == self.mine and jacobian == self._jacobian:
+            self._taken.raw = self._theirs
+            return
+        self.mine, self._own, self._jacobian = found, self._taken.raw, jacobian
+        options.cone, options.jacobian = _ELLIPTIC, jacobian
+        options.integrator = _TAKEN.get(options.integrator, options.integrator)
+        self._theirs = self._taken.raw
+
+    def give_back(self) -> None:
+        self._taken.raw = self._own
+
+
 class Borrowed:
     """A model's cone and Jacobian are as perp stores rows, and implicitfast is taken for implicit,
     while this is entered, and the user's own after that: also where several threads step it."""
 
-    _entered: dict[int, list[int]] = {}  # by address: how often, and what the user has
-    _lock = threading.Lock()
-
     def __init__(self, model: Any) -> None:
-        self._options, self._key = model.opt, model._address
+        with _Lent.making:
+            lent = _Lent.of.get(model._address)
+            self._lent = lent = lent or _Lent(model)
+            _Lent.of[model._address] = lent
         self._jacobian = _AS_DENSE if model.nv <= DENSE else _AS_SPARSE
 
     def __enter__(self) -> None:
-        options = self._options
-        with self._lock:
-            mine = self._entered.get(self._key)
-            if mine is None:
-                mine = [0, options.cone, options.jacobian, options.integrator]
-                self._entered[self._key] = mine
-                options.cone, options.jacobian = _ELLIPTIC, self._jacobian
-                options.integrator = _TAKEN.get(mine[3], mine[3])
-            mine[0] += 1
+        lent = self._lent
+        with lent.lock:
+            if not lent.users:
+                lent.take(self._jacobian)
+            lent.users += 1
 
     def __exit__(self, *_: Any) -> None:
-        with self._lock:
-            mine = self._entered[self._key]
-            mine[0] -= 1
-            if not mine[0]:
-                options = self._options
-                _, options.cone, options.jacobian, options.integrator = mine
-                del self._entered[self._key]
+        lent = self._lent
+        with lent.lock:
+            lent.users -= 1
+            if not lent.users:
+                lent.give_back()
+
+    @property
+    def options(self) -> bytes:
+        """The user's own, with timestep and flags, as long as this is entered."""
+        return self._lent.mine
 
 
 class Damping:
@@ -166,6 +193,24 @@ def layout() -> Layout:
     )  # fmt: skip
 
 
+@functools.lru_cache(maxsize=None)
+def place_of_options() -> tuple[int, int, int, int]:
+    """Where a model has its timestep, flags, integrator, cone and Jacobian, from and to, in bytes;
+    and where the last three. Reading them there costs a tenth of asking for each."""
+    model = mj.MjModel.from_xml_string(_SCENE)
+    places = []
+    for name in "timestep", "disableflags", "integrator", "cone", "jacobian":
+        seen = []
+        for value in (0.1, 0.3) if name == "timestep" else (0, 1):
+            setattr(model.opt, name, value)
+            seen.append(np.frombuffer(ctypes.string_at(model._address, _OPTIONS_BEFORE), np.int32))
+        places.append(4 * int(np.flatnonzero(seen[0] != seen[1])[0]))
+    lent = places[2:]
+    return min(places), max(places) + 4, min(lent), max(lent) + 4
+
+
+_OPTIONS_BEFORE = 2048  # a model begins with some hundred sizes, and then the options
+
 _SOME_TIME = 0.12345678901234567  # found nowhere else
 _SCENE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" size="1 1 1"/>
 <body><freejoint/><geom size=".1"/></body><body pos="0 0 1"><freejoint/><geom size=".1"/></body>
@@ -175,8 +220,6 @@ _SCENE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" siz
 def pointers(data: Any) -> dict[str, Any]:
     """Where data has its pointers to these arrays."""
     return {name: data._address + k for name, k in layout().pointers.items()}
-
-
 
 
 def source(model: Any, data: Any, at: dict[str, Any]) -> ContactSource:

@@ -19,8 +19,16 @@ from numpy.typing import NDArray
 from . import _arrays
 from . import _mujoco_model as _model
 from ._errors import argument_error
-from ._generated import CONSTANTS, ContactCopy, ContactIntegrate, ContactRun, ContactStage
+from ._generated import (
+    CONSTANTS,
+    ContactCopy,
+    ContactIntegrate,
+    ContactInvert,
+    ContactRun,
+    ContactStage,
+)
 from ._library import library
+from ._stepper import Solved
 from ._structures import sized
 
 Array = NDArray[np.float64]
@@ -51,12 +59,38 @@ def _stages(*names: str) -> list[Any]:
     return [ctypes.cast(getattr(functions, name), ContactStage) for name in names]
 
 
-_GETTERS = [getattr(mj, name) for name in dir(mj) if name.startswith("get_mjcb_")]
+class _Callbacks:
+    """Whether MuJoCo calls functions of Python's: asked where one has changed."""
+
+    def __init__(self) -> None:
+        names = [name for name in dir(mj) if name.startswith("get_mjcb_")]
+        self._getters = [getattr(mj, name) for name in names]
+        functions, size = _functions(), ctypes.sizeof(ctypes.c_void_p)
+        cells = [ctypes.c_void_p.in_dll(functions, name[4:]) for name in names]
+        places = sorted(ctypes.addressof(x) for x in cells)
+        pieces: list[list[int]] = []  # those that lie beside each other together
+        for place in places:
+            if pieces and pieces[-1][1] == place:
+                pieces[-1][1] += size
+            else:
+                pieces.append([place, place + size])
+        self._cells = [(ctypes.c_char * (end - begin)).from_address(begin) for begin, end in pieces]
+        self._seen: list[bytes] = []
+        self._are_there = False
+
+    def are_there(self) -> bool:
+        now = [x.raw for x in self._cells]
+        if now != self._seen:
+            self._seen = now
+            self._are_there = any(get() is not None for get in self._getters)
+        return self._are_there
+
+
+_callbacks = functools.lru_cache(maxsize=None)(_Callbacks)
 
 
 def has_callbacks() -> bool:
-    """Whether MuJoCo calls functions of Python's."""
-    return any(get() is not None for get in _GETTERS)
+    return bool(_callbacks().are_there())
 
 
 class Runner:
@@ -68,7 +102,7 @@ class Runner:
         stepper.bind(data)
         self._stepper, self._data = stepper, data
         self._run, self._begun = sized(ContactRun), False
-        self._raised: Optional[BaseException] = None
+        self._fit, self._room = b"", data.narena // 2
         self._kept: list[Any] = []
         run, model = self._run, stepper.model
         run.model, run.data = model._address, data._address
@@ -94,7 +128,7 @@ class Runner:
         fast = stepper.model.opt.integrator == _model.FAST
         inner = stepper.damping.changes or (fast and stepper.tumbling is not None)
         short = 2 * data.maxuse_arena > data.narena
-        return stepper.rigid and not (inner or short or has_callbacks() or _functions() is None)
+        return stepper.rigid and not (inner or short or _functions() is None or has_callbacks())
 
     def _keep(self, thing: Any) -> Any:
         self._kept.append(thing)
@@ -111,19 +145,12 @@ class Runner:
             "advance": _stages(*(["mj_Euler"] if stepper.advances else [])),
         }
         if stepper.accelerates and (fast or stepper.model.dof_damping.any()):
-            stages["after"] = [ContactStage(self._sense)]
+            run.invert = ctypes.cast(_functions().mj_solveM, ContactInvert)
         for name, functions in stages.items():
             setattr(run, name, self._keep((ContactStage * max(len(functions), 1))(*functions)))
             setattr(run, name + "_count", len(functions))
         if fast:
             self._set_metric()
-
-    def _sense(self, _model_address: Any, _data_address: Any) -> None:
-        """Called by the library; what is raised here waits until it comes back."""
-        try:
-            self._stepper.sense(self._data)
-        except BaseException as error:
-            self._raised = error
 
     def _set_metric(self) -> None:
         """What implicitfast takes implicitly."""
@@ -160,7 +187,6 @@ class Runner:
         """So many steps, each with a row of the inputs, and with one of the outputs behind it;
         phase: of the first one, of which the caller has made those before."""
         run, stepper, data = self._run, self._stepper, self._data
-        solver = stepper.solver
         run.input_count, run.output_count = len(inputs), len(outputs)
         if inputs or outputs:
             run.inputs, run.outputs = self._copies(inputs, True), self._copies(outputs, False)
@@ -168,28 +194,27 @@ class Runner:
         if not self._begun and phase == 0:  # what MuJoCo refuses, it refuses here
             stepper.gather(data)
             self._begun = True
-        solver.numbers.warm = stepper.warm
-        while run.done < steps:
+        self._make()
+        run.steps, run.input_count, run.output_count = 1, 0, 0
+
+    def _make(self) -> None:
+        """Those that are left."""
+        run, stepper, data = self._run, self._stepper, self._data
+        while run.done < run.steps:
             if not stepper.dense and stepper.touching is None:
-                solver.watch_nothing()
+                stepper.solver.watch_nothing()
             try:
-                how = solver.run(run)
+                how = stepper.solver.run(run)
             except ValueError:
                 if run.phase != _SOLVE:
                     raise
-                stepper.warm = bool(solver.numbers.warm)
                 self._moved(stepper.solve(data), run)
                 continue
             if run.wait == _OTHER:
                 stepper.arrange(data)
             elif run.wait == _LOOK:
-                stepper.warm = bool(solver.numbers.warm)
-                solver.patience = run.patience + 1
+                stepper.solver.patience = run.patience + 1
                 self._moved(how, run)
-            stepper.warm = bool(solver.numbers.warm)
-            if self._raised:
-                raised, self._raised = self._raised, None
-                raise raised
 
     def _moved(self, how: Any, run: Any) -> None:
         """Solved here: the rest of the step is the run's."""
@@ -197,7 +222,28 @@ class Runner:
         if not stepper.solver.known:
             stepper.look(self._data, how)
         run.patience = max(stepper.solver.patience, 0)
-        run.phase, stepper.solver.numbers.warm = _MOVE, stepper.warm
+        run.phase = _MOVE
+
+    def fit(self) -> None:
+        """can() says so, of the model's options as they are."""
+        self._fit = self._stepper.borrowed.options
+
+    def fits(self, data: Any) -> bool:
+        """Whether one() does for the next step: nothing is new but data's state."""
+        return (
+            self._data is data
+            and self._stepper.borrowed.options == self._fit
+            and data.maxuse_arena <= self._room
+            and not _callbacks().are_there()
+        )
+
+    def one(self) -> Solved:
+        """The next step."""
+        run, solver = self._run, self._stepper.solver
+        run.done = run.phase = 0
+        self._make()
+        how: Solved = solver.how
+        return how
 
     @property
     def unsolved(self) -> int:

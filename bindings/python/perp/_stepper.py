@@ -7,7 +7,8 @@ perp_contact_solver_step in perp/contact.h.
 
 from __future__ import annotations
 
-from ctypes import addressof, byref, c_double, c_int32, c_void_p, pointer
+from ctypes import addressof, byref, c_double, c_int32, c_void_p, memmove, pointer, sizeof
+from functools import partial
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
@@ -134,10 +135,20 @@ class RowSolver(Handle):
         )  # fmt: skip
         self.how = Solved("iteration_limit", False, np.inf, 0, "auto")
         self.patience = self._pause = 0
-        self.known = self.is_other = False
         self._watched: Any = [], None, []
+        self._running: Optional[ContactRun] = None
         self._held_by: Any = None
         self._held = np.zeros(0, dtype=int)
+
+    @property
+    def known(self) -> bool:
+        """Whether the last step's answer is, to the bit, that of the one before."""
+        return bool(self.numbers.was_known)
+
+    @property
+    def is_other(self) -> bool:
+        """Whether other things touch than are arranged."""
+        return bool(self.numbers.is_other)
 
     @property
     def shift(self) -> Optional[Array]:
@@ -318,25 +329,24 @@ class RowSolver(Handle):
             status = library.perp_contact_solver_step(self._alive(), *self._by_reference)
             if status:
                 self._context.check(status)
-        self.known = bool(numbers.was_known)
-        if self.known:
-            self.is_other = False
-            return self.how
-        self.is_other = bool(numbers.is_other)
-        if not self.is_other:
+        if not (numbers.was_known or numbers.is_other):
             self.how = self._ended()
         return self.how
 
     def run(self, run: ContactRun) -> Solved:
         """Steps within a run, as far as it goes without help: perp_contact_solver_run. Returns how
         the last one ended."""
-        solver, structs = self._alive(), self._by_reference
+        if run is not self._running:  # for a small robot ctypes takes longer than the library does
+            function = library["perp_contact_solver_run"]
+            function.restype = c_int32
+            self._call_run = partial(function, self._alive(), byref(run), *self._by_reference)
+            self._running = run
         with self._lock:
-            status = library.perp_contact_solver_run(solver, byref(run), *structs)
+            status = self._call_run()
             if status:
                 self._context.check(status)
-        self.known, self.is_other = bool(self.numbers.was_known), bool(self.numbers.is_other)
-        if not self.is_other and not self.known:
+        numbers = self.numbers
+        if not (numbers.was_known or numbers.is_other):
             self.how = self._ended()
         return self.how
 
@@ -347,8 +357,9 @@ class RowSolver(Handle):
 
     def _ended(self) -> Solved:
         end = self.result
+        outcome = end.outcome
         return Solved(
-            OUTCOMES[end.outcome], end.outcome in GOOD_OUTCOMES, end.residual, end.iterations,
+            OUTCOMES[outcome], outcome in GOOD_OUTCOMES, end.residual, end.iterations,
             CONTACT_METHODS[end.method],
         )  # fmt: skip
 
@@ -374,7 +385,7 @@ class RowSolver(Handle):
         if speeds.max() > 100.0 * tol * self.numbers.driven:
             return how
         kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
-        laws = self.laws
+        ended, laws = CResult.from_buffer_copy(self.result), self.laws
         turns = laws.rolling.any() or laws.spinning.any()
         again = self.solve_by("auto" if turns else "newton", 1e-3 * tol)
         if again.ok and self.numbers.slips < slips.sum():
@@ -382,6 +393,7 @@ class RowSolver(Handle):
         self.patience = _PATIENCE
         self.v[:], self.r[:], self.u[:], self.modes[:] = kept
         self.how = how
+        memmove(byref(self.result), byref(ended), sizeof(ended))
         self._hand_back()
         return how
 

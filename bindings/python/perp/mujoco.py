@@ -104,7 +104,7 @@ class Stepper:
             raise argument_error(f"restitution is {restitution}, expected 0 to 1")
         self.model = model
         self.correction, self.restitution = correction, restitution
-        self.slop = 1e-3 * model.stat.meansize if slop is None else slop
+        self._slop = 1e-3 * model.stat.meansize if slop is None else slop
         self.dense = model.nv <= _model.DENSE
         self._entries = _model.entries_of_mass(model)
         self._places_of_mass = places_of_mass(model, self._entries)
@@ -135,17 +135,35 @@ class Stepper:
     def _run(self, data: Any, count: int, phase: int = 0) -> Runner:
         """So many steps in one call of the library, of the first what comes from `phase` on."""
         self.bind(data)
-        self.solver.numbers.h, self.solver.numbers.slop = self._options.timestep, self.slop
+        self.solver.numbers.h = self._options.timestep
         if self._runner is None:
             self._runner = Runner(self, data)
         self._runner(count, [], [], phase)
         return self._runner
 
+    @property
+    def slop(self) -> float:
+        """The overlap that contacts and limits keep."""
+        return self._slop
+
+    @slop.setter
+    def slop(self, slop: float) -> None:
+        self._slop = self.solver.numbers.slop = slop
+
+    @property
+    def warm(self) -> bool:
+        """Whether the next step has a start."""
+        return bool(self.solver.numbers.warm)
+
+    @warm.setter
+    def warm(self, warm: bool) -> None:
+        self.solver.numbers.warm = warm
+
     def begin_anew(self) -> None:
         """As if nothing had been stepped before."""
         self.solver = RowSolver(self.model.nv, *self._settings)
         self.solver.set_mass(*self._places_of_mass)
-        self.solver.numbers.correction = self.correction
+        self.solver.numbers.correction, self.solver.numbers.slop = self.correction, self._slop
         self.solver.numbers.restitution = self.restitution
         self._runner: Optional[Runner] = None
         self._bound: Any = lambda: None  # data, while they last, and what else the numbers go by
@@ -157,10 +175,13 @@ class Stepper:
         """Advances data by the model's timestep, and says how its problem ended. Where that is not
         ok, the best impulses found are used all the same."""
         with self.borrowed:
-            if Runner.can(self, data):
-                self._run(data, 1)
-                return self.solver.how
-            return self._step(data)
+            runner = self._runner
+            if runner is not None and runner.fits(data):
+                return runner.one()
+            if not Runner.can(self, data):
+                return self._step(data)
+            self._run(data, 1).fit()
+            return self.solver.how
 
     def gather(self, data: Any) -> None:
         """All of a step before its contacts are solved."""
@@ -327,7 +348,7 @@ class Stepper:
             self._linearise(data, h)
         elif self.damping.changes:
             self.damping.update(data.qvel)
-        self.solver.numbers.h, self.solver.numbers.slop = h, self.slop
+        self.solver.numbers.h = h
 
     def bind(self, data: Any) -> None:
         options, solver = self._options, self.solver

@@ -49,6 +49,22 @@ def test_law_and_dynamics_hold(method, seed):
     assert r.v @ M @ r.v <= f @ np.linalg.solve(M, f) * (1 + tol)
 
 
+@pytest.mark.parametrize("n", [90, 97, 132, 256, 260])
+def test_more_rows_than_many_velocities(n):
+    """From 97 to 256 velocities W is half made only then; the law and the balance hold all the same,
+    and what is felt does not depend on how M is given."""
+    contacts = n // 2
+    M, f, H, w, mu = random_dynamics(n, n, contacts)
+    M /= n
+    given = M, sp.csc_matrix(M)
+    answers = [perp.contact(M_, f, H, w, mu, method="newton") for M_ in given]
+    for r in answers:
+        assert r.ok
+        check_law(r, mu, 3, 1e-6)  # tol 1e-8, numbers of order 1 to 100
+        assert np.abs(M @ r.v - f - H.T @ r.impulse).max() <= 1e-11 * np.abs(r.impulse).max()
+    np.testing.assert_allclose(answers[0].v, answers[1].v, atol=1e-6)
+
+
 def test_dense_sparse_and_callback_agree():
     M, f, H, w, mu = random_dynamics(3)
     inverse = np.linalg.inv(M)

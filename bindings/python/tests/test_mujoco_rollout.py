@@ -9,6 +9,8 @@ import perp.mujoco  # noqa: E402
 from perp._mujoco_run import Runner  # noqa: E402
 
 STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+FAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 WALKER = """
 <mujoco><option timestep=".004" {option}/><worldbody><geom type="plane" size="9 9 .1"/>
 <body pos="0 0 .6"><freejoint/><geom type="box" size=".2 .1 .05"/>
@@ -81,19 +83,46 @@ def test_bits_are_those_of_steps_at_any_number_of_threads(name, monkeypatch):
     assert data.ncon > 0  # it fell
 
 
-def test_what_a_sensor_raises_comes_back(monkeypatch):
+def test_what_changes_between_steps_counts():
+    """A step that is one call reads it all the same: what follows is a fresh stepper's from there."""
     model, states, controls = setup("accelerometers", 1, 3)
-    stepper, data = perp.mujoco.Stepper(model), mujoco.MjData(model)
-    stepper.step(data)
+    stepper, data, calls = perp.mujoco.Stepper(model), mujoco.MjData(model), []
+    mine = model.opt.cone, model.opt.jacobian, model.opt.integrator
 
-    def sense(data):
-        raise ZeroDivisionError("of the sensor")
+    def both():
+        fresh, other = perp.mujoco.Stepper(model), mujoco.MjData(model)
+        mujoco.mj_setState(model, other, state, STATE)
+        for one, at in (stepper, data), (fresh, other):
+            assert one.step(at).ok
+        assert data.time == other.time
+        np.testing.assert_allclose(data.qvel, other.qvel, atol=1e-7)  # tol is 1e-8
 
-    monkeypatch.setattr(stepper, "sense", sense)
-    with pytest.raises(ZeroDivisionError, match="of the sensor"):
+    def keep():
+        mujoco.mj_getState(model, data, state, STATE)
+
+    state = states[0].copy()
+    mujoco.mj_setState(model, data, state, STATE)
+    for _ in range(3):
         stepper.step(data)
-    monkeypatch.undo()
-    assert stepper.step(data).ok
+    for name, value in ("timestep", 0.001), ("disableflags", GRAVITY), ("integrator", FAST):
+        keep()
+        before = data.time, getattr(model.opt, name)
+        setattr(model.opt, name, value)
+        both()
+        assert data.time - before[0] == pytest.approx(model.opt.timestep, abs=1e-12)
+        setattr(model.opt, name, before[1])
+        keep()
+        both()
+    mujoco.set_mjcb_control(lambda m, d: calls.append(d.time))
+    try:
+        stepper.step(data)
+    finally:
+        mujoco.set_mjcb_control(None)
+    assert len(calls) == 1
+    stepper.slop = 0.01
+    stepper.step(data)
+    assert len(calls) == 1 and stepper.solver.numbers.slop == 0.01
+    assert (model.opt.cone, model.opt.jacobian, model.opt.integrator) == mine
 
 
 def test_in_the_air_they_are_mujocos():
@@ -106,8 +135,8 @@ def test_in_the_air_they_are_mujocos():
     np.testing.assert_allclose(ours.sensors, sensors, atol=1e-9)
 
 
-def test_what_rests_stays_at_rest():
-    """Slides to rest within the run: the slow slips are looked at, as in steps."""
+def slider():
+    """A box that slides to rest; its model, data and state."""
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option gravity="3 0 -9.4"/><worldbody><geom type="plane" size="9 9 .1"/>'
         '<body pos="0 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
@@ -117,9 +146,36 @@ def test_what_rests_stays_at_rest():
     data.qvel[:2] = 0.3, 0.2
     state = np.zeros(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
+    return model, data, state
+
+
+def test_what_rests_stays_at_rest():
+    """Slides to rest within the run: the slow slips are looked at, as in steps."""
+    model, _, state = slider()
     run = perp.mujoco.rollout(model, state, steps=400)
     assert run.ok and run.states.shape == (1, 400, 14)
     assert (run.states[0, -50:, 8:] == 0.0).all()
+
+
+def test_a_look_that_finds_nothing_leaves_the_answer(monkeypatch):
+    """No look at slow slips is ever content here: the steps say what they said before it."""
+    model, data, _ = slider()
+    model.opt.gravity[:] = 9.4, 0.0, -9.4  # on the edge of friction
+    data.qvel[:2] = 1e-9, 0.0
+    stepper, looks = perp.mujoco.Stepper(model), []
+    solve_by = stepper.solver.solve_by
+
+    def sharper(method, _):
+        looks.append(solve_by(method, 1e-300))
+        return looks[-1]._replace(ok=False)
+
+    monkeypatch.setattr(stepper.solver, "solve_by", sharper)
+    for _ in range(100):
+        before = len(looks)
+        how = stepper.step(data)
+        assert how.ok
+        assert len(looks) == before or how != looks[-1]
+    assert looks
 
 
 @pytest.mark.parametrize("name", CASES)

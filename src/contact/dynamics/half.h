@@ -9,8 +9,10 @@
 /* Rows of A that are worked on at a time: Y has so many more columns than one needs. */
 enum { PERP__HALF_TILE = 8 };
 
-/* Velocities up to which W is made so. */
-enum { PERP__HALF_MOST = 96 };
+/* Velocities up to which W is made so; and those up to which it is where rows outnumber them, as
+ * methods then go on in velocities: M's own factors, mostly those of a tree, are cheaper for W
+ * alone. */
+enum { PERP__HALF_FEW = 96, PERP__HALF_MOST = 256 };
 
 /* Columns of Y for so many rows of A. */
 static inline size_t perp__half_width(int32_t size)

@@ -141,7 +141,7 @@ static sizes measure(perp__proximal *s)
     s->whole = widest > 0 && (double)parts * widest * widest <= 2.0 * (double)most.entries;
     if (!s->whole)
         return most;
-    s->by_rows = !problem->half || widest < 2 * problem->half_rows;
+    s->by_rows = !problem->half || 4 * widest < 5 * problem->half_rows;
     widest = s->by_rows ? widest : problem->half_rows;
     s->width = (widest + PERP__WHOLE_STEP - 1) / PERP__WHOLE_STEP * PERP__WHOLE_STEP;
     s->blocks = parts;
