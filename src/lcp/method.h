@@ -87,7 +87,7 @@ typedef struct perp__lcp_iterate {
     int32_t warm;    /* on entry: z holds a start the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     int32_t rays;    /* on entry: attempts of this solve that ended in a ray that stood its check */
-    int32_t far_off; /* set where another attempt is worth more than a polish of this point */
+    int32_t far_off; /* set where another try is worth more than a polish of this point */
     int32_t improvable; /* set where another attempt may bring digits that the polish can't */
     perp_outcome outcome;
     int64_t iterations;

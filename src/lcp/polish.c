@@ -299,9 +299,8 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
     return status;
 }
 
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good)
 {
-    const int32_t is_good = perp__is_good(perp__lcp_judge(solver, worth, PERP_OUTCOME_STALLED));
     const int32_t rounds = is_good              ? PERP__REPAIRS_GOOD
                            : uses_dense(solver) ? PERP__REPAIRS_DENSE
                                                 : PERP__REPAIRS_SPARSE;

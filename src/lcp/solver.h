@@ -230,10 +230,11 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
  * changed. */
 int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
 
-/* Re-solves the index set `places`, starting from solver->z as evaluated last, repairs a few signs,
+/* Re-solves the index set `places`, starting from solver->z as evaluated last, which is good as it
+ * is or not, repairs a few signs,
  * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or
  * _MEMORY. */
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left
