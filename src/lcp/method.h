@@ -148,10 +148,9 @@ static inline int32_t perp__lcp_may_factor(perp__lcp_control *control, double co
     return perp__lcp_may_multiply(control, count * count * count / (halves ? 6.0 : 3.0), n);
 }
 
-/* Scaled M, or `sign` times that, as a dense column-major n by n array. */
-void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension);
-void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
-                           size_t leading_dimension);
+/* `sign` times the scaled M, as a dense column-major n by n array. */
+void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
+                     size_t leading_dimension);
 
 /* Checks M, which has to be square, and the bounds; fills `own`. */
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,

@@ -23,10 +23,7 @@
 
 static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 {
-    steps[count].method = method;
-    steps[count].iteration_limit = 0;
-    steps[count].share = 1.0;
-    steps[count].leads = steps[count].rough = 0;
+    steps[count] = (perp__plan_step){.method = method, .share = 1.0};
     return count + 1;
 }
 

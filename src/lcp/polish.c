@@ -44,12 +44,9 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
 
     if (p->fitted == solver->shape)
         return PERP_OK;
-    p->fitted = 0;
     status = perp__arena_fit(&p->arena, solver->context, layout, solver);
-    if (status != PERP_OK)
-        return status;
-    p->fitted = solver->shape;
-    return PERP_OK;
+    p->fitted = status == PERP_OK ? solver->shape : 0;
+    return status;
 }
 
 /* Factors the active block + rho I; a singular one is told by *regular = 0. */

@@ -57,8 +57,8 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
         }
 }
 
-void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
-                           size_t leading_dimension)
+void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
+                     size_t leading_dimension)
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
@@ -75,11 +75,6 @@ void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
     }
-}
-
-void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
-{
-    perp__lcp_dense_times(problem, 1.0, dense, leading_dimension);
 }
 
 void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product, double *w)
