@@ -517,7 +517,9 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         if (ends_the_search(solver))
             break;
     }
-    /* 3. The tree of index sets. */
+    /* 3. Its parts, or the tree of index sets. */
+    if (status == PERP_OK && solver->settings.method == PERP_LCP_AUTO && !ends_the_search(solver))
+        status = perp__solve_apart(solver);
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
     /* 4. A solve that failed returns the best point it met; the start is one of them, unless an

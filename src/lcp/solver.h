@@ -108,6 +108,8 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
+    perp_lcp_solver *inner;     /* of parts that are solved one by one; NULL until there are some */
+    int32_t *apart;             /* 4 n: their variables, see apart.c */
     struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t insists;            /* on larger ones, too */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
@@ -229,6 +231,10 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
  * takes. True if that gave a point as good as a double gets, with its worth; else nothing has
  * changed. */
 int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
+
+/* Solves the parts of few variables that share nothing one by one; nothing where there is but one
+ * part. PERP_OK, _MEMORY, or _CALLBACK if the monitor aborts. */
+perp_status perp__solve_apart(perp_lcp_solver *solver);
 
 /* Re-solves the index set `places`, starting from solver->z as evaluated last, which is good as it
  * is or not, repairs a few signs,
