@@ -8,13 +8,14 @@
  * a minute there. */
 #define PERP__LARGEST_PATH 16384
 
-/* So many sweeps cost a fifth of a factorisation on obstacle problems, and twice that one by LU at
- * 1000 rows. On a dense matrix n / 16 sweeps cost half of one. */
+/* So many sweeps cost a fifth of a factorisation on obstacle problems, and so many less than active
+ * sets by LU, of 100 rows or 1e5. On a dense matrix n / 16 sweeps cost half of a factorisation. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
-#define PERP__SWEEPS_OF_LU 128
+#define PERP__SWEEPS_OF_LU 512
 /* After so many sweeps the rate at which the residual falls tells whether the rest will do; where a
  * flow carries q along, it shows later. */
 #define PERP__FIRST_LOOK 4
+#define PERP__FIRST_LOOK_AT_FLOW 64
 
 /* Where pivoting has failed on a dense matrix, Newton's method may take as many steps of n^3
  * operations as fit into PERP__NEWTON_WORK, and PERP__NEWTON_STEPS more. */
@@ -36,11 +37,12 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
     const int32_t is_limited = solver->settings.time_limit > 0.0;
     const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
-    const int32_t is_dear = is_sparse && !is_limited && solver->n > PERP__SMALL_SPARSE &&
-                            solver->block.kind == PERP__SPARSE_GENERAL;
+    const int32_t is_dear =
+        is_sparse && solver->n > PERP__SMALL_SPARSE && solver->block.kind == PERP__SPARSE_GENERAL;
     double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
+    steps[0].share = is_limited ? 0.5 : 1.0;
     /* A sweep over a diagonally dominant problem leaves the rows' off-diagonal share at most, in
      * the mean its square. */
     for (int32_t i = 0; i < solver->n && may_promise; i++)
@@ -50,7 +52,7 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     if (is_dear || (may_promise && share < 1.0 &&
                     log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
                         PERP__ROUGH_SWEEPS_SPARSE)) {
-        steps[0].leads = is_dear ? PERP__SWEEPS_OF_LU / 2 : 0;
+        steps[0].leads = is_dear ? PERP__FIRST_LOOK_AT_FLOW : 0;
         steps[0].iteration_limit = is_dear ? PERP__SWEEPS_OF_LU : PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }
@@ -60,7 +62,6 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     steps[0].rough = 1;
     steps[0].leads = PERP__FIRST_LOOK;
     steps[0].iteration_limit = is_sparse ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
-    steps[0].share = is_limited ? 0.5 : 1.0;
     return 1;
 }
 
