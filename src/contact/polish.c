@@ -208,7 +208,7 @@ static void solve_step(perp__contact_polish *p)
         for (int32_t i = 0; i < p->n; i++)
             p->step[i] += p->error[i];
         memcpy(p->error, p->rhs, bytes);
-        perp__gemv_subtract(p->n, p->n, p->K, p->n, p->step, 1, p->error);
+        perp__gemv_subtract(p->n, p->n, p->K, p->n, p->step, p->error);
     }
 }
 

@@ -96,7 +96,7 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
             outcome = perp__lcp_judge(solver, &worth, said);
             if (perp__is_good(outcome) && is_better(&solver->best, &worth, outcome))
                 keep(solver, &worth, outcome, step->method);
-            status = perp__polish_run(solver, &worth);
+            status = perp__polish_run(solver, &worth, perp__is_good(outcome));
             if (status != PERP_OK)
                 return status;
         }
@@ -266,7 +266,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     else if (perp__is_past(solver->deadline))
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
     /* 3. The candidate. */
-    if (attempt + 1 == slot->method->attempts || solver->ended >= 0)
+    if ((attempt + 1 == slot->method->attempts && !step->leads) || solver->ended >= 0)
         iterate.far_off = 0;
     solver->improvable = iterate.improvable;
     status = perp__consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
@@ -485,7 +485,8 @@ static perp_status try_without_method(perp_lcp_solver *solver, const double *z0)
         worth = perp__evaluate(solver);
         solver->correct = NULL;
         perp__read_places(solver, solver->places);
-        status = perp__polish_run(solver, &worth);
+        outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+        status = perp__polish_run(solver, &worth, perp__is_good(outcome));
         outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
         if (status == PERP_OK && perp__is_good(outcome))
             keep(solver, &worth, outcome, PERP_LCP_POLISH);
@@ -516,7 +517,9 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         if (ends_the_search(solver))
             break;
     }
-    /* 3. The tree of index sets. */
+    /* 3. Its parts, or the tree of index sets. */
+    if (status == PERP_OK && solver->settings.method == PERP_LCP_AUTO && !ends_the_search(solver))
+        status = perp__solve_apart(solver);
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
     /* 4. A solve that failed returns the best point it met; the start is one of them, unless an

@@ -85,7 +85,7 @@ typedef struct perp__lcp_iterate {
     int32_t warm;    /* on entry: z holds a start the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     int32_t rays;    /* on entry: attempts of this solve that ended in a ray that stood its check */
-    int32_t far_off; /* set where another attempt is worth more than a polish of this point */
+    int32_t far_off; /* set where another try is worth more than a polish of this point */
     int32_t improvable; /* set where another attempt may bring digits that the polish can't */
     perp_outcome outcome;
     int64_t iterations;
@@ -146,10 +146,9 @@ static inline int32_t perp__lcp_may_factor(perp__lcp_control *control, double co
     return perp__lcp_may_multiply(control, count * count * count / (halves ? 6.0 : 3.0), n);
 }
 
-/* Scaled M, or `sign` times that, as a dense column-major n by n array. */
-void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension);
-void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
-                           size_t leading_dimension);
+/* `sign` times the scaled M, as a dense column-major n by n array. */
+void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
+                     size_t leading_dimension);
 
 /* Checks M, which has to be square, and the bounds; fills `own`. */
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,

@@ -8,11 +8,14 @@
  * a minute there. */
 #define PERP__LARGEST_PATH 16384
 
-/* So many sweeps cost a fifth of a factorisation on obstacle problems. On a dense matrix n / 16
- * sweeps cost half of one. */
+/* So many sweeps cost a fifth of a factorisation on obstacle problems, and so many less than active
+ * sets by LU, of 100 rows or 1e5. On a dense matrix n / 16 sweeps cost half of a factorisation. */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
-/* After so many sweeps the rate at which the residual falls tells whether the rest will do. */
+#define PERP__SWEEPS_OF_LU 512
+/* After so many sweeps the rate at which the residual falls tells whether the rest will do; where a
+ * flow carries q along, it shows later. */
 #define PERP__FIRST_LOOK 4
+#define PERP__FIRST_LOOK_AT_FLOW 64
 
 /* Where pivoting has failed on a dense matrix, Newton's method may take as many steps of n^3
  * operations as fit into PERP__NEWTON_WORK, and PERP__NEWTON_STEPS more. */
@@ -21,21 +24,12 @@
 
 static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 {
-    steps[count].method = method;
-    steps[count].iteration_limit = 0;
-    steps[count].share = 1.0;
-    steps[count].leads = steps[count].rough = 0;
+    steps[count] = (perp__plan_step){.method = method, .share = 1.0};
     return count + 1;
 }
 
-/* Whether the signs of a sparse M promise that active sets settle. */
-static int32_t may_settle(const perp__sparse_block *block)
-{
-    return block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs;
-}
-
-/* Sweeps before anything is factored: where the diagonal promises that few suffice, or, where
- * active sets promise nothing, the first sweeps do; where the tolerance is loose, because they may
+/* Sweeps before anything is factored: where the diagonal promises that few suffice, or, where M
+ * would be factored by LU, the first sweeps do; where the tolerance is loose, because they may
  * suffice; where time is short, because a direct solve may end with nothing to show. */
 static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
@@ -43,21 +37,23 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     const int32_t is_tridiagonal = is_sparse && solver->block.kind == PERP__SPARSE_TRIDIAGONAL;
     const int32_t is_limited = solver->settings.time_limit > 0.0;
     const int32_t may_promise = is_sparse && solver->n >= PERP__LARGE_MATRIX;
-    const int32_t is_open = may_promise && !is_limited && !may_settle(&solver->block);
+    const int32_t is_dear =
+        is_sparse && solver->n > PERP__SMALL_SPARSE && solver->block.kind == PERP__SPARSE_GENERAL;
     double share = 0.0;
 
     add(steps, 0, PERP_LCP_PGS);
+    steps[0].share = is_limited ? 0.5 : 1.0;
     /* A sweep over a diagonally dominant problem leaves the rows' off-diagonal share at most, in
      * the mean its square. */
     for (int32_t i = 0; i < solver->n && may_promise; i++)
         share = fmax(share, solver->row_norms[i] / (perp__entry(&solver->M, i, i) *
                                                     solver->factors[i] * solver->factors[i]) -
                                 1.0);
-    if (is_open || (may_promise && share < 1.0 &&
+    if (is_dear || (may_promise && share < 1.0 &&
                     log(0.1 * solver->settings.tol) / (2.0 * log(fmax(share, 0.1))) <
                         PERP__ROUGH_SWEEPS_SPARSE)) {
-        steps[0].leads = is_open ? PERP__FIRST_LOOK : 0;
-        steps[0].iteration_limit = PERP__ROUGH_SWEEPS_SPARSE;
+        steps[0].leads = is_dear ? PERP__FIRST_LOOK_AT_FLOW : 0;
+        steps[0].iteration_limit = is_dear ? PERP__SWEEPS_OF_LU : PERP__ROUGH_SWEEPS_SPARSE;
         return 1;
     }
     if (solver->n < PERP__COARSEST || is_tridiagonal ||
@@ -66,7 +62,6 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
     steps[0].rough = 1;
     steps[0].leads = PERP__FIRST_LOOK;
     steps[0].iteration_limit = is_sparse ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
-    steps[0].share = is_limited ? 0.5 : 1.0;
     return 1;
 }
 
@@ -88,7 +83,7 @@ int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
          * tableau would be large beside the sparse matrix. */
         const int32_t path = solver->n <= PERP__LARGEST_PATH;
 
-        if (may_settle(block))
+        if (block->kind != PERP__SPARSE_GENERAL || block->is_nearly_z || block->has_z_signs)
             count = add(steps, count, PERP_LCP_ACTIVE_SET);
         if (path && !block->has_positive_diagonal)
             count = add(steps, count, PERP_LCP_LEMKE);

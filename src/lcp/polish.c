@@ -44,12 +44,9 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
 
     if (p->fitted == solver->shape)
         return PERP_OK;
-    p->fitted = 0;
     status = perp__arena_fit(&p->arena, solver->context, layout, solver);
-    if (status != PERP_OK)
-        return status;
-    p->fitted = solver->shape;
-    return PERP_OK;
+    p->fitted = status == PERP_OK ? solver->shape : 0;
+    return status;
 }
 
 /* Factors the active block + rho I; a singular one is told by *regular = 0. */
@@ -299,9 +296,8 @@ static perp_status attempt(perp_lcp_solver *solver, int32_t rounds, double rho,
     return status;
 }
 
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good)
 {
-    const int32_t is_good = perp__is_good(perp__lcp_judge(solver, worth, PERP_OUTCOME_STALLED));
     const int32_t rounds = is_good              ? PERP__REPAIRS_GOOD
                            : uses_dense(solver) ? PERP__REPAIRS_DENSE
                                                 : PERP__REPAIRS_SPARSE;

@@ -2,7 +2,6 @@
 #include <string.h>
 
 #include "lcp/method.h"
-#include "linalg/lanes/multiversion.h"
 
 int32_t perp__diagonal_is_positive(const perp__matrix *M)
 {
@@ -10,23 +9,6 @@ int32_t perp__diagonal_is_positive(const perp__matrix *M)
         if (!(M->values[(size_t)i * (M->row_stride + M->column_stride)] > 0.0))
             return 0;
     return 1;
-}
-
-PERP__MULTIVERSION(dense_from_columns,
-                   (const perp__lcp_problem *problem, double sign, double *dense, size_t ld),
-                   (problem, sign, dense, ld))
-{
-    const size_t n = (size_t)problem->n, stride = problem->M->column_stride;
-    const double *restrict d = problem->factors;
-
-    for (size_t j = 0; j < n; j++) {
-        double *restrict column = dense + j * ld;
-        const double *restrict from = problem->M->values + j * stride;
-        const double d_j = sign * d[j];
-
-        for (size_t i = 0; i < n; i++)
-            column[i] = from[i] * (d[i] * d_j);
-    }
 }
 
 /* column[i] := row[i stride] (d_i d_j), i < count. */
@@ -39,15 +21,16 @@ static inline void scale_strip(const double *row, size_t stride, const double *d
 
 /* A strip of rows at a time, so that what is read and what is written stay in the cache until their
  * lines are complete. */
-static void dense_from_rows(const perp__lcp_problem *problem, double sign, double *dense, size_t ld)
+static void dense_from(const perp__lcp_problem *problem, double sign, double *dense, size_t ld)
 {
     enum { ROWS = 16 };
     const size_t n = (size_t)problem->n, stride = problem->M->row_stride;
+    const size_t next = problem->M->column_stride;
     const double *d = problem->factors;
 
     for (size_t begin = 0; begin < n; begin += ROWS)
         for (size_t j = 0; j < n; j++) {
-            const double *from = problem->M->values + begin * stride + j;
+            const double *from = problem->M->values + begin * stride + j * next;
             double *column = dense + j * ld + begin;
 
             if (begin + ROWS <= n) /* the compiler knows its length */
@@ -57,16 +40,14 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
         }
 }
 
-void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
-                           size_t leading_dimension)
+void perp__lcp_dense(const perp__lcp_problem *problem, double sign, double *dense,
+                     size_t leading_dimension)
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
 
-    if (M->row_stride == 1 && !M->column_starts)
-        dense_from_columns(problem, sign, dense, leading_dimension);
-    else if (!M->column_starts)
-        dense_from_rows(problem, sign, dense, leading_dimension);
+    if (!M->column_starts)
+        dense_from(problem, sign, dense, leading_dimension);
     for (int32_t j = 0; M->column_starts && j < problem->n; j++) {
         double *column = dense + (size_t)j * leading_dimension;
         const double d_j = sign * d[j];
@@ -75,11 +56,6 @@ void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
     }
-}
-
-void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
-{
-    perp__lcp_dense_times(problem, 1.0, dense, leading_dimension);
 }
 
 void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product, double *w)

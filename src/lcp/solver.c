@@ -55,6 +55,8 @@ static void release(void *object)
     for (int32_t k = 0; k < PERP__METHODS; k++)
         perp__workspace_release(&solver->slots[k].space, solver->slots[k].method->release);
     perp__arena_release(&solver->polish.arena);
+    if (solver->inner)
+        perp__handle_end(solver->inner);
     if (solver->tree)
         perp__last_word_release(solver);
     if (solver->block.M)
@@ -96,6 +98,7 @@ static void layout(perp__arena *arena, void *object)
                   &s->lower_scaled, &s->upper_scaled, &s->iterate, &s->ray, &s->covering);
     s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     PERP__INTEGERS(arena, 2 * n, &s->work, &s->part, &s->omega, &s->part_omega);
+    s->apart = perp__arena_take(arena, 4 * n, sizeof(int32_t));
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
@@ -292,7 +295,7 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 }
 
 /* Doubles of room for the solver's arena at n = PERP__SMALL_LENGTH. */
-enum { SMALL_ROOM = 3456 };
+enum { SMALL_ROOM = 3520 };
 
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)

@@ -108,6 +108,8 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
+    perp_lcp_solver *inner;     /* of parts that are solved one by one; NULL until there are some */
+    int32_t *apart;             /* 4 n: their variables, see apart.c */
     struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t insists;            /* on larger ones, too */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
@@ -230,10 +232,15 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
  * changed. */
 int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
 
-/* Re-solves the index set `places`, starting from solver->z as evaluated last, repairs a few signs,
+/* Solves the parts of few variables that share nothing one by one; nothing where there is but one
+ * part. PERP_OK, _MEMORY, or _CALLBACK if the monitor aborts. */
+perp_status perp__solve_apart(perp_lcp_solver *solver);
+
+/* Re-solves the index set `places`, starting from solver->z as evaluated last, which is good as it
+ * is or not, repairs a few signs,
  * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or
  * _MEMORY. */
-perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth, int32_t is_good);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left

@@ -50,21 +50,21 @@ void perp__gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32
 }
 
 void perp__gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
-                         int32_t incx, double *y)
+                         double *y)
 {
     if (is_small(m, n, 1, SMALL_GEMV))
-        perp__loops_gemv_subtract(m, n, A, lda, x, incx, y);
+        perp__loops_gemv_subtract(m, n, A, lda, x, 1, y);
     else
-        dgemv_("N", &m, &n, &minus_one, A, &lda, x, &incx, &plus_one, y, &one, 1);
+        dgemv_("N", &m, &n, &minus_one, A, &lda, x, &one, &plus_one, y, &one, 1);
 }
 
 void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
-                                    const double *x, int32_t incx, double *y)
+                                    const double *x, double *y)
 {
     if (is_small(m, n, 1, SMALL_GEMV))
-        perp__loops_gemv_transposed_subtract(m, n, A, lda, x, incx, y);
+        perp__loops_gemv_transposed_subtract(m, n, A, lda, x, y);
     else
-        dgemv_("T", &m, &n, &minus_one, A, &lda, x, &incx, &plus_one, y, &one, 1);
+        dgemv_("T", &m, &n, &minus_one, A, &lda, x, &one, &plus_one, y, &one, 1);
 }
 
 int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots)

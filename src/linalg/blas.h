@@ -10,12 +10,11 @@
 /* C := C - A B; A is m by k, B is k by n. */
 void perp__gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
                          const double *B, int32_t ldb, double *C, int32_t ldc);
-/* y := y - A x; A is m by n; x is read with stride incx, y is contiguous. */
+/* y := y - A x, and y := y - A' x; A is m by n. */
 void perp__gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
-                         int32_t incx, double *y);
-/* y := y - A' x; A is m by n; x is read with stride incx, y is contiguous. */
+                         double *y);
 void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
-                                    const double *x, int32_t incx, double *y);
+                                    const double *x, double *y);
 /* LU with partial pivoting in place; returns 0, or the 1-based index of a zero pivot. */
 int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots);
 /* B := A^-1 B, or A^-T B; B has `columns` columns. */

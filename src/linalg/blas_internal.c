@@ -27,15 +27,15 @@ void perp__gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32
 }
 
 void perp__gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
-                         int32_t incx, double *y)
+                         double *y)
 {
-    perp__loops_gemv_subtract(m, n, A, lda, x, incx, y);
+    perp__loops_gemv_subtract(m, n, A, lda, x, 1, y);
 }
 
 void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
-                                    const double *x, int32_t incx, double *y)
+                                    const double *x, double *y)
 {
-    perp__loops_gemv_transposed_subtract(m, n, A, lda, x, incx, y);
+    perp__loops_gemv_transposed_subtract(m, n, A, lda, x, y);
 }
 
 /* Row exchanges `from` to `to` - 1 on the columns `begin` to `end` - 1. */

@@ -140,7 +140,7 @@ void perp__verified_apply(const perp__verified *v, const double *r, double *x)
 {
     for (int32_t i = 0; i < v->n; i++)
         x[i] = 0.0;
-    perp__gemv_transposed_subtract(v->n, v->n, v->inverse, v->n > 0 ? v->n : 1, r, 1, x);
+    perp__gemv_transposed_subtract(v->n, v->n, v->inverse, v->n > 0 ? v->n : 1, r, x);
     for (int32_t i = 0; i < v->n; i++)
         x[i] = -x[i];
 }

@@ -133,19 +133,20 @@ static void find_units(perp__witness *t, const perp__witness_point *p)
     cut_and_tie(t, p->M, sqrt(p->tol), t->is_free);
 }
 
-/* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix; and
- * none so large beside q_i that terms which cancel may hide it. What overflows proves nothing. */
-static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p)
+/* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix;
+ * *hidden: one is so large beside q_i that terms which cancel may hide it. What overflows proves
+ * nothing. */
+static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p, int32_t *hidden)
 {
     int32_t known = 0, i;
 
+    *hidden = 0;
     for (i = 0; i < p->M->rows; i++) {
         const double v = violation_of_row(p, i);
 
         if (v <= p->tol * fabs(p->q[i]))
             continue;
-        if (p->q[i] != 0.0 && !(v <= sqrt(p->tol) * fabs(p->q[i])))
-            return 0;
+        *hidden |= p->q[i] != 0.0 && !(v <= sqrt(p->tol) * fabs(p->q[i]));
         if (!known++)
             perp__find_terms(p->M, p->q, p->z, NULL, NULL, t->terms);
         if (!(v <= p->tol * t->terms[i]) || !isfinite(t->terms[i]))
@@ -227,14 +228,16 @@ static void find_violations(perp__witness *t, const perp__witness_point *p, doub
 /* omega is a power of two near the largest right side: that is at most twice as large. */
 #define LARGEST_SIDE 2.0
 
-/* allowed := by how much a row may be off. At an ordinary size of z no z_j is larger than the right
- * sides of its part, unless the caller says that these are of no account; a row without a right
- * side says nothing of the size of z. */
-static void find_allowed(perp__witness *t, const perp__witness_point *p, double least)
+/* ordinary := |z_j|, but no larger than the right sides of its part, unless the caller says that
+ * these are of no account; most := these, in the caller's units. Returns whether at least so much
+ * of every |z_j| is ordinary: then least^2 of a row's terms is least of its ordinary ones. */
+static int32_t find_ordinary(perp__witness *t, const perp__witness_point *p, double least)
 {
     const int32_t n = p->M->rows;
-    double *side = t->most; /* a part's largest |q_i|, caller's units */
+    double *side = t->most;
+    int32_t all = 1;
 
+    start_sizes(t, p);
     for (int32_t i = 0; i < n; i++)
         side[p->part[i]] = side[p->part[n + i]] = 0.0;
     for (int32_t i = 0; i < n; i++)
@@ -243,8 +246,20 @@ static void find_allowed(perp__witness *t, const perp__witness_point *p, double 
         const double most = perp__shift(side[p->part[n + i]], -t->exponents[i] - t->omegas[n + i]);
 
         t->ordinary[i] = p->least ? t->carried[i] : fmin(t->carried[i], fmin(most, LARGEST_SIDE));
-        t->allowed[i] = perp__shift(fabs(p->q[i]), t->exponents[i] - t->omegas[i]);
+        all &= least * t->carried[i] <= t->ordinary[i];
     }
+    return all;
+}
+
+/* allowed := by how much a row may be off, at an ordinary size of z; a row without a right side
+ * says nothing of that. */
+static void find_allowed(perp__witness *t, const perp__witness_point *p, double least)
+{
+    const int32_t n = p->M->rows;
+    const double *side = t->most;
+
+    for (int32_t i = 0; i < n; i++)
+        t->allowed[i] = perp__shift(fabs(p->q[i]), t->exponents[i] - t->omegas[i]);
     for (perp__cursor c = perp__first(p->M); perp__advance(&c);)
         t->allowed[c.i] += entry(t, &c) * (p->q[c.i] != 0.0 ? t->ordinary[c.j] : t->carried[c.j]);
     for (int32_t i = 0; i < n; i++) {
@@ -324,14 +339,17 @@ double perp__witness_own_residual(perp__witness *t, const perp__witness_point *p
     const perp__witness_point *p = point;
     const perp__parts parts = {p->M->rows, p->parts, p->part};
     const double least = sqrt(p->tol); /* couplings from this on are significant */
-    int32_t extremes = 0;
+    int32_t extremes = 0, hidden;
+    const int32_t is_small = is_small_in_rows(t, p, &hidden);
     double own = 0.0;
 
-    if (is_small_in_rows(t, p))
+    if (is_small && !hidden)
         return 0.0;
     /* 1. Violations and what rows carry, in units. */
     find_units(t, p);
     perp__find_omegas(&parts, p->q, t->exponents, t->omega_of_part, t->omegas, 0);
+    if (find_ordinary(t, p, least) && is_small)
+        return 0.0;
     perp__find_terms(p->M, p->q, p->z, t->exponents, t->omegas, t->terms);
     find_violations(t, p, least);
     if (is_unmet(t, p, least))

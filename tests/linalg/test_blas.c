@@ -81,24 +81,24 @@ static void test_gemm(void **state)
     check_gemm(&random, 400, 3, 150);
 }
 
-static void check_gemv(gen_random *random, int32_t m, int32_t n, int32_t step, int transposed)
+static void check_gemv(gen_random *random, int32_t m, int32_t n, int transposed)
 {
     const size_t lda = (size_t)m + 3;
     const int32_t length = transposed ? m : n, rows = transposed ? n : m;
     double *A = random_array(random, lda * (size_t)n);
-    double *x = random_array(random, (size_t)length * (size_t)step);
+    double *x = random_array(random, (size_t)length);
     double *y = random_array(random, (size_t)rows + 1),
            *before = check_allocate((size_t)rows + 1, 8);
     size_t i;
 
     memcpy(before, y, ((size_t)rows + 1) * sizeof *y);
     if (transposed)
-        perp__gemv_transposed_subtract(m, n, A, (int32_t)lda, x, step, y);
+        perp__gemv_transposed_subtract(m, n, A, (int32_t)lda, x, y);
     else
-        perp__gemv_subtract(m, n, A, (int32_t)lda, x, step, y);
+        perp__gemv_subtract(m, n, A, (int32_t)lda, x, y);
     for (i = 0; i < (size_t)rows; i++)
         check_dot(y[i], before[i], length, transposed ? A + lda * i : A + i, transposed ? 1 : lda,
-                  x, (size_t)step);
+                  x, 1);
     assert_true(y[rows] == before[rows]);
     free(A);
     free(x);
@@ -115,10 +115,8 @@ static void test_gemv(void **state)
     gen_seed(&random, 2);
     for (r = 0; r < SIZES; r++)
         for (c = 0; c < SIZES; c++) {
-            check_gemv(&random, sizes[r], sizes[c], 1, 0);
-            check_gemv(&random, sizes[r], sizes[c], 1 + (r + c) % 3, 0);
-            check_gemv(&random, sizes[r], sizes[c], 1, 1);
-            check_gemv(&random, sizes[r], sizes[c], 1 + (r + c) % 3, 1);
+            check_gemv(&random, sizes[r], sizes[c], 0);
+            check_gemv(&random, sizes[r], sizes[c], 1);
         }
 }
 

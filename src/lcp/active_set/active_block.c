@@ -193,12 +193,12 @@ static void add_changes(perp__active_block *b, int32_t first)
             column[p] = both ? entry(b, j, i) : 0.0;
             b->y[p] = both ? entry(b, i, j) : 0.0;
         }
-        perp__gemv_transposed_subtract(b->count, k + 1, b->border, n, b->solved + at(0, k, n), 1,
+        perp__gemv_transposed_subtract(b->count, k + 1, b->border, n, b->solved + at(0, k, n),
                                        column);
         if (b->symmetric)
             memcpy(b->y, column, (size_t)k * sizeof *column);
         else
-            perp__gemv_transposed_subtract(b->count, k, b->solved, n, b->border + at(0, k, n), 1,
+            perp__gemv_transposed_subtract(b->count, k, b->solved, n, b->border + at(0, k, n),
                                            b->y);
         for (int32_t p = 0; p < k; p++)
             b->corner[at(k, p, b->capacity)] = b->y[p];
@@ -261,13 +261,13 @@ void perp__active_block_solve(perp__active_block *b, const int8_t *places, doubl
         const int32_t i = b->changed[b->used[k]];
 
         b->y[k] = b->position[i] < 0 ? r[i] : 0.0;
-        perp__gemv_transposed_subtract(b->count, 1, b->border + at(0, b->used[k], n), n, b->x, 1,
+        perp__gemv_transposed_subtract(b->count, 1, b->border + at(0, b->used[k], n), n, b->x,
                                        b->y + k);
     }
     if (b->changes > 0)
         perp__lu_solve(b->changes, b->schur, b->changes, b->schur_pivots, b->y, 0);
     for (int32_t k = 0; k < b->changes; k++)
-        perp__gemv_subtract(b->count, 1, b->solved + at(0, b->used[k], n), n, b->y + k, 1, b->x);
+        perp__gemv_subtract(b->count, 1, b->solved + at(0, b->used[k], n), n, b->y + k, b->x);
     for (int32_t k = 0; k < b->count; k++)
         if (places[b->order[k]] == PERP__BETWEEN)
             r[b->order[k]] = b->x[k];

@@ -147,7 +147,7 @@ static perp_status all_prepare(perp__lcp_all *all)
     problem.n = n;
     problem.M = &solver->M;
     problem.factors = solver->factors;
-    perp__lcp_dense(&problem, all->work, (size_t)n);
+    perp__lcp_dense(&problem, 1.0, all->work, (size_t)n);
     for (int32_t i = 0; i < n; i++) {
         double *T = all->levels[0].T + (size_t)i * (size_t)(n + 1);
 

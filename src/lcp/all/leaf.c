@@ -93,7 +93,8 @@ perp_status perp__lcp_all_point(perp__lcp_all *all)
     }
     memcpy(solver->places, all->places, (size_t)all->n);
     if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
-        status = perp__polish_run(solver, &worth);
+        status = perp__polish_run(
+            solver, &worth, perp__is_good(perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED)));
     if (status == PERP_OK && all->first)
         offer(all, &worth);
     if (status != PERP_OK || all->first || !perp__lcp_all_is_solution(all, &worth, 0.0))

@@ -52,7 +52,7 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
                                       (problem->factors[S->row_indices[k]] * problem->factors[j]);
         matrix->symmetric = perp__has_symmetric_entries(S, matrix->active, 0.0);
     } else {
-        perp__lcp_dense(problem, matrix->S_values, (size_t)problem->n);
+        perp__lcp_dense(problem, 1.0, matrix->S_values, (size_t)problem->n);
         matrix->symmetric = perp__is_symmetric(problem);
     }
 }

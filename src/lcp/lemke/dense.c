@@ -47,7 +47,7 @@ static void fill(perp__lemke *l)
     const int32_t plain = perp__lemke_name_pairs(l);
     double *T = l->tableau.T;
 
-    perp__lcp_dense_times(p, -1.0, T, ld);
+    perp__lcp_dense(p, -1.0, T, ld);
     memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
     for (int32_t j = 0; j < p->n; j++) {
         const double *column = T + (size_t)j * ld;

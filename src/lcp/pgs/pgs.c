@@ -385,6 +385,8 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     if (iterate->paused)
         work->next_pause = 4 * work->sweeps;
     iterate->outcome = outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome;
+    iterate->far_off =
+        problem->leads && !iterate->paused && iterate->outcome != PERP_OUTCOME_SOLVED;
     iterate->iterations = work->sweeps;
     memcpy(iterate->z,
            work->residual <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best, bytes);

@@ -181,18 +181,18 @@ static void find_fronts(perp__fronts *f)
     }
 }
 
-/* Where the node at `place` stands in a front that it belongs to. */
-static int32_t position_in(const perp__front *front, int32_t place)
-{
-    return place < front->first + front->count
-               ? place - front->first
-               : front->count + perp__lower_bound(front->others, front->rest, place);
-}
-
+/* Both have their others in the order of elimination. */
 static void place_in_parent(const perp__fronts *f, perp__front *front)
 {
-    for (int32_t i = 0; i < front->rest; i++)
-        front->in_parent[i] = position_in(&f->fronts[front->parent], front->others[i]);
+    const perp__front *parent = front->rest > 0 ? &f->fronts[front->parent] : NULL;
+
+    for (int32_t i = 0, k = 0; i < front->rest; i++) {
+        const int32_t place = front->others[i], own = place - parent->first;
+
+        while (own >= parent->count && parent->others[k] < place)
+            k++;
+        front->in_parent[i] = own < parent->count ? own : parent->count + k;
+    }
 }
 
 static void link_fronts(perp__fronts *f)
@@ -235,21 +235,22 @@ static void link_fronts(perp__fronts *f)
 /* The blocks of the matrix, front by front. */
 static void list_entries(perp__fronts *f)
 {
-    int32_t at = 0;
+    int32_t *position = f->mark, at = 0;
 
     for (int32_t t = 0; t < f->count; t++) {
         perp__front *front = &f->fronts[t];
 
         front->entry = at;
+        for (int32_t i = 0; i < front->count; i++)
+            position[front->first + i] = i;
+        for (int32_t i = 0; i < front->rest; i++)
+            position[front->others[i]] = front->count + i;
         for (int32_t c = front->first; c < front->first + front->count; c++)
             for (int32_t e = f->starts[f->order[c]]; e < f->starts[f->order[c] + 1]; e++) {
                 const int32_t place = f->place[f->neighbours[e]];
-                int32_t row;
+                const int32_t row = place < front->first ? -1 : position[place];
 
-                if (place < front->first)
-                    continue;
-                row = position_in(front, place);
-                if (f->is_symmetric && row < c - front->first)
+                if (row < (f->is_symmetric ? c - front->first : 0))
                     continue;
                 f->entries[at++] = (perp__front_entry){e, row, c - front->first};
                 if (row >= front->count && !f->is_symmetric)

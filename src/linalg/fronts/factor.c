@@ -194,7 +194,8 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
                (f->is_symmetric ? eliminate_symmetric(&v, f->deadline) : eliminate(&v));
         f->is_negative ^= !f->is_symmetric && is_negative(&v);
         if (v.rest > 0) {
-            memmove(top, v.left, v.rest * v.rest * sizeof *top);
+            if (top != v.left)
+                memmove(top, v.left, v.rest * v.rest * sizeof *top);
             top += v.rest * v.rest;
             f->work[depth++] = t;
         }
@@ -207,10 +208,10 @@ void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
     const int32_t width = f->width;
     const int32_t begin = end > first ? f->front_of[first] : 0;
     const int32_t last = end > first ? f->front_of[end - 1] : -1;
-    const size_t bytes = (size_t)width * sizeof(double);
 
     for (int32_t i = first; i < end; i++)
-        memcpy(f->right + i * width, x + f->order[i] * width, bytes);
+        for (int32_t c = 0; c < width; c++)
+            f->right[i * width + c] = x[f->order[i] * width + c];
     /* 1. Forward: what a front owes to others goes on to them. */
     for (int32_t t = begin; t <= last; t++) {
         const perp__front *front = &f->fronts[t];
@@ -226,7 +227,7 @@ void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
         if (rest == 0)
             continue;
         clear(f->gathered, (size_t)rest);
-        perp__gemv_subtract(rest, own, front->panel + own, own + rest, y, 1, f->gathered);
+        perp__gemv_subtract(rest, own, front->panel + own, own + rest, y, f->gathered);
         for (int32_t i = 0; i < front->rest; i++)
             for (int32_t c = 0; c < width; c++)
                 f->right[front->others[i] * width + c] += f->gathered[i * width + c];
@@ -238,15 +239,17 @@ void perp__fronts_solve(perp__fronts *f, int32_t first, int32_t end, double *x)
         double *y = f->right + front->first * width;
 
         for (int32_t i = 0; i < front->rest && own > 0; i++)
-            memcpy(f->gathered + i * width, f->right + front->others[i] * width, bytes);
+            for (int32_t c = 0; c < width; c++)
+                f->gathered[i * width + c] = f->right[front->others[i] * width + c];
         if (own > 0 && rest > 0 && f->is_symmetric)
             perp__gemv_transposed_subtract(rest, own, front->panel + own, own + rest, f->gathered,
-                                           1, y);
+                                           y);
         else if (own > 0 && rest > 0)
-            perp__gemv_subtract(own, rest, front->across, own, f->gathered, 1, y);
+            perp__gemv_subtract(own, rest, front->across, own, f->gathered, y);
         if (own > 0 && f->is_symmetric)
             perp__cholesky_half_solve(own, front->panel, own + rest, y, 1);
     }
     for (int32_t i = first; i < end; i++)
-        memcpy(x + f->order[i] * width, f->right + i * width, bytes);
+        for (int32_t c = 0; c < width; c++)
+            x[f->order[i] * width + c] = f->right[i * width + c];
 }

@@ -116,20 +116,9 @@ PERP__MULTIVERSION(subtract_dots,
 }
 
 void perp__loops_gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
-                                          const double *x, int32_t incx, double *y)
+                                          const double *x, double *y)
 {
-    if (incx == 1) {
-        subtract_dots((size_t)m, (size_t)n, A, (size_t)lda, x, y);
-        return;
-    }
-    for (int32_t j = 0; j < n; j++) {
-        const double *a = column(A, lda, j);
-        double sum = 0.0;
-
-        for (int32_t i = 0; i < m; i++)
-            sum += a[i] * x[(size_t)i * (size_t)incx];
-        y[j] -= sum;
-    }
+    subtract_dots((size_t)m, (size_t)n, A, (size_t)lda, x, y);
 }
 
 static void swap_entries(double *x, int32_t i, int32_t k)

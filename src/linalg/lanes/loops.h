@@ -11,11 +11,11 @@ void perp__loops_dot(int32_t n, const double *a, const double *b, double *result
 /* C := C - A B; A is m by k, B is k by n. */
 void perp__loops_gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
                                const double *B, int32_t ldb, double *C, int32_t ldc);
-/* y := y - A x and y := y - A' x; A is m by n; x is read with stride incx. */
+/* y := y - A x, where x is read with stride incx, and y := y - A' x; A is m by n. */
 void perp__loops_gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
                                int32_t incx, double *y);
 void perp__loops_gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
-                                          const double *x, int32_t incx, double *y);
+                                          const double *x, double *y);
 /* LU with partial pivoting of an m by n panel, n <= m; returns 0, or the 1-based index of the first
  * zero pivot (the factorisation is completed nevertheless). */
 int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots);
