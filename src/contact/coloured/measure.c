@@ -46,6 +46,17 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
     perp__raise_to(&part->residual, answer->joints);
 }
 
+/* What begins the step within two guards may sink as far as contacts may that come late. */
+static void raise_sinking(perp__coloured_part *part, const perp__lane_point *p, int32_t l,
+                          double speed)
+{
+    const double guard = p->guard[l], way = part->step->h * speed;
+    const double begun = fmax(-p->gap[l], 0.0);
+
+    if (guard > 0.0 && (begun > 2.0 * guard || begun + way > part->step->deep * guard))
+        perp__raise_to(&part->sinks, way / guard);
+}
+
 void perp__coloured_measure(const perp__coloured *c)
 {
     const double share = fmin(1.0, PERP__ROUNDING_LIMIT / c->part->problem->tol);
@@ -73,8 +84,7 @@ void perp__coloured_measure(const perp__coloured *c)
                     measure_bounded(&problem->rows[k], answer->impulse + 3 * k,
                                     answer->velocity + 3 * k, found.trace[l], &found.natural[l],
                                     &answer->modes[k]);
-                if (p->guard[l] > 0.0)
-                    perp__raise_to(&part->sinks, part->step->h * -found.u[0][l] / p->guard[l]);
+                raise_sinking(part, p, l, -found.u[0][l]);
                 perp__raise_to(&part->drive, found.drive[l]);
                 perp__raise_to(&part->residual, found.natural[l]);
             }

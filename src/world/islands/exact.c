@@ -107,6 +107,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status = PERP_OK;
+    int32_t found = 0;
 
     verdict->stands = 0;
     if (!bounces)
@@ -115,6 +116,9 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
         memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
         return status;
     }
+    status = perp__solve_limits(world, island, verdict, &found);
+    if (status != PERP_OK || found)
+        return status;
     perp__turn_contacts(world);
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);

@@ -90,6 +90,10 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island);
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
+/* The velocities of rows that are equations and limits alone; *found: 0 where they are others, or
+ * the exchanges come to no end. */
+perp_status perp__solve_limits(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict, int32_t *found);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
  * which are equations but for contacts that closing holds; work.impulse: their impulses. The first
