@@ -46,14 +46,12 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
     perp__raise_to(&part->residual, answer->joints);
 }
 
-/* What begins the step within two guards may sink as far as contacts may that come late. */
 static void raise_sinking(perp__coloured_part *part, const perp__lane_point *p, int32_t l,
                           double speed)
 {
     const double guard = p->guard[l], way = part->step->h * speed;
-    const double begun = fmax(-p->gap[l], 0.0);
 
-    if (guard > 0.0 && (begun > 2.0 * guard || begun + way > part->step->deep * guard))
+    if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
         perp__raise_to(&part->sinks, way / guard);
 }
 

@@ -20,7 +20,7 @@
 /* Errors, in sizes and radians, that are worth removing; and those of equations where sweeps left
  * more of contacts. */
 #define TOLERANCE 1e-12
-#define SWEPT 1e-7
+#define SWEPT 1e-9
 
 static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
 {
