@@ -313,6 +313,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
     memset(step, 0, sizeof *step);
     step->h = h;
     step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
+    step->begun = world->rounds > 0 ? step->passes / 4 * 3 : 0;
     step->rounds = substeps > 0         ? 1
                    : island->joints > 0 ? ROUNDS
                                         : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
