@@ -31,14 +31,14 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
     return body >= 0 && body < problem->bodies;
 }
 
-/* Row i of the unit g as row n of the block, P = J C; returns whether it had the same P before.
- * What moves by itself has the number behind the others, whose y are 0. */
-static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem,
-                        const perp__rigid_rows *g, int32_t i, int32_t n)
+/* Row i of the unit g as row n of the block, P = J C; *same: 0 where it had another P before. What
+ * moves by itself has the number behind the others, whose y are 0. */
+static void read_row(perp__joint_block *b, const perp__rigid_problem *problem,
+                     const perp__rigid_rows *g, int32_t i, int32_t n, int32_t *same)
 {
     const int32_t width = problem->width;
-    double P[16], *old = b->P + 16 * n;
-    int32_t bodies[2], same;
+    int32_t bodies[2];
+    double P[16] = {0.0};
 
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = g->body[side], is_free = moves(problem, body);
@@ -46,7 +46,6 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
                      *C = problem->factors + (is_free ? width * width * body : 0);
 
         bodies[side] = is_free ? body : problem->bodies;
-        memset(P + 8 * side, 0, 8 * sizeof *P);
         for (int32_t j = 0; j < 3 && is_free && width == 6; j++) {
             P[8 * side + j] = J[j] * C[0];
             P[8 * side + 3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
@@ -57,10 +56,10 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
         for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
             b->w[n] += J[k] * problem->free[width * body + k];
     }
-    same = !memcmp(old, P, sizeof P) && !memcmp(b->body + 2 * n, bodies, sizeof bodies);
-    memcpy(old, P, sizeof P);
+    *same = *same && !memcmp(b->P + 16 * n, P, sizeof P) &&
+            !memcmp(b->body + 2 * n, bodies, sizeof bodies);
+    memcpy(b->P + 16 * n, P, sizeof P);
     memcpy(b->body + 2 * n, bodies, sizeof bodies);
-    return same;
 }
 
 /* Rows of one pair of bodies are a node: where its lanes are; of unit length, but for those of
@@ -116,7 +115,7 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
 
             b->w[n] = g->bias[i];
             b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
-            same &= read_row(b, problem, g, i, n);
+            read_row(b, problem, g, i, n, &same);
             /* the next lane of its node, or the first one of the next */
             b->lane[n] =
                 n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1]
