@@ -139,17 +139,6 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     return status;
 }
 
-void perp__joint_block_invert(perp__joint_block *b, double *x)
-{
-    memset(b->x, 0, PERP__NODE * (size_t)b->factor.nodes * sizeof *b->x);
-    for (int32_t n = 0; n < b->rows; n++)
-        b->x[b->lane[n]] = b->scale[n] * x[n];
-    if (b->factored)
-        perp__joint_factor_solve(&b->factor, b->x);
-    for (int32_t n = 0; n < b->rows; n++)
-        x[n] = b->scale[n] * b->x[b->lane[n]];
-}
-
 int32_t perp__joint_block_repeats(const perp__joint_block *b, int32_t n)
 {
     return b->factored && b->factor.repeats[b->lane[n]];

@@ -40,9 +40,6 @@ typedef struct perp__joint_block {
 perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
                                      const perp__rigid_problem *problem);
 
-/* x := K^-1 x, 0 in rows that repeat others. */
-void perp__joint_block_invert(perp__joint_block *block, double *x);
-
 /* Whether row n says what others do, but for an angle that joints need not keep to. */
 int32_t perp__joint_block_repeats(const perp__joint_block *block, int32_t n);
 

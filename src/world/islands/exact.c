@@ -94,8 +94,9 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
         say_outcome(answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
-    if (status == PERP_OK && perp__is_good(answer->outcome))
-        status = perp__rest_joints(world, island, answer, problem);
+    if (status == PERP_OK && perp__is_good(answer->outcome) && island->joints > 0 &&
+        world->work.carriers == 0)
+        perp__stop_still(world, island);
     world->work.set_up = status == PERP_OK;
     return status;
 }

@@ -124,8 +124,6 @@ int32_t perp__limits_last(const perp_world *world);
 /* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
  * what hangs at rest is pinned by nothing along its way. */
 void perp__stop_still(perp_world *world, const perp__island *island);
-perp_status perp__rest_joints(perp_world *world, const perp__island *island,
-                              const perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* Refuses next states between which a joint's coordinate is no number. */
 perp_status perp__check_joints(const perp_world *world);
 /* What the step made of joints becomes their last one's. */

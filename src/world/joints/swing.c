@@ -146,7 +146,7 @@ perp_status perp__solve_limits(perp_world *world, const perp__island *island,
 {
     perp__island_work *work = &world->work;
     const int32_t limits = work->inequalities;
-    int32_t wrong = limits;
+    int32_t wrong = 1;
     double tested = INFINITY;
     perp_status status = PERP_OK;
 

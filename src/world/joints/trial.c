@@ -15,7 +15,8 @@
  *
  * Paths and Wm are those of the round before, to begin with those of v0, or beside nothing of what
  * forces and the last step's impulses make of it. Two rounds are second order, and so is one whose
- * path was known to the first: up to the angle by which bodies turn, beside what v0 leaves. Numbers of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
+ * path was known to the first: up to the angle by which bodies turn, beside what v0 leaves. Numbers
+ * of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
 #include "world/joints/joints.h"
 
 #include <float.h>
