@@ -22,10 +22,10 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
 {
     const perp__rigid_problem *problem = part->problem;
     const perp__joint_block *b = &c->joints;
-    perp__rigid_answer *answer = part->answer;
     int32_t n = 0;
 
-    answer->joints = b->rows > 0 && !b->factored ? INFINITY : 0.0;
+    if (b->rows > 0 && !b->factored)
+        part->residual = INFINITY;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         for (int32_t i = 0; i < problem->rows[k].dim; i++, n++) {
             double u = b->w[n], q = b->w[n], size = fabs(q);
@@ -39,11 +39,10 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
                     q += P * c->free[at];
                     size += fabs(P * c->free[at]);
                 }
-            answer->velocity[3 * k + i] = u;
+            part->answer->velocity[3 * k + i] = u;
             perp__raise_to(&part->drive, fmax(fabs(q), share * size) * b->scale[n]);
-            perp__raise_to(&answer->joints, fabs(u) * b->scale[n]);
+            perp__raise_to(&part->residual, fabs(u) * b->scale[n]);
         }
-    perp__raise_to(&part->residual, answer->joints);
 }
 
 static void raise_sinking(perp__coloured_part *part, const perp__lane_point *p, int32_t l,
@@ -95,7 +94,6 @@ void perp__coloured_measure(const perp__coloured *c)
             continue;
         measure_joints(c, part, share);
         answer->tested = part->residual > 0.0 ? part->residual / part->drive : 0.0;
-        answer->joints = answer->joints > 0.0 ? answer->joints / part->drive : 0.0;
         answer->drive = part->drive;
     }
 }

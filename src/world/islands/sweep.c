@@ -127,7 +127,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     perp_status status = PERP_OK;
     int32_t looks = perp__level_of(world)->looks, came = 1;
 
-    passes.clear = 0;
+    passes.clear = passes.begun = 0;
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
 

@@ -116,20 +116,14 @@ perp_status perp__swing(perp_world *world, const perp__island *island, perp__ver
 static int32_t exchange_limits(perp_world *world, const perp__island *island, int32_t limits)
 {
     perp__island_work *work = &world->work;
+    const int32_t bodies = island->bodies;
     int32_t wrong = 0;
 
     for (int32_t i = 0; i < limits; i++) {
         perp__rigid_rows *rows = &work->rows[i];
-        double size = fabs(rows->bias[0]), u = rows->bias[0];
+        const double u = rows->bias[0] + perp__row_velocity(world, i, 0, work->v, bodies, 1);
+        const double size = fabs(rows->bias[0]) + perp__normal_terms(world, i, work->v, bodies);
 
-        if (rows->dim == 0)
-            u += perp__row_velocity(world, i, 0, work->v, island->bodies, 1);
-        for (int32_t side = 0; side < 2 && rows->dim == 0; side++)
-            for (int32_t k = 0; k < world->dof && rows->body[side] >= 0; k++)
-                size += fabs(rows->rows[side][0][k] *
-                             (rows->body[side] < island->bodies
-                                  ? work->v
-                                  : work->now)[world->dof * rows->body[side] + k]);
         if (rows->dim == 0 ? u < -ROUNDING * size : work->impulse[3 * i] < 0.0) {
             rows->dim = 1 - rows->dim;
             wrong++;

@@ -13,10 +13,8 @@
  * That gives no energy as far as its path is known. Where it is not, the step is rough and taken in
  * parts (adaptive.c); where these cannot be J(q0) serves for all, which is of first order.
  *
- * Paths and Wm are those of the round before, to begin with those of v0, or beside nothing of what
- * forces and the last step's impulses make of it. Two rounds are second order, and so is one whose
- * path was known to the first: up to the angle by which bodies turn, beside what v0 leaves. Numbers
- * of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
+ * Paths and Wm are those of the round before, to begin with those of v0. Two rounds are second
+ * order. Numbers of angular velocities are w1 = R1 W1, with R1 of the path at hand. */
 #include "world/joints/joints.h"
 
 #include <float.h>
@@ -366,53 +364,14 @@ void perp__aim_joints(perp_world *world, const perp__island *island)
     }
 }
 
-/* Adds to `last` what the impulses that a joint had in the last step make of its bodies. */
-static void add_reactions(perp_world *world, const perp__joint *joint)
-{
-    const perp_joint_state *state = &perp__state_of(world, joint)->last;
-
-    for (int32_t side = 0; side < 2; side++) {
-        const int32_t number = joint->body[side];
-        const perp__body *body = &world->bodies[number];
-        perp__motion *motion = &world->motions[number];
-        const double sign = side == 0 ? -1.0 : 1.0;
-        double arm[3], moment[3], own[3], turned[3];
-
-        if (!perp__is_dynamic(world, number))
-            continue;
-        perp__apply3(arm, motion->rotation, joint->anchors[side]);
-        perp__cross(moment, arm, state->impulse);
-        perp__add3(moment, 1.0, state->moment);
-        perp__apply_transposed3(own, motion->rotation, moment);
-        perp__apply3(turned, body->inverse_inertia, own);
-        perp__apply3(own, motion->rotation, turned);
-        perp__add3(motion->last, sign * body->inverse_mass, state->impulse);
-        perp__add3(motion->last + 3, sign, own);
-    }
-}
-
 void perp__begin_joints(perp_world *world, const perp__island *island, double h, int32_t known)
 {
-    const int32_t predicts = !known && island->contacts == 0;
-
     world->work.length = h;
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
         memcpy(motion->trial, known ? motion->moving : motion->start, sizeof motion->trial);
-        memcpy(motion->last,
-               known      ? motion->after
-               : predicts ? motion->free
-                          : motion->start,
-               sizeof motion->last);
-    }
-    for (int32_t i = 0; i < island->joints && predicts; i++)
-        add_reactions(world, perp__island_joint(world, island, i));
-    for (int32_t i = 0; i < island->bodies && predicts; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-
-        for (int32_t k = 0; k < 6; k++)
-            motion->trial[k] = 0.5 * (motion->start[k] + motion->last[k]);
+        memcpy(motion->last, known ? motion->after : motion->start, sizeof motion->last);
     }
 }
 
@@ -493,7 +452,6 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     const int32_t n = world->dof;
     const double before = rounds->change;
     const double settled = perp__swings(world, island) ? SETTLED : perp__exact_tol(world);
-    double beyond = 0.0, angle = 0.0; /* the motion that it began with; of this one */
     int32_t lost;
 
     rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
@@ -508,15 +466,11 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
         perp__twist_of(world, work->moving + n * i, moving);
         for (int32_t k = 0; k < 6; k++) {
             const double displacement = t * fabs(moving[k] - motion->trial[k]);
-            const double gained = t * fabs(moving[k] - motion->start[k]);
             const int32_t scaled = k < 3 && size > 0.0;
 
             perp__raise_to(&rounds->change, scaled ? displacement / size : displacement);
-            perp__raise_to(&beyond, scaled ? gained / size : gained);
-            if (k < 3)
-                continue;
-            perp__raise_to(&rounds->swerve, displacement);
-            perp__raise_to(&angle, t * fabs(moving[k]));
+            if (k >= 3)
+                perp__raise_to(&rounds->swerve, displacement);
         }
         memcpy(motion->trial, moving, sizeof moving);
         perp__twist_of(world, work->v + n * i, motion->last);
@@ -536,7 +490,6 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
         rounds->change = INFINITY;
         return 1;
     }
-    rounds->done += rounds->done == 0 && rounds->change <= angle * beyond;
     if (!lost && ++rounds->done < rounds->most && rounds->change > settled &&
         (rounds->done < 3 || rounds->change <= ENOUGH * before))
         return 1;
