@@ -327,8 +327,7 @@ static void run_passes(job *at)
     memcpy(c->before, c->y, size);
     /* 2. Rounds of passes; equations alone go as far as refinement does. */
     do {
-        for (int32_t k = passes == 0 ? c->part->step->begun : 0; k < c->part->step->passes && !ends;
-             k++, passes++) {
+        for (int32_t k = 0; k < c->part->step->passes && !ends; k++, passes++) {
             if (passes > 0)
                 keep_momentum(at);
             before = lack;

@@ -92,7 +92,6 @@ static inline double perp__cleared(double lack, double guard)
 typedef struct perp__passes {
     double h; /* length of the step */
     int32_t passes;
-    int32_t begun;       /* so many are those of an answer from which this begins */
     int32_t rounds;      /* of these at most, if measured, until answer->tested is problem->tol */
     int32_t clear;       /* passes that remove penetration */
     int32_t measures;    /* 1: answer->velocity, ->modes, ->joints and ->tested are written, too */

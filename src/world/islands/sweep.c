@@ -127,7 +127,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     perp_status status = PERP_OK;
     int32_t looks = perp__level_of(world)->looks, came = 1;
 
-    passes.clear = passes.begun = 0;
+    passes.clear = 0;
     for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
 
@@ -313,7 +313,6 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
     memset(step, 0, sizeof *step);
     step->h = h;
     step->passes = substeps > 0 ? PASSES_OF_A_SUBSTEP * substeps : PASSES;
-    step->begun = world->rounds > 0 ? step->passes / 4 * 3 : 0;
     step->rounds = substeps > 0         ? 1
                    : island->joints > 0 ? ROUNDS
                                         : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
