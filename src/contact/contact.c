@@ -383,9 +383,6 @@ static perp_status search(perp_contact_solver *solver)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
     PERP__THEN(status, try_start(solver));
-    if (status == PERP_OK && !ends_the_search(solver) && solver->contacts == 0 &&
-        solver->entrance == PERP__ENTRANCE_RIGID)
-        status = perp__rigid_meet_joints(solver);
     if (status == PERP_OK && solver->settings.cone == 0 && !solver->call->r0 &&
         (method == PERP_CONTACT_METHOD_AUTO || method == PERP_CONTACT_METHOD_SWEEP))
         status = look_at_rest(solver);

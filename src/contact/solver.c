@@ -16,7 +16,6 @@ static void release(void *object)
     perp__handle_end(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
-    perp__joint_block_release(&solver->joints);
     perp__handle_end(solver->opening.solver);
     perp__arena_release(&solver->opening.arena);
     perp__arena_release(&solver->arranged[0].arena);

@@ -9,7 +9,6 @@
 #include "base/outcome.h"
 #include "contact/bodies/bodies.h"
 #include "contact/bounded.h"
-#include "contact/coloured/joint_block.h"
 #include "contact/dynamics/delassus.h"
 #include "contact/dynamics/dynamics.h"
 #include "contact/hold/hold.h"
@@ -166,7 +165,6 @@ struct perp_contact_solver {
     perp__contact_opening opening;
     perp__contact_rows arranged[2];
     int32_t arranged_now;
-    perp__joint_block joints; /* of rigid bodies: which rows repeat others; all, without contacts */
     perp__contact_polish polish;
     perp__hold hold;
     struct perp__statics_front *front; /* NULL until it is first needed */

@@ -79,28 +79,6 @@ static void test_chains(void **state)
     }
 }
 
-/* Joints alone are equations: no method runs. A chain that hangs from the ceiling and falls by one
- * step obeys them to rounding. */
-static void test_joints_alone(void **state)
-{
-    fixture f;
-    perp__rigid_problem p;
-    perp__rigid_answer a;
-
-    (void)state;
-    open_fixture(&f, 0, NULL);
-    make_chain(&f.s, 3, 30, 0);
-    f.s.contacts -= 30; /* the first rows are corners: joints move to their place */
-    memmove(f.s.rows, f.s.rows + 30, (size_t)f.s.contacts * sizeof *f.s.rows);
-    p = chain_problem(&f.s, 0);
-    a = solve(&f, &p);
-    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
-    assert_int_equal(a.iterations, 0);
-    assert_true(a.joints <= 1e-13); /* rounding of unit speeds */
-    check_momentum(&f.s);
-    close_fixture(&f);
-}
-
 /* Where joints say the same the laws hold on all. */
 static void test_redundant_joints(void **state)
 {
@@ -157,7 +135,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_chains),
-        cmocka_unit_test(test_joints_alone),
         cmocka_unit_test(test_redundant_joints),
         cmocka_unit_test(test_memory),
     };

@@ -581,6 +581,39 @@ static void test_a_light_bead(void **state)
     }
 }
 
+/* What falls as one keeps its rows, however far it falls: one solution a step. Bodies have what
+ * gravity gives them, (k h) g, to rounding. */
+static void test_a_fall_is_one_solution(void **state)
+{
+    const double h = 0.01;
+
+    (void)state;
+    for (int32_t planar = 0; planar < 2; planar++)
+        for (int32_t accuracy = 0; accuracy < 4; accuracy++) {
+            perp_body bodies[4];
+            scene s;
+
+            joint_open(&s, planar, accuracy);
+            for (int k = 0; k < 4; k++) {
+                const perp_body_settings settings =
+                    joint_body(1.0 + k, 0.1, 0.2, 0.25, 0.6 * k, 0.1 * k, 0.0);
+                const perp_joint_settings joint = joint_at(
+                    k % 2 ? PERP_JOINT_REVOLUTE : PERP_JOINT_BALL, 0.6 * k - 0.3, 0.0, 0.0);
+
+                bodies[k] = scene_add(&s, &settings);
+                if (k > 0)
+                    joint_add(&s, bodies[k - 1], bodies[k], &joint);
+            }
+            for (int step = 1; step <= 50; step++) {
+                assert_int_equal(scene_step(&s, h).iterations, 1);
+                for (int k = 0; k < 4; k++)
+                    scene_near(scene_state(&s, bodies[k]).velocity[planar ? 1 : 2],
+                               -9.81 * step * h, 1e-13, "a body that falls");
+            }
+            scene_close(&s);
+        }
+}
+
 /* Two boxes, flush, with a hinge along an edge of their faces, turn freely and press on each other:
  * along the hinge contacts say what it does. What they are known to leaves of the energy all but a
  * few (w h)^2 a step. */
@@ -633,6 +666,7 @@ int main(void)
         cmocka_unit_test(test_rod),
         cmocka_unit_test(test_joints_that_contradict),
         cmocka_unit_test(test_a_light_bead),
+        cmocka_unit_test(test_a_fall_is_one_solution),
         cmocka_unit_test(test_flush_boxes_on_a_hinge),
     };
 

@@ -78,3 +78,42 @@ def test_a_rotor_turns_between_walls(level: str, floor: bool, wall: str) -> None
             world.step(h)
             off = abs(rod.angular_velocity[2] * h / turn - 1)
             assert off < 1e-12 and np.abs(rod.velocity).max() < 1e-12, (seed, step, off)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_trees_tumble_against_their_limits(level: str) -> None:
+    """Links on hinges with limits, which nothing touches: momentum stays, energy never grows, and no limit is
+    passed. Each step takes a solution a round of the joints' places, as many as the level and limits
+    that come ask for; it took up to some hundred iterations of the contact layer's methods."""
+    hits = 0
+    for seed in range(4):
+        g = np.random.default_rng(seed)
+        world = perp.World((0, 0, 0), accuracy=level)  # type: ignore[arg-type]
+        for k in range(8):
+            inertia = 10 ** g.uniform(-2, -1, 3)
+            inertia += inertia.max()
+            arm = g.normal(size=3) * 0.3
+            if k == 0:
+                world.add_body(1, inertia=inertia, angular_velocity=g.normal(size=3))
+                continue
+            parent = world.bodies[g.integers(k)]
+            anchor = parent.position + g.normal(size=3) * 0.3
+            link = world.add_body(10 ** g.uniform(-1, 0.5), inertia=inertia, position=anchor + arm,
+                                  velocity=g.normal(size=3), angular_velocity=3 * g.normal(size=3))
+            low, high = -g.uniform(0, 0.5), g.uniform(0, 0.5)
+            world.add_joint("revolute", parent, link, anchor=anchor, axis=g.normal(size=3),
+                            lower=low, upper=high)
+        linear = np.array(world.momentum().linear)
+        world.step(0.005)
+        energy = first = sum(world.energy())
+        for _ in range(150):
+            result = world.step(0.005)
+            assert result.outcome == "solved" and result.iterations < 12, seed
+            assert np.abs(world.momentum().linear - linear).max() < 1e-12, seed
+            assert sum(world.energy()) <= energy + 1e-12 * first, seed
+            energy = sum(world.energy())
+            for joint in world.joints:
+                hits += joint.at_limit != 0
+                low, high = joint.limits
+                assert low - 1e-11 <= joint.position <= high + 1e-11, seed
+    assert hits > 400

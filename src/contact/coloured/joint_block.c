@@ -16,14 +16,10 @@ static void lay_out_rows(perp__arena *arena, void *object)
     const size_t rows = (size_t)b->most_rows;
 
     PERP__INTEGERS(arena, 2 * rows, &b->body);
-    if (b->body)
-        memset(b->body, 0, 2 * rows * sizeof *b->body);
     b->lane = perp__arena_take(arena, rows, sizeof *b->lane);
     PERP__DOUBLES(arena, rows, &b->scale, &b->w, &b->r, &b->last, &b->error);
     b->x = perp__arena_take(arena, PERP__NODE * rows, sizeof *b->x);
     b->P = perp__arena_take(arena, 16 * rows, sizeof *b->P);
-    if (b->P)
-        memset(b->P, 0, 16 * rows * sizeof *b->P);
 }
 
 static int32_t moves(const perp__rigid_problem *problem, int32_t body)
@@ -31,22 +27,21 @@ static int32_t moves(const perp__rigid_problem *problem, int32_t body)
     return body >= 0 && body < problem->bodies;
 }
 
-/* Row i of the unit g as row n of the block, P = J C; returns whether it had the same P before.
- * What moves by itself has the number behind the others, whose y are 0. */
-static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem,
-                        const perp__rigid_rows *g, int32_t i, int32_t n)
+/* Row i of the unit g as row n of the block, P = J C. What moves by itself has the number behind
+ * the others, whose y are 0. */
+static void read_row(perp__joint_block *b, const perp__rigid_problem *problem,
+                     const perp__rigid_rows *g, int32_t i, int32_t n)
 {
     const int32_t width = problem->width;
-    double P[16], *old = b->P + 16 * n;
-    int32_t bodies[2], same;
+    double *P = b->P + 16 * n;
 
+    memset(P, 0, 16 * sizeof *P);
     for (int32_t side = 0; side < 2; side++) {
         const int32_t body = g->body[side], is_free = moves(problem, body);
         const double *J = g->rows[side][i],
                      *C = problem->factors + (is_free ? width * width * body : 0);
 
-        bodies[side] = is_free ? body : problem->bodies;
-        memset(P + 8 * side, 0, 8 * sizeof *P);
+        b->body[2 * n + side] = is_free ? body : problem->bodies;
         for (int32_t j = 0; j < 3 && is_free && width == 6; j++) {
             P[8 * side + j] = J[j] * C[0];
             P[8 * side + 3 + j] = J[3] * C[21 + j] + J[4] * C[27 + j] + J[5] * C[33 + j];
@@ -57,10 +52,6 @@ static int32_t read_row(perp__joint_block *b, const perp__rigid_problem *problem
         for (int32_t k = 0; k < width && body >= 0 && !is_free; k++)
             b->w[n] += J[k] * problem->free[width * body + k];
     }
-    same = !memcmp(old, P, sizeof P) && !memcmp(b->body + 2 * n, bodies, sizeof bodies);
-    memcpy(old, P, sizeof P);
-    memcpy(b->body + 2 * n, bodies, sizeof bodies);
-    return same;
 }
 
 /* Rows of one pair of bodies are a node: where its lanes are; of unit length, but for those of
@@ -86,22 +77,19 @@ static void form_nodes(perp__joint_block *b)
     }
 }
 
-/* 1. P of the equations; as they were they have their factors, 2. those of K: with a larger ridge
- * where rounding made a pivot negative. A ridge beyond the number of rows is enough unless K left
- * the range of doubles. */
+/* 1. P of the equations, 2. factors of K: with a larger ridge where rounding made a pivot negative.
+ * A ridge beyond the number of rows is enough unless K left the range of doubles. */
 perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context,
                                      const perp__rigid_problem *problem)
 {
     double ridge = RIDGE;
-    int32_t rows = 0, same = b->factored && b->most_angle == b->last_angle;
+    int32_t rows = 0;
     size_t size;
     perp_status status;
 
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         rows += problem->rows[k].dim;
-    same = same && rows == b->rows && problem->bodies == b->factor.bodies;
     b->rows = b->factored = 0;
-    b->last_angle = b->most_angle;
     if (rows == 0)
         return PERP_OK;
     perp__raise_room(&b->most_rows, rows);
@@ -116,7 +104,7 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
 
             b->w[n] = g->bias[i];
             b->r[n] = b->last[n] = problem->warm ? problem->warm[3 * k + i] : 0.0;
-            same &= read_row(b, problem, g, i, n);
+            read_row(b, problem, g, i, n);
             /* the next lane of its node, or the first one of the next */
             b->lane[n] =
                 n > 0 && (last + 1) % PERP__NODE != 0 && body[0] == body[-2] && body[1] == body[-1]
@@ -124,9 +112,6 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
                     : PERP__NODE * ((last + PERP__NODE) / PERP__NODE);
         }
     }
-    b->factored = same;
-    if (same)
-        return PERP_OK;
     status = perp__joint_factor_open(&b->factor, context, b->lane[rows - 1] / PERP__NODE + 1,
                                      problem->bodies);
     if (status == PERP_OK)
@@ -138,17 +123,6 @@ perp_status perp__joint_block_set_up(perp__joint_block *b, perp_context *context
     for (; status == PERP_OK && !b->factored && ridge < 1e6 * rows; ridge *= 100.0)
         status = perp__joint_factor_make(&b->factor, context, ridge, -1.0, &b->factored);
     return status;
-}
-
-void perp__joint_block_invert(perp__joint_block *b, double *x)
-{
-    memset(b->x, 0, PERP__NODE * (size_t)b->factor.nodes * sizeof *b->x);
-    for (int32_t n = 0; n < b->rows; n++)
-        b->x[b->lane[n]] = b->scale[n] * x[n];
-    if (b->factored)
-        perp__joint_factor_solve(&b->factor, b->x);
-    for (int32_t n = 0; n < b->rows; n++)
-        x[n] = b->scale[n] * b->x[b->lane[n]];
 }
 
 int32_t perp__joint_block_repeats(const perp__joint_block *b, int32_t n)

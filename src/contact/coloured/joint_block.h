@@ -32,16 +32,11 @@ typedef struct perp__joint_block {
     double *x;                    /* lanes */
     double most_angle; /* > 0: rows as near to others as this times their number are left out, and K
                           has no ridge */
-    double last_angle; /* of the factors */
 } perp__joint_block;
 
-/* Reads the joints of the problem, whose contacts come first, and factors K, unless it is that of
- * the last call. PERP_OK or _MEMORY. */
+/* Reads the joints of the problem, whose contacts come first, and factors K. PERP_OK or _MEMORY. */
 perp_status perp__joint_block_set_up(perp__joint_block *block, perp_context *context,
                                      const perp__rigid_problem *problem);
-
-/* x := K^-1 x, 0 in rows that repeat others. */
-void perp__joint_block_invert(perp__joint_block *block, double *x);
 
 /* Whether row n says what others do, but for an angle that joints need not keep to. */
 int32_t perp__joint_block_repeats(const perp__joint_block *block, int32_t n);

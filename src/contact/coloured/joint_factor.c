@@ -14,8 +14,8 @@ static void lay_out_nodes(perp__arena *arena, void *object)
 
     f->known = 0;
     PERP__INTEGERS(arena, nodes, &f->rows, &f->order, &f->rank, &f->parent, &f->mark, &f->count);
-    PERP__INTEGERS(arena, nodes + 1, &f->starts, &f->old_starts, &f->tiles);
-    PERP__INTEGERS(arena, 2 * nodes, &f->body, &f->touching);
+    PERP__INTEGERS(arena, nodes + 1, &f->starts, &f->tiles);
+    PERP__INTEGERS(arena, 2 * nodes, &f->body, &f->old_body, &f->touching);
     f->first = perp__arena_take(arena, (size_t)f->most_bodies + 2, sizeof *f->first);
     f->P = perp__arena_take(arena, nodes, sizeof *f->P);
     f->repeats = perp__arena_take(arena, PERP__NODE * nodes, sizeof *f->repeats);
@@ -26,7 +26,7 @@ static void lay_out_links(perp__arena *arena, void *object)
     perp__joint_factor *f = object;
 
     f->known = 0;
-    PERP__INTEGERS(arena, (size_t)f->most_links, &f->links, &f->old_links);
+    f->links = perp__arena_take(arena, (size_t)f->most_links, sizeof *f->links);
 }
 
 static void lay_out_tiles(perp__arena *arena, void *object)
@@ -98,15 +98,20 @@ static void trace_rows(perp__joint_factor *f, int32_t writes)
     }
 }
 
-/* The order and the tiles of L, unless the pattern is that of the last factors. */
+/* The order and the tiles of L, unless the nodes are on the bodies of the last factors. */
 static perp_status analyse(perp__joint_factor *f, perp_context *context)
 {
-    const size_t starts = ((size_t)f->nodes + 1) * sizeof *f->starts;
-    const int64_t links = list_nodes(f);
+    const size_t bodies = 2 * (size_t)f->nodes * sizeof *f->body;
+    int64_t links;
     int32_t count = 0;
     size_t size;
     perp_status status;
 
+    if (f->known == f->nodes && f->known_bodies == f->bodies &&
+        !memcmp(f->body, f->old_body, bodies))
+        return PERP_OK;
+    f->known = 0;
+    links = list_nodes(f);
     if (links > INT32_MAX)
         return perp__fail_memory(context, "the equations of joints");
     perp__raise_room(&f->most_links, (int32_t)links);
@@ -132,10 +137,6 @@ static perp_status analyse(perp__joint_factor *f, perp_context *context)
         }
     }
     f->starts[f->nodes] = count;
-    if (f->known == f->nodes && !memcmp(f->starts, f->old_starts, starts) &&
-        !memcmp(f->links, f->old_links, (size_t)f->starts[f->nodes] * sizeof *f->links))
-        return PERP_OK;
-    f->known = 0;
     if (amd_order(f->nodes, f->starts, f->links, f->order, NULL, NULL) < AMD_OK)
         return perp__fail_memory(context, "an ordering");
     for (int32_t k = 0; k < f->nodes; k++)
@@ -151,9 +152,9 @@ static perp_status analyse(perp__joint_factor *f, perp_context *context)
     if (status != PERP_OK)
         return status;
     trace_rows(f, 1);
-    memcpy(f->old_starts, f->starts, starts);
-    memcpy(f->old_links, f->links, (size_t)f->starts[f->nodes] * sizeof *f->links);
+    memcpy(f->old_body, f->body, bodies);
     f->known = f->nodes;
+    f->known_bodies = f->bodies;
     return PERP_OK;
 }
 

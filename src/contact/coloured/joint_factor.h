@@ -58,13 +58,13 @@ typedef struct perp__joint_factor {
     int32_t nodes, bodies;
     int32_t most_nodes, most_bodies, most_links, most_tiles; /* room */
     size_t fitted[4];
-    int32_t known; /* nodes of the pattern at hand */
+    int32_t known, known_bodies; /* of the pattern at hand */
     /* of nodes, written by who sets them up */
-    int32_t *rows, *body; /* how many; and 2: of what impulses do not move `bodies` */
-    perp__joint_lanes *P; /* of unit rows */
-    int8_t *repeats;      /* lanes */
-    /* K by columns: nodes; and as they were when they were ordered */
-    int32_t *starts, *links, *old_starts, *old_links;
+    int32_t *rows, *body;      /* how many; and 2: of what impulses do not move `bodies` */
+    int32_t *old_body;         /* as they were when they were ordered */
+    perp__joint_lanes *P;      /* of unit rows */
+    int8_t *repeats;           /* lanes */
+    int32_t *starts, *links;   /* K by columns: nodes */
     int32_t *first, *touching; /* nodes of a body: twice the node + side */
     /* L by columns, in order; a column's first tile is the inverse of
      * its diagonal's root */

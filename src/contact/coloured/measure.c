@@ -22,10 +22,10 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
 {
     const perp__rigid_problem *problem = part->problem;
     const perp__joint_block *b = &c->joints;
-    perp__rigid_answer *answer = part->answer;
     int32_t n = 0;
 
-    answer->joints = b->rows > 0 && !b->factored ? INFINITY : 0.0;
+    if (b->rows > 0 && !b->factored)
+        part->residual = INFINITY;
     for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
         for (int32_t i = 0; i < problem->rows[k].dim; i++, n++) {
             double u = b->w[n], q = b->w[n], size = fabs(q);
@@ -39,11 +39,19 @@ static void measure_joints(const perp__coloured *c, perp__coloured_part *part, d
                     q += P * c->free[at];
                     size += fabs(P * c->free[at]);
                 }
-            answer->velocity[3 * k + i] = u;
+            part->answer->velocity[3 * k + i] = u;
             perp__raise_to(&part->drive, fmax(fabs(q), share * size) * b->scale[n]);
-            perp__raise_to(&answer->joints, fabs(u) * b->scale[n]);
+            perp__raise_to(&part->residual, fabs(u) * b->scale[n]);
         }
-    perp__raise_to(&part->residual, answer->joints);
+}
+
+static void raise_sinking(perp__coloured_part *part, const perp__lane_point *p, int32_t l,
+                          double speed)
+{
+    const double guard = p->guard[l], way = part->step->h * speed;
+
+    if (guard > 0.0 && fmax(-p->gap[l], 0.0) + way > part->step->deep * guard)
+        perp__raise_to(&part->sinks, way / guard);
 }
 
 /* The contacts of a group. Returns of how many parts one is the first that is over the bound. */
@@ -68,8 +76,7 @@ static int32_t measure_group(const perp__coloured *c, int32_t g, double share)
             for (int32_t row = 0; row < 3; row++)
                 part->answer->velocity[3 * k + row] = found.u[row][l];
             part->answer->modes[k] = (int32_t)found.mode[l];
-            if (p->guard[l] > 0.0)
-                perp__raise_to(&part->sinks, part->step->h * -found.u[0][l] / p->guard[l]);
+            raise_sinking(part, p, l, -found.u[0][l]);
             perp__raise_to(&part->drive, found.drive[l]);
             if (found.natural[l] <= part->residual)
                 continue;
@@ -111,7 +118,6 @@ void perp__coloured_measure(const perp__coloured *c)
             part->drive = part->drove;
         measure_joints(c, part, share);
         answer->tested = part->residual == 0.0 ? 0.0 : part->residual / part->drive;
-        answer->joints = answer->joints > 0.0 ? answer->joints / part->drive : 0.0;
         answer->drive = part->drive;
     }
 }

@@ -49,19 +49,6 @@ static void read_bounds(perp_contact_solver *s, const perp__rigid_problem *probl
                           : 0.0;
 }
 
-/* Solves of equations of joints at most: one more than it takes. Rows that hardly differ need some,
- * as their factors have a ridge. */
-enum { SOLVES = 20 };
-
-/* The equations of joints, where they are alone. */
-static perp_status read_joints(perp_contact_solver *s, const perp__rigid_problem *problem)
-{
-    s->joints.rows = 0;
-    return problem->joints == 0 || problem->contacts > 0
-               ? PERP_OK
-               : perp__joint_block_set_up(&s->joints, s->context, problem);
-}
-
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
 {
     perp_status status;
@@ -69,7 +56,6 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->entrance = PERP__NO_PROBLEM;
     s->rigid = problem;
     status = perp__bodies_setup_rigid(&s->bodies, problem);
-    PERP__THEN(status, read_joints(s, problem));
     if (status != PERP_OK)
         return status;
     s->has_bodies = 1;
@@ -106,23 +92,6 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     status = perp__contact_finish_setup(s);
     if (status == PERP_OK)
         s->entrance = PERP__ENTRANCE_RIGID;
-    return status;
-}
-
-perp_status perp__rigid_meet_joints(perp_contact_solver *s)
-{
-    perp__contact_worth worth;
-    int32_t ends = 0;
-    perp_status status = PERP_OK;
-
-    for (int32_t round = 0; round < SOLVES && status == PERP_OK && !ends; round++) {
-        ends = perp__is_good(s->best.outcome);
-        perp__copy(s->high, s->u, s->size);
-        perp__joint_block_invert(&s->joints, s->high);
-        for (int32_t i = 0; i < s->size; i++)
-            s->r[i] -= s->high[i];
-        status = perp__contact_consider(s, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
-    }
     return status;
 }
 

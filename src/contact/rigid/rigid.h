@@ -16,10 +16,6 @@ struct perp__rigid_solver {
 /* v and q of the free velocities, and in `load` the sizes of the terms of q. */
 void perp__rigid_load(perp_contact_solver *solver);
 
-/* Joints without contacts: r from the factors of their equations, a candidate. PERP_OK or
- * _MEMORY. */
-perp_status perp__rigid_meet_joints(perp_contact_solver *solver);
-
 /* v and u of solver->r. */
 void perp__rigid_velocities(perp_contact_solver *solver);
 

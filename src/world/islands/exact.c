@@ -91,8 +91,9 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
         say_outcome(answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
-    if (status == PERP_OK && perp__is_good(answer->outcome))
-        status = perp__rest_joints(world, island, answer, problem);
+    if (status == PERP_OK && perp__is_good(answer->outcome) && island->joints > 0 &&
+        world->work.carriers == 0)
+        perp__stop_still(world, island);
     world->work.set_up = status == PERP_OK;
     return status;
 }
@@ -104,6 +105,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status = PERP_OK;
+    int32_t found = 0;
 
     verdict->stands = 0;
     if (!bounces)
@@ -112,6 +114,9 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
         memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
         return status;
     }
+    status = perp__solve_limits(world, island, verdict, &found);
+    if (status != PERP_OK || found)
+        return status;
     perp__turn_contacts(world);
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);

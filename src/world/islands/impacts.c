@@ -45,8 +45,7 @@ static double time_to(double gap, double u, double a)
     return 2.0 * gap / (sqrt(inside) - u);
 }
 
-/* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
-static double normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies)
+double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies)
 {
     const perp__rigid_rows *rows = &world->work.rows[i];
     const int32_t n = world->dof;
@@ -73,7 +72,7 @@ double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, in
     const double *gain = world->work.gain;
     const double forced = fabs(perp__row_velocity(world, i, 0, gain, bodies, 0));
 
-    return lies ? fmax(forced, 0.5 * normal_terms(world, i, gain, bodies)) : forced;
+    return lies ? fmax(forced, 0.5 * perp__normal_terms(world, i, gain, bodies)) : forced;
 }
 
 /* Marks contacts of the interval at hand that are hit in it, beside those that are; returns whether
@@ -95,7 +94,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 
         if (!(work->impulse[3 * i] > 0.0) ||
             !(speed > slow * perp__forced_speed(world, i, island->bodies, lies) +
-                          PERP__STILL * normal_terms(world, i, work->now, island->bodies)))
+                          PERP__STILL * perp__normal_terms(world, i, work->now, island->bodies)))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
@@ -155,8 +154,8 @@ static int32_t lasts(const perp_world *world, const perp__island *island, double
 
         if (!(work->impulse[3 * i] > 0.0) || (way == 0.0 && work->came[i] == 0.0))
             continue;
-        terms = normal_terms(world, i, work->now, island->bodies) +
-                normal_terms(world, i, work->gain, island->bodies);
+        terms = perp__normal_terms(world, i, work->now, island->bodies) +
+                perp__normal_terms(world, i, work->gain, island->bodies);
         if (way > tol * terms || fabs(work->came[i]) > fmax(PERP__STILL, tol) * terms)
             return 0;
     }
@@ -356,7 +355,7 @@ static perp_status jump(perp_world *world, const perp__island *island, double la
          i++) /* velocities are known to tol, and so are gaps */
         work->hit[i] =
             work->gap[i] > lacking + perp__exact_tol(world) * world->step_length *
-                                         normal_terms(world, i, work->now, island->bodies);
+                                         perp__normal_terms(world, i, work->now, island->bodies);
     perp__find_limits(world, island, 0.0);
     perp__place_joints(world, island, 0.0);
     perp__choose_rows(world, island, work->hit);

@@ -208,6 +208,8 @@ double perp__work_of_rows(const perp_world *world, const perp__island *island, i
 /* work.free := now + share of what forces add. */
 void perp__force_bodies(perp_world *world, const perp__island *island, double share);
 
+/* Size of the terms of the first velocity of unit i, with numbers x of bodies. */
+double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
 /* What forces make of the normal velocity of the chosen contact i in a step, or of its bodies where
  * the island lies on something. */
 double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies);

@@ -321,6 +321,7 @@ void perp__pose_sweep(perp_world *world, const perp__island *island, double h,
                                         : (int32_t)fmax(ROUNDS, sqrt(mass_ratio(world, island, 0)));
     step->measures = 1;
     step->clear = perp__has_put(world, island) ? 0 : CLEAR; /* the projection's */
+    step->deep = sweeping->carried ? 0.0 : TOO_DEEP;        /* what settles sinks no more */
     step->gap = work->gap;
     step->guard = work->guard;
     for (int32_t i = 0; i < island->contacts; i++) {

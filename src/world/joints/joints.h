@@ -90,6 +90,10 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island);
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
+/* The velocities of rows that are equations and limits alone; *found: 0 where they are others, or
+ * the exchanges come to no end. */
+perp_status perp__solve_limits(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict, int32_t *found);
 
 /* work.v := the velocities next to work.free, in the metric of M, that meet all units at hand,
  * which are equations but for contacts that closing holds; work.impulse: their impulses. The first
@@ -120,8 +124,6 @@ int32_t perp__limits_last(const perp_world *world);
 /* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
  * what hangs at rest is pinned by nothing along its way. */
 void perp__stop_still(perp_world *world, const perp__island *island);
-perp_status perp__rest_joints(perp_world *world, const perp__island *island,
-                              const perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* Refuses next states between which a joint's coordinate is no number. */
 perp_status perp__check_joints(const perp_world *world);
 /* What the step made of joints becomes their last one's. */

@@ -21,6 +21,9 @@
 /* Errors of equations that are worth removing where sweeps left more of contacts. */
 #define SWEPT 1e-9
 
+/* Beside their terms, rates that are rounding. */
+#define MET (64.0 * PERP__EPSILON)
+
 static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
 {
     return is_length ? fmax(most * view->size, view->rounding) : most;
@@ -192,29 +195,37 @@ void perp__pose_positions(perp_world *world, const perp__island *island, perp__r
 
 /* ---- velocities ---- */
 
-/* Whether a step begins with velocities that joints have: what else there is has no more than tol
- * of the energy. */
-static int32_t begins_on_joints(const perp_world *world, const perp__island *island)
+/* Whether joints have the velocities of the bodies: what else there is of them is no more than that
+ * share of the terms; where the step ends of speeds beside the joint's size, too, whose rounding
+ * turns have. */
+static int32_t are_on_joints(const perp_world *world, const perp__island *island,
+                             const perp__state *states, double most)
 {
-    const double most = sqrt(perp__exact_tol(world));
-
     for (int32_t i = 0; i < island->joints; i++) {
         const perp__joint *joint = perp__island_joint(world, island, i);
-        perp__joint_view view;
+        const double size = states == world->next ? joint->end.size : 0.0;
+        perp__joint_view begin;
+        const perp__joint_view *view = &joint->end;
 
-        perp__view_of_states(world, joint, world->states, 0.0, &view);
-        for (int32_t k = 0; k < view.count; k++) {
-            const double sum = rate_of(world, joint, world->states, &view, k, 0);
+        if (states != world->next) {
+            perp__view_of_states(world, joint, states, 0.0, &begin);
+            view = &begin;
+        }
+        for (int32_t k = 0; k < PERP__SLOT_LOWER; k++) {
             double terms = 0.0;
 
             for (int32_t side = 0; side < 2; side++) {
-                const perp__state *state = &world->states[joint->body[side]];
-                const double *row = view.rows[k][side];
+                const perp__state *state = &states[joint->body[side]];
+                const double *row = view->rows[k][side];
 
-                terms += perp__length3(row) * perp__length3(state->velocity) +
-                         perp__length3(row + 3) * perp__length3(state->angular_velocity);
+                const double speed = perp__length3(state->velocity);
+
+                terms += perp__length3(row) * speed +
+                         perp__length3(row + 3) * (perp__length3(state->angular_velocity) +
+                                                   (size > 0.0 ? speed / size : 0.0));
             }
-            if (fabs(sum) > most * terms)
+            if (has_row(world, joint, k, PERP__ROWS_OF_RATES) &&
+                fabs(rate_of(world, joint, states, view, k, 0)) > most * terms)
                 return 0;
         }
     }
@@ -391,7 +402,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
 
     velocity_to_keep(world, island, kept);
     before = kinetic_beside(world, island, kept);
-    if (before == 0.0)
+    if (before == 0.0 || are_on_joints(world, island, world->next, MET))
         return PERP_OK;
     status = meet_ends(world, island, PERP__ROWS_NOT_SPARE);
     for (int32_t k = 0; k < island->joints * (PERP__JOINT_ROWS + 1) && status == PERP_OK; k++) {
@@ -417,7 +428,8 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
         perp__copy3(state->angular_velocity, twist + 3);
     }
     after = kinetic_beside(world, island, kept);
-    if (after < before && after > 0.0 && begins_on_joints(world, island))
+    if (after < before && after > 0.0 &&
+        are_on_joints(world, island, world->states, sqrt(perp__exact_tol(world))))
         take_energy(world, island, after - before);
     return PERP_OK;
 }

@@ -311,57 +311,16 @@ int32_t perp__limits_last(const perp_world *world)
     return 1;
 }
 
-/* The largest velocity of a body beside its terms. */
-static double remaining_motion(const perp_world *world, const perp__island *island)
-{
-    const perp__island_work *work = &world->work;
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const double speed = perp__mass_norm(world, work->members[i], work->v + world->dof * i);
-
-        if (speed > 0.0)
-            perp__raise_to(&largest, speed / work->strength[i]);
-    }
-    return largest;
-}
-
 void perp__stop_still(perp_world *world, const perp__island *island)
 {
-    if (remaining_motion(world, island) <= PERP__SUM_ROUNDING)
-        memset(world->work.v, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
-}
+    const perp__island_work *work = &world->work;
+    int32_t still = 1;
 
-/* What is near a velocity of 0 is so after a step of refinement: the equations once more, for what
- * is left of the velocities. */
-perp_status perp__rest_joints(perp_world *world, const perp__island *island,
-                              const perp__rigid_answer *answer, const perp__rigid_problem *problem)
-{
-    perp__island_work *work = &world->work;
-    const size_t numbers = (size_t)(world->dof * island->bodies);
-    double left;
-    perp_status status = PERP_OK;
-
-    if (island->joints == 0 || work->carriers > 0)
-        return PERP_OK;
-    left = remaining_motion(world, island);
-    if (left > PERP__SUM_ROUNDING && left <= PERP__STILL && work->inequalities == 0) {
-        perp__rigid_answer refined = *answer;
-        perp__rigid_problem rest = *problem;
-
-        rest.free = work->solved;
-        rest.warm = NULL;
-        rest.again = 1;
-        rest.method = PERP_CONTACT_METHOD_PROXIMAL;
-        memcpy(work->solved, work->v, numbers * sizeof *work->v);
-        memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
-        status = perp__rigid_solve(world->solver, &refined, &rest);
-        for (int32_t i = 0; status == PERP_OK && i < 3 * work->units; i++)
-            work->impulse[i] += work->warm[i];
-    }
-    if (status == PERP_OK)
-        perp__stop_still(world, island);
-    return status;
+    for (int32_t i = 0; i < island->bodies && still; i++)
+        still = perp__mass_norm(world, work->members[i], work->v + world->dof * i) <=
+                PERP__SUM_ROUNDING * work->strength[i];
+    if (still)
+        memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
 }
 
 /* ---- what is kept of it ---- */

@@ -13,6 +13,9 @@
 #include "linalg/spatial.h"
 #include "world/islands/islands.h"
 
+/* Beside the terms of a velocity, what rounding makes of one that is 0. */
+#define ROUNDING (64.0 * PERP__EPSILON)
+
 int32_t perp__swings(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
@@ -70,36 +73,99 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island)
         work->moving[i] = 0.5 * (work->now[i] + work->moving[i]);
 }
 
+/* What the velocities are worth. What hangs still is pinned by nothing along its way: they are 0
+ * where all are no more than the rounding of what they are made of. */
+static void judge(perp_world *world, const perp__island *island, double tested,
+                  perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const perp__evidence evidence = {
+        .sound = 1, .tested = tested, .own = tested, .backward = tested};
+
+    verdict->stands = 0;
+    verdict->outcome = perp__worse_outcome(
+        verdict->outcome, perp__gate(&evidence, perp__exact_tol(world), PERP_OUTCOME_SOLVED));
+    perp__raise_to(&verdict->residual, tested);
+    perp__spend(world, 1);
+    if (work->carriers == 0) {
+        perp__find_strengths(world, island, work->strength);
+        perp__stop_still(world, island);
+    }
+}
+
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
-    perp__evidence evidence = {.sound = 1};
+    double tested;
     perp_status status;
 
-    /* 1. biases J v0, of what turns with bodies along their paths */
+    /* biases J v0, of what turns with bodies along their paths */
     turn_numbers(world, island, work->solved, work->now, 0);
     for (int32_t u = 0; u < work->units; u++)
         for (int32_t k = 0; k < work->rows[u].dim; k++)
             work->rows[u].bias[k] =
                 perp__row_velocity(world, u, k, work->solved, island->bodies, 1);
-
-    /* 2. the velocities, and what they are worth */
-    status = perp__solve_equations(world, island, PERP__REFINED, &evidence.tested);
-    evidence.own = evidence.tested;
-    evidence.backward = evidence.tested;
-    verdict->stands = 0;
-    verdict->outcome = perp__worse_outcome(
-        verdict->outcome, perp__gate(&evidence, perp__exact_tol(world), PERP_OUTCOME_SOLVED));
-    perp__raise_to(&verdict->residual, evidence.tested);
-    perp__spend(world, 1);
-
-    /* 3. what hangs still is pinned by nothing along its way: velocities are 0 where all are no
-     * more than the rounding of what they are made of */
-    if (status == PERP_OK && work->carriers == 0) {
-        perp__find_strengths(world, island, work->strength);
-        perp__stop_still(world, island);
-    }
+    status = perp__solve_equations(world, island, PERP__REFINED, &tested);
+    if (status == PERP_OK)
+        judge(world, island, tested, verdict);
     return status;
+}
+
+/* Exchanges each limit that breaks its law, u >= 0 of one that does not press (dim = 0) and r >= 0
+ * of one that does; returns how many did, of `limits`. */
+static int32_t exchange_limits(perp_world *world, const perp__island *island, int32_t limits)
+{
+    perp__island_work *work = &world->work;
+    const int32_t bodies = island->bodies;
+    int32_t wrong = 0;
+
+    for (int32_t i = 0; i < limits; i++) {
+        perp__rigid_rows *rows = &work->rows[i];
+        const double u = rows->bias[0] + perp__row_velocity(world, i, 0, work->v, bodies, 1);
+        const double size = fabs(rows->bias[0]) + perp__normal_terms(world, i, work->v, bodies);
+
+        if (rows->dim == 0 ? u < -ROUNDING * size : work->impulse[3 * i] < 0.0) {
+            rows->dim = 1 - rows->dim;
+            wrong++;
+        }
+        work->velocity[3 * i] = rows->dim == 0 ? u : 0.0;
+    }
+    return wrong;
+}
+
+/* The primal-dual active set method (Hintermueller, Ito & Kunisch 2003), from the limits that
+ * pressed last: those that press are equations. */
+perp_status perp__solve_limits(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict, int32_t *found)
+{
+    perp__island_work *work = &world->work;
+    const int32_t limits = work->inequalities;
+    int32_t wrong = 1;
+    double tested = INFINITY;
+    perp_status status = PERP_OK;
+
+    *found = 0;
+    for (int32_t i = work->count; i < limits; i++)
+        if (work->joint_units[i - work->count].slot >= PERP__SLOT_MOTOR)
+            return PERP_OK;
+    if (work->count > 0)
+        return PERP_OK;
+    for (int32_t i = 0; i < limits; i++)
+        work->rows[i].dim = work->warm[3 * i] > 0.0;
+    work->inequalities = 0; /* for the equations' sake */
+    for (int32_t k = 0; k <= 2 * limits && wrong > 0 && status == PERP_OK; k++) {
+        status = perp__solve_equations(world, island, PERP__REFINED, &tested);
+        wrong = exchange_limits(world, island, limits);
+    }
+    work->inequalities = limits;
+    for (int32_t i = 0; i < limits; i++)
+        work->rows[i].dim = 1;
+    *found = status == PERP_OK && wrong == 0 && tested <= perp__exact_tol(world);
+    if (!*found)
+        return status;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+    judge(world, island, tested, verdict);
+    return PERP_OK;
 }
 
 void perp__end_swing(perp_world *world, const perp__island *island, double t,

@@ -442,6 +442,19 @@ void perp__stop_trial(perp_world *world, const perp__island *island)
         memset(perp__island_motion(world, island, i)->trial, 0, 6 * sizeof(double));
 }
 
+/* What all bodies of an island that nothing holds take up in this round: it changes no row. */
+static void find_common(const perp_world *world, const perp__island *island, double *common)
+{
+    const perp__motion *first = perp__island_motion(world, island, 0);
+    int32_t flies = perp__swings(world, island);
+
+    for (int32_t k = 0; k < 2 * island->joints && flies; k++)
+        flies = perp__is_dynamic(world, perp__island_joint(world, island, k / 2)->body[k % 2]);
+    memset(common, 0, 6 * sizeof *common);
+    for (int32_t k = 0; k < world->dof / 3 + 1 && flies; k++)
+        common[k] = world->work.moving[k] - first->trial[k];
+}
+
 int32_t perp__goes_round(perp_world *world, const perp__island *island, double t,
                          perp__rounds *rounds)
 {
@@ -449,11 +462,13 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
     const int32_t n = world->dof;
     const double before = rounds->change;
     const double settled = perp__swings(world, island) ? SETTLED : perp__exact_tol(world);
+    double common[6];
     int32_t lost;
 
     rounds->turn = fmax(rounds->turn, turn_of(world, island)); /* of any of the paths tried */
 
     /* 1. the motion that was found is the next trial; by how much it differs */
+    find_common(world, island, common);
     rounds->change = rounds->swerve = 0.0;
     for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
@@ -462,7 +477,7 @@ int32_t perp__goes_round(perp_world *world, const perp__island *island, double t
 
         perp__twist_of(world, work->moving + n * i, moving);
         for (int32_t k = 0; k < 6; k++) {
-            const double displacement = t * fabs(moving[k] - motion->trial[k]);
+            const double displacement = t * fabs(moving[k] - motion->trial[k] - common[k]);
             const int32_t scaled = k < 3 && size > 0.0;
 
             perp__raise_to(&rounds->change, scaled ? displacement / size : displacement);
