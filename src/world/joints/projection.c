@@ -21,9 +21,6 @@
 /* Errors of equations that are worth removing where sweeps left more of contacts. */
 #define SWEPT 1e-9
 
-/* Beside their terms, rates that are rounding. */
-#define MET (64.0 * PERP__EPSILON)
-
 static double tolerance_of(const perp__joint_view *view, double most, int32_t is_length)
 {
     return is_length ? fmax(most * view->size, view->rounding) : most;
@@ -402,7 +399,7 @@ static perp_status end_swing(perp_world *world, const perp__island *island)
 
     velocity_to_keep(world, island, kept);
     before = kinetic_beside(world, island, kept);
-    if (before == 0.0 || are_on_joints(world, island, world->next, MET))
+    if (before == 0.0 || are_on_joints(world, island, world->next, PERP__SUM_ROUNDING))
         return PERP_OK;
     status = meet_ends(world, island, PERP__ROWS_NOT_SPARE);
     for (int32_t k = 0; k < island->joints * (PERP__JOINT_ROWS + 1) && status == PERP_OK; k++) {

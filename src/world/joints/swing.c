@@ -13,9 +13,6 @@
 #include "linalg/spatial.h"
 #include "world/islands/islands.h"
 
-/* Beside the terms of a velocity, what rounding makes of one that is 0. */
-#define ROUNDING (64.0 * PERP__EPSILON)
-
 int32_t perp__swings(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
@@ -124,7 +121,7 @@ static int32_t exchange_limits(perp_world *world, const perp__island *island, in
         const double u = rows->bias[0] + perp__row_velocity(world, i, 0, work->v, bodies, 1);
         const double size = fabs(rows->bias[0]) + perp__normal_terms(world, i, work->v, bodies);
 
-        if (rows->dim == 0 ? u < -ROUNDING * size : work->impulse[3 * i] < 0.0) {
+        if (rows->dim == 0 ? u < -PERP__SUM_ROUNDING * size : work->impulse[3 * i] < 0.0) {
             rows->dim = 1 - rows->dim;
             wrong++;
         }
