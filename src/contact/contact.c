@@ -142,6 +142,7 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     status = slot->method->solve(slot->space.work, &iterate);
     solver->iterations += iterate.iterations;
     slot->spent += iterate.iterations;
+    solver->folds |= iterate.folds;
     PERP__THEN(status, check_abort(solver));
     if (status != PERP_OK)
         return status;
@@ -249,7 +250,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
         }
         solver->problem.tol = tol;
         solver->problem.enough = solver->enough;
-        if (ends_the_search(solver) || is_enough(solver))
+        if (ends_the_search(solver) || is_enough(solver) || (solver->folds && solver->brief > 1))
             break;
     }
     return status;
@@ -362,6 +363,15 @@ static perp_status try_start(perp_contact_solver *solver)
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
+/* Whether the last resorts are in vain: where something moves as it is told contacts may leave no
+ * answer, and then a path to it ends next to its beginning. Lemke's own path is exact in the plane.
+ */
+static int32_t has_no_answer(const perp_contact_solver *solver)
+{
+    return solver->folds && solver->entrance == PERP__ENTRANCE_RIGID &&
+           solver->rigid->carriers > 0 && !is_polyhedral(solver);
+}
+
 static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations, method = solver->settings.method;
@@ -378,7 +388,7 @@ static perp_status search(perp_contact_solver *solver)
     solver->has_ray = solver->aborted = 0;
     solver->ended = -1;
     solver->iterations = solver->polished = 0;
-    solver->asked_rest = solver->rests = 0;
+    solver->asked_rest = solver->rests = solver->folds = 0;
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
@@ -393,7 +403,7 @@ static perp_status search(perp_contact_solver *solver)
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;
     for (int32_t k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
-        if (k >= BRIEF && is_enough(solver))
+        if (k >= BRIEF && (is_enough(solver) || has_no_answer(solver)))
             break;
         if (!pivoted && k + 1 < count) /* what fits closer to an answer, where there was none */
             continue;

@@ -202,11 +202,11 @@ static double longest_step(const perp__proximal *s, const perp__proximal_part *p
     return most;
 }
 
-void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
+int32_t perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const double before = s->best_residual;
-    double passed[FOLD];
+    double passed[FOLD], first = 0.0, mean = 0.0;
 
     /* Cones at their middle; of an interval z and u are what is left to its ends and their duals.
      */
@@ -226,9 +226,10 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         }
     }
     for (int32_t k = 0; k < MOST_STEPS; k++) {
-        const double mean = find_mean(s, part);
         double step;
 
+        mean = find_mean(s, part);
+        first = k == 0 ? mean : first;
         if (k >= FOLD && mean > 0.5 * passed[k % FOLD])
             break;
         passed[k % FOLD] = mean;
@@ -270,4 +271,5 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
     else
         perp__proximal_project(s, part, s->x);
+    return mean <= LEAST_CENTRE * first;
 }

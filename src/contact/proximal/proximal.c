@@ -111,6 +111,8 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
  * What is not begins again in one. */
 static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_t given)
 {
+    int32_t leads;
+
     if (given)
         perp__proximal_newton_run(s, part, WARM_RHO, STEPS, IN_VAIN);
     if (perp__proximal_goes_on(s, s->tol) && (!given || s->discs)) {
@@ -123,11 +125,12 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
             perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
                                       STEPS, s->discs ? STEPS : IN_VAIN);
     }
-    if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
-        perp__proximal_interior_run(s, part);
-        if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, STEPS);
-    }
+    if (s->discs || !perp__proximal_goes_on(s, s->tol))
+        return;
+    leads = perp__proximal_interior_run(s, part);
+    s->folds |= !leads;
+    if (perp__proximal_goes_on(s, s->aim))
+        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, leads ? STEPS : 2 * IN_VAIN);
 }
 
 /* Solves a part from iterate->r, where its best point is left. */
@@ -185,6 +188,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
                : splits                     ? MOST_SWEEPS
                                             : INT64_MAX;
     s->factorisations = s->sweeps = 0;
+    s->folds = 0;
     s->tol = fmax(problem->tol, problem->enough);
     s->aim = s->tol < SHARP || problem->chosen ? fmin(s->tol, ROUNDING) : s->tol;
     s->outcome = -1;
@@ -195,6 +199,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
             break;
     }
     iterate->iterations = splits ? s->sweeps : s->factorisations;
+    iterate->folds = s->folds;
     if (s->outcome >= 0)
         iterate->outcome = s->outcome;
     else if (iterate->residual <= s->tol)

@@ -81,6 +81,7 @@ typedef struct perp__proximal {
     double residual, best_residual, tol; /* tested ones, of the part */
     double aim;                          /* what is worth a few steps where tol is met */
     perp_outcome outcome;                /* what stopped it, or -1 */
+    int32_t folds;                       /* the interior point's path ended next to its beginning */
 } perp__proximal;
 
 /* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. And, with W alone, how many pairs of
@@ -135,8 +136,9 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
                               int32_t sweeps);
 
 /* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
- * point, or its end where s->best_residual is of another. */
-void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
+ * point, or its end where s->best_residual is of another. Returns 0 where its path has ended next
+ * to its beginning. */
+int32_t perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
 
 /* The proximal Newton method from s->x: newton.c, as before. It ends after `most` factorisations,
  * after `patience` of them in which the residual has not halved, and, tol met, where a centre has
