@@ -363,15 +363,6 @@ static perp_status try_start(perp_contact_solver *solver)
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
-/* Whether the last resorts are in vain: where something moves as it is told contacts may leave no
- * answer, and then a path to it ends next to its beginning. Lemke's own path is exact in the plane.
- */
-static int32_t has_no_answer(const perp_contact_solver *solver)
-{
-    return solver->folds && solver->entrance == PERP__ENTRANCE_RIGID &&
-           solver->rigid->carriers > 0 && !is_polyhedral(solver);
-}
-
 static perp_status search(perp_contact_solver *solver)
 {
     const int32_t limit = solver->settings.max_iterations, method = solver->settings.method;
@@ -403,7 +394,10 @@ static perp_status search(perp_contact_solver *solver)
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;
     for (int32_t k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
-        if (k >= BRIEF && (is_enough(solver) || has_no_answer(solver)))
+        /* what moves as it is told may leave no answer; in the plane Lemke's path is exact */
+        if (k >= BRIEF &&
+            (is_enough(solver) || (solver->folds && solver->rigid && solver->rigid->carriers > 0 &&
+                                   !is_polyhedral(solver))))
             break;
         if (!pivoted && k + 1 < count) /* what fits closer to an answer, where there was none */
             continue;

@@ -111,8 +111,6 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
  * What is not begins again in one. */
 static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_t given)
 {
-    int32_t leads;
-
     if (given)
         perp__proximal_newton_run(s, part, WARM_RHO, STEPS, IN_VAIN);
     if (perp__proximal_goes_on(s, s->tol) && (!given || s->discs)) {
@@ -125,12 +123,11 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
             perp__proximal_newton_run(s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO,
                                       STEPS, s->discs ? STEPS : IN_VAIN);
     }
-    if (s->discs || !perp__proximal_goes_on(s, s->tol))
-        return;
-    leads = perp__proximal_interior_run(s, part);
-    s->folds |= !leads;
-    if (perp__proximal_goes_on(s, s->aim))
-        perp__proximal_newton_run(s, part, WARM_RHO, STEPS, leads ? STEPS : 2 * IN_VAIN);
+    if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
+        perp__proximal_interior_run(s, part);
+        if (perp__proximal_goes_on(s, s->aim))
+            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, s->folds ? 2 * IN_VAIN : STEPS);
+    }
 }
 
 /* Solves a part from iterate->r, where its best point is left. */
@@ -146,6 +143,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     /* 1. x from r. */
     s->best_residual = INFINITY;
     s->outcome = -1;
+    s->folds = 0;
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const double omega = problem->omega[s->constraint[k]];
         const double *r = iterate->r + perp__contact_first_row(problem, s->constraint[k]);
@@ -172,8 +170,8 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             r[i - s->starts[k]] = s->best[i] * omega * s->scale[i];
     }
-    if (s->best_residual > iterate->residual)
-        iterate->residual = s->best_residual;
+    iterate->residual = fmax(iterate->residual, s->best_residual);
+    iterate->folds |= s->folds;
 }
 
 static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t splits)
@@ -188,7 +186,6 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
                : splits                     ? MOST_SWEEPS
                                             : INT64_MAX;
     s->factorisations = s->sweeps = 0;
-    s->folds = 0;
     s->tol = fmax(problem->tol, problem->enough);
     s->aim = s->tol < SHARP || problem->chosen ? fmin(s->tol, ROUNDING) : s->tol;
     s->outcome = -1;
@@ -199,7 +196,6 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
             break;
     }
     iterate->iterations = splits ? s->sweeps : s->factorisations;
-    iterate->folds = s->folds;
     if (s->outcome >= 0)
         iterate->outcome = s->outcome;
     else if (iterate->residual <= s->tol)

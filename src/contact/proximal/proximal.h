@@ -136,9 +136,8 @@ void perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part
                               int32_t sweeps);
 
 /* An interior point method, from no impulses, for parts without discs: interior.c. s->x is its best
- * point, or its end where s->best_residual is of another. Returns 0 where its path has ended next
- * to its beginning. */
-int32_t perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
+ * point, or its end where s->best_residual is of another. */
+void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *part);
 
 /* The proximal Newton method from s->x: newton.c, as before. It ends after `most` factorisations,
  * after `patience` of them in which the residual has not halved, and, tol met, where a centre has
