@@ -142,6 +142,7 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     status = slot->method->solve(slot->space.work, &iterate);
     solver->iterations += iterate.iterations;
     slot->spent += iterate.iterations;
+    solver->folds |= iterate.folds;
     PERP__THEN(status, check_abort(solver));
     if (status != PERP_OK)
         return status;
@@ -249,7 +250,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
         }
         solver->problem.tol = tol;
         solver->problem.enough = solver->enough;
-        if (ends_the_search(solver) || is_enough(solver))
+        if (ends_the_search(solver) || is_enough(solver) || (solver->folds && solver->brief > 1))
             break;
     }
     return status;
@@ -378,7 +379,7 @@ static perp_status search(perp_contact_solver *solver)
     solver->has_ray = solver->aborted = 0;
     solver->ended = -1;
     solver->iterations = solver->polished = 0;
-    solver->asked_rest = solver->rests = 0;
+    solver->asked_rest = solver->rests = solver->folds = 0;
     for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
     status = perp__contact_load(solver);
@@ -390,7 +391,10 @@ static perp_status search(perp_contact_solver *solver)
        early; never with a budget that is used up. */
     ray_after = solver->constraints > EARLY_RAY ? count - 1 : 0;
     for (int32_t k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
-        if (k >= BRIEF && is_enough(solver))
+        /* what moves as it is told may leave no answer; in the plane Lemke's path is exact */
+        if (k >= BRIEF &&
+            (is_enough(solver) || (solver->folds && solver->rigid && solver->rigid->carriers > 0 &&
+                                   !is_polyhedral(solver))))
             break;
         if (!pivoted && k + 1 < count) /* what fits closer to an answer, where there was none */
             continue;

@@ -86,7 +86,8 @@ typedef struct perp__rigid_problem {
     int32_t max_iterations;       /* of each method; 0: their own; -1: none, the start alone
                                      is judged */
     double enough;                /* and one at which no other method is asked for tol; 0: none */
-    int32_t brief;                /* 1: sweeps and the first method after them, no last resorts */
+    int32_t brief;                /* 1: sweeps and the first method after them, no last resorts;
+                                     2: nor that once more where a path ends where it began */
     int32_t proves;               /* 1: look for proofs that there is no solution; one that a method
                                      comes across counts anyway */
     int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the

@@ -84,6 +84,7 @@ typedef struct perp__contact_iterate {
     int32_t warm;    /* on entry: r is a start, */
     int32_t given;   /* and one that the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
+    int32_t folds;   /* a path to an answer ended next to its beginning */
     double residual; /* the method's own estimate of the tested residual */
     perp_outcome outcome;
     int64_t iterations;

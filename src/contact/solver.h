@@ -104,7 +104,7 @@ struct perp_contact_solver {
     size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
-    int32_t brief;                           /* no last resorts */
+    int32_t brief;                           /* as perp__rigid_problem's */
     double enough;                           /* residuals that need none either; 0: none */
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
@@ -155,6 +155,7 @@ struct perp_contact_solver {
     int64_t iterations; /* of all that ran, */
     int64_t polished;   /* and of the polish */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
+    int32_t folds;      /* a path to an answer has ended next to its beginning */
     int32_t aborted;    /* the monitor returned a negative number */
     int32_t running;    /* the method that does */
     double deadline;

@@ -206,10 +206,9 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const double before = s->best_residual;
-    double passed[FOLD];
+    double passed[FOLD], first = 0.0, mean = 0.0, step;
 
-    /* Cones at their middle; of an interval z and u are what is left to its ends and their duals.
-     */
+    /* Cones at their middle; z and u of an interval: what is left to its ends, and their duals. */
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         perp__cone *cone = &s->cones[k];
 
@@ -217,18 +216,15 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         cone->dim = s->starts[k + 1] - s->starts[k];
         cone->z[0] = cone->u[0] = 1.0;
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            s->x[i] = 0.0;
-        if (kind_of(s, k) == CONE)
-            s->x[s->starts[k]] = 1.0;
+            s->x[i] = i == s->starts[k] && kind_of(s, k) == CONE;
         if (kind_of(s, k) == INTERVAL) {
             cone->z[0] = cone->z[1] = -s->radius[k];
             cone->u[1] = 1.0;
         }
     }
     for (int32_t k = 0; k < MOST_STEPS; k++) {
-        const double mean = find_mean(s, part);
-        double step;
-
+        mean = find_mean(s, part);
+        first = k == 0 ? mean : first;
         if (k >= FOLD && mean > 0.5 * passed[k % FOLD])
             break;
         passed[k % FOLD] = mean;
@@ -246,10 +242,6 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         s->factorisations++;
         if (!perp__proximal_factor(s, part))
             break;
-        for (int32_t c = part->constraint; c < part->last_constraint; c++) {
-            memset(s->cones[c].dz, 0, sizeof s->cones[c].dz);
-            memset(s->cones[c].du, 0, sizeof s->cones[c].du);
-        }
         find_step(s, part, 0.0, 0.0);
         step = fmin(1.0, longest_step(s, part));
         find_step(s, part, mean * fmax(LEAST_CENTRE, 1.0 - step), step * step * step);
@@ -270,4 +262,5 @@ void perp__proximal_interior_run(perp__proximal *s, const perp__proximal_part *p
         memcpy(s->x + part->row, s->best + part->row, rows * sizeof *s->x);
     else
         perp__proximal_project(s, part, s->x);
+    s->folds = mean > LEAST_CENTRE * first;
 }

@@ -126,7 +126,7 @@ static void run_first(perp__proximal *s, const perp__proximal_part *part, int32_
     if (!s->discs && perp__proximal_goes_on(s, s->tol)) {
         perp__proximal_interior_run(s, part);
         if (perp__proximal_goes_on(s, s->aim))
-            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, STEPS);
+            perp__proximal_newton_run(s, part, WARM_RHO, STEPS, s->folds ? 2 * IN_VAIN : STEPS);
     }
 }
 
@@ -143,6 +143,7 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
     /* 1. x from r. */
     s->best_residual = INFINITY;
     s->outcome = -1;
+    s->folds = 0;
     for (int32_t k = part->constraint; k < part->last_constraint; k++) {
         const double omega = problem->omega[s->constraint[k]];
         const double *r = iterate->r + perp__contact_first_row(problem, s->constraint[k]);
@@ -169,8 +170,8 @@ static void run_part(perp__proximal *s, const perp__proximal_part *part,
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
             r[i - s->starts[k]] = s->best[i] * omega * s->scale[i];
     }
-    if (s->best_residual > iterate->residual)
-        iterate->residual = s->best_residual;
+    iterate->residual = fmax(iterate->residual, s->best_residual);
+    iterate->folds |= s->folds;
 }
 
 static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t splits)

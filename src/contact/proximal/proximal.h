@@ -81,6 +81,7 @@ typedef struct perp__proximal {
     double residual, best_residual, tol; /* tested ones, of the part */
     double aim;                          /* what is worth a few steps where tol is met */
     perp_outcome outcome;                /* what stopped it, or -1 */
+    int32_t folds;                       /* the interior point's path ended next to its beginning */
 } perp__proximal;
 
 /* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. And, with W alone, how many pairs of
