@@ -109,7 +109,6 @@ typedef struct perp__rigid_answer {
     int32_t method; /* that gave the answer; PERP_CONTACT_METHOD_POLISH: the start */
     int32_t held;   /* velocities are those of hold */
     int64_t iterations;
-    double joints;                /* perp__rigid_solve: largest tested residual of a joint's rows */
     double tested, own, backward; /* what the outcome rests on */
     double drive;                 /* of passes: the velocities that `tested` is a share of */
     int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */

@@ -184,12 +184,6 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
     answer->method = best->method;
     answer->held = problem->holds;
     answer->iterations = s->iterations;
-    answer->joints = 0.0;
-    for (int32_t k = s->contacts; k < s->constraints; k++) {
-        const double speed = fabs(best->u[s->rows + k - s->contacts]);
-
-        perp__raise_to(&answer->joints, speed / s->root[k] / s->omega[k]);
-    }
     answer->tested = best->worth.tested;
     answer->own = best->worth.own;
     answer->backward = best->worth.backward;
