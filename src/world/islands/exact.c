@@ -66,7 +66,7 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     problem->tol = SHARPER * problem->enough;
     problem->brief =
         thorough ? world->work.count > FEW && !perp__begins_standing(world, island, &carrying)
-                  : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
+                 : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
     if (!thorough && (limit == 0 || limit > QUICK))
         problem->max_iterations = QUICK;
     status = perp__rigid_solve(world->solver, answer, problem);
