@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from ctypes import c_char, c_void_p, memmove
 from collections.abc import Iterator
 from typing import Any, NamedTuple, Optional
 
@@ -20,7 +21,9 @@ import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
-from ._mujoco_model import FAST, RK4
+from ._mujoco_model import FAST, RK4, layout, pointers
+from ._mujoco_run import has_callbacks
+from ._stepper import Laws, Rows
 from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
 Array = NDArray[np.float64]
@@ -109,6 +112,8 @@ class _Modes:
 
 def _read(laws: Any, rows: int, J: Array, inverse: Array, r: Array, u: Array) -> _Active:
     """inverse: of M."""
+    if not len(J):
+        return _Active(np.zeros(0, dtype=int), np.zeros((0, 0)), J @ J.T, [], np.zeros(0))
     modes = _Modes(rows, len(J), ((J @ inverse) * J).sum(1))
     place, r, u = 0, r.tolist(), u.tolist()
     for contact in zip(*(x.tolist() for x in laws[:4])):
@@ -127,6 +132,17 @@ def _read(laws: Any, rows: int, J: Array, inverse: Array, r: Array, u: Array) ->
     return modes.read()
 
 
+def _inverse_of(W: Array) -> Optional[Array]:
+    """Where its least singular value is surely above _RANK of the largest: the product of the
+    norms of W and its inverse is at least their quotient."""
+    try:
+        inverse = np.linalg.inv(W)
+    except np.linalg.LinAlgError:
+        return None
+    bound = np.vdot(W, W) * np.vdot(inverse, inverse)
+    return inverse if bound < (0.1 / _RANK) ** 2 else None
+
+
 def _solve(
     metric: tuple[Array, Array], J: Array, active: _Active, r: Array, dF: Array, du: Array
 ) -> tuple[Array, bool]:
@@ -143,9 +159,13 @@ def _solve(
     if not len(active.held):
         return free, True
     C, push = J[active.held], inner @ (J.T @ active.E)
-    left, sizes, right = np.linalg.svd(C @ push)
+    response, needed = C @ push, -du[active.held] - C @ free
+    inverse = _inverse_of(response)
+    if inverse is not None:
+        return free + push @ (inverse @ needed), True
+    left, sizes, right = np.linalg.svd(response)
     rank = int((sizes > _RANK * sizes[0]).sum())
-    needed = left.T @ (-du[active.held] - C @ free)
+    needed = left.T @ needed
     dv = free + push @ (right[:rank].T @ (needed[:rank] / sizes[:rank, None]))
     if rank == len(sizes):
         return dv, True
@@ -175,16 +195,20 @@ def _shares(push: Array, du: Array, active: _Active, loose: Array, r: Array) -> 
 class _Opening:
     """The velocity that takes overlaps away, and the rows that make it."""
 
-    def __init__(self, shift: Array, M: Array, A: Array, G: Array, g: Array) -> None:
-        self.shift, self.moves, self.is_one = shift, bool(shift.any()), True
-        if self.moves:
-            self._read(M, A, G, g)
+    def __init__(self, shift: Optional[Array]) -> None:
+        self.shift, self.moves, self.is_one = shift, shift is not None, True
 
-    def _read(self, M: Array, A: Array, G: Array, g: Array) -> None:
-        shift = self.shift
+    def read(self, metric: tuple[Array, Array], A: Array, G: Array, g: Array) -> None:
+        """metric: M and its inverse."""
+        (M, inverse), shift = metric, self.shift
         u = A @ shift + g
         close = np.flatnonzero(u <= 1e-7 * np.abs(g).max(initial=0.0))
-        push = np.linalg.lstsq(np.vstack([A[close], G]).T, M @ shift, rcond=1e-9)[0]
+        C = np.vstack([A[close], G])
+        response = _inverse_of(C @ inverse @ C.T) if len(C) else None
+        if response is None:
+            push = np.linalg.lstsq(C.T, M @ shift, rcond=1e-9)[0]
+        else:
+            push = response @ (C @ shift)
         bears = push[: len(close)] > 1e-9 * np.abs(push).max(initial=0.0)
         self.rows = close[bears]
         self.push = np.concatenate([push[: len(close)][bears], push[len(close) :]])
@@ -209,6 +233,43 @@ class _Rows:
         return np.matmul(self._dJ, v.T).transpose(2, 1, 0)
 
 
+class _Peek:
+    """Copies of rows where places move: gaps, contacts, and J where it is dense, from where they
+    lie, which takes a tenth of what asking for them does."""
+
+    def __init__(self, model: Any, data: Any) -> None:
+        where, at = layout(), pointers(data)
+        self._cells = [c_void_p.from_address(at[x]) for x in ("efc_pos", "contact", "efc_J")]
+        self._n, self._stride, self._geoms = model.nv, where.stride, where.of_contacts[0]
+        # contacts, equations, rows of dry friction, of limits, and all
+        self._counts = (c_char * 20).from_address(data._address + where.counts)
+
+    def look(self, data: Any) -> None:
+        """Copies are of as many rows as there are now."""
+        self._now, self._geom = self._counts.raw, data.contact.geom.copy().view(np.uint8)
+        self.rows = data.nefc
+
+    def begin(self, copies: int, dense: bool) -> None:
+        self.gaps, self.J = np.zeros((copies, self.rows)), np.zeros((copies, self.rows, self._n))
+        self._contacts = np.zeros((copies, len(self._geom), self._stride), dtype=np.uint8)
+        arrays = [self.gaps, self._contacts] + [self.J] * dense
+        to = [(x.ctypes.data, x.nbytes // copies) for x in arrays]
+        self._ways = [(cell, *way) for cell, way in zip(self._cells, to)]
+
+    def keep(self, copy: int) -> bool:
+        """Whether there are as many."""
+        if self._counts.raw != self._now:
+            return False
+        for cell, to, size in self._ways:
+            memmove(to + copy * size, cell.value, size)
+        return True
+
+    def are_same(self) -> NDArray[Any]:
+        """Whether the same geoms touch in each copy."""
+        geoms = self._contacts[:, :, self._geoms : self._geoms + 8]
+        return np.asarray((geoms == self._geom).all((1, 2)))
+
+
 class _Smooth(NamedTuple):
     """Of the balance and the activations by places and by velocities, and of M shift by places."""
 
@@ -225,36 +286,65 @@ class Linearization:
         self._data = mj.MjData(model)
         self._state = np.zeros(mj.mj_stateSize(model, _SPEC))
         self._ways = np.random.default_rng(0).choice([-1.0, 1.0], max(model.nv, model.nu, model.na))
-        self._alone = not (model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin)
+        shared = model.jnt_actfrclimited.any() or np.any(getattr(model, "tendon_actfrclimited", 0))
+        several = model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin
+        self._apart = not (several or shared)  # each force is of its own control and activation
+        driven = np.flatnonzero(model.actuator_actadr >= 0)
+        self._driven = driven, model.actuator_actadr[driven]
+        self._filters = bool(np.isin(model.actuator_dyntype, _FILTERS).all())
         adheres = (model.actuator_trntype == int(mj.mjtTrn.mjTRN_BODY)).any()
         self._adheres = bool(adheres or getattr(model, "flg_adhesion", 0))  # forces of contacts
         self._tree = Tree(model)
         self._straight, self._constant = has_constant_rows(model)
+        self._peek, self._still = _Peek(model, self._data), (np.arange(model.nv), np.eye(model.nv))
+        kinds = zip(model.jnt_type.tolist(), model.jnt_dofadr.tolist())
+        self._turning = [first + TURNS[kind] for kind, first in kinds if kind in TURNS]
 
     def __call__(self, data: Any, eps: float, centered: bool) -> Derivatives:
         """At the state and control of data."""
-        model, own = self.model, self._data
-        mj.mj_copyData(own, model, data)
-        mj.mj_getState(model, own, self._state, _SPEC)
-        with self._stepper.borrowed:
-            self._h, self._eps, self._centered = model.opt.timestep, eps, centered
+        with self._stepper.borrowed, self._begun(data):
+            self._h, self._eps, self._centered = self.model.opt.timestep, eps, centered
             self._sides = np.array([eps, -eps] if centered else [eps])
-            self._stepper.answer(own)
-            if model.opt.integrator == RK4 and not own.nefc:
+            self._stepper.answer(self._data)
+            if self.model.opt.integrator == RK4 and not self._data.nefc:
                 return self._by_whole_steps()
             self._keep()
-            drives = [self._by_drives(own.act), self._by_drives(own.ctrl)]
-            kinematics = Kinematics(self._tree, own) if model.nv >= _MANY else None
-            forces = self._forces_in_closed_form(kinematics) if kinematics else None
-            rows = self._rows_in_closed_form(kinematics)
-            if self._is_steady():
-                rows = rows or self._at_places(False)[0]
-                by_place, by_velocity, moved = self._proved(forces) or self._by_inverse()
-            else:
-                others, by_place, moved = self._at_places(True)
-                rows, by_velocity = rows or others, self._by_velocities()
-        du, opened = self._of_rows(rows, by_place, moved)
-        return self._assemble(np.hstack([by_place, by_velocity, *drives]), du, opened)
+            changes, rows, moved = self._changes()
+        du, opened = self._of_rows(rows, changes, moved)
+        return self._assemble(changes, du, opened)
+
+    @contextlib.contextmanager
+    def _begun(self, data: Any) -> Iterator[None]:
+        """Its own data is as data, and sensors, of which nothing depends unless Python is called,
+        are left out."""
+        model, own, options = self.model, self._data, self.model.opt
+        mj.mj_getState(model, data, self._state, _SPEC)
+        self._calls, flags = has_callbacks(), options.disableflags
+        if self._calls or model.nplugin:
+            mj.mj_copyData(own, model, data)
+        else:
+            mj.mj_setState(model, own, self._state, _SPEC)
+            options.disableflags = flags | _NO_SENSORS
+        try:
+            yield
+        finally:
+            options.disableflags = flags
+
+    def _changes(self) -> tuple[Array, Any, Array]:
+        """Of the balance and the activations by all; of rows by places; and of M shift by places."""
+        own, kinematics = self._data, None
+        drives = self._of_drives()
+        if self.model.nv >= _MANY:
+            kinematics = Kinematics(self._tree, own)
+        forces = self._forces_in_closed_form(kinematics) if kinematics else None
+        rows = self._rows_in_closed_form(kinematics)
+        if self._is_steady():
+            rows = rows or self._at_places(False)[0]
+            by_place, by_velocity, moved = self._proved(forces) or self._by_inverse()
+        else:
+            others, by_place, moved = self._at_places(True)
+            rows, by_velocity = rows or others, self._by_velocities()
+        return np.concatenate([by_place, by_velocity, *drives], axis=1), rows, moved
 
     def _by_whole_steps(self) -> Derivatives:
         """Differences of the step where four stages make it and no row takes part."""
@@ -286,21 +376,23 @@ class Linearization:
     def _keep(self) -> None:
         """The answer, and the rows that are active in it."""
         stepper, own = self._stepper, self._data
-        solver = stepper.solver
-        self._rows = stepper.rows
-        self._found = own.nefc, own.contact.geom.tobytes()
+        solver, n = stepper.solver, self.model.nv
+        self._rows = stepper.rows if own.nefc else _NO_ROWS
         self._which = np.concatenate([self._rows.H, self._rows.G])
         self._v, self._r, u = solver.v.copy(), solver.r.copy(), solver.u.copy()
-        J, gaps = self._jacobian()
+        self._J, self._gaps = self._jacobian()
+        self._peek.look(own)
         self._M, count = stepper.metric(own), len(self._rows.H)
-        self._inverse = np.linalg.inv(self._M)
+        metric = self._M, np.linalg.inv(self._M)
+        self._inverse = metric[1]
         u[count:] = 0.0
-        self._J, self._gaps = J, gaps
-        self._active = _read(self._rows.laws, count, J, self._inverse, self._r, u)
+        self._active = _read(self._rows.laws, count, self._J, self._inverse, self._r, u)
         self._scale = max(solver.numbers.driven, solver.numbers.fastest, 1e-300)
-        shift = np.zeros(len(self._v)) if solver.shift is None else solver.shift.copy()
-        A, g = J[self._rows.gaps], self._to_open(gaps[self._rows.gaps])
-        self._opening = _Opening(shift, self._M, A, J[count:], g)
+        shift = solver.shift
+        self._opening = _Opening(shift.copy() if shift is not None and shift.any() else None)
+        if self._opening.moves:
+            mine = self._rows.gaps
+            self._opening.read(metric, self._J[mine], self._J[count:], self._to_open(self._gaps[mine]))
 
     def _jacobian(self) -> tuple[Array, Array]:
         """Rows of H, then of G, and the gaps of all of them."""
@@ -341,7 +433,7 @@ class Linearization:
             return False
         if stepper.tumbling if fast else stepper.damping.changes:
             return False
-        if not fast and not model.na:
+        if not fast and (self._filters and not self._calls):
             return True
         seen = []
         for step in (0.0, self._eps):
@@ -381,8 +473,8 @@ class Linearization:
         """Differences of MuJoCo's inverse dynamics."""
         model, own, n, opening = self.model, self._data, self.model.nv, self._opening
         found = np.zeros((2, n + model.na, n))
-        sums, mass = np.zeros((2, n, n)), np.zeros((n, model.nC))
-        one, of_mass = np.zeros((2, n, n)), np.zeros_like(mass) if opening.moves else None
+        sums, one, mass = np.zeros((2, n, n)), np.zeros((2, n, n)), np.zeros((n, model.nC))
+        of_mass = np.zeros_like(mass) if opening.moves else None
         with self._inverse_dynamics():
             for side in self._sides.tolist():
                 mj.mjd_inverseFD(
@@ -393,7 +485,9 @@ class Linearization:
                     mass += of_mass
         found[:, :n] = self._h / len(self._sides) * sums.transpose(0, 2, 1)
         found[1, :n] -= self._M
-        moved = self._stepper.times_mass(mass / len(self._sides), opening.shift).T
+        moved = mass
+        if opening.moves:
+            moved = self._stepper.times_mass(mass / len(self._sides), opening.shift).T
         return _Smooth(found[0], found[1], moved)
 
     def _forces_in_closed_form(self, kinematics: Kinematics) -> _Smooth:
@@ -417,9 +511,7 @@ class Linearization:
             slack = np.clip(own.ten_length, *model.tendon_lengthspring.T) == own.ten_length
             balance += h * J.T @ (np.where(slack, 0.0, model.tendon_stiffness)[:, None] * J)
         if model.nu:
-            moment, lengths, every = np.zeros((model.nu, n)), own.actuator_length, slice(None)
-            pattern = own.moment_rownnz, own.moment_rowadr, own.moment_colind
-            mj.mju_sparse2dense(moment, own.actuator_moment, *pattern)
+            moment, lengths, every = self._moment, own.actuator_length, slice(None)
             pulls = self._slope(lengths, every, mj.mj_fwdActuation, own.actuator_force)
             balance -= h * moment.T @ (pulls[:, None] * moment)
         by_velocity[np.repeat(np.arange(n), model.D_rownnz), model.D_colind] = self._damping()
@@ -491,35 +583,37 @@ class Linearization:
         """Rows where each place has moved; of the whole step also the balance and the activations,
         and M shift."""
         model, own, stepper, n = self.model, self._data, self._stepper, self.model.nv
-        nefc, geoms = self._found
         shape = len(self._sides), n
         there, sparse = np.ones(shape, dtype=bool), self._rows.pattern is not None
-        J, gaps = np.zeros((*shape, nefc, n)), np.zeros((*shape, nefc))
         balance, mass = np.zeros((*shape, n + model.na)), np.zeros((*shape, model.nC))
         mj.mj_setState(model, own, self._state, _SPEC)
-        place, qpos, ways = own.qpos.copy(), own.qpos, np.eye(n)
+        place, qpos, (_, ways), peek = own.qpos.copy(), own.qpos, self._still, self._peek
+        copies = [(side, k) for side in range(len(self._sides)) for k in range(n)]
+        peek.begin(len(copies), not sparse)
         if whole:
             here, masses = np.concatenate(self._by_force()), stepper.metric_mass(own)
             mass_here = masses.copy()
-        for side, step in enumerate(self._sides.tolist()):
-            for k, way in enumerate(ways):
-                qpos[:] = place
-                mj.mj_integratePos(model, qpos, way, step)
-                for stage in _STAGES if whole else _ROWS:
-                    stage(model, own)
-                if whole:
-                    balance[side, k] = np.concatenate(self._by_force()) - here
-                    mass[side, k] = masses - mass_here
-                if not nefc:
-                    continue
-                there[side, k] = own.nefc == nefc and own.contact.geom.tobytes() == geoms
-                if there[side, k]:
-                    J[side, k] = self._sparse_rows() if sparse else own.efc_J.reshape(nefc, n)
-                    gaps[side, k] = own.efc_pos
+        for copy, (side, k) in enumerate(copies):
+            qpos[:] = place
+            mj.mj_integratePos(model, qpos, ways[k], self._sides[side])
+            for stage in _STAGES if whole else _ROWS:
+                stage(model, own)
+            if whole:
+                balance[side, k] = np.concatenate(self._by_force()) - here
+                mass[side, k] = masses - mass_here
+            if peek.rows:
+                there[side, k] = peek.keep(copy)
+                if sparse and there[side, k]:
+                    peek.J[copy] = self._sparse_rows()
+        if peek.rows:
+            there &= peek.are_same().reshape(shape)
         sign = np.sign(self._sides)[:, None] / (self._eps * len(self._sides))
-        by_place = (sign[..., None] * balance).sum(0).T
-        moved = stepper.times_mass((sign[..., None] * mass).sum(0), self._opening.shift).T
-        rows = self._differenced(J[:, :, self._which], gaps[:, :, self._which], there)
+        by_place, moved = (sign[..., None] * balance).sum(0).T, balance
+        if whole and self._opening.moves:
+            moved = stepper.times_mass((sign[..., None] * mass).sum(0), self._opening.shift).T
+        J, gaps = peek.J[:, self._which], peek.gaps[:, self._which]
+        count = len(self._which)
+        rows = self._differenced(J.reshape(*shape, count, n), gaps.reshape(*shape, count), there)
         return rows, by_place, moved
 
     def _differenced(self, J: Array, gaps: Array, there: NDArray[Any]) -> _Rows:
@@ -535,18 +629,20 @@ class Linearization:
         d_gaps[self._held] = self._J.T[self._held]
         return _Rows(dJ, d_gaps)
 
-    def _of_rows(self, rows: Any, by_place: Array, moved: Array) -> tuple[Array, Array]:
+    def _of_rows(self, rows: Any, changes: Array, moved: Array) -> tuple[Array, Array]:
         """By places: velocities of rows, and what opens overlaps and what these rows do then.
-        Takes J'r from the balance; moved: M shift."""
-        mine, count, opening = self._rows.gaps, len(self._rows.H), self._opening
-        gaps, gap, n = rows.gaps, self._gaps[mine], self.model.nv
+        Takes J'r from the balance's changes; moved: M shift."""
+        mine, count, opening, n = self._rows.gaps, len(self._rows.H), self._opening, self.model.nv
+        if not len(self._J):
+            return np.zeros((0, n)), np.zeros((0, n))
+        gaps, gap = rows.gaps, self._gaps[mine]
         r, v, closing = self._r[None], self._v[None], mine[:0]
         if opening.moves:
             push, closing = np.zeros(len(self._J)), mine[opening.rows]
             push[closing], push[count:] = np.split(opening.push, [len(closing)])
             r, v = np.stack([self._r, push]), np.stack([self._v, opening.shift])
         turned, speeds = rows.forces(r), rows.velocities(v)
-        by_place[:n] -= turned[0]
+        changes[:n, :n] -= turned[0]
         speeds[0, mine] += gaps[mine] * ((gap > 0.0) / self._h)[:, None]
         speeds[0, count:] += self._stepper.correction / self._h * gaps[count:]
         if not opening.moves:
@@ -585,8 +681,44 @@ class Linearization:
             columns.append((sides[0] - sides[1]) / (2.0 * self._eps))
         return np.array(columns).T
 
-    def _by_drives(self, numbers: Array) -> Array:
-        """Of the balance and the activations by controls or activations."""
+    def _of_drives(self) -> list[Array]:
+        """Of the balance and the activations by activations, and by controls."""
+        own, apart = self._data, self._apart and not self._calls
+        self._moment = self._moment_arms()
+        return [self._at_once(x) if apart else self._one_by_one(x) for x in (own.act, own.ctrl)]
+
+    def _moment_arms(self) -> Array:
+        model, own = self.model, self._data
+        moment = np.zeros((model.nu, model.nv))
+        pattern = own.moment_rownnz, own.moment_rowadr, own.moment_colind
+        mj.mju_sparse2dense(moment, own.actuator_moment, *pattern)
+        return moment
+
+    def _at_once(self, numbers: Array) -> Array:
+        """Of actuators that have nothing to do with each other."""
+        model, own, n = self.model, self._data, self.model.nv
+        found, here, sides = np.zeros((n + model.na, len(numbers))), numbers.copy(), []
+        if not len(numbers):
+            return found
+        for step in (self._eps, -self._eps):
+            numbers[:] = here + step
+            mj.mj_fwdActuation(model, own)
+            acts = self._next_act() if model.na else own.act
+            sides.append((own.actuator_force.copy(), acts))
+        numbers[:] = here
+        of, place = self._driven if model.na else (None, None)
+        slopes, acts = ((a - b) / (2.0 * self._eps) for a, b in zip(*sides))
+        if numbers is own.act:
+            found[:n, place] = (-self._h * slopes * self._moment.T)[:, of]
+            found[n + place, place] = acts[place]
+        else:
+            found[:n] = -self._h * slopes * self._moment.T
+            if model.na:
+                found[n + place, of] = acts[place]
+        return found
+
+    def _one_by_one(self, numbers: Array) -> Array:
+        """Where forces or activations are of several."""
         model, own, eps, n = self.model, self._data, self._eps, self.model.nv
         count, na = len(numbers), model.na
         forces, acts, here = np.zeros((2, count, n)), np.zeros((2, count, na)), numbers.copy()
@@ -595,16 +727,9 @@ class Linearization:
                 numbers[k] = here[k] + step
                 mj.mj_fwdActuation(model, own)
                 forces[side, k] = own.qfrc_actuator
-                if na and not self._alone:
+                if na:
                     acts[side, k] = self._next_act()
                 numbers[k] = here[k]
-            if na and self._alone:  # each of its own actuator's: all at once
-                numbers[:] = here + step
-                mj.mj_fwdActuation(model, own)
-                driven = np.flatnonzero(model.actuator_actadr >= 0)
-                place = model.actuator_actadr[driven]
-                acts[side, place if numbers is own.act else driven, place] = self._next_act()[place]
-                numbers[:] = here
         changes = np.concatenate([-self._h * (forces[0] - forces[1]), acts[0] - acts[1]], axis=1)
         return np.asarray(changes.T / (2.0 * eps))
 
@@ -639,24 +764,30 @@ class Linearization:
         """How the next place turns with this one, and moves with the velocity."""
         model, h = self.model, self._h
         turned, moved = np.eye(model.nv), h * np.eye(model.nv)
-        v, nothing = self._v + self._opening.shift, np.zeros(3)
-        for kind, first in zip(model.jnt_type.tolist(), model.jnt_dofadr.tolist()):
-            if kind in TURNS:
-                first += TURNS[kind]
-                here = slice(first, first + 3)
-                of_place, of_velocity = np.zeros(9), np.zeros(9)
-                mj.mjd_quatIntegrate(v[here], h, of_place, of_velocity, nothing)
-                turned[here, here] = of_place.reshape(3, 3)
-                moved[here, here] = h * of_velocity.reshape(3, 3)
+        v, nothing = self._v, np.zeros(3)
+        if self._opening.moves:
+            v = v + self._opening.shift
+        for first in self._turning:
+            here, of_place, of_velocity = slice(first, first + 3), np.zeros(9), np.zeros(9)
+            mj.mjd_quatIntegrate(v[here], h, of_place, of_velocity, nothing)
+            turned[here, here] = of_place.reshape(3, 3)
+            moved[here, here] = h * of_velocity.reshape(3, 3)
         return turned, moved
 
 
 _SPEC = int(mj.mjtState.mjSTATE_INTEGRATION)
 _MANY = 24  # places from which the calls that closed form takes cost less than differences
 _NO_CONSTRAINTS = int(mj.mjtDisableBit.mjDSBL_CONSTRAINT)
+_NO_SENSORS = int(mj.mjtDisableBit.mjDSBL_SENSOR)
 _NO_GRAVITY = int(mj.mjtDisableBit.mjDSBL_GRAVITY)
 _IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT)
 _EULER = int(mj.mjtIntegrator.mjINT_EULER)
+_FILTERS = [  # activations that go by control and activation alone
+    int(getattr(mj.mjtDyn, f"mjDYN_{name}"))
+    for name in ("NONE", "INTEGRATOR", "FILTER", "FILTEREXACT", "MUSCLE")
+]
+_NONE = np.zeros(0, dtype=np.int32)
+_NO_ROWS = Rows(Laws(_NONE, *np.zeros((5, 0))), _NONE, _NONE, _NONE)
 _DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
 
 

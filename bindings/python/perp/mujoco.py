@@ -191,21 +191,22 @@ class Stepper:
         mj.mj_fwdAcceleration(model, data)
         self._bind(data, options, options.timestep)
 
-    def answer(self, data: Any) -> Solved:
+    def answer(self, data: Any) -> None:
         """The contacts of a step as sharply as can be, with impulses away from the rims of cones
         where there are such, from no start."""
         self.gather(data)
         self.forget()
-        how = self._solve_any(data)
+        if self.dense:
+            self.arrange(data)
+        else:
+            self._solve_any(data)  # which finds the rows that move something
         solver = self.solver
-        if not solver.rows:
-            return how
-        turns = solver.laws
-        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
-        kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
-        if not solver.solve_by(method, 1e-12).ok:
-            solver.v[:], solver.r[:], solver.u[:], solver.modes[:] = kept
-        return how
+        if solver.rows:
+            turns = solver.laws
+            method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
+            if solver.solve_by(method, 1e-12).ok:
+                return
+        self._solve_any(data)
 
     def force(self, data: Any) -> Array:
         """The forces of a step in the metric."""
