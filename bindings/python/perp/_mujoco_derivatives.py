@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-from ctypes import c_char, c_void_p, memmove
 from collections.abc import Iterator
 from typing import Any, NamedTuple, Optional
 
@@ -21,9 +20,8 @@ import mujoco as mj  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
-from ._mujoco_model import FAST, RK4, layout, pointers
+from ._mujoco_model import FAST, RK4
 from ._mujoco_run import has_callbacks
-from ._stepper import Laws, Rows
 from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
 Array = NDArray[np.float64]
@@ -132,6 +130,10 @@ def _read(laws: Any, rows: int, J: Array, inverse: Array, r: Array, u: Array) ->
     return modes.read()
 
 
+def _largest(x: Array) -> float:
+    return float(max(x.max(), -x.min())) if x.size else 0.0
+
+
 def _inverse_of(W: Array) -> Optional[Array]:
     """Where its least singular value is surely above _RANK of the largest: the product of the
     norms of W and its inverse is at least their quotient."""
@@ -201,20 +203,17 @@ class _Opening:
     def read(self, metric: tuple[Array, Array], A: Array, G: Array, g: Array) -> None:
         """metric: M and its inverse."""
         (M, inverse), shift = metric, self.shift
-        u = A @ shift + g
-        close = np.flatnonzero(u <= 1e-7 * np.abs(g).max(initial=0.0))
-        C = np.vstack([A[close], G])
+        close = np.flatnonzero(A @ shift + g <= 1e-7 * _largest(g))
+        C, asked = np.concatenate([A[close], G]), M @ shift
         response = _inverse_of(C @ inverse @ C.T) if len(C) else None
         if response is None:
-            push = np.linalg.lstsq(C.T, M @ shift, rcond=1e-9)[0]
+            push = np.linalg.lstsq(C.T, asked, rcond=1e-9)[0]
         else:
             push = response @ (C @ shift)
-        bears = push[: len(close)] > 1e-9 * np.abs(push).max(initial=0.0)
-        self.rows = close[bears]
-        self.push = np.concatenate([push[: len(close)][bears], push[len(close) :]])
-        missed = M @ shift - np.vstack([A[self.rows], G]).T @ self.push
-        small = 1e-6 * np.abs(M @ shift).max(initial=0.0)
-        self.is_one = bool(np.abs(missed).max(initial=0.0) <= small)
+        bears = push > 1e-9 * _largest(push)
+        bears[len(close) :] = True
+        self.rows, self.push, self.J = close[bears[: len(close)]], push[bears], C[bears]
+        self.is_one = _largest(asked - self.push @ self.J) <= 1e-6 * _largest(asked)
 
 
 class _Rows:
@@ -231,43 +230,6 @@ class _Rows:
     def velocities(self, v: Array) -> Array:
         """Of J v with v held: (rows, places) for each of some v."""
         return np.matmul(self._dJ, v.T).transpose(2, 1, 0)
-
-
-class _Peek:
-    """Copies of rows where places move: gaps, contacts, and J where it is dense, from where they
-    lie, which takes a tenth of what asking for them does."""
-
-    def __init__(self, model: Any, data: Any) -> None:
-        where, at = layout(), pointers(data)
-        self._cells = [c_void_p.from_address(at[x]) for x in ("efc_pos", "contact", "efc_J")]
-        self._n, self._stride, self._geoms = model.nv, where.stride, where.of_contacts[0]
-        # contacts, equations, rows of dry friction, of limits, and all
-        self._counts = (c_char * 20).from_address(data._address + where.counts)
-
-    def look(self, data: Any) -> None:
-        """Copies are of as many rows as there are now."""
-        self._now, self._geom = self._counts.raw, data.contact.geom.copy().view(np.uint8)
-        self.rows = data.nefc
-
-    def begin(self, copies: int, dense: bool) -> None:
-        self.gaps, self.J = np.zeros((copies, self.rows)), np.zeros((copies, self.rows, self._n))
-        self._contacts = np.zeros((copies, len(self._geom), self._stride), dtype=np.uint8)
-        arrays = [self.gaps, self._contacts] + [self.J] * dense
-        to = [(x.ctypes.data, x.nbytes // copies) for x in arrays]
-        self._ways = [(cell, *way) for cell, way in zip(self._cells, to)]
-
-    def keep(self, copy: int) -> bool:
-        """Whether there are as many."""
-        if self._counts.raw != self._now:
-            return False
-        for cell, to, size in self._ways:
-            memmove(to + copy * size, cell.value, size)
-        return True
-
-    def are_same(self) -> NDArray[Any]:
-        """Whether the same geoms touch in each copy."""
-        geoms = self._contacts[:, :, self._geoms : self._geoms + 8]
-        return np.asarray((geoms == self._geom).all((1, 2)))
 
 
 class _Smooth(NamedTuple):
@@ -296,7 +258,10 @@ class Linearization:
         self._adheres = bool(adheres or getattr(model, "flg_adhesion", 0))  # forces of contacts
         self._tree = Tree(model)
         self._straight, self._constant = has_constant_rows(model)
-        self._peek, self._still = _Peek(model, self._data), (np.arange(model.nv), np.eye(model.nv))
+        self._units = list(np.eye(model.nv))
+        straight = np.isin(model.jnt_type, list(TURNS), invert=True)
+        self._straight_places = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
+        self._damped = np.repeat(np.arange(model.nv), model.D_rownnz)
         kinds = zip(model.jnt_type.tolist(), model.jnt_dofadr.tolist())
         self._turning = [first + TURNS[kind] for kind, first in kinds if kind in TURNS]
 
@@ -305,7 +270,7 @@ class Linearization:
         with self._stepper.borrowed, self._begun(data):
             self._h, self._eps, self._centered = self.model.opt.timestep, eps, centered
             self._sides = np.array([eps, -eps] if centered else [eps])
-            self._stepper.answer(self._data)
+            self._rows = self._stepper.answer(self._data)
             if self.model.opt.integrator == RK4 and not self._data.nefc:
                 return self._by_whole_steps()
             self._keep()
@@ -377,11 +342,10 @@ class Linearization:
         """The answer, and the rows that are active in it."""
         stepper, own = self._stepper, self._data
         solver, n = stepper.solver, self.model.nv
-        self._rows = stepper.rows if own.nefc else _NO_ROWS
+        self._found = own.nefc, own.contact.geom.tobytes()
         self._which = np.concatenate([self._rows.H, self._rows.G])
-        self._v, self._r, u = solver.v.copy(), solver.r.copy(), solver.u.copy()
+        self._v, self._r, u = solver.v, solver.r, solver.u.copy()
         self._J, self._gaps = self._jacobian()
-        self._peek.look(own)
         self._M, count = stepper.metric(own), len(self._rows.H)
         metric = self._M, np.linalg.inv(self._M)
         self._inverse = metric[1]
@@ -391,8 +355,8 @@ class Linearization:
         shift = solver.shift
         self._opening = _Opening(shift.copy() if shift is not None and shift.any() else None)
         if self._opening.moves:
-            mine = self._rows.gaps
-            self._opening.read(metric, self._J[mine], self._J[count:], self._to_open(self._gaps[mine]))
+            A, G, gaps = self._J[self._rows.gaps], self._J[count:], self._gaps[self._rows.gaps]
+            self._opening.read(metric, A, G, self._to_open(gaps))
 
     def _jacobian(self) -> tuple[Array, Array]:
         """Rows of H, then of G, and the gaps of all of them."""
@@ -500,8 +464,7 @@ class Linearization:
         balance, by_velocity = found[0, :n], found[1, :n]
         balance += h * bodies.forces((self._v - own.qvel) / h, own.qvel, gravity)
         moved = bodies.forces(shift, none, np.zeros(3)) if self._opening.moves else by_velocity
-        straight = np.isin(model.jnt_type, list(TURNS), invert=True)
-        places, dofs = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
+        places, dofs = self._straight_places
         pulls = self._slope(own.qpos, places, mj.mj_passive, own.qfrc_spring)
         balance[dofs, dofs] -= h * pulls[dofs]
         if model.tendon_stiffness.any():
@@ -514,7 +477,7 @@ class Linearization:
             moment, lengths, every = self._moment, own.actuator_length, slice(None)
             pulls = self._slope(lengths, every, mj.mj_fwdActuation, own.actuator_force)
             balance -= h * moment.T @ (pulls[:, None] * moment)
-        by_velocity[np.repeat(np.arange(n), model.D_rownnz), model.D_colind] = self._damping()
+        by_velocity[self._damped, model.D_colind] = self._damping()
         by_velocity *= -h
         by_velocity -= self._M
         return _Smooth(found[0], found[1], moved)
@@ -583,37 +546,40 @@ class Linearization:
         """Rows where each place has moved; of the whole step also the balance and the activations,
         and M shift."""
         model, own, stepper, n = self.model, self._data, self._stepper, self.model.nv
+        nefc, geoms = self._found
         shape = len(self._sides), n
         there, sparse = np.ones(shape, dtype=bool), self._rows.pattern is not None
+        J, gaps = np.zeros((*shape, nefc, n)), np.zeros((*shape, nefc))
         balance, mass = np.zeros((*shape, n + model.na)), np.zeros((*shape, model.nC))
         mj.mj_setState(model, own, self._state, _SPEC)
-        place, qpos, (_, ways), peek = own.qpos.copy(), own.qpos, self._still, self._peek
-        copies = [(side, k) for side in range(len(self._sides)) for k in range(n)]
-        peek.begin(len(copies), not sparse)
+        place, qpos = own.qpos.copy(), own.qpos
         if whole:
             here, masses = np.concatenate(self._by_force()), stepper.metric_mass(own)
             mass_here = masses.copy()
-        for copy, (side, k) in enumerate(copies):
-            qpos[:] = place
-            mj.mj_integratePos(model, qpos, ways[k], self._sides[side])
-            for stage in _STAGES if whole else _ROWS:
-                stage(model, own)
-            if whole:
-                balance[side, k] = np.concatenate(self._by_force()) - here
-                mass[side, k] = masses - mass_here
-            if peek.rows:
-                there[side, k] = peek.keep(copy)
-                if sparse and there[side, k]:
-                    peek.J[copy] = self._sparse_rows()
-        if peek.rows:
-            there &= peek.are_same().reshape(shape)
-        sign = np.sign(self._sides)[:, None] / (self._eps * len(self._sides))
-        by_place, moved = (sign[..., None] * balance).sum(0).T, balance
-        if whole and self._opening.moves:
-            moved = stepper.times_mass((sign[..., None] * mass).sum(0), self._opening.shift).T
-        J, gaps = peek.J[:, self._which], peek.gaps[:, self._which]
-        count = len(self._which)
-        rows = self._differenced(J.reshape(*shape, count, n), gaps.reshape(*shape, count), there)
+        for side, step in enumerate(self._sides.tolist()):
+            for k, way in enumerate(self._units):
+                qpos[:] = place
+                mj.mj_integratePos(model, qpos, way, step)
+                for stage in _STAGES if whole else _ROWS:
+                    stage(model, own)
+                if whole:
+                    balance[side, k] = np.concatenate(self._by_force()) - here
+                    mass[side, k] = masses - mass_here
+                if not nefc:
+                    continue
+                if own.nefc == nefc and own.contact.geom.tobytes() == geoms:
+                    J[side, k] = self._sparse_rows() if sparse else own.efc_J.reshape(nefc, n)
+                    gaps[side, k] = own.efc_pos
+                else:
+                    there[side, k] = False
+        by_place, moved = balance[0], mass  # read by those who ask for the whole
+        if whole:
+            sign = np.sign(self._sides)[:, None] / (self._eps * len(self._sides))
+            by_place = (sign[..., None] * balance).sum(0).T
+            if self._opening.moves:
+                mass = (sign[..., None] * mass).sum(0)
+                moved = stepper.times_mass(mass, self._opening.shift).T
+        rows = self._differenced(J[:, :, self._which], gaps[:, :, self._which], there)
         return rows, by_place, moved
 
     def _differenced(self, J: Array, gaps: Array, there: NDArray[Any]) -> _Rows:
@@ -621,6 +587,9 @@ class Linearization:
         points and directions."""
         if self._rows.scale is not None:
             J[:, :, : len(self._rows.H)] *= self._rows.scale[:, None]
+        if there.all() and self._centered:
+            self._held = there[:0]
+            return _Rows(*((x[0] - x[1]) / (2.0 * self._eps) for x in (J, gaps)))
         both = there.sum(0)
         sign = np.sign(self._sides)[:, None] * there / (self._eps * np.maximum(both, 1))
         self._held = both == 0
@@ -639,8 +608,8 @@ class Linearization:
         r, v, closing = self._r[None], self._v[None], mine[:0]
         if opening.moves:
             push, closing = np.zeros(len(self._J)), mine[opening.rows]
-            push[closing], push[count:] = np.split(opening.push, [len(closing)])
-            r, v = np.stack([self._r, push]), np.stack([self._v, opening.shift])
+            push[closing], push[count:] = opening.push[: len(closing)], opening.push[len(closing) :]
+            r, v = np.array([self._r, push]), np.array([self._v, opening.shift])
         turned, speeds = rows.forces(r), rows.velocities(v)
         changes[:n, :n] -= turned[0]
         speeds[0, mine] += gaps[mine] * ((gap > 0.0) / self._h)[:, None]
@@ -649,7 +618,7 @@ class Linearization:
             return speeds[0], np.zeros((0, n))
         speeds[1, mine] += gaps[mine] * self._opens(gap)[:, None]
         opened = [moved - turned[1], speeds[1, closing], speeds[1, count:]]
-        return speeds[0], np.vstack(opened)
+        return speeds[0], np.concatenate(opened)
 
     def _sparse_rows(self) -> Array:
         own = self._data
@@ -737,22 +706,19 @@ class Linearization:
         """changes: of the balance and the activations by all; du: of velocities of rows, and
         opened: of what opens overlaps, by places."""
         n, na = self.model.nv, self.model.na
-        dF, dact = changes[:n], changes[n:]
-        du = np.hstack([du, np.zeros((len(du), changes.shape[1] - n))])
-        metric = self._M, self._inverse
-        dv, one = _solve(metric, self._J, self._active, self._r, dF, du)
-        opening, ds, other = self._opening, np.zeros((n, 0)), True
-        if opening.moves:
-            count = len(self._rows.H)
-            J = np.vstack([self._J[self._rows.gaps][opening.rows], self._J[count:]])
-            none = np.zeros((len(J), len(J)))
-            holds = _Active(np.arange(len(J)), np.eye(len(J)), none, [], np.zeros(0))
-            ds, other = _solve(metric, J, holds, opening.push, opened[:n], opened[n:])
+        metric, opening, other = (self._M, self._inverse), self._opening, True
+        speeds = np.zeros((len(du), changes.shape[1]))
+        speeds[:, :n] = du
+        dv, one = _solve(metric, self._J, self._active, self._r, changes[:n], speeds)
         turned, moved = self._places()
-        dq = moved @ dv
-        dq[:, : ds.shape[1]] += moved @ ds
-        dq[:, :n] += turned
-        state = np.vstack([dq, dv, dact])
+        state = np.concatenate([moved @ dv, dv, changes[n:]])
+        if opening.moves:
+            J, count = opening.J, len(opening.J)
+            ways = np.arange(count), np.eye(count), np.zeros((count, count))
+            holds = _Active(*ways, [], np.zeros(0))
+            ds, other = _solve(metric, J, holds, opening.push, opened[:n], opened[n:])
+            state[:n, :n] += moved @ ds
+        state[:n, :n] += turned
         margins = self._active.margins / self._scale
         index = int(np.argmin(margins)) if len(margins) else None
         margin = float(margins[index]) if index is not None else np.inf
@@ -786,8 +752,6 @@ _FILTERS = [  # activations that go by control and activation alone
     int(getattr(mj.mjtDyn, f"mjDYN_{name}"))
     for name in ("NONE", "INTEGRATOR", "FILTER", "FILTEREXACT", "MUSCLE")
 ]
-_NONE = np.zeros(0, dtype=np.int32)
-_NO_ROWS = Rows(Laws(_NONE, *np.zeros((5, 0))), _NONE, _NONE, _NONE)
 _DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
 
 

@@ -191,22 +191,22 @@ class Stepper:
         mj.mj_fwdAcceleration(model, data)
         self._bind(data, options, options.timestep)
 
-    def answer(self, data: Any) -> None:
+    def answer(self, data: Any) -> Rows:
         """The contacts of a step as sharply as can be, with impulses away from the rims of cones
-        where there are such, from no start."""
+        where there are such, from no start. Returns its rows."""
         self.gather(data)
         self.forget()
         if self.dense:
             self.arrange(data)
         else:
             self._solve_any(data)  # which finds the rows that move something
-        solver = self.solver
-        if solver.rows:
-            turns = solver.laws
-            method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
-            if solver.solve_by(method, 1e-12).ok:
-                return
+        rows = self.rows
+        if len(rows.H):
+            turns = rows.laws.rolling.any() or rows.laws.spinning.any()
+            if self.solver.solve_by("auto" if turns else "newton", 1e-12).ok:
+                return rows
         self._solve_any(data)
+        return rows
 
     def force(self, data: Any) -> Array:
         """The forces of a step in the metric."""
@@ -248,7 +248,7 @@ class Stepper:
         rows, columns, sources = self._entries
         M = np.zeros((n, n))
         M[rows, columns] = self.metric_mass(data)[sources]
-        M[range(n), range(n)] += self._implicit()
+        M.ravel()[:: n + 1] += self._implicit()
         return M
 
     def _step(self, data: Any) -> Solved:
@@ -435,16 +435,14 @@ class Stepper:
 
     @property
     def rows(self) -> Rows:
-        """Those that are arranged."""
+        """Those that are arranged, as long as they are."""
         solver, numbers = self.solver, self.solver.numbers
         if not self.dense:
             assert self.touching is not None
             return self.touching.rows
         places = ("H_rows", "rows"), ("G_rows", "bilateral"), ("gap_rows", "gap_count")
-        copies = [solver.kept_rows(x, getattr(numbers, count)).copy() for x, count in places]
-        scale = solver.row_scale
-        laws = Laws(*(x.copy() for x in solver.laws))
-        return Rows(laws, *copies, None if scale is None else scale.copy())
+        arranged = [solver.kept_rows(x, getattr(numbers, count)) for x, count in places]
+        return Rows(solver.laws, *arranged, solver.row_scale)
 
     def _take_rows(self, touching: Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""
