@@ -57,13 +57,12 @@ class _Modes:
     def __init__(self, rows: int, size: int, response: Array) -> None:
         self._rows, self._size, self._W = rows, size, response.tolist()
         self._held: list[int] = []
-        self._shares: list[tuple[int, int, float]] = []  # entries of E
+        self._shares: list[tuple[int, int, float]] = []  # entries of E beside those that hold
         self._K = np.zeros((size, size))
         self._turns: list[tuple[int, slice]] = []
         self._margins: list[float] = []
 
     def _hold(self, row: int) -> int:
-        self._shares.append((row, len(self._held), 1.0))
         self._held.append(row)
         return len(self._held) - 1
 
@@ -83,8 +82,7 @@ class _Modes:
             slack *= sum(self._W[here]) / count
             self._margins[-1] = min(self._margins[-1], max(slack, speed))
             if slack >= speed:
-                for row in range(begin, end):
-                    self._hold(row)
+                self._held.extend(range(begin, end))
                 continue
             e = np.array(u[here]) / speed
             self._shares += [(begin + k, normal, -mu * e[k]) for k in range(count)]
@@ -99,12 +97,12 @@ class _Modes:
             self._hold(row)
 
     def read(self) -> _Active:
-        for row in range(self._rows, self._size):
-            self._hold(row)
-        E = np.zeros((self._size, len(self._held)))
+        self._held.extend(range(self._rows, self._size))
+        held, margins = np.array(self._held, dtype=int), np.array(self._margins)
+        E = np.zeros((self._size, len(held)))
+        E[held, range(len(held))] = 1.0
         for row, column, share in self._shares:
             E[row, column] = share
-        held, margins = np.array(self._held, dtype=int), np.array(self._margins)
         return _Active(held, E, self._K, self._turns, margins)
 
 
