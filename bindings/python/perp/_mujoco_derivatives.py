@@ -526,6 +526,8 @@ class Linearization:
         more."""
         model, own, rows = self.model, self._data, self._rows
         self._held = np.zeros(1, dtype=bool)
+        if not own.nefc:
+            return _Rows(np.zeros((model.nv, 0, model.nv)), np.zeros((model.nv, 0)))
         if not (self._straight and self._constant[own.efc_id[rows.G]].all()):
             return None
         if not len(rows.laws.dims):

@@ -46,6 +46,8 @@ __all__ = [
     "derivatives", "rollout", "simulate", "step", "view", "wrap",
 ]  # fmt: skip
 
+_NONE = np.zeros(0, dtype=np.int32)
+_NO_ROWS = Rows(Laws(_NONE, *np.zeros((5, 0))), _NONE, _NONE, _NONE)
 NEARLY = 1e-6  # of what drives a step: slower may be at rest
 _BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
 _NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
@@ -196,6 +198,9 @@ class Stepper:
         where there are such, from no start. Returns its rows."""
         self.gather(data)
         self.forget()
+        if not data.nefc:
+            self._solve_any(data)
+            return _NO_ROWS
         if self.dense:
             self.arrange(data)
         else:
