@@ -210,8 +210,21 @@ class _Opening:
             push = response @ (C @ shift)
         bears = push > 1e-9 * _largest(push)
         bears[len(close) :] = True
+        self.response = response if bears.all() else None
         self.rows, self.push, self.J = close[bears[: len(close)]], push[bears], C[bears]
         self.is_one = _largest(asked - self.push @ self.J) <= 1e-6 * _largest(asked)
+
+
+    def changes(
+        self, metric: tuple[Array, Array], dF: Array, du: Array
+    ) -> tuple[Array, bool]:
+        """As _solve, of the shift."""
+        inverse, J, count = metric[1], self.J, len(self.J)
+        if self.response is None:
+            holds = _Active(np.arange(count), np.eye(count), np.zeros((count, count)), [], du[0])
+            return _solve(metric, J, holds, self.push, dF, du)
+        free = -(inverse @ dF)
+        return free - inverse @ (J.T @ (self.response @ (du + J @ free))), True
 
 
 class _Rows:
@@ -244,7 +257,7 @@ class Linearization:
     def __init__(self, model: Any, stepper: Any) -> None:
         self.model, self._stepper = model, stepper
         self._data = mj.MjData(model)
-        self._state = np.zeros(mj.mj_stateSize(model, _SPEC))
+        self._state, self._room = np.zeros((2, mj.mj_stateSize(model, _SPEC)))
         self._ways = np.random.default_rng(0).choice([-1.0, 1.0], max(model.nv, model.nu, model.na))
         shared = model.jnt_actfrclimited.any() or np.any(getattr(model, "tendon_actfrclimited", 0))
         several = model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin
@@ -256,7 +269,7 @@ class Linearization:
         self._adheres = bool(adheres or getattr(model, "flg_adhesion", 0))  # forces of contacts
         self._tree = Tree(model)
         self._straight, self._constant = has_constant_rows(model)
-        self._units = list(np.eye(model.nv))
+        self._units = np.eye(model.nv)
         straight = np.isin(model.jnt_type, list(TURNS), invert=True)
         self._straight_places = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
         self._damped = np.repeat(np.arange(model.nv), model.D_rownnz)
@@ -345,7 +358,7 @@ class Linearization:
         self._v, self._r, u = solver.v, solver.r, solver.u.copy()
         self._J, self._gaps = self._jacobian()
         self._M, count = stepper.metric(own), len(self._rows.H)
-        metric = self._M, np.linalg.inv(self._M)
+        metric = self._M, stepper.inverse(own, self._units)
         self._inverse = metric[1]
         u[count:] = 0.0
         self._active = _read(self._rows.laws, count, self._J, self._inverse, self._r, u)
@@ -507,18 +520,20 @@ class Linearization:
             return None
         model, own, n, sides = self.model, self._data, self.model.nv, []
         way, other = self._ways[:n], self._ways[:n][::-1]
-        for step in (self._eps, -self._eps):
-            with self._inverse_dynamics():
+        with self._inverse_dynamics():
+            place, speed = own.qpos.copy(), own.qvel.copy()
+            for step in (self._eps, -self._eps):
+                own.qpos[:] = place
                 mj.mj_integratePos(model, own.qpos, way, step)
-                own.qvel[:] += step * other
+                own.qvel[:] = speed + step * other
                 mj.mj_inverse(model, own)
                 mj.mj_fwdActuation(model, own)
                 sides.append(own.qfrc_inverse - own.qfrc_actuator)
-        columns = np.hstack([found.by_place[:n], found.by_velocity[:n] + self._M])
-        seen, ways = (sides[0] - sides[1]) / (2.0 * self._eps), np.concatenate([way, other])
-        off = np.abs(self._h * seen - columns @ ways).max()
+        columns = np.concatenate([found.by_place[:n], found.by_velocity[:n] + self._M], axis=1)
+        seen = (sides[0] - sides[1]) * (0.5 * self._h / self._eps)
+        off = _largest(seen - columns @ np.concatenate([way, other]))
         # a difference by 1e-6 has 1e-10 of the forces for rounding
-        size = np.abs(columns).sum(1).max() + 1e-3 * self._h * np.abs(sides[0]).max()
+        size = np.abs(columns).sum(1).max() + 1e-3 * self._h * _largest(sides[0])
         return found if off <= 1e-6 * size else None
 
     def _rows_in_closed_form(self, kinematics: Optional[Kinematics]) -> Any:
@@ -628,7 +643,7 @@ class Linearization:
         return J
 
     def _next_act(self) -> Array:
-        model, own, state = self.model, self._data, np.zeros_like(self._state)
+        model, own, state = self.model, self._data, self._room
         mj.mj_getState(model, own, state, _SPEC)
         mj.mj_Euler(model, own)
         act = own.act.copy()
@@ -654,6 +669,7 @@ class Linearization:
         """Of the balance and the activations by activations, and by controls."""
         own, apart = self._data, self._apart and not self._calls
         self._moment = self._moment_arms()
+        self._pushes = -self._h * self._moment.T  # of units of the actuators' forces
         return [self._at_once(x) if apart else self._one_by_one(x) for x in (own.act, own.ctrl)]
 
     def _moment_arms(self) -> Array:
@@ -666,22 +682,23 @@ class Linearization:
     def _at_once(self, numbers: Array) -> Array:
         """Of actuators that have nothing to do with each other."""
         model, own, n = self.model, self._data, self.model.nv
-        found, here, sides = np.zeros((n + model.na, len(numbers))), numbers.copy(), []
+        found = np.zeros((n + model.na, len(numbers)))
         if not len(numbers):
             return found
+        here, sides = numbers.copy(), []
         for step in (self._eps, -self._eps):
             numbers[:] = here + step
             mj.mj_fwdActuation(model, own)
             acts = self._next_act() if model.na else own.act
             sides.append((own.actuator_force.copy(), acts))
         numbers[:] = here
-        of, place = self._driven if model.na else (None, None)
+        of, place = self._driven
         slopes, acts = ((a - b) / (2.0 * self._eps) for a, b in zip(*sides))
         if numbers is own.act:
-            found[:n, place] = (-self._h * slopes * self._moment.T)[:, of]
+            found[:n, place] = (slopes * self._pushes)[:, of]
             found[n + place, place] = acts[place]
         else:
-            found[:n] = -self._h * slopes * self._moment.T
+            found[:n] = slopes * self._pushes
             if model.na:
                 found[n + place, of] = acts[place]
         return found
@@ -713,10 +730,7 @@ class Linearization:
         turned, moved = self._places()
         state = np.concatenate([moved @ dv, dv, changes[n:]])
         if opening.moves:
-            J, count = opening.J, len(opening.J)
-            ways = np.arange(count), np.eye(count), np.zeros((count, count))
-            holds = _Active(*ways, [], np.zeros(0))
-            ds, other = _solve(metric, J, holds, opening.push, opened[:n], opened[n:])
+            ds, other = opening.changes(metric, opened[:n], opened[n:])
             state[:n, :n] += moved @ ds
         state[:n, :n] += turned
         margins = self._active.margins / self._scale

@@ -110,6 +110,7 @@ class Stepper:
         self.dense = model.nv <= _model.DENSE
         self._entries = _model.entries_of_mass(model)
         self._places_of_mass = places_of_mass(model, self._entries)
+        self._diagonal = model.M_rowadr + model.M_rownnz - 1
         self._settings = method, tol, max_iterations, time_limit
         self.mass = np.zeros(model.nC)  # of implicit integrators
         self.begin_anew()
@@ -255,6 +256,18 @@ class Stepper:
         M[rows, columns] = self.metric_mass(data)[sources]
         M.ravel()[:: n + 1] += self._implicit()
         return M
+
+    def inverse(self, data: Any, units: Array) -> Array:
+        """Of the metric, by MuJoCo's factors; units: a row each."""
+        model, M, mass = self.model, data.M, data.M.copy()
+        inverse = np.empty_like(units)
+        M[:] = self.metric_mass(data)
+        M[self._diagonal] += self._implicit()
+        mj.mj_factorM(model, data)
+        mj.mj_solveM(model, data, inverse, units)
+        M[:] = mass
+        mj.mj_factorM(model, data)
+        return inverse
 
     def _step(self, data: Any) -> Solved:
         self.gather(data)
