@@ -214,10 +214,7 @@ class _Opening:
         self.rows, self.push, self.J = close[bears[: len(close)]], push[bears], C[bears]
         self.is_one = _largest(asked - self.push @ self.J) <= 1e-6 * _largest(asked)
 
-
-    def changes(
-        self, metric: tuple[Array, Array], dF: Array, du: Array
-    ) -> tuple[Array, bool]:
+    def changes(self, metric: tuple[Array, Array], dF: Array, du: Array) -> tuple[Array, bool]:
         """As _solve, of the shift."""
         inverse, J, count = metric[1], self.J, len(self.J)
         if self.response is None:
@@ -260,7 +257,7 @@ class Linearization:
         self._state, self._room = np.zeros((2, mj.mj_stateSize(model, _SPEC)))
         self._ways = np.random.default_rng(0).choice([-1.0, 1.0], max(model.nv, model.nu, model.na))
         shared = model.jnt_actfrclimited.any() or np.any(getattr(model, "tendon_actfrclimited", 0))
-        several = model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin
+        several = (model.na and int(model.actuator_actnum.max()) > 1) or model.nplugin
         self._apart = not (several or shared)  # each force is of its own control and activation
         driven = np.flatnonzero(model.actuator_actadr >= 0)
         self._driven = driven, model.actuator_actadr[driven]
@@ -307,7 +304,7 @@ class Linearization:
             options.disableflags = flags
 
     def _changes(self) -> tuple[Array, Any, Array]:
-        """Of the balance and the activations by all; of rows by places; and of M shift by places."""
+        """Of the balance and the activations by all; of rows, and of M shift, by places."""
         own, kinematics = self._data, None
         drives = self._of_drives()
         if self.model.nv >= _MANY:
@@ -352,7 +349,7 @@ class Linearization:
     def _keep(self) -> None:
         """The answer, and the rows that are active in it."""
         stepper, own = self._stepper, self._data
-        solver, n = stepper.solver, self.model.nv
+        solver = stepper.solver
         self._found = own.nefc, own.contact.geom.tobytes()
         self._which = np.concatenate([self._rows.H, self._rows.G])
         self._v, self._r, u = solver.v, solver.r, solver.u.copy()
