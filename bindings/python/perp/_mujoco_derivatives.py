@@ -292,16 +292,18 @@ class Linearization:
         are left out."""
         model, own, options = self.model, self._data, self.model.opt
         mj.mj_getState(model, data, self._state, _SPEC)
-        self._calls, flags = has_callbacks(), options.disableflags
-        if self._calls or model.nplugin:
-            mj.mj_copyData(own, model, data)
-        else:
-            mj.mj_setState(model, own, self._state, _SPEC)
-            options.disableflags = flags | _NO_SENSORS
+        self._calls = has_callbacks()
+        kept = options.disableflags, options.enableflags, options.noslip_iterations
         try:
+            options.enableflags, options.noslip_iterations = kept[1] & ~_DISCRETE, 0
+            if self._calls or model.nplugin:
+                mj.mj_copyData(own, model, data)
+            else:
+                mj.mj_setState(model, own, self._state, _SPEC)
+                options.disableflags = kept[0] | _NO_SENSORS
             yield
         finally:
-            options.disableflags = flags
+            options.disableflags, options.enableflags, options.noslip_iterations = kept
 
     def _changes(self) -> tuple[Array, Any, Array]:
         """Of the balance and the activations by all; of rows, and of M shift, by places."""
@@ -428,38 +430,35 @@ class Linearization:
         model, own, options = self.model, self._data, self.model.opt
         mj.mj_setState(model, own, self._state, _SPEC)
         own.qacc[:] = (self._v - own.qvel) / self._h
-        names = "disableflags", "enableflags", "noslip_iterations", "integrator"
-        kept = [getattr(options, name) for name in names]
-        options.noslip_iterations = 0
-        if options.integrator == RK4:  # Euler is taken for it, and MuJoCo refuses it here
+        flags, stages = options.disableflags, options.integrator == RK4
+        options.disableflags = flags | _NO_CONSTRAINTS
+        if stages:  # Euler is taken for it, and MuJoCo refuses it here
             options.integrator = _EULER
-        options.disableflags |= _NO_CONSTRAINTS
-        options.enableflags &= ~_DISCRETE
         try:
             yield
         finally:
-            for name, value in zip(names, kept):
-                setattr(options, name, value)
+            options.disableflags = flags
+            if stages:
+                options.integrator = RK4
 
     def _by_inverse(self) -> _Smooth:
         """Differences of MuJoCo's inverse dynamics."""
         model, own, n, opening = self.model, self._data, self.model.nv, self._opening
-        found = np.zeros((2, n + model.na, n))
-        sums, one, mass = np.zeros((2, n, n)), np.zeros((2, n, n)), np.zeros((n, model.nC))
+        found, mass = np.zeros((2, n + model.na, n)), np.zeros((n, model.nC))
         of_mass = np.zeros_like(mass) if opening.moves else None
+        sides, share = np.zeros((len(self._sides), 2, n, n)), 1.0 / len(self._sides)
         with self._inverse_dynamics():
-            for side in self._sides.tolist():
+            for side, (places, speeds) in zip(self._sides.tolist(), sides):
                 mj.mjd_inverseFD(
-                    model, own, side, True, one[0], one[1], None, None, None, None, of_mass
+                    model, own, side, True, places, speeds, None, None, None, None, of_mass
                 )
-                sums += one
                 if of_mass is not None:
-                    mass += of_mass
-        found[:, :n] = self._h / len(self._sides) * sums.transpose(0, 2, 1)
+                    mass += share * of_mass
+        found[:, :n] = (self._h * share) * sides.sum(0).transpose(0, 2, 1)
         found[1, :n] -= self._M
         moved = mass
         if opening.moves:
-            moved = self._stepper.times_mass(mass / len(self._sides), opening.shift).T
+            moved = self._stepper.times_mass(mass, opening.shift).T
         return _Smooth(found[0], found[1], moved)
 
     def _forces_in_closed_form(self, kinematics: Kinematics) -> _Smooth:
