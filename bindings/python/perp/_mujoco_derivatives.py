@@ -135,6 +135,8 @@ def _largest(x: Array) -> float:
 def _inverse_of(W: Array) -> Optional[Array]:
     """Where its least singular value is surely above _RANK of the largest: the product of the
     norms of W and its inverse is at least their quotient."""
+    if not W.diagonal().all():  # a row that nothing moves, as of what is across a plane
+        return None
     try:
         inverse = np.linalg.inv(W)
     except np.linalg.LinAlgError:
@@ -160,7 +162,7 @@ def _solve(
         return free, True
     C, push = J[active.held], inner @ (J.T @ active.E)
     response, needed = C @ push, -du[active.held] - C @ free
-    inverse = _inverse_of(response)
+    inverse = _inverse_of(response) if len(C) <= len(M) else None
     if inverse is not None:
         return free + push @ (inverse @ needed), True
     left, sizes, right = np.linalg.svd(response)
@@ -203,7 +205,7 @@ class _Opening:
         (M, inverse), shift = metric, self.shift
         close = np.flatnonzero(A @ shift + g <= 1e-7 * _largest(g))
         C, asked = np.concatenate([A[close], G]), M @ shift
-        response = _inverse_of(C @ inverse @ C.T) if len(C) else None
+        response = _inverse_of(C @ inverse @ C.T) if 0 < len(C) <= len(M) else None
         if response is None:
             push = np.linalg.lstsq(C.T, asked, rcond=1e-9)[0]
         else:
