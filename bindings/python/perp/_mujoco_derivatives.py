@@ -197,8 +197,8 @@ def _shares(push: Array, du: Array, active: _Active, loose: Array, r: Array) -> 
 class _Opening:
     """The velocity that takes overlaps away, and the rows that make it."""
 
-    def __init__(self, shift: Optional[Array]) -> None:
-        self.shift, self.moves, self.is_one = shift, shift is not None, True
+    def __init__(self, shift: Array) -> None:
+        self.shift, self.moves, self.is_one = shift, bool(shift.any()), True
 
     def read(self, metric: tuple[Array, Array], A: Array, G: Array, g: Array) -> None:
         """metric: M and its inverse."""
@@ -365,7 +365,7 @@ class Linearization:
         self._active = _read(self._rows.laws, count, self._J, self._inverse, self._r, u)
         self._scale = max(solver.numbers.driven, solver.numbers.fastest, 1e-300)
         shift = solver.shift
-        self._opening = _Opening(shift.copy() if shift is not None and shift.any() else None)
+        self._opening = _Opening(np.zeros(0) if shift is None else shift.copy())
         if self._opening.moves:
             A, G, gaps = self._J[self._rows.gaps], self._J[count:], self._gaps[self._rows.gaps]
             self._opening.read(metric, A, G, self._to_open(gaps))
