@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._mujoco_model import FAST, RK4
+from ._mujoco_run import has_callbacks
 from ._mujoco_tangents import TURNS, Contacts, Dynamics, Kinematics, Tree, has_constant_rows
 
 Array = NDArray[np.float64]
@@ -56,13 +57,12 @@ class _Modes:
     def __init__(self, rows: int, size: int, response: Array) -> None:
         self._rows, self._size, self._W = rows, size, response.tolist()
         self._held: list[int] = []
-        self._shares: list[tuple[int, int, float]] = []  # entries of E
+        self._shares: list[tuple[int, int, float]] = []  # entries of E beside those that hold
         self._K = np.zeros((size, size))
         self._turns: list[tuple[int, slice]] = []
         self._margins: list[float] = []
 
     def _hold(self, row: int) -> int:
-        self._shares.append((row, len(self._held), 1.0))
         self._held.append(row)
         return len(self._held) - 1
 
@@ -82,8 +82,7 @@ class _Modes:
             slack *= sum(self._W[here]) / count
             self._margins[-1] = min(self._margins[-1], max(slack, speed))
             if slack >= speed:
-                for row in range(begin, end):
-                    self._hold(row)
+                self._held.extend(range(begin, end))
                 continue
             e = np.array(u[here]) / speed
             self._shares += [(begin + k, normal, -mu * e[k]) for k in range(count)]
@@ -98,17 +97,19 @@ class _Modes:
             self._hold(row)
 
     def read(self) -> _Active:
-        for row in range(self._rows, self._size):
-            self._hold(row)
-        E = np.zeros((self._size, len(self._held)))
+        self._held.extend(range(self._rows, self._size))
+        held, margins = np.array(self._held, dtype=int), np.array(self._margins)
+        E = np.zeros((self._size, len(held)))
+        E[held, range(len(held))] = 1.0
         for row, column, share in self._shares:
             E[row, column] = share
-        held, margins = np.array(self._held, dtype=int), np.array(self._margins)
         return _Active(held, E, self._K, self._turns, margins)
 
 
 def _read(laws: Any, rows: int, J: Array, inverse: Array, r: Array, u: Array) -> _Active:
     """inverse: of M."""
+    if not len(J):
+        return _Active(np.zeros(0, dtype=int), np.zeros((0, 0)), J @ J.T, [], np.zeros(0))
     modes = _Modes(rows, len(J), ((J @ inverse) * J).sum(1))
     place, r, u = 0, r.tolist(), u.tolist()
     for contact in zip(*(x.tolist() for x in laws[:4])):
@@ -127,6 +128,23 @@ def _read(laws: Any, rows: int, J: Array, inverse: Array, r: Array, u: Array) ->
     return modes.read()
 
 
+def _largest(x: Array) -> float:
+    return float(max(x.max(), -x.min())) if x.size else 0.0
+
+
+def _inverse_of(W: Array) -> Optional[Array]:
+    """Where its least singular value is surely above _RANK of the largest: the product of the
+    norms of W and its inverse is at least their quotient."""
+    if not W.diagonal().all():  # a row that nothing moves, as of what is across a plane
+        return None
+    try:
+        inverse = np.linalg.inv(W)
+    except np.linalg.LinAlgError:
+        return None
+    bound = np.vdot(W, W) * np.vdot(inverse, inverse)
+    return inverse if bound < (0.1 / _RANK) ** 2 else None
+
+
 def _solve(
     metric: tuple[Array, Array], J: Array, active: _Active, r: Array, dF: Array, du: Array
 ) -> tuple[Array, bool]:
@@ -143,9 +161,13 @@ def _solve(
     if not len(active.held):
         return free, True
     C, push = J[active.held], inner @ (J.T @ active.E)
-    left, sizes, right = np.linalg.svd(C @ push)
+    response, needed = C @ push, -du[active.held] - C @ free
+    inverse = _inverse_of(response) if len(C) <= len(M) else None
+    if inverse is not None:
+        return free + push @ (inverse @ needed), True
+    left, sizes, right = np.linalg.svd(response)
     rank = int((sizes > _RANK * sizes[0]).sum())
-    needed = left.T @ (-du[active.held] - C @ free)
+    needed = left.T @ needed
     dv = free + push @ (right[:rank].T @ (needed[:rank] / sizes[:rank, None]))
     if rank == len(sizes):
         return dv, True
@@ -175,22 +197,33 @@ def _shares(push: Array, du: Array, active: _Active, loose: Array, r: Array) -> 
 class _Opening:
     """The velocity that takes overlaps away, and the rows that make it."""
 
-    def __init__(self, shift: Array, M: Array, A: Array, G: Array, g: Array) -> None:
+    def __init__(self, shift: Array) -> None:
         self.shift, self.moves, self.is_one = shift, bool(shift.any()), True
-        if self.moves:
-            self._read(M, A, G, g)
 
-    def _read(self, M: Array, A: Array, G: Array, g: Array) -> None:
-        shift = self.shift
-        u = A @ shift + g
-        close = np.flatnonzero(u <= 1e-7 * np.abs(g).max(initial=0.0))
-        push = np.linalg.lstsq(np.vstack([A[close], G]).T, M @ shift, rcond=1e-9)[0]
-        bears = push[: len(close)] > 1e-9 * np.abs(push).max(initial=0.0)
-        self.rows = close[bears]
-        self.push = np.concatenate([push[: len(close)][bears], push[len(close) :]])
-        missed = M @ shift - np.vstack([A[self.rows], G]).T @ self.push
-        small = 1e-6 * np.abs(M @ shift).max(initial=0.0)
-        self.is_one = bool(np.abs(missed).max(initial=0.0) <= small)
+    def read(self, metric: tuple[Array, Array], A: Array, G: Array, g: Array) -> None:
+        """metric: M and its inverse."""
+        (M, inverse), shift = metric, self.shift
+        close = np.flatnonzero(A @ shift + g <= 1e-7 * _largest(g))
+        C, asked = np.concatenate([A[close], G]), M @ shift
+        response = _inverse_of(C @ inverse @ C.T) if 0 < len(C) <= len(M) else None
+        if response is None:
+            push = np.linalg.lstsq(C.T, asked, rcond=1e-9)[0]
+        else:
+            push = response @ (C @ shift)
+        bears = push > 1e-9 * _largest(push)
+        bears[len(close) :] = True
+        self.response = response if bears.all() else None
+        self.rows, self.push, self.J = close[bears[: len(close)]], push[bears], C[bears]
+        self.is_one = _largest(asked - self.push @ self.J) <= 1e-6 * _largest(asked)
+
+    def changes(self, metric: tuple[Array, Array], dF: Array, du: Array) -> tuple[Array, bool]:
+        """As _solve, of the shift."""
+        inverse, J, count = metric[1], self.J, len(self.J)
+        if self.response is None:
+            holds = _Active(np.arange(count), np.eye(count), np.zeros((count, count)), [], du[0])
+            return _solve(metric, J, holds, self.push, dF, du)
+        free = -(inverse @ dF)
+        return free - inverse @ (J.T @ (self.response @ (du + J @ free))), True
 
 
 class _Rows:
@@ -223,38 +256,72 @@ class Linearization:
     def __init__(self, model: Any, stepper: Any) -> None:
         self.model, self._stepper = model, stepper
         self._data = mj.MjData(model)
-        self._state = np.zeros(mj.mj_stateSize(model, _SPEC))
+        self._state, self._room = np.zeros((2, mj.mj_stateSize(model, _SPEC)))
         self._ways = np.random.default_rng(0).choice([-1.0, 1.0], max(model.nv, model.nu, model.na))
-        self._alone = not (model.na and int(model.actuator_actnum.max()) > 1 or model.nplugin)
+        shared = model.jnt_actfrclimited.any() or np.any(getattr(model, "tendon_actfrclimited", 0))
+        several = (model.na and int(model.actuator_actnum.max()) > 1) or model.nplugin
+        self._apart = not (several or shared)  # each force is of its own control and activation
+        driven = np.flatnonzero(model.actuator_actadr >= 0)
+        self._driven = driven, model.actuator_actadr[driven]
+        self._filters = bool(np.isin(model.actuator_dyntype, _FILTERS).all())
         adheres = (model.actuator_trntype == int(mj.mjtTrn.mjTRN_BODY)).any()
         self._adheres = bool(adheres or getattr(model, "flg_adhesion", 0))  # forces of contacts
         self._tree = Tree(model)
         self._straight, self._constant = has_constant_rows(model)
+        self._units = np.eye(model.nv)
+        straight = np.isin(model.jnt_type, list(TURNS), invert=True)
+        self._straight_places = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
+        self._damped = np.repeat(np.arange(model.nv), model.D_rownnz)
+        kinds = zip(model.jnt_type.tolist(), model.jnt_dofadr.tolist())
+        self._turning = [first + TURNS[kind] for kind, first in kinds if kind in TURNS]
 
     def __call__(self, data: Any, eps: float, centered: bool) -> Derivatives:
         """At the state and control of data."""
-        model, own = self.model, self._data
-        mj.mj_copyData(own, model, data)
-        mj.mj_getState(model, own, self._state, _SPEC)
-        with self._stepper.borrowed:
-            self._h, self._eps, self._centered = model.opt.timestep, eps, centered
+        with self._stepper.borrowed, self._begun(data):
+            self._h, self._eps, self._centered = self.model.opt.timestep, eps, centered
             self._sides = np.array([eps, -eps] if centered else [eps])
-            self._stepper.answer(own)
-            if model.opt.integrator == RK4 and not own.nefc:
+            self._rows = self._stepper.answer(self._data)
+            if self.model.opt.integrator == RK4 and not self._data.nefc:
                 return self._by_whole_steps()
             self._keep()
-            drives = [self._by_drives(own.act), self._by_drives(own.ctrl)]
-            kinematics = Kinematics(self._tree, own) if model.nv >= _MANY else None
-            forces = self._forces_in_closed_form(kinematics) if kinematics else None
-            rows = self._rows_in_closed_form(kinematics)
-            if self._is_steady():
-                rows = rows or self._at_places(False)[0]
-                by_place, by_velocity, moved = self._proved(forces) or self._by_inverse()
+            changes, rows, moved = self._changes()
+        du, opened = self._of_rows(rows, changes, moved)
+        return self._assemble(changes, du, opened)
+
+    @contextlib.contextmanager
+    def _begun(self, data: Any) -> Iterator[None]:
+        """Its own data is as data, and sensors, of which nothing depends unless Python is called,
+        are left out."""
+        model, own, options = self.model, self._data, self.model.opt
+        mj.mj_getState(model, data, self._state, _SPEC)
+        self._calls = has_callbacks()
+        kept = options.disableflags, options.enableflags, options.noslip_iterations
+        try:
+            options.enableflags, options.noslip_iterations = kept[1] & ~_DISCRETE, 0
+            if self._calls or model.nplugin:
+                mj.mj_copyData(own, model, data)
             else:
-                others, by_place, moved = self._at_places(True)
-                rows, by_velocity = rows or others, self._by_velocities()
-        du, opened = self._of_rows(rows, by_place, moved)
-        return self._assemble(np.hstack([by_place, by_velocity, *drives]), du, opened)
+                mj.mj_setState(model, own, self._state, _SPEC)
+                options.disableflags = kept[0] | _NO_SENSORS
+            yield
+        finally:
+            options.disableflags, options.enableflags, options.noslip_iterations = kept
+
+    def _changes(self) -> tuple[Array, Any, Array]:
+        """Of the balance and the activations by all; of rows, and of M shift, by places."""
+        own, kinematics = self._data, None
+        drives = self._of_drives()
+        if self.model.nv >= _MANY:
+            kinematics = Kinematics(self._tree, own)
+        forces = self._forces_in_closed_form(kinematics) if kinematics else None
+        rows = self._rows_in_closed_form(kinematics)
+        if self._is_steady():
+            rows = rows or self._at_places(False)[0]
+            by_place, by_velocity, moved = self._proved(forces) or self._by_inverse()
+        else:
+            others, by_place, moved = self._at_places(True)
+            rows, by_velocity = rows or others, self._by_velocities()
+        return np.concatenate([by_place, by_velocity, *drives], axis=1), rows, moved
 
     def _by_whole_steps(self) -> Derivatives:
         """Differences of the step where four stages make it and no row takes part."""
@@ -287,20 +354,21 @@ class Linearization:
         """The answer, and the rows that are active in it."""
         stepper, own = self._stepper, self._data
         solver = stepper.solver
-        self._rows = stepper.rows
         self._found = own.nefc, own.contact.geom.tobytes()
         self._which = np.concatenate([self._rows.H, self._rows.G])
-        self._v, self._r, u = solver.v.copy(), solver.r.copy(), solver.u.copy()
-        J, gaps = self._jacobian()
+        self._v, self._r, u = solver.v, solver.r, solver.u.copy()
+        self._J, self._gaps = self._jacobian()
         self._M, count = stepper.metric(own), len(self._rows.H)
-        self._inverse = np.linalg.inv(self._M)
+        metric = self._M, stepper.inverse(own, self._units)
+        self._inverse = metric[1]
         u[count:] = 0.0
-        self._J, self._gaps = J, gaps
-        self._active = _read(self._rows.laws, count, J, self._inverse, self._r, u)
+        self._active = _read(self._rows.laws, count, self._J, self._inverse, self._r, u)
         self._scale = max(solver.numbers.driven, solver.numbers.fastest, 1e-300)
-        shift = np.zeros(len(self._v)) if solver.shift is None else solver.shift.copy()
-        A, g = J[self._rows.gaps], self._to_open(gaps[self._rows.gaps])
-        self._opening = _Opening(shift, self._M, A, J[count:], g)
+        shift = solver.shift
+        self._opening = _Opening(np.zeros(0) if shift is None else shift.copy())
+        if self._opening.moves:
+            A, G, gaps = self._J[self._rows.gaps], self._J[count:], self._gaps[self._rows.gaps]
+            self._opening.read(metric, A, G, self._to_open(gaps))
 
     def _jacobian(self) -> tuple[Array, Array]:
         """Rows of H, then of G, and the gaps of all of them."""
@@ -341,7 +409,7 @@ class Linearization:
             return False
         if stepper.tumbling if fast else stepper.damping.changes:
             return False
-        if not fast and not model.na:
+        if not fast and (self._filters and not self._calls):
             return True
         seen = []
         for step in (0.0, self._eps):
@@ -364,36 +432,35 @@ class Linearization:
         model, own, options = self.model, self._data, self.model.opt
         mj.mj_setState(model, own, self._state, _SPEC)
         own.qacc[:] = (self._v - own.qvel) / self._h
-        names = "disableflags", "enableflags", "noslip_iterations", "integrator"
-        kept = [getattr(options, name) for name in names]
-        options.noslip_iterations = 0
-        if options.integrator == RK4:  # Euler is taken for it, and MuJoCo refuses it here
+        flags, stages = options.disableflags, options.integrator == RK4
+        options.disableflags = flags | _NO_CONSTRAINTS
+        if stages:  # Euler is taken for it, and MuJoCo refuses it here
             options.integrator = _EULER
-        options.disableflags |= _NO_CONSTRAINTS
-        options.enableflags &= ~_DISCRETE
         try:
             yield
         finally:
-            for name, value in zip(names, kept):
-                setattr(options, name, value)
+            options.disableflags = flags
+            if stages:
+                options.integrator = RK4
 
     def _by_inverse(self) -> _Smooth:
         """Differences of MuJoCo's inverse dynamics."""
         model, own, n, opening = self.model, self._data, self.model.nv, self._opening
-        found = np.zeros((2, n + model.na, n))
-        sums, mass = np.zeros((2, n, n)), np.zeros((n, model.nC))
-        one, of_mass = np.zeros((2, n, n)), np.zeros_like(mass) if opening.moves else None
+        found, mass = np.zeros((2, n + model.na, n)), np.zeros((n, model.nC))
+        of_mass = np.zeros_like(mass) if opening.moves else None
+        sides, share = np.zeros((len(self._sides), 2, n, n)), 1.0 / len(self._sides)
         with self._inverse_dynamics():
-            for side in self._sides.tolist():
+            for side, (places, speeds) in zip(self._sides.tolist(), sides):
                 mj.mjd_inverseFD(
-                    model, own, side, True, one[0], one[1], None, None, None, None, of_mass
+                    model, own, side, True, places, speeds, None, None, None, None, of_mass
                 )
-                sums += one
                 if of_mass is not None:
-                    mass += of_mass
-        found[:, :n] = self._h / len(self._sides) * sums.transpose(0, 2, 1)
+                    mass += share * of_mass
+        found[:, :n] = (self._h * share) * sides.sum(0).transpose(0, 2, 1)
         found[1, :n] -= self._M
-        moved = self._stepper.times_mass(mass / len(self._sides), opening.shift).T
+        moved = mass
+        if opening.moves:
+            moved = self._stepper.times_mass(mass, opening.shift).T
         return _Smooth(found[0], found[1], moved)
 
     def _forces_in_closed_form(self, kinematics: Kinematics) -> _Smooth:
@@ -406,8 +473,7 @@ class Linearization:
         balance, by_velocity = found[0, :n], found[1, :n]
         balance += h * bodies.forces((self._v - own.qvel) / h, own.qvel, gravity)
         moved = bodies.forces(shift, none, np.zeros(3)) if self._opening.moves else by_velocity
-        straight = np.isin(model.jnt_type, list(TURNS), invert=True)
-        places, dofs = model.jnt_qposadr[straight], model.jnt_dofadr[straight]
+        places, dofs = self._straight_places
         pulls = self._slope(own.qpos, places, mj.mj_passive, own.qfrc_spring)
         balance[dofs, dofs] -= h * pulls[dofs]
         if model.tendon_stiffness.any():
@@ -417,12 +483,10 @@ class Linearization:
             slack = np.clip(own.ten_length, *model.tendon_lengthspring.T) == own.ten_length
             balance += h * J.T @ (np.where(slack, 0.0, model.tendon_stiffness)[:, None] * J)
         if model.nu:
-            moment, lengths, every = np.zeros((model.nu, n)), own.actuator_length, slice(None)
-            pattern = own.moment_rownnz, own.moment_rowadr, own.moment_colind
-            mj.mju_sparse2dense(moment, own.actuator_moment, *pattern)
+            moment, lengths, every = self._moment, own.actuator_length, slice(None)
             pulls = self._slope(lengths, every, mj.mj_fwdActuation, own.actuator_force)
             balance -= h * moment.T @ (pulls[:, None] * moment)
-        by_velocity[np.repeat(np.arange(n), model.D_rownnz), model.D_colind] = self._damping()
+        by_velocity[self._damped, model.D_colind] = self._damping()
         by_velocity *= -h
         by_velocity -= self._M
         return _Smooth(found[0], found[1], moved)
@@ -454,18 +518,20 @@ class Linearization:
             return None
         model, own, n, sides = self.model, self._data, self.model.nv, []
         way, other = self._ways[:n], self._ways[:n][::-1]
-        for step in (self._eps, -self._eps):
-            with self._inverse_dynamics():
+        with self._inverse_dynamics():
+            place, speed = own.qpos.copy(), own.qvel.copy()
+            for step in (self._eps, -self._eps):
+                own.qpos[:] = place
                 mj.mj_integratePos(model, own.qpos, way, step)
-                own.qvel[:] += step * other
+                own.qvel[:] = speed + step * other
                 mj.mj_inverse(model, own)
                 mj.mj_fwdActuation(model, own)
                 sides.append(own.qfrc_inverse - own.qfrc_actuator)
-        columns = np.hstack([found.by_place[:n], found.by_velocity[:n] + self._M])
-        seen, ways = (sides[0] - sides[1]) / (2.0 * self._eps), np.concatenate([way, other])
-        off = np.abs(self._h * seen - columns @ ways).max()
+        columns = np.concatenate([found.by_place[:n], found.by_velocity[:n] + self._M], axis=1)
+        seen = (sides[0] - sides[1]) * (0.5 * self._h / self._eps)
+        off = _largest(seen - columns @ np.concatenate([way, other]))
         # a difference by 1e-6 has 1e-10 of the forces for rounding
-        size = np.abs(columns).sum(1).max() + 1e-3 * self._h * np.abs(sides[0]).max()
+        size = np.abs(columns).sum(1).max() + 1e-3 * self._h * _largest(sides[0])
         return found if off <= 1e-6 * size else None
 
     def _rows_in_closed_form(self, kinematics: Optional[Kinematics]) -> Any:
@@ -473,6 +539,8 @@ class Linearization:
         more."""
         model, own, rows = self.model, self._data, self._rows
         self._held = np.zeros(1, dtype=bool)
+        if not own.nefc:
+            return _Rows(np.zeros((model.nv, 0, model.nv)), np.zeros((model.nv, 0)))
         if not (self._straight and self._constant[own.efc_id[rows.G]].all()):
             return None
         if not len(rows.laws.dims):
@@ -497,12 +565,12 @@ class Linearization:
         J, gaps = np.zeros((*shape, nefc, n)), np.zeros((*shape, nefc))
         balance, mass = np.zeros((*shape, n + model.na)), np.zeros((*shape, model.nC))
         mj.mj_setState(model, own, self._state, _SPEC)
-        place, qpos, ways = own.qpos.copy(), own.qpos, np.eye(n)
+        place, qpos = own.qpos.copy(), own.qpos
         if whole:
             here, masses = np.concatenate(self._by_force()), stepper.metric_mass(own)
             mass_here = masses.copy()
         for side, step in enumerate(self._sides.tolist()):
-            for k, way in enumerate(ways):
+            for k, way in enumerate(self._units):
                 qpos[:] = place
                 mj.mj_integratePos(model, qpos, way, step)
                 for stage in _STAGES if whole else _ROWS:
@@ -512,13 +580,18 @@ class Linearization:
                     mass[side, k] = masses - mass_here
                 if not nefc:
                     continue
-                there[side, k] = own.nefc == nefc and own.contact.geom.tobytes() == geoms
-                if there[side, k]:
+                if own.nefc == nefc and own.contact.geom.tobytes() == geoms:
                     J[side, k] = self._sparse_rows() if sparse else own.efc_J.reshape(nefc, n)
                     gaps[side, k] = own.efc_pos
-        sign = np.sign(self._sides)[:, None] / (self._eps * len(self._sides))
-        by_place = (sign[..., None] * balance).sum(0).T
-        moved = stepper.times_mass((sign[..., None] * mass).sum(0), self._opening.shift).T
+                else:
+                    there[side, k] = False
+        by_place, moved = balance[0], mass  # read by those who ask for the whole
+        if whole:
+            sign = np.sign(self._sides)[:, None] / (self._eps * len(self._sides))
+            by_place = (sign[..., None] * balance).sum(0).T
+            if self._opening.moves:
+                mass = (sign[..., None] * mass).sum(0)
+                moved = stepper.times_mass(mass, self._opening.shift).T
         rows = self._differenced(J[:, :, self._which], gaps[:, :, self._which], there)
         return rows, by_place, moved
 
@@ -527,6 +600,9 @@ class Linearization:
         points and directions."""
         if self._rows.scale is not None:
             J[:, :, : len(self._rows.H)] *= self._rows.scale[:, None]
+        if there.all() and self._centered:
+            self._held = there[:0]
+            return _Rows(*((x[0] - x[1]) / (2.0 * self._eps) for x in (J, gaps)))
         both = there.sum(0)
         sign = np.sign(self._sides)[:, None] * there / (self._eps * np.maximum(both, 1))
         self._held = both == 0
@@ -535,25 +611,27 @@ class Linearization:
         d_gaps[self._held] = self._J.T[self._held]
         return _Rows(dJ, d_gaps)
 
-    def _of_rows(self, rows: Any, by_place: Array, moved: Array) -> tuple[Array, Array]:
+    def _of_rows(self, rows: Any, changes: Array, moved: Array) -> tuple[Array, Array]:
         """By places: velocities of rows, and what opens overlaps and what these rows do then.
-        Takes J'r from the balance; moved: M shift."""
-        mine, count, opening = self._rows.gaps, len(self._rows.H), self._opening
-        gaps, gap, n = rows.gaps, self._gaps[mine], self.model.nv
+        Takes J'r from the balance's changes; moved: M shift."""
+        mine, count, opening, n = self._rows.gaps, len(self._rows.H), self._opening, self.model.nv
+        if not len(self._J):
+            return np.zeros((0, n)), np.zeros((0, n))
+        gaps, gap = rows.gaps, self._gaps[mine]
         r, v, closing = self._r[None], self._v[None], mine[:0]
         if opening.moves:
             push, closing = np.zeros(len(self._J)), mine[opening.rows]
-            push[closing], push[count:] = np.split(opening.push, [len(closing)])
-            r, v = np.stack([self._r, push]), np.stack([self._v, opening.shift])
+            push[closing], push[count:] = opening.push[: len(closing)], opening.push[len(closing) :]
+            r, v = np.array([self._r, push]), np.array([self._v, opening.shift])
         turned, speeds = rows.forces(r), rows.velocities(v)
-        by_place[:n] -= turned[0]
+        changes[:n, :n] -= turned[0]
         speeds[0, mine] += gaps[mine] * ((gap > 0.0) / self._h)[:, None]
         speeds[0, count:] += self._stepper.correction / self._h * gaps[count:]
         if not opening.moves:
             return speeds[0], np.zeros((0, n))
         speeds[1, mine] += gaps[mine] * self._opens(gap)[:, None]
         opened = [moved - turned[1], speeds[1, closing], speeds[1, count:]]
-        return speeds[0], np.vstack(opened)
+        return speeds[0], np.concatenate(opened)
 
     def _sparse_rows(self) -> Array:
         own = self._data
@@ -563,7 +641,7 @@ class Linearization:
         return J
 
     def _next_act(self) -> Array:
-        model, own, state = self.model, self._data, np.zeros_like(self._state)
+        model, own, state = self.model, self._data, self._room
         mj.mj_getState(model, own, state, _SPEC)
         mj.mj_Euler(model, own)
         act = own.act.copy()
@@ -585,8 +663,46 @@ class Linearization:
             columns.append((sides[0] - sides[1]) / (2.0 * self._eps))
         return np.array(columns).T
 
-    def _by_drives(self, numbers: Array) -> Array:
-        """Of the balance and the activations by controls or activations."""
+    def _of_drives(self) -> list[Array]:
+        """Of the balance and the activations by activations, and by controls."""
+        own, apart = self._data, self._apart and not self._calls
+        self._moment = self._moment_arms()
+        self._pushes = -self._h * self._moment.T  # of units of the actuators' forces
+        return [self._at_once(x) if apart else self._one_by_one(x) for x in (own.act, own.ctrl)]
+
+    def _moment_arms(self) -> Array:
+        model, own = self.model, self._data
+        moment = np.zeros((model.nu, model.nv))
+        pattern = own.moment_rownnz, own.moment_rowadr, own.moment_colind
+        mj.mju_sparse2dense(moment, own.actuator_moment, *pattern)
+        return moment
+
+    def _at_once(self, numbers: Array) -> Array:
+        """Of actuators that have nothing to do with each other."""
+        model, own, n = self.model, self._data, self.model.nv
+        found = np.zeros((n + model.na, len(numbers)))
+        if not len(numbers):
+            return found
+        here, sides = numbers.copy(), []
+        for step in (self._eps, -self._eps):
+            numbers[:] = here + step
+            mj.mj_fwdActuation(model, own)
+            acts = self._next_act() if model.na else own.act
+            sides.append((own.actuator_force.copy(), acts))
+        numbers[:] = here
+        of, place = self._driven
+        slopes, acts = ((a - b) / (2.0 * self._eps) for a, b in zip(*sides))
+        if numbers is own.act:
+            found[:n, place] = (slopes * self._pushes)[:, of]
+            found[n + place, place] = acts[place]
+        else:
+            found[:n] = slopes * self._pushes
+            if model.na:
+                found[n + place, of] = acts[place]
+        return found
+
+    def _one_by_one(self, numbers: Array) -> Array:
+        """Where forces or activations are of several."""
         model, own, eps, n = self.model, self._data, self._eps, self.model.nv
         count, na = len(numbers), model.na
         forces, acts, here = np.zeros((2, count, n)), np.zeros((2, count, na)), numbers.copy()
@@ -595,16 +711,9 @@ class Linearization:
                 numbers[k] = here[k] + step
                 mj.mj_fwdActuation(model, own)
                 forces[side, k] = own.qfrc_actuator
-                if na and not self._alone:
+                if na:
                     acts[side, k] = self._next_act()
                 numbers[k] = here[k]
-            if na and self._alone:  # each of its own actuator's: all at once
-                numbers[:] = here + step
-                mj.mj_fwdActuation(model, own)
-                driven = np.flatnonzero(model.actuator_actadr >= 0)
-                place = model.actuator_actadr[driven]
-                acts[side, place if numbers is own.act else driven, place] = self._next_act()[place]
-                numbers[:] = here
         changes = np.concatenate([-self._h * (forces[0] - forces[1]), acts[0] - acts[1]], axis=1)
         return np.asarray(changes.T / (2.0 * eps))
 
@@ -612,22 +721,16 @@ class Linearization:
         """changes: of the balance and the activations by all; du: of velocities of rows, and
         opened: of what opens overlaps, by places."""
         n, na = self.model.nv, self.model.na
-        dF, dact = changes[:n], changes[n:]
-        du = np.hstack([du, np.zeros((len(du), changes.shape[1] - n))])
-        metric = self._M, self._inverse
-        dv, one = _solve(metric, self._J, self._active, self._r, dF, du)
-        opening, ds, other = self._opening, np.zeros((n, 0)), True
-        if opening.moves:
-            count = len(self._rows.H)
-            J = np.vstack([self._J[self._rows.gaps][opening.rows], self._J[count:]])
-            none = np.zeros((len(J), len(J)))
-            holds = _Active(np.arange(len(J)), np.eye(len(J)), none, [], np.zeros(0))
-            ds, other = _solve(metric, J, holds, opening.push, opened[:n], opened[n:])
+        metric, opening, other = (self._M, self._inverse), self._opening, True
+        speeds = np.zeros((len(du), changes.shape[1]))
+        speeds[:, :n] = du
+        dv, one = _solve(metric, self._J, self._active, self._r, changes[:n], speeds)
         turned, moved = self._places()
-        dq = moved @ dv
-        dq[:, : ds.shape[1]] += moved @ ds
-        dq[:, :n] += turned
-        state = np.vstack([dq, dv, dact])
+        state = np.concatenate([moved @ dv, dv, changes[n:]])
+        if opening.moves:
+            ds, other = opening.changes(metric, opened[:n], opened[n:])
+            state[:n, :n] += moved @ ds
+        state[:n, :n] += turned
         margins = self._active.margins / self._scale
         index = int(np.argmin(margins)) if len(margins) else None
         margin = float(margins[index]) if index is not None else np.inf
@@ -639,24 +742,28 @@ class Linearization:
         """How the next place turns with this one, and moves with the velocity."""
         model, h = self.model, self._h
         turned, moved = np.eye(model.nv), h * np.eye(model.nv)
-        v, nothing = self._v + self._opening.shift, np.zeros(3)
-        for kind, first in zip(model.jnt_type.tolist(), model.jnt_dofadr.tolist()):
-            if kind in TURNS:
-                first += TURNS[kind]
-                here = slice(first, first + 3)
-                of_place, of_velocity = np.zeros(9), np.zeros(9)
-                mj.mjd_quatIntegrate(v[here], h, of_place, of_velocity, nothing)
-                turned[here, here] = of_place.reshape(3, 3)
-                moved[here, here] = h * of_velocity.reshape(3, 3)
+        v, nothing = self._v, np.zeros(3)
+        if self._opening.moves:
+            v = v + self._opening.shift
+        for first in self._turning:
+            here, of_place, of_velocity = slice(first, first + 3), np.zeros(9), np.zeros(9)
+            mj.mjd_quatIntegrate(v[here], h, of_place, of_velocity, nothing)
+            turned[here, here] = of_place.reshape(3, 3)
+            moved[here, here] = h * of_velocity.reshape(3, 3)
         return turned, moved
 
 
 _SPEC = int(mj.mjtState.mjSTATE_INTEGRATION)
 _MANY = 24  # places from which the calls that closed form takes cost less than differences
 _NO_CONSTRAINTS = int(mj.mjtDisableBit.mjDSBL_CONSTRAINT)
+_NO_SENSORS = int(mj.mjtDisableBit.mjDSBL_SENSOR)
 _NO_GRAVITY = int(mj.mjtDisableBit.mjDSBL_GRAVITY)
 _IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT)
 _EULER = int(mj.mjtIntegrator.mjINT_EULER)
+_FILTERS = [  # activations that go by control and activation alone
+    int(getattr(mj.mjtDyn, f"mjDYN_{name}"))
+    for name in ("NONE", "INTEGRATOR", "FILTER", "FILTEREXACT", "MUSCLE")
+]
 _DISCRETE = int(mj.mjtEnableBit.mjENBL_INVDISCRETE)
 
 

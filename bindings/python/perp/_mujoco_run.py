@@ -90,7 +90,8 @@ _callbacks = functools.lru_cache(maxsize=None)(_Callbacks)
 
 
 def has_callbacks() -> bool:
-    return bool(_callbacks().are_there())
+    """Whether MuJoCo may call functions of Python's."""
+    return _functions() is None or bool(_callbacks().are_there())
 
 
 class Runner:
@@ -128,7 +129,7 @@ class Runner:
         fast = stepper.model.opt.integrator == _model.FAST
         inner = stepper.damping.changes or (fast and stepper.tumbling is not None)
         short = 2 * data.maxuse_arena > data.narena
-        return stepper.rigid and not (inner or short or _functions() is None or has_callbacks())
+        return stepper.rigid and not (inner or short or has_callbacks())
 
     def _keep(self, thing: Any) -> Any:
         self._kept.append(thing)

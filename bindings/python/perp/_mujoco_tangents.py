@@ -199,49 +199,58 @@ class Contacts:
         tree, S = kinematics.tree, kinematics.S
         count = len(rows.H) - len(rows.laws.lower)
         self._of, place = _contacts_of(data.contact, which[:count])
-        self._axis, self._turns = place % 3, place >= 3
+        self._lines = 6 * self._of + place  # of its contact's forces and torques along axes
         self.gaps, self._normals = J.copy(), rows.gaps[: len(rows.laws.dims)]
-        self._scale = np.ones(count) if rows.scale is None else rows.scale[:count]
+        self._scale = None if rows.scale is None else rows.scale[:count, None]
         self._kinematics, self._seen = kinematics, see(data)
         self._sums = (self._of == np.arange(len(self._seen.geom))[:, None]).astype(float)
         self._ids = self._seen.geom.tobytes()
         self._first, self._second = model.geom_bodyid[self._seen.geom].T
         first = tree.carried[self._first][:, None]
+        self._moving_first = bool(first.any())
         self._signs = tree.carried[self._second][:, None] - first
         self._with_first, self._between = first * S.T, self._signs * S.T  # (contacts, 6, n)
-        self.X = self._rows_at(self._seen.points, self._seen.frames)
+        frames = self._seen.frames
+        self._arms = skew(self._seen.points - kinematics.origin)
+        self._own = self._lines_of(np.matmul(frames, -self._arms), frames)
+        self.X = self._rows_of(self._own)
 
-    def _rows_at(self, points: Array, frames: Array) -> Array:
-        """(..., rows, 6), where contacts have these points and frames."""
-        of, axis, turns = self._of, self._axis, self._turns
-        axes, arms = frames[..., of, axis, :], points[..., of, :] - self._kinematics.origin
-        X = np.empty((*axes.shape[:-1], 6))
-        X[..., :3], X[..., 3:] = np.matmul(skew(arms), axes[..., None])[..., 0], axes
-        X[..., turns, :3], X[..., turns, 3:] = axes[..., turns, :], 0.0
-        return X * self._scale[:, None]
+    def _lines_of(self, moments: Array, axes: Array) -> Array:
+        """(..., contacts, 6, 6): unit forces along a contact's axes, then torques about them."""
+        return _spatial(moments, axes, axes, 0.0)
+
+    def _rows_of(self, lines: Array) -> Array:
+        """(..., rows, 6)."""
+        X = lines.reshape(*lines.shape[:-3], -1, 6).take(self._lines, axis=-2)
+        return X if self._scale is None else X * self._scale
 
     def differ(self, model: Any, data: Any, eps: float, centered: bool) -> None:
         """How they turn. All geoms move at once, those of a contact by different multiples of one
         twist: by the difference the one moves against the other."""
-        geom, of, X = self._seen.geom, self._of, self.X
+        seen = self._seen
         share = self._shares(model)
-        between = share[geom[:, 1]] - share[geom[:, 0]]
+        first = share[seen.geom[:, 0]]
+        between = share[seen.geom[:, 1]] - first
         sides = np.array([1.0, -1.0] if centered else [1.0])
         points, frames, gaps, there = self._at_twists(model, data, eps * sides, share)
         # where others touch on one side, what is here is the other one
         both, sign = there.sum(1), sides[:, None] * there  # (6, contacts), (6, sides, contacts)
-        scale = eps * between * np.maximum(both, 1)
-        moved = np.add.reduce(sign[:, :, of, None] * (self._rows_at(points, frames) - X), 1)
-        along = np.matmul(X, _UNITS)  # (6, rows, 6), as the first goes: with the other sign
-        along *= (share[geom[:, 0]] / between)[of, None]
+        sign = sign / (eps * between * np.maximum(both, 1))[:, None]
+        moved = np.add.reduce(sign[..., None, None] * (frames - seen.frames), 1)
+        gone = np.add.reduce(sign[..., None] * (points - seen.points), 1)
+        d_gaps = np.add.reduce(sign * (gaps - seen.gaps), 1)
+        turned = np.matmul(moved, self._arms) + np.matmul(seen.frames, skew(gone))
+        lines = self._lines_of(-turned, moved)
+        if first.any():  # as the first goes: with the other sign
+            along = np.matmul(self._own, _UNITS[:, None])
+            lines += along * (first / between)[:, None, None]
         held = both == 0
-        self.dX = moved / scale[:, of, None] + along
-        self.dX[held[:, of]] = 0.0
-        self.dX = self.dX.transpose(1, 2, 0)
-        d_gaps = np.add.reduce(sign * (gaps - self._seen.gaps), 1) / scale
-        d_gaps = np.where(held.T, self._of_normals(), d_gaps.T)
-        first, self.held = of[self._normals], held.any(0)
-        self.gaps[self._normals] = np.matmul(d_gaps[first, None], self._between[first])[:, 0]
+        if held.any():
+            lines[held] = 0.0
+            d_gaps = np.where(held, self._own[:, 0].T, d_gaps)
+        self.dX, self.held = self._rows_of(lines).transpose(1, 2, 0), held
+        of = self._of[self._normals]
+        self.gaps[self._normals] = np.matmul(d_gaps.T[of, None], self._between[of])[:, 0]
 
     def _at_twists(
         self, model: Any, data: Any, steps: Array, share: Array
@@ -252,27 +261,26 @@ class Contacts:
         shape = 6, len(steps), size
         points, frames, gaps = np.zeros((*shape, 3)), np.zeros((*shape, 9)), np.zeros(shape)
         there = np.ones(shape, dtype=bool)
+        xpos, xmat = data.geom_xpos, data.geom_xmat
         for k in range(6):
             for side in range(len(steps)):
-                data.geom_xpos[:], data.geom_xmat[:] = at_points[k, side], at_frames[k, side]
+                xpos[:], xmat[:] = at_points[k, side], at_frames[k, side]
                 mj.mj_collision(model, data)
                 found, here = data.contact, (k, side)
                 if found.geom.tobytes() == self._ids:
                     points[here], frames[here], gaps[here] = found.pos, found.frame, found.dist
                 else:
                     there[here] = self._match(found, points[here], frames[here], gaps[here])
-        data.geom_xpos[:], data.geom_xmat[:] = place
+        xpos[:], xmat[:] = place
         return points, frames.reshape(*shape, 3, 3), gaps, there
-
-    def _of_normals(self) -> Array:
-        points, normals = self._seen.points, self._seen.frames[:, 0]
-        arms = points - self._kinematics.origin
-        return np.hstack([times(skew(arms), normals), normals])
 
     def _shares(self, model: Any) -> Array:
         """Multiples of geoms, different ones where two touch; of the world's: 0."""
         still = model.body_weldid[model.geom_bodyid] == 0
-        share, pairs = np.where(still, 0.0, 1.0), set(map(tuple, self._seen.geom.tolist()))
+        share = 1.0 - still
+        if not (share[self._seen.geom[:, 0]] == share[self._seen.geom[:, 1]]).any():
+            return share
+        pairs = set(map(tuple, self._seen.geom.tolist()))
         for a, b in sorted(pairs):
             if share[a] == share[b]:
                 near = {share[x + y - b] for x, y in pairs if b in (x, y)}
@@ -297,8 +305,9 @@ class Contacts:
         W = sums @ (r * self.X)  # (some, contacts, 6)
         turned = sums @ (r * self.dX.reshape(-1, 36))
         carried = self._signs[:, 0].T @ W  # (some, n, 6)
-        moved = wrench(W) @ self._with_first
-        moved += turned.reshape(*W.shape, 6) @ self._between
+        moved = turned.reshape(*W.shape, 6) @ self._between
+        if self._moving_first:
+            moved += wrench(W) @ self._with_first
         between = self._between.reshape(-1, len(S)).T
         by_axes = np.matmul(wrench(carried), S[:, :, None])[..., 0] @ S.T
         return self._kinematics.tree.moves * by_axes + between @ moved.reshape(len(r), -1, len(S))
@@ -319,21 +328,16 @@ class Contacts:
 def _moved(
     points: Array, frames: Array, origin: Array, share: Array, steps: Array
 ) -> tuple[Array, Array]:
-    """Places of geoms, each moved by its share of unit twists: (6, steps, geoms, ...). Turns are
-    right to the second order."""
+    """Places of geoms, each moved by its share of unit twists: (6, steps, geoms, ...)."""
     by = (share * steps[:, None])[..., None]
-    all_points = np.empty((6, len(steps), *points.shape))
+    shape = 6, len(steps), len(points)
+    all_points, all_frames = np.empty((*shape, 3)), np.empty((*shape, 9))
+    all_points[:3] = points + by * np.matmul(points - origin, _TURNED)[:, None]
     all_points[3:] = points + by * _WAYS[:, None, None]
-    turned = np.matmul(points - origin, _TURNED)[:, None]  # (3, 1, geoms, 3)
-    twice = np.matmul(turned, _TURNED[:, None])
-    all_points[:3] = points + by * turned + (0.5 * by**2) * twice
-    all_frames = np.empty((6, len(steps), *frames.shape))
+    # what turns leave out, of the second order, is the same to either side
+    turned = np.matmul(-_TURNED[:, None], frames.reshape(-1, 3, 3)).reshape(3, 1, *frames.shape)
+    all_frames[:3] = frames + by * turned
     all_frames[3:] = frames
-    axes = frames.reshape(-1, 3, 3)
-    turned = np.matmul(-_TURNED[:, None], axes)
-    twice = np.matmul(-_TURNED[:, None], turned)
-    turned, twice = (x.reshape(3, 1, *frames.shape) for x in (turned, twice))
-    all_frames[:3] = frames + by * turned + (0.5 * by**2) * twice
     return all_points, all_frames
 
 

@@ -46,6 +46,8 @@ __all__ = [
     "derivatives", "rollout", "simulate", "step", "view", "wrap",
 ]  # fmt: skip
 
+_NONE = np.zeros(0, dtype=np.int32)
+_NO_ROWS = Rows(Laws(_NONE, *np.zeros((5, 0))), _NONE, _NONE, _NONE)
 NEARLY = 1e-6  # of what drives a step: slower may be at rest
 _BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
 _NO_RESETS = int(mj.mjtDisableBit.mjDSBL_AUTORESET)
@@ -108,6 +110,7 @@ class Stepper:
         self.dense = model.nv <= _model.DENSE
         self._entries = _model.entries_of_mass(model)
         self._places_of_mass = places_of_mass(model, self._entries)
+        self._diagonal = model.M_rowadr + model.M_rownnz - 1
         self._settings = method, tol, max_iterations, time_limit
         self.mass = np.zeros(model.nC)  # of implicit integrators
         self.begin_anew()
@@ -191,21 +194,25 @@ class Stepper:
         mj.mj_fwdAcceleration(model, data)
         self._bind(data, options, options.timestep)
 
-    def answer(self, data: Any) -> Solved:
+    def answer(self, data: Any) -> Rows:
         """The contacts of a step as sharply as can be, with impulses away from the rims of cones
-        where there are such, from no start."""
+        where there are such, from no start. Returns its rows."""
         self.gather(data)
         self.forget()
-        how = self._solve_any(data)
-        solver = self.solver
-        if not solver.rows:
-            return how
-        turns = solver.laws
-        method = "auto" if turns.rolling.any() or turns.spinning.any() else "newton"
-        kept = [x.copy() for x in (solver.v, solver.r, solver.u, solver.modes)]
-        if not solver.solve_by(method, 1e-12).ok:
-            solver.v[:], solver.r[:], solver.u[:], solver.modes[:] = kept
-        return how
+        if not data.nefc:
+            self._solve_any(data)
+            return _NO_ROWS
+        if self.dense:
+            self.arrange(data)
+        else:
+            self._solve_any(data)  # which finds the rows that move something
+        rows = self.rows
+        if len(rows.H):
+            turns = rows.laws.rolling.any() or rows.laws.spinning.any()
+            if self.solver.solve_by("auto" if turns else "newton", 1e-12).ok:
+                return rows
+        self._solve_any(data)
+        return rows
 
     def force(self, data: Any) -> Array:
         """The forces of a step in the metric."""
@@ -247,8 +254,20 @@ class Stepper:
         rows, columns, sources = self._entries
         M = np.zeros((n, n))
         M[rows, columns] = self.metric_mass(data)[sources]
-        M[range(n), range(n)] += self._implicit()
+        M.ravel()[:: n + 1] += self._implicit()
         return M
+
+    def inverse(self, data: Any, units: Array) -> Array:
+        """Of the metric, by MuJoCo's factors; units: a row each."""
+        model, M, mass = self.model, data.M, data.M.copy()
+        inverse = np.empty_like(units)
+        M[:] = self.metric_mass(data)
+        M[self._diagonal] += self._implicit()
+        mj.mj_factorM(model, data)
+        mj.mj_solveM(model, data, inverse, units)
+        M[:] = mass
+        mj.mj_factorM(model, data)
+        return inverse
 
     def _step(self, data: Any) -> Solved:
         self.gather(data)
@@ -434,16 +453,14 @@ class Stepper:
 
     @property
     def rows(self) -> Rows:
-        """Those that are arranged."""
+        """Those that are arranged, as long as they are."""
         solver, numbers = self.solver, self.solver.numbers
         if not self.dense:
             assert self.touching is not None
             return self.touching.rows
         places = ("H_rows", "rows"), ("G_rows", "bilateral"), ("gap_rows", "gap_count")
-        copies = [solver.kept_rows(x, getattr(numbers, count)).copy() for x, count in places]
-        scale = solver.row_scale
-        laws = Laws(*(x.copy() for x in solver.laws))
-        return Rows(laws, *copies, None if scale is None else scale.copy())
+        arranged = [solver.kept_rows(x, getattr(numbers, count)) for x, count in places]
+        return Rows(solver.laws, *arranged, solver.row_scale)
 
     def _take_rows(self, touching: Touching, data: Any) -> None:
         """Other rows, the start's impulses, and what is looked at to find these the same."""

@@ -348,3 +348,79 @@ def test_more_of_them(name, many, monkeypatch):
     mine = np.hstack([found.A, found.B])
     # as of whole steps above
     np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
+
+
+def test_a_control_of_sensors_is_of_those_of_the_state():
+    """data has not sensed yet: what a callback makes of its sensors is as if it had been set."""
+    model = load(
+        ARM.format(a='damping=".2"', b=HINGE),
+        DRIVES + '<sensor><jointpos joint="a"/><jointvel joint="b"/></sensor>',
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = (0.4, -0.3), (0.5, 0.8)
+    here = mujoco.MjData(model)
+    mujoco.mj_copyData(here, model, data)
+    here.ctrl[:] = -2.0 * data.qpos[0], 3.0 * data.qvel[1], 0.0
+    expected = perp.mujoco.derivatives(model, here)
+
+    def control(_, now):
+        now.ctrl[:2] = -2.0 * now.sensordata[0], 3.0 * now.sensordata[1]
+
+    mujoco.set_mjcb_control(control)
+    try:
+        found = perp.mujoco.derivatives(model, data)
+    finally:
+        mujoco.set_mjcb_control(None)
+    # of differences by 1e-6 of the same forces, in another order
+    np.testing.assert_allclose(found.A, expected.A, rtol=0, atol=1e-8 * np.abs(expected.A).max())
+    np.testing.assert_allclose(found.B, expected.B, rtol=0, atol=1e-8 * np.abs(expected.B).max())
+
+
+@pytest.mark.parametrize(
+    "name", ["an arm in the air", "an arm tied by a tendon", "a hopper slides"]
+)
+def test_actuators_at_once_are_as_one_by_one(name, monkeypatch):
+    model, data = state(name) if name in MODELS else (MORE[name](), None)
+    data = mujoco.MjData(model) if data is None else data
+    data.ctrl[:], data.act[:] = 0.4, 0.3
+    linear = perp._mujoco_derivatives.Linearization(model, perp.mujoco.Stepper(model))
+    assert linear._apart
+    at_once = linear(data, 1e-6, True)
+    linear._apart = False
+    one_by_one = linear(data, 1e-6, True)
+    # of differences by 1e-6 of the same forces
+    size = np.abs(one_by_one.A).max()
+    np.testing.assert_allclose(at_once.A, one_by_one.A, rtol=0, atol=1e-8 * size)
+    np.testing.assert_allclose(at_once.B, one_by_one.B, rtol=0, atol=1e-8 * size)
+
+
+@pytest.mark.parametrize("option", ["", 'integrator="implicitfast"'])
+def test_the_inverse_is_that_of_the_metric(option):
+    """With damping that is implicit; M and its factors stay as they were."""
+    model = load(ARM.format(a='damping=".2"', b=HINGE), DRIVES, option)
+    data, stepper = mujoco.MjData(model), perp.mujoco.Stepper(model)
+    data.qpos[:], data.qvel[:] = (0.4, -0.3), (0.5, 0.8)
+    with stepper.borrowed:
+        stepper.gather(data)
+        before = data.M.copy(), data.qLD.copy()
+        inverse = stepper.inverse(data, np.eye(model.nv))
+        np.testing.assert_allclose(inverse @ stepper.metric(data), np.eye(model.nv), atol=1e-13)
+    np.testing.assert_array_equal(data.M, before[0])
+    np.testing.assert_array_equal(data.qLD, before[1])
+
+
+@pytest.mark.parametrize("least", [1.0, 1e-4, 1e-7, 1e-10, 1e-13, 0.0])
+def test_an_inverse_is_taken_where_it_proves_the_rank(least):
+    rng = np.random.default_rng(4)
+    for n in (1, 2, 5, 12):
+        left, _ = np.linalg.qr(rng.standard_normal((n, n)))
+        right, _ = np.linalg.qr(rng.standard_normal((n, n)))
+        sizes = 10.0 ** rng.uniform(-1.0, 0.0, n)
+        sizes[-1] = least * sizes[0] if n > 1 else least
+        found = perp._mujoco_derivatives._inverse_of(left @ np.diag(sizes) @ right)
+        if n > 1 and least < 1e-9:
+            assert found is None
+        elif least > 1e-6:  # nearer it may leave it to the singular values
+            np.testing.assert_allclose(
+                found, right.T @ np.diag(1.0 / sizes) @ left.T, rtol=0, atol=1e-7 / least
+            )
