@@ -194,6 +194,8 @@ static void integrate(perp_world *world, perp__share *share, double h)
             scaled_turn(world, next, h, motion->moving + 3);
             perp__copy3(next->velocity, motion->after);
             perp__copy3(next->angular_velocity, motion->after + 3);
+            if (kind == PERP_BODY_KINEMATIC)
+                memcpy(next->led, motion->start, sizeof next->led);
         }
         if (!is_finite(next))
             share->found = body;

@@ -266,7 +266,7 @@ static perp_status project_island(perp_world *world, const perp__island *island,
     perp_status status;
     int32_t found = 0;
 
-    (void)perp__find_carrying(world, island, &carrying);
+    (void)perp__find_carrying(world, island, 0, &carrying);
     pose(world, island);
     status = solve_shifts(world, island, &found);
     if (found && carrying.body >= 0)

@@ -173,7 +173,7 @@ static perp_status decide(question *q, const perp__island *island)
         work->rows[i].bias[0] = perp__open_gap(contact, fmax(contact->gap, 0.0)) / q->h;
     }
     perp__time_joints(world, q->h);
-    perp__gather_standing(world, island, 1);
+    perp__gather_standing(world, island, NULL, 1);
     write_forces(q, island);
 
     /* 2. The decision. */

@@ -33,7 +33,8 @@ typedef struct perp__state {
     double angular_velocity[3];
     double force[3];
     double torque[3];
-    int64_t put; /* PERP__PUT, _INTO others; 0: neither */
+    int64_t put;   /* PERP__PUT, _INTO others; 0: neither */
+    double led[6]; /* of a kinematic body: the twist that it had in the last step */
 } perp__state;
 
 /* What does not. */

@@ -12,51 +12,54 @@
 
 /* ---- what carries an island ---- */
 
-static int32_t takes_in(const perp_world *world, perp__carrying *carrying, int32_t *any,
-                        int32_t body)
+static int32_t is_moving(const perp_world *world, int32_t body)
 {
-    const double *twist = world->motions[body].start, *other;
-    double arm[3], turned[3];
-    const int32_t moves = world->bodies[body].kind == PERP_BODY_KINEMATIC &&
-                          !(perp__is_zero3(twist) && perp__is_zero3(twist + 3));
+    return !(perp__is_zero3(world->states[body].velocity) &&
+             perp__is_zero3(world->states[body].angular_velocity));
+}
 
-    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
-        return 1;
-    if (!*any) {
-        *any = 1;
-        carrying->motion = moves ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
-        carrying->body = body;
-        return 1;
-    }
-    if (!moves || carrying->motion == PERP__CARRIED_AT_REST)
-        return !moves && carrying->motion == PERP__CARRIED_AT_REST;
-    other = world->motions[carrying->body].start;
-    if (memcmp(twist + 3, other + 3, 3 * sizeof *twist) != 0)
-        return 0;
-    perp__subtract3(arm, world->states[body].position, world->states[carrying->body].position);
-    perp__cross(turned, other + 3, arm);
-    for (int32_t k = 0; k < 3; k++) /* turning adds what rounds */
-        if (fabs(twist[k] - other[k] - turned[k]) > PERP__ROUNDING_LIMIT * perp__length3(turned))
+int32_t perp__moves_with(const perp_world *world, const perp__carrying *carrying, int32_t body)
+{
+    const perp__state *state = &world->states[body];
+    double twist[6], rounding = 0.0;
+
+    perp__carried_twist(world, carrying, body, 0.0, twist);
+    if (!perp__is_zero3(twist + 3)) /* turning adds what rounds */
+        rounding = PERP__ROUNDING_LIMIT *
+                   (perp__length3(twist) + perp__length3(world->states[carrying->body].velocity));
+    for (int32_t k = 0; k < 3; k++)
+        if (fabs(twist[k] - state->velocity[k]) > rounding ||
+            twist[3 + k] != state->angular_velocity[k])
             return 0;
     return 1;
 }
 
-int32_t perp__find_carrying(const perp_world *world, const perp__island *island,
+int32_t perp__find_carrying(const perp_world *world, const perp__island *island, int32_t moving,
                             perp__carrying *carrying)
 {
-    int32_t any = 0, one = 1;
+    const int32_t ties = 2 * (island->contacts + island->joints);
 
     carrying->motion = PERP__CARRIED_AT_REST;
     carrying->body = -1;
-    for (int32_t k = 0; k < 2 * (island->contacts + island->joints) && one; k++)
-        one = takes_in(world, carrying, &any, perp__tied_body(world, island, k));
-    return one;
+    carrying->parts = 0;
+    for (int32_t k = 0; k < ties && carrying->body < 0; k++) {
+        const int32_t body = perp__tied_body(world, island, k);
+
+        if (perp__is_dynamic(world, body) || is_moving(world, body) < moving)
+            continue;
+        carrying->motion = is_moving(world, body) ? PERP__CARRIED_ALONG : PERP__CARRIED_AT_REST;
+        carrying->body = body;
+    }
+    for (int32_t k = 0; k < ties && carrying->body >= 0 && !carrying->parts; k++)
+        carrying->parts = !perp__is_dynamic(world, perp__tied_body(world, island, k)) &&
+                          !perp__moves_with(world, carrying, perp__tied_body(world, island, k));
+    return moving ? carrying->body >= 0 : !carrying->parts;
 }
 
 int32_t perp__find_frame(const perp_world *world, const perp__island *island, double *frame)
 {
     perp__carrying carrying;
-    const int32_t one = perp__find_carrying(world, island, &carrying);
+    const int32_t one = perp__find_carrying(world, island, 0, &carrying);
     const double *twist;
 
     memset(frame, 0, 3 * sizeof *frame);
@@ -86,15 +89,18 @@ void perp__carried_twist(const perp_world *world, const perp__carrying *carrying
     const double *of;
     double arm[3], turned[3];
 
-    if (carrying->motion == PERP__CARRIED_AT_REST) {
+    if (carrying->body < 0 ? carrying->motion != PERP__CARRIED_ON
+                           : carrying->motion == PERP__CARRIED_AT_REST && t >= 0.0) {
         memset(twist, 0, 6 * sizeof *twist);
         return;
     }
-    of = world->motions[carrying->motion == PERP__CARRIED_ON ? body : carrying->body].start;
+    of = carrying->motion == PERP__CARRIED_ON ? world->motions[body].start
+         : t < 0.0                            ? world->states[carrying->body].led
+                                              : world->motions[carrying->body].start;
     memcpy(twist, of, 6 * sizeof *twist);
     if (perp__is_zero3(of + 3) || carrying->motion == PERP__CARRIED_ON)
         return;
-    turn_arm(world, carrying, body, t, arm);
+    turn_arm(world, carrying, body, fmax(t, 0.0), arm);
     perp__cross(turned, of + 3, arm);
     perp__add3(twist, 1.0, turned);
 }
@@ -103,7 +109,7 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
 {
     perp__carrying carrying;
 
-    if (!perp__find_carrying(world, island, &carrying) ||
+    if (!perp__find_carrying(world, island, 1, &carrying) ||
         perp__is_zero3(world->motions[carrying.body].start + 3))
         return;
     for (int32_t i = 0; i < island->bodies; i++) {
@@ -118,9 +124,10 @@ void perp__ride(perp_world *world, const perp__island *island, double h)
 }
 
 /* To the last bit; or, of a carrier that turns, to what a step leaves that knows rows of its
- * beginning alone: h w^2 r. */
+ * beginning alone: h w^2 r; or, slowly, to what forces make of each body in a step, as impulses of
+ * twice their size stop it. t: 0, or before the step. */
 static int32_t begins_with(const perp_world *world, const perp__island *island,
-                           const perp__carrying *carrying)
+                           const perp__carrying *carrying, int32_t slowly, double t)
 {
     const double spin = carrying->motion == PERP__CARRIED_ALONG
                             ? perp__length3(world->motions[carrying->body].start + 3)
@@ -128,30 +135,36 @@ static int32_t begins_with(const perp_world *world, const perp__island *island,
 
     for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
-        const double *start = world->motions[body].start;
-        double twist[6];
+        const perp__motion *motion = &world->motions[body];
+        double twist[6], beside[6], gain[6], both[2][6];
 
-        perp__carried_twist(world, carrying, body, 0.0, twist);
-        for (int32_t k = 0; k < 6; k++)
-            if (fabs(start[k] - twist[k]) >
-                world->step_length * spin * perp__length3(twist + k / 3 * 3))
+        perp__carried_twist(world, carrying, body, t, twist);
+        for (int32_t k = 0; k < 6; k++) {
+            beside[k] = motion->start[k] - twist[k];
+            gain[k] = motion->free[k] - motion->start[k];
+            if (!slowly &&
+                fabs(beside[k]) > world->step_length * spin * perp__length3(twist + k / 3 * 3))
                 return 0;
+        }
+        perp__coordinates_of(world, beside, both[0]);
+        perp__coordinates_of(world, gain, both[1]);
+        if (slowly &&
+            !(perp__mass_norm(world, body, both[0]) <= perp__mass_norm(world, body, both[1])))
+            return 0;
     }
     return 1;
 }
 
-int32_t perp__begins_standing(const perp_world *world, const perp__island *island,
+int32_t perp__begins_standing(const perp_world *world, const perp__island *island, int32_t slowly,
                               perp__carrying *carrying)
 {
-    if (perp__find_carrying(world, island, carrying)) {
-        if (begins_with(world, island, carrying))
+    for (int32_t moving = 1; moving >= 0; moving--)
+        if (perp__find_carrying(world, island, moving, carrying) &&
+            (begins_with(world, island, carrying, slowly, 0.0) ||
+             begins_with(world, island, carrying, slowly, -1.0)))
             return 1;
-        /* what stood in the last step has a contact with what was decided then */
-        for (int32_t i = 0; i < island->contacts && carrying->motion == PERP__CARRIED_ALONG; i++)
-            if (perp__step_response(world, island, i)->base[0] > 0.0)
-                return 1;
-    }
     carrying->motion = PERP__CARRIED_ON;
+    carrying->parts = 0;
     /* Whether nothing changes at the contacts if bodies go on as they are: to the last bit, as
      * rounding of a sliding velocity is no rest. */
     for (int32_t i = 0; i < island->contacts; i++) {
@@ -308,7 +321,7 @@ perp_status perp__lie_still(perp_world *world, const perp__island *island, int32
     double left;
 
     if ((world->settings.cone != 0 && !world->settings.planar) ||
-        !perp__begins_standing(world, island, &carrying))
+        !perp__begins_standing(world, island, 0, &carrying) || carrying.parts)
         return PERP_OK;
     left = last_unbalance(world, island, &carrying, swept, 0);
     if (left <= 2.0 * PERP__BALANCED) /* their sums are in another order there */

@@ -65,7 +65,7 @@ static perp_status solve_by(perp_world *world, const perp__island *island,
     problem->enough = problem->tol;
     problem->tol = SHARPER * problem->enough;
     problem->brief =
-        thorough ? world->work.count > FEW && !perp__begins_standing(world, island, &carrying)
+        thorough ? world->work.count > FEW && !perp__begins_standing(world, island, 0, &carrying)
                  : (problem->contacts > PERP__FEW_CONTACTS) * (1 + is_exact);
     if (!thorough && (limit == 0 || limit > QUICK))
         problem->max_iterations = QUICK;

@@ -127,7 +127,7 @@ static perp_status solve_island(perp_world *world, int32_t number, double h, per
         status = perp__lie_still(world, island, !exact, verdict);
         if (status != PERP_OK || verdict->stands)
             return status;
-        if (!perp__begins_standing(world, island, &carrying) && !closes(world, island, h)) {
+        if (!perp__begins_standing(world, island, 0, &carrying) && !closes(world, island, h)) {
             leave_alone(world, island);
             return PERP_OK;
         }

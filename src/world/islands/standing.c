@@ -69,10 +69,15 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
     *from = 0;
     unit->rows = rows->dim;
     if (i < work->count) {
+        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+
         unit->kind = PERP__STATICS_CONE;
         unit->mu = rows->mu;
         unit->tangents = rows->dim - 1;
-        if (rows->bias[0] > 0.0 || perp__step_tie(world, island, work->chosen[i])->moved)
+        /* what velocities known to `tol` leave of a gap, beside the overlap that stays, is none */
+        if (rows->bias[0] * world->step_length >
+                (ignores ? 0.0 : perp__swept_tol(world) * perp__deep_overlap(contact)) ||
+            perp__step_tie(world, island, work->chosen[i])->moved)
             unit->rows = unit->tangents = 0;
         return rows->bias[0] >= 0.0;
     }
@@ -97,7 +102,21 @@ static int32_t write_unit(const perp_world *world, const perp__island *island, i
     return rows->bias[0] >= 0.0;
 }
 
-int32_t perp__gather_standing(perp_world *world, const perp__island *island, int32_t ignores)
+/* Whether the unit is of something that moves otherwise than what carries. */
+static int32_t is_of_other(const perp_world *world, const perp__island *island,
+                           const perp__carrying *carrying, int32_t i)
+{
+    const int32_t k = i - world->work.count;
+    const int32_t *body = k < 0 ? perp__step_tie(world, island, world->work.chosen[i])->body
+                                : world->joints[world->work.joint_units[k].joint].body;
+
+    return carrying && carrying->parts &&
+           ((!perp__is_dynamic(world, body[0]) && !perp__moves_with(world, carrying, body[0])) ||
+            (!perp__is_dynamic(world, body[1]) && !perp__moves_with(world, carrying, body[1])));
+}
+
+int32_t perp__gather_standing(perp_world *world, const perp__island *island,
+                              const perp__carrying *carrying, int32_t ignores)
 {
     perp__island_work *work = &world->work;
     perp__statics_rows *own = &work->stand_rows;
@@ -113,6 +132,14 @@ int32_t perp__gather_standing(perp_world *world, const perp__island *island, int
         unit->row = own->size;
         if (!write_unit(world, island, i, ignores, unit, &from) && !ignores)
             return 0;
+        if (is_of_other(world, island, carrying, i)) {
+            if (i >= work->count || /* as it moves, it is to open */
+                !(work->rows[i].bias[0] +
+                      perp__row_velocity(world, i, 0, work->still, island->bodies, 1) >
+                  0.0))
+                return 0;
+            unit->rows = unit->tangents = 0;
+        }
         link_unit(world, island, i, from, unit, &links, &at);
         if (unit->links == 0)
             unit->rows = 0;
@@ -258,7 +285,7 @@ static perp_status keep(perp_world *world, const perp__island *island, perp__sta
 
     perp__gather_bodies(world, island);
     perp__choose_rows(world, island, NULL);
-    perp__gather_standing(world, island, 0);
+    perp__gather_standing(world, island, NULL, 0);
     for (int32_t i = 0; i < work->count; i++)
         memcpy(work->stand_base + work->stand_units[i].row,
                perp__step_response(world, island, i)->base,
@@ -329,6 +356,8 @@ static void take_answer(perp_world *world, const perp__island *island)
             r[0] = fabs(unit->upper);
         if (i < work->count || !rows->bounded)
             work->velocity[3 * i] = rows->bias[0];
+        for (int32_t k = 0; k < 3 && i < work->count && unit->rows == 0; k++)
+            work->velocity[3 * i + k] = NAN; /* its bodies tell it */
         if (i >= work->count)
             continue;
         work->modes[i] = r[0] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
@@ -361,16 +390,17 @@ perp_status perp__stand(perp_world *world, const perp__island *island,
     const int32_t *size = &work->stand_rows.size;
     perp__statics *statics;
     perp__carrying begun;
-    const int32_t begins = perp__begins_standing(world, island, &begun);
+    const int32_t begins = perp__begins_standing(world, island, 0, &begun);
     int32_t is_known;
     perp_status status;
 
     verdict->stands = 0;
     carrying = carrying ? carrying : &begun;
-    if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar) ||
-        !perp__gather_standing(world, island, 0) || *size == verdict->asked)
+    if ((carrying == &begun && !begins) || (world->settings.cone != 0 && !world->settings.planar))
         return PERP_OK;
     find_forces(world, island, carrying);
+    if (!perp__gather_standing(world, island, carrying, 0) || *size == verdict->asked)
+        return PERP_OK;
     statics = find_statics(world, NULL, &is_known);
     if (!statics)
         return PERP_ERROR_MEMORY;

@@ -192,29 +192,6 @@ static int32_t has_deep(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* Whether forces make more of each body in a step than it is faster than what carries it: impulses
- * of twice their size stop it. */
-static int32_t is_slow(const perp_world *world, const perp__island *island,
-                       const perp__carrying *carrying)
-{
-    const perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
-
-    for (int32_t i = 0; i < island->bodies; i++) {
-        const int32_t body = work->members[i];
-        double twist[6], beside[6];
-
-        perp__carried_twist(world, carrying, body, 0.0, twist);
-        perp__coordinates_of(world, twist, beside);
-        for (int32_t k = 0; k < n; k++)
-            beside[k] = work->start[n * i + k] - beside[k];
-        if (!(perp__mass_norm(world, body, beside) <=
-              perp__mass_norm(world, body, work->gain + n * i)))
-            return 0;
-    }
-    return 1;
-}
-
 /* Whether the step moves its bodies by less than the rounding of where their points are. */
 static int32_t goes_nowhere(const perp_world *world, const perp__island *island, double h)
 {
@@ -411,9 +388,8 @@ perp_status perp__begin_sweep(perp_world *world, const perp__island *island, dou
     work->gone = 0.0;
     perp__find_limits(world, island, h);
     perp__receive(world, &sweeping->answer);
-    sweeping->carried =
-        perp__begins_standing(world, island, carrying) ||
-        (perp__find_carrying(world, island, carrying) && is_slow(world, island, carrying));
+    sweeping->carried = perp__begins_standing(world, island, 0, carrying) ||
+                        perp__begins_standing(world, island, 1, carrying);
     if (!sweeping->carried || has_deep(world, island))
         return PERP_OK;
     for (int32_t i = 0; i < island->bodies; i++)
