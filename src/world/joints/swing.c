@@ -215,12 +215,13 @@ static int32_t exchange(perp_world *world, const perp__island *island, int32_t c
 }
 
 /* The velocities `base`, with the impulses of rows at their bounds, which pull with all they may.
- */
-static void push_by_bounds(perp_world *world, const perp__island *island, const double *base,
-                           int32_t count)
+ * Returns whether there are any. */
+static int32_t push_by_bounds(perp_world *world, const perp__island *island, const double *base,
+                              int32_t count)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
+    int32_t pushed = 0;
 
     memcpy(work->free, base, (size_t)(n * island->bodies) * sizeof *base);
     for (int32_t i = 0; i < 2 * count; i++) {
@@ -229,6 +230,7 @@ static void push_by_bounds(perp_world *world, const perp__island *island, const 
 
         if (rows->dim == 1 || !rows->bounded || body < 0 || body >= island->bodies)
             continue;
+        pushed = 1;
         for (int32_t k = 0; k < n; k++) {
             const double *C = work->factors + n * n * body + k;
             double r = 0.0;
@@ -240,6 +242,21 @@ static void push_by_bounds(perp_world *world, const perp__island *island, const 
                 work->free[n * body + j] += C[n * j] * r;
         }
     }
+    return pushed;
+}
+
+/* Equations hold to the rounding of velocities, not to that of the bounds' impulses. */
+static perp_status hold_equations(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const size_t numbers = 3 * (size_t)work->units;
+    perp_status status;
+
+    memcpy(work->solved_rows, work->impulse, numbers * sizeof(double));
+    memcpy(work->free, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
+    status = perp__solve_equations(world, island, PERP__REFINED, NULL);
+    memcpy(work->impulse, work->solved_rows, numbers * sizeof(double));
+    return status;
 }
 
 /* Units as they were, with the impulses that were found. */
@@ -271,7 +288,8 @@ perp_status perp__solve_limits(perp_world *world, const perp__island *island,
     perp__island_work *work = &world->work;
     const int32_t count = work->inequalities;
     const double tol = perp__exact_tol(world);
-    int32_t wrong = 1;
+    const size_t numbers = (size_t)(world->dof * island->bodies);
+    int32_t wrong = 1, pushed = 0;
     double tested = INFINITY;
     perp_status status = PERP_OK;
 
@@ -280,18 +298,20 @@ perp_status perp__solve_limits(perp_world *world, const perp__island *island,
         return PERP_OK;
     swap_rows(world, count);
     (void)exchange(world, island, count, 1, 1, tol);
-    memcpy(work->solved, work->free, (size_t)(world->dof * island->bodies) * sizeof(double));
+    memcpy(work->solved, work->free, numbers * sizeof(double));
     work->inequalities = 0; /* for the equations' sake */
     for (int32_t k = 0; k <= 3 * count && wrong > 0 && status == PERP_OK; k++) {
-        push_by_bounds(world, island, work->solved, count);
+        pushed = push_by_bounds(world, island, work->solved, count);
         status = perp__solve_equations(world, island, PERP__REFINED, &tested);
         wrong = exchange(world, island, count, 0, k < count ? count : 1,
                          k < count ? PERP__SUM_ROUNDING : tol);
     }
-    memcpy(work->free, work->solved, (size_t)(world->dof * island->bodies) * sizeof(double));
-    end_exchanges(world, count);
     *found = status == PERP_OK && wrong == 0 && tested <= tol;
-    if (!*found)
+    if (*found && pushed)
+        status = hold_equations(world, island);
+    memcpy(work->free, work->solved, numbers * sizeof(double));
+    end_exchanges(world, count);
+    if (!*found || status != PERP_OK)
         return status;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     judge(world, island, tested, verdict);
