@@ -80,12 +80,15 @@ def test_a_rotor_turns_between_walls(level: str, floor: bool, wall: str) -> None
             assert off < 1e-12 and np.abs(rod.velocity).max() < 1e-12, (seed, step, off)
 
 
+@pytest.mark.parametrize("laws", ("limits", "friction", "motors"))
 @pytest.mark.parametrize("level", LEVELS)
-def test_trees_tumble_against_their_limits(level: str) -> None:
-    """Links on hinges with limits, which nothing touches: momentum stays, energy never grows, and no limit is
-    passed. Each step takes a solution a round of the joints' places, as many as the level and limits
-    that come ask for; it took up to some hundred iterations of the contact layer's methods."""
-    hits = 0
+def test_trees_tumble_by_the_laws_of_their_joints(level: str, laws: str) -> None:
+    """Links on hinges with limits, dry friction and motors as well, which nothing touches: momentum
+    stays, energy never grows but by motors, no limit is passed, and what goes on in its way has all
+    the friction, or force, there is. Each step takes a solution a round of the joints' places, as
+    many as the level and limits that come ask for; it took up to some hundred iterations of the
+    contact layer's methods."""
+    hits, slides, h = 0, 0, 0.005
     for seed in range(4):
         g = np.random.default_rng(seed)
         world = perp.World((0, 0, 0), accuracy=level)  # type: ignore[arg-type]
@@ -101,19 +104,26 @@ def test_trees_tumble_against_their_limits(level: str) -> None:
             link = world.add_body(10 ** g.uniform(-1, 0.5), inertia=inertia, position=anchor + arm,
                                   velocity=g.normal(size=3), angular_velocity=3 * g.normal(size=3))
             low, high = -g.uniform(0, 0.5), g.uniform(0, 0.5)
-            world.add_joint("revolute", parent, link, anchor=anchor, axis=g.normal(size=3),
-                            lower=low, upper=high)
+            axis, u = g.normal(size=3), g.uniform(size=3)
+            world.add_joint("revolute", parent, link, anchor=anchor, axis=axis, lower=low, upper=high,
+                            friction=(laws != "limits") * 10 ** (-2 + 2 * u[0]),
+                            motor_speed=(laws == "motors") * 6 * (u[1] - 0.5),
+                            motor_force=(laws == "motors") * 10 ** (-2 + 2 * u[2]))
         linear = np.array(world.momentum().linear)
-        world.step(0.005)
+        world.step(h)
         energy = first = sum(world.energy())
         for _ in range(150):
-            result = world.step(0.005)
+            result = world.step(h)
             assert result.outcome == "solved" and result.iterations < 12, seed
             assert np.abs(world.momentum().linear - linear).max() < 1e-12, seed
-            assert sum(world.energy()) <= energy + 1e-12 * first, seed
+            assert laws == "motors" or sum(world.energy()) <= energy + 1e-12 * first, seed
             energy = sum(world.energy())
             for joint in world.joints:
-                hits += joint.at_limit != 0
                 low, high = joint.limits
                 assert low - 1e-11 <= joint.position <= high + 1e-11, seed
-    assert hits > 400
+                hits += joint.at_limit != 0
+                if joint.at_limit == 0 and abs(joint.speed) > 1 and joint.friction > 0:
+                    slides += 1
+                    assert joint.reaction.friction == pytest.approx(
+                        -np.sign(joint.speed) * h * joint.friction, rel=1e-12), seed
+    assert hits > (400 if laws == "limits" else 40) and (slides > 40 or laws == "limits")

@@ -90,8 +90,8 @@ void perp__mean_of_ends(perp_world *world, const perp__island *island);
 perp_status perp__swing(perp_world *world, const perp__island *island, perp__verdict *verdict);
 void perp__end_swing(perp_world *world, const perp__island *island, double t,
                      perp__verdict *verdict);
-/* The velocities of rows that are equations and limits alone; *found: 0 where they are others, or
- * the exchanges come to no end. */
+/* The velocities of rows that are all of joints; *found: 0 where contacts are, or where exchanges
+ * come to no end. */
 perp_status perp__solve_limits(perp_world *world, const perp__island *island,
                                perp__verdict *verdict, int32_t *found);
 
