@@ -297,8 +297,7 @@ static void set_pattern(const perp__acceleration *a, perp__answer *answer)
            PERP__MOST_NORMALS * (size_t)a->elements * sizeof *pattern.load);
 }
 
-perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
-                                          int32_t dimension)
+perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex)
 {
     const size_t rows = (size_t)a->m->rows;
     perp__answer *answer = perp__answer_create(&a->answers, 1);
@@ -306,7 +305,6 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
     if (!answer)
         return perp__fail_memory(a->m->context, "an acceleration");
     answer->free = 0;
-    answer->dimension = dimension;
     answer->at_vertex = at_vertex;
     set_pattern(a, answer);
     memset(answer->middle, 0, rows * sizeof *answer->middle);

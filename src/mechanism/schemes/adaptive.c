@@ -189,7 +189,8 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
                 m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
         memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
         memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-        status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
+        status = perp__evaluate_move(m, m->trial.q, a->moved, a->moved, 0.0,
+                                     a->difference); /* normalised */
         PERP__THEN(status, perp__project(m, &a->second, &m->trial, t));
     }
     if (status == PERP_OK)
