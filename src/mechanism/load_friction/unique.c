@@ -27,8 +27,7 @@ static void load_signed(const perp_load_friction *f, double *to, double unit)
 
     for (size_t j = 0; j < n; j++) {
         for (size_t i = 0; i < n; i++)
-            to[i + n * j] = f->pattern.side[j] < 0 ? -f->linear.system.K[i + n * j]
-                                                   : f->linear.system.K[i + n * j];
+            to[i + n * j] = copysign(1.0, f->pattern.side[j]) * f->linear.system.K[i + n * j];
         to[j + n * j] += unit;
     }
 }

@@ -72,6 +72,8 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
 
 /* ---- adaptive_impact.c ---- */
+/* What may be wrong with the gap of contact j, with m->begin. */
+double perp__adaptive_uncertainty(const perp_mechanism *m, const perp__adaptive *a, int32_t j);
 /* a->event, of a step with all three, where a gap closes in it. */
 void perp__adaptive_look_for_impact(perp_mechanism *m, perp__adaptive *a, double h);
 /* At m->now: the impact there, if there is one, and m->apart of the next step. looked:
