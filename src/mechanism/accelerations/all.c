@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
 /* ---- why there are as many ------------------------------------------------------------------

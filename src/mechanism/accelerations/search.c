@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "base/random.h"
 #include "mechanism/accelerations/accelerations.h"
 

@@ -11,7 +11,6 @@
  * independent; the others keep their share of |N|. What is tied down takes its part of x'' out:
  *
  *   x'' := (E - M^-1 T' (T M^-1 T')^-1 T) x'',   F = (T M^-1 T')^-1 T x''. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,7 +4,6 @@
  *
  * and x_i = stop_i where they stick. Solved with complete pivoting and corrected by residuals in
  * doubled precision, then compared with what the pattern assumes. */
-#include <float.h>
 #include <math.h>
 
 #include "base/outcome.h"

@@ -341,7 +341,6 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     a->proper = 0.0;
     a->order = settings->scheme == PERP_MECHANISM_THETA && settings->theta == 0.5 ? 2 : 1;
     a->started = a->refused = a->plans = a->cut = 0;
-    a->searched = 0;
     run->result.error = 0.0;
     memset(m->apart, 1, (size_t)m->contacts * sizeof *m->apart);
     status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);

@@ -103,7 +103,7 @@ perp_status perp__adaptive_find_forces(perp_mechanism *m, perp__adaptive *a, dou
                                        const perp__motion *state, const int8_t *does);
 
 /* ---- adaptive_jam.c ---- */
-/* a->jam, and a->event, of a step with all three. */
+/* a->jam, which is -1, and a->event, of a step with all three. */
 perp_status perp__adaptive_look_for_jam(perp_mechanism *m, perp__adaptive *a, double h);
 /* The jam of contact a->jam at (t, to): v, r and u after it. */
 perp_status perp__adaptive_jam(perp_mechanism *m, perp__adaptive *a, perp_mechanism_step *step,

@@ -21,7 +21,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/blas.h"
 
 struct perp__implicit {
     PERP__WORK;

@@ -22,8 +22,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/blas.h"
-
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
 
